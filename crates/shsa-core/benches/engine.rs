@@ -1,4 +1,4 @@
-//! What an observation costs the engine while all is well, on three systems.
+//! The cost of an observation in the engine without faults, on three systems.
 //!
 //! Instructions: `valgrind --tool=callgrind --toggle-collect='engine::drive' BENCH --bench --test car`.
 #![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
@@ -11,10 +11,10 @@ use criterion::{BatchSize, Criterion, Throughput, criterion_group, criterion_mai
 use models::System;
 use shsa_core::engine::{Engine, Input, Options};
 
-/// How long each system is driven at once.
+/// How many seconds each system is driven at once.
 const SECONDS: u32 = 10;
 
-/// Feeds all and takes what comes out, as a bridge does.
+/// Handles all inputs and takes the outputs, as a bridge does.
 #[inline(never)]
 fn drive(engine: &mut Engine, inputs: Vec<Input>) {
     for input in inputs {

@@ -1,4 +1,4 @@
-//! What a compiled formula costs beside the same formula in Rust: `sqrt(x^2 + y^2) / z` over 10,000 argument triples.
+//! The cost of a compiled formula compared with the same formula in Rust: `sqrt(x^2 + y^2) / z` over 10,000 argument triples.
 #![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
 
 use core::hint::black_box;
@@ -81,7 +81,7 @@ fn formulas(c: &mut Criterion) {
     run(c, "intervals", &intervals, |x, y, z| (x.sqr() + y.sqr()).sqrt() / z);
 }
 
-/// The least and the median of a scan of 640 distances.
+/// The minimum and the median of a scan of 640 distances.
 fn vectors(c: &mut Criterion) {
     let scan: Vec<Interval> =
         (0..640).map(|k| Interval::point((f64::from(k) * 0.618).fract()).widened(0.01)).collect();

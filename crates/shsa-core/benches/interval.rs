@@ -1,5 +1,5 @@
-//! What intervals cost beside plain numbers: three formulas over 10,000 argument triples,
-//! too many for the processor to learn how each one rounds.
+//! The cost of intervals compared with plain numbers: three formulas over 10,000 argument triples, too many for branch prediction
+//! to learn the rounding of each.
 #![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
 
 use core::hint::black_box;

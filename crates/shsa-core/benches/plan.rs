@@ -11,7 +11,7 @@ use shsa_core::knowledge::{Element, Id, KnowledgeBase, SignalId, VariableId};
 use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Options, Plan, Preparation, Scratch};
 use std::hint::black_box;
 
-/// What a search has to beat: a breadth-first visit of the variables that it can reach.
+/// The baseline of a search: a breadth-first visit of the variables that it can reach.
 struct Visit {
     provided: Vec<bool>,
     seen: Vec<u32>,
@@ -98,7 +98,7 @@ fn recorded(c: &mut Criterion) {
     }
 }
 
-/// Looking up the plan after a loss, and bringing the table up to date after a change of one signal.
+/// Looking up the plan after a loss, and updating the table after a change of one signal.
 fn contingency(c: &mut Criterion) {
     for (name, knowledge, roots) in [
         ("ex2 d14", tree(2, 14, Some(0.2), 0), 1),
@@ -130,7 +130,7 @@ fn bench_contingency(c: &mut Criterion, name: &str, mut knowledge: KnowledgeBase
     });
     group.bench_function("all plans after a change of one signal", |b| {
         b.iter(|| {
-            // A signal is lost, and comes back before the next one is.
+            // A signal is lost, and comes back before the next loss.
             let lost = !knowledge.is_available(losses[at].1);
             at = if lost { at } else { (at + 7919) % losses.len() };
             let signal = losses[at].1;

@@ -1,20 +1,20 @@
-//! Values that wrap, such as headings and phases: after a whole turn they are the same again.
+//! Values that wrap, such as headings and phases: they repeat after a whole turn.
 //!
-//! A value on the circle is kept as a number on the line, unwrapped: shifted by whole turns to where it is nearest to what it
-//! is kept beside. Then histories, rates and means are those of numbers.
+//! A value on the circle is stored as a number on the line, unwrapped: shifted by whole turns to be nearest to a reference value.
+//! Then histories, rates and means are those of numbers.
 
 use crate::interval::Interval;
 
-/// A value, shifted by whole turns so that its middle is as near to that of another as can be.
+/// A value, shifted by whole turns so that its middle is nearest to that of another.
 ///
-/// Two values whose widths make up two turns or more together overlap then, as does one that is a whole turn wide with all.
-/// `turn` is above 0. Outward rounded; empty values stay as they are. O(1).
+/// Two values overlap afterwards if their widths together are two turns or more, or if one is a whole turn wide. `turn` is above
+/// 0. Rounded outward; empty values stay empty. O(1).
 #[must_use]
 pub fn nearest(value: Interval, beside: Interval, turn: f64) -> Interval {
     shifted(value, libm::round((beside.midpoint() - value.midpoint()) / turn), turn)
 }
 
-/// A value, shifted by whole turns so that its middle lies at `from` or above it by less than a turn.
+/// A value, shifted by whole turns so that its middle lies in the turn from `from` on.
 #[must_use]
 pub fn brought_back(value: Interval, from: f64, turn: f64) -> Interval {
     shifted(value, -libm::floor((value.midpoint() - from) / turn), turn)

@@ -1,4 +1,4 @@
-//! A way of knowing at work: its inputs brought to one moment, its program evaluated.
+//! The computation of a way of knowing: its inputs are brought to one moment, and its program is evaluated.
 
 mod input;
 mod compile;
@@ -14,46 +14,46 @@ use alloc::vec::Vec;
 use compile::{computed, lateness, program, trigger};
 use input::{Input, Source, Wrapping, period};
 
-/// Evaluations a second of a way whose rate is not declared, for the room of its time operators.
+/// The evaluations a second of a way without a declared rate, for the room of its time operators.
 const USUAL_RATE_HZ: f64 = 100.0;
 
-/// How a way relates to time.
+/// The relation of a way to time.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Timing {
     /// Time between outputs; `None` when the rate is not declared.
     pub period: Option<Span>,
-    /// How old an output is when it comes.
+    /// The age of an output when it comes.
     pub lag: Span,
-    /// The longest window of its difference quotients and means: its output is true of all that time.
+    /// The longest window of its difference quotients and means: an output is valid over all of it.
     pub window: Span,
-    /// The time over which an output is a mean: that window, or else the `mean_over` of the signals that are read. Zero for an
-    /// output that is true at a moment.
+    /// The time over which an output is a mean: that window, else the `mean_over` of the signals. Zero for an output that is true
+    /// at a moment.
     pub mean_over: Span,
 }
 
 impl Timing {
-    /// How long after an event all of it is in an output.
+    /// How long after an event an output contains all of it.
     #[must_use]
     pub fn tells_all_after(&self) -> Span {
         self.lag + self.window.max(Span(self.mean_over.0 / 2))
     }
 }
 
-/// What a computation gives.
+/// The output of a computation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Computed<'a> {
     /// A number within an interval.
     Scalar(Interval),
-    /// A list of them.
+    /// A list of numbers, each within an interval.
     Vector(&'a [Interval]),
 }
 
-/// One observation as an input: a scalar has one value.
+/// An observation as an input: a scalar has one value.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Item {
-    /// When it was true.
+    /// When the observation was true.
     pub validity: Validity,
-    /// Its values in SI.
+    /// The values in SI.
     pub values: Vec<Interval>,
 }
 
@@ -63,17 +63,17 @@ pub struct Computation {
     way: Way,
     trigger: Option<SignalId>,
     timing: Timing,
-    /// Whether a difference quotient is in it.
+    /// Whether it contains a difference quotient.
     is_rate: bool,
     body: Body,
 }
 
-/// What an evaluation over what is certain gives.
+/// The result of an evaluation over bounds that are certain.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Settled {
     /// The output.
     Value(Sample),
-    /// What this input was at that moment is not known yet.
+    /// The value of this input at the moment is not known yet.
     Later(SignalId),
     /// There is no output.
     Nothing,
@@ -84,7 +84,7 @@ pub enum Settled {
 enum Body {
     /// The signal's own values.
     Direct(Input),
-    /// A formula of them.
+    /// A formula of the signals' values.
     Computed(Compiled),
 }
 
@@ -94,19 +94,19 @@ struct Compiled {
     program: Program,
     state: State<Interval>,
     inputs: Vec<Source>,
-    /// Inputs that wrap, where nothing is remembered of them.
+    /// Wrapping inputs, if the program keeps no memory of inputs.
     wrapping: Vec<Wrapping>,
 }
 
-/// One evaluation that is yet to be done: the inputs of a program, brought to a moment. It holds all that the evaluation
-/// needs beside the program and its memory, so that it can be done elsewhere.
+/// An evaluation to be done elsewhere: the inputs of a program, brought to a moment. Apart from the program and its memory, the
+/// task holds everything that the evaluation needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Task {
-    /// The inputs of the program in their order, SI; a number is a list of one.
+    /// The inputs of the program in their order, SI; a scalar is a list of one.
     pub values: Vec<Vec<Interval>>,
     /// The moment.
     pub moment: Validity,
-    /// When the last value of the variable that is computed was true, where that is an input.
+    /// When the last value of the computed variable was true, where that is an input.
     pub last: Option<Validity>,
 }
 
@@ -119,41 +119,41 @@ impl Item {
     }
 }
 
-/// Which of two inputs makes a way compute: whether the first goes before the second.
+/// Which of two inputs triggers a way: returns whether the first goes before the second.
 pub type Precedence = fn(&KnowledgeBase, SignalId, SignalId) -> bool;
 
 impl Computation {
-    /// Computes when its slowest input delivers: every output is from inputs that are all new.
+    /// The slowest input triggers: all inputs of each output are new.
     pub fn slowest_input(knowledge: &KnowledgeBase, one: SignalId, other: SignalId) -> bool {
         lateness(knowledge, one) >= lateness(knowledge, other)
     }
 
-    /// Computes when its fastest input delivers: outputs come as often as possible.
+    /// The fastest input triggers: outputs come as often as possible.
     pub fn fastest_input(knowledge: &KnowledgeBase, one: SignalId, other: SignalId) -> bool {
         lateness(knowledge, one) < lateness(knowledge, other)
     }
 
-    /// Whether a way can be made ready: none of its relations is structure only, and none but the last goes on from
-    /// its own last value.
+    /// Whether a way can be computed: none of its relations is structure only, and none but the last goes on from its own last
+    /// value.
     #[must_use]
     pub fn can_run(knowledge: &KnowledgeBase, way: &Way) -> bool {
         way.direct().is_some() || program(knowledge, way, None).is_some()
     }
 
-    /// How old the outputs of a way are when they come.
+    /// The age of a way's outputs when they come.
     #[must_use]
     pub fn lag(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Span {
         trigger(knowledge, way, goes_before).map_or(Span::ZERO, |signal| knowledge.signals()[signal].delay)
     }
 
-    /// How often a way gives an output in a second: as declared, else as is usual; 0 when it rests on constants only.
+    /// The outputs a second: as declared, else the usual rate; 0 for a way that rests on constants only.
     #[must_use]
     pub fn rate_hz(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> f64 {
         let rate = |signal: SignalId| knowledge.signals()[signal].rate_hz.unwrap_or(USUAL_RATE_HZ);
         trigger(knowledge, way, goes_before).map_or(0.0, rate)
     }
 
-    /// Makes a way ready; `None` when it cannot run.
+    /// Prepares a way; `None` when it cannot run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, way: Way, goes_before: Precedence) -> Option<Computation> {
         let trigger = trigger(knowledge, &way, goes_before);
@@ -176,8 +176,8 @@ impl Computation {
         Some(Computation { way, trigger, timing, is_rate, body })
     }
 
-    /// Goes on from what an earlier computation remembers, which was made from the knowledge base before a change; whether
-    /// it does: only when both compute the same from the same signals in the same rhythm.
+    /// Takes over the memory of a computation from before a change of the knowledge base. Returns whether it does: only when both
+    /// compute the same from the same signals in the same rhythm.
     pub fn inherit(&mut self, old: &mut Computation, lineage: &Lineage) -> bool {
         let rename = |symbol: Symbol| {
             lineage.variable(VariableId::from_index(symbol.0 as usize)).map(VariableId::symbol)
@@ -201,19 +201,19 @@ impl Computation {
         }
     }
 
-    /// What is computed.
+    /// The computed way.
     #[must_use]
     pub fn way(&self) -> &Way {
         &self.way
     }
 
-    /// The signal whose observations make it compute; `None` when it rests on constants only.
+    /// The signal whose observations trigger the computation; `None` when it rests on constants only.
     #[must_use]
     pub fn trigger(&self) -> Option<SignalId> {
         self.trigger
     }
 
-    /// How it relates to time.
+    /// The relation to time.
     #[must_use]
     pub fn timing(&self) -> Timing {
         self.timing
@@ -231,14 +231,14 @@ impl Computation {
         self.is_rate
     }
 
-    /// Whether its output is true of a window, and not of a moment.
+    /// Whether an output is true of a window, and not of a moment.
     #[inline]
     #[must_use]
     pub fn is_windowed(&self) -> bool {
         self.timing.window > Span::ZERO
     }
 
-    /// How far back the inputs of an output reach: so long after a change, an output rests only on what came after it.
+    /// How far back the inputs of an output reach: this long after a change, an output rests only on later inputs.
     #[must_use]
     pub fn looks_back(&self) -> Span {
         match &self.body {
@@ -247,7 +247,7 @@ impl Computation {
         }
     }
 
-    /// The signals that it reads beside its trigger: what they were at the trigger's moments may be known later only.
+    /// The signals read beside the trigger: their values at the trigger's moments may be known only later.
     pub fn joined(&self) -> impl Iterator<Item = SignalId> + '_ {
         let inputs = match &self.body {
             Body::Direct(_) => &[],

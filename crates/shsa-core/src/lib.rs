@@ -1,11 +1,11 @@
 //! Self-healing by structural adaptation: observations in, verdicts and substitutes out.
 //!
-//! The way of the data: `Observation -> alignment -> monitor -> diagnosis -> plan -> service -> Output`.
-//! The modules stand in reading order; each uses only those above it.
+//! The flow of data: `Observation -> alignment -> monitor -> diagnosis -> plan -> service -> Output`. The modules are listed in
+//! reading order; each uses only those above it.
 //!
-//! The core reads no clock, no file and no socket, and starts no thread. Time is an argument. The same inputs
-//! give the same outputs, byte for byte. It cannot fail: loading gives a knowledge base or diagnostics,
-//! interval operations are total, searches end with a reason.
+//! The core reads no clock, no file and no socket, and starts no thread. Time is an argument. The same inputs give the same
+//! outputs, byte for byte. It cannot fail: loading gives a knowledge base or diagnostics, interval operations are total, searches
+//! end with a reason.
 #![no_std]
 
 extern crate alloc;

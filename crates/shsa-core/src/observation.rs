@@ -22,31 +22,31 @@ pub enum RawValue {
     Vector(Vec<f64>),
 }
 
-/// What a bridge or a recording delivers.
+/// An observation from a bridge or a recording.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Observation {
-    /// The signal that it belongs to.
+    /// The observed signal.
     pub signal: SignalId,
-    /// Its time stamp, as the source gave it.
+    /// The time stamp, as the source gave it.
     pub stamp: Time,
-    /// When it was received.
+    /// When the observation was received.
     pub received: Time,
-    /// Its value.
+    /// The value.
     pub value: RawValue,
 }
 
 impl Signal {
-    /// The interval, in SI, in which the true value lies when a number of this signal is read; empty when the
-    /// number is not finite.
+    /// The interval, SI, of the true value for a number read from this signal; empty when the number is not finite.
     #[must_use]
     pub fn enclose(&self, value: f64) -> Interval {
         self.enclose_bounds(value, value)
     }
 
-    /// As [`Signal::enclose`] for a value that brings its own bounds: the signal's error comes on top of them.
+    /// As [`Signal::enclose`], for a value with its own bounds, to which the signal's error is added.
     ///
-    /// The errors are those of the value in the signal's unit, after scaling; the relative one is a share of it. Without
-    /// that, without scaling and in SI units the bounds are plain sums of 64-bit numbers, else they are rounded outward.
+    /// The errors are those of the value in the signal's unit, after scaling; the relative one is a share of the value. Without a
+    /// relative error, without scaling and in SI units the bounds are plain sums of 64-bit numbers; otherwise they are rounded
+    /// outward.
     #[inline]
     #[must_use]
     pub fn enclose_bounds(&self, lo: f64, hi: f64) -> Interval {
@@ -59,14 +59,14 @@ impl Signal {
         }
     }
 
-    /// The error of a value that is enclosed by plain sums.
+    /// The error of a signal whose values are enclosed by plain sums.
     #[inline]
     pub(crate) fn plain_error(&self) -> Option<ValueError> {
         let is_si = self.scaling.is_none() && self.unit.as_ref().is_none_or(Unit::is_si);
         (self.value_error.relative == 0.0 && is_si).then_some(self.value_error)
     }
 
-    /// The same with a relative error, a scaling, or in a unit.
+    /// The bounds with a relative error, a scaling, or a unit.
     fn enclose_shares(&self, lo: f64, hi: f64) -> Interval {
         let error = self.value_error;
         let unit = self.unit.as_ref().filter(|unit| !unit.is_si());
@@ -76,17 +76,17 @@ impl Signal {
         if error.relative != 0.0 {
             let share = |bound: f64| (error.relative * bound.abs()).next_up();
             let of_hi = share(reading.hi());
-            // A plain number, as most often, has one share.
+            // A plain number, the most frequent case, has one share.
             let of_lo = if reading.lo() == reading.hi() { of_hi } else { share(reading.lo()) };
             let shares = Interval::new(-of_lo, of_hi);
             value = value + unit.map_or(shares, |unit| unit.to_si_difference_interval(shares));
         }
-        // Often the shares are all.
+        // Often there is no other error.
         let is_more = error.lo != 0.0 || error.hi != 0.0;
         if is_more { value + Interval::new(error.lo, error.hi) } else { value }
     }
 
-    /// When the content of an observation with this time stamp was true.
+    /// The validity of an observation with this time stamp.
     #[must_use]
     pub fn validity(&self, stamp: Time) -> Validity {
         let content = stamp - self.delay;

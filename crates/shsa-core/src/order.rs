@@ -1,55 +1,55 @@
-//! What an operator can order, in names: an order outlives a change of the knowledge base.
+//! Orders of an operator, by names, so that an order outlives a change of the knowledge base.
 
 use crate::time::Span;
 use alloc::string::String;
 use core::fmt;
 
-/// What an order is about.
+/// The subject of an order.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     /// The signal of this name.
     Signal(String),
     /// The relation of this name.
     Relation(String),
-    /// What signals share, by its name.
+    /// The common cause of this name.
     Cause(String),
 }
 
-/// What an operator can order. [`Engine::order`](crate::engine::Engine::order) obeys, or says why it cannot.
+/// An order of an operator. [`Engine::order`](crate::engine::Engine::order) obeys, or returns why it cannot.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Order {
-    /// A signal or a relation serves no need, and is no evidence about others, until it is allowed again. A forbidden
-    /// signal stands for all that come from the same source, and for what is derived from it.
+    /// A signal or a relation serves no need, and is no evidence about others, until it is allowed again. A forbidden signal
+    /// stands for all signals of the same source, and for all derived from it.
     Forbid(Subject),
     /// Takes back [`Order::Forbid`].
     Allow(Subject),
-    /// A need is served from one source only, whatever is thought of it, until it is released. The source is never
-    /// replaced: while it gives no usable value, the need is not served.
+    /// A need is served from one source only, whatever its verdict, until it is released. The source is never replaced: while it
+    /// gives no usable value, the need is not served.
     Force {
         /// The name under which the need is published, or its variable.
         need: String,
-        /// A signal of the need's variable, or a way as events tell it: `/a, /b by r1`.
+        /// A signal of the need's variable, or a way as events name it: `/a, /b by r1`.
         source: String,
     },
     /// Takes back [`Order::Force`] and [`Order::Override`] for a need, named as there.
     Release(String),
-    /// The operator vouches for a signal, a relation, or all signals that share something: the accusation is dropped
-    /// with the evidence for it. New evidence can accuse it again.
+    /// The operator vouches for a signal, a relation, or all signals with a common cause: the accusation is dropped with its
+    /// evidence. New evidence can accuse it again.
     Clear(Subject),
-    /// What the contract of a need refuses goes out all the same for a time, at the level that it has.
+    /// A source that the contract of a need refuses serves it all the same for a time, at its own level.
     Override {
         /// The need, named as in [`Order::Force`].
         need: String,
-        /// For how long; longer than nothing.
+        /// For how long; more than zero.
         lasts: Span,
-        /// Why; not empty.
+        /// The operator's reason; not empty.
         because: String,
     },
-    /// Somebody has checked a piece of evidence that nothing measures.
+    /// An operator has checked a piece of evidence that is not measured.
     Attest {
         /// The contract and the evidence: `speed/installed`.
         evidence: String,
-        /// Whether it is so.
+        /// Whether the evidence is true.
         holds: bool,
     },
 }

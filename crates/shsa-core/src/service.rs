@@ -1,6 +1,7 @@
-//! The generic service: inputs, a program, an output. A substitute is one.
+//! The generic service: inputs, a program, an output. A substitute is such a service.
 //!
-//! Starting one costs no I/O and no waiting: the past of its inputs is there already. It computes whenever its fastest input delivers, the others brought to that moment.
+//! Starting a service costs no I/O and no waiting, as the past of its inputs is known. It computes whenever its fastest input
+//! delivers, with the others brought to that moment.
 
 use crate::alignment::{Port, Sample};
 use crate::assurance::Assured;
@@ -11,11 +12,11 @@ use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 
-/// A way of knowing that is provided as an output.
+/// A way of knowing that is computed as an output.
 #[derive(Debug)]
 pub struct Service {
     computation: Computation,
-    /// Validity of the trigger's newest observation that is not computed yet.
+    /// The validity of the trigger's newest observation, if it is not computed yet.
     pending: Option<Validity>,
 }
 
@@ -49,7 +50,7 @@ impl Service {
         Some(Service { computation, pending })
     }
 
-    /// The same, where somebody else has computed it until now and left this moment undone: it is computed next.
+    /// The same, after another process has computed the service and left this moment undone: it is computed next.
     #[must_use]
     pub fn start_at(
         knowledge: &KnowledgeBase,
@@ -66,22 +67,22 @@ impl Service {
         Some(Service { computation, pending: Some(undone) })
     }
 
-    /// What [`Service::compute`] would compute now, for somebody else to do.
+    /// The task that [`Service::compute`] would compute now, for another process.
     pub fn task(&mut self, ports: &IdVec<SignalId, Port>, last: Option<Sample>) -> Option<Task> {
         let moment = self.pending.take()?;
         self.computation.task(ports, moment, last)
     }
 
-    /// What the ports remember of the inputs before a moment, oldest first: who computes elsewhere begins with it, so that
-    /// windows are full.
+    /// Tasks for the past inputs in the ports before a moment, oldest first: another process begins with them, so that windows
+    /// are full.
     pub fn past(&self, ports: &IdVec<SignalId, Port>, before: Validity) -> Vec<Task> {
         let moments = self.computation.trigger().into_iter().flat_map(|trigger| ports[trigger].moments());
         let moments = moments.filter(|moment| moment.to < before.to);
         moments.filter_map(|moment| self.computation.task(ports, moment, None)).collect()
     }
 
-    /// Goes on from an earlier service of the same way, which was made from the knowledge base before a change; whether it
-    /// does: only when both compute the same.
+    /// Takes over the memory of the same way's service from before a change of the knowledge base. Returns whether it does: only
+    /// when both compute the same.
     pub fn inherit(&mut self, old: &mut Service, lineage: &Lineage) -> bool {
         let is_same = self.computation.inherit(&mut old.computation, lineage);
         if is_same {
@@ -90,13 +91,13 @@ impl Service {
         is_same
     }
 
-    /// How old the outputs of a way are when its service gives them.
+    /// The age of a way's outputs when its service gives them.
     #[must_use]
     pub fn lag(knowledge: &KnowledgeBase, way: &Way) -> Span {
         Computation::lag(knowledge, way, Computation::fastest_input)
     }
 
-    /// What it computes.
+    /// The computed way.
     #[must_use]
     pub fn way(&self) -> &Way {
         self.computation.way()
@@ -115,7 +116,7 @@ impl Service {
         }
     }
 
-    /// The output when the fastest input has delivered since the last call and all inputs are known.
+    /// The output, when the fastest input has delivered since the last call and all inputs are known.
     ///
     /// `last` is the last value of the output variable, for formulas that go on from it.
     pub fn compute<'a>(

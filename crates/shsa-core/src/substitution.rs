@@ -1,4 +1,4 @@
-//! A way of knowing a variable: the relations that compute it, in order, and the variables that they start from.
+//! Substitutions and ways of knowing a variable: the relations that compute it, in order, and their sources.
 
 use crate::knowledge::{KnowledgeBase, Lineage, RelationId, SignalId, VariableId};
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -6,12 +6,12 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// One relation that produces one variable.
+/// A relation that produces one variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Step {
-    /// The relation that is used.
+    /// The relation.
     pub relation: RelationId,
-    /// The variable that it is used for.
+    /// The variable that the relation produces.
     pub output: VariableId,
 }
 
@@ -21,19 +21,19 @@ pub struct Step {
 /// the empty substitution: the variable's own signals.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Substitution {
-    /// The variable that it computes.
+    /// The computed variable.
     pub sink: VariableId,
-    /// In the order of computation: what a step reads, an earlier step has produced or a source provides.
+    /// The steps in the order of computation: the inputs of a step are sources or outputs of earlier steps.
     pub steps: Vec<Step>,
-    /// The variables that it starts from, ascending: provided by a signal or constant.
+    /// The sources, ascending: variables provided by a signal or constant.
     pub sources: Vec<VariableId>,
 }
 
 impl Substitution {
-    /// Puts the choice of one step per computed variable into the order of computation.
+    /// Puts a choice of one relation per computed variable into the order of computation.
     ///
-    /// `choice` holds, for every variable that is to be computed, the relation above it. Gives `None` when the
-    /// choice is cyclic. Complexity: O(s log s) for s inputs of the chosen relations.
+    /// `choice` has, for every variable to compute, the relation above it. Returns `None` when the choice is cyclic. Complexity:
+    /// O(s log s) for s inputs of the chosen relations.
     #[must_use]
     pub fn from_choice(
         knowledge: &KnowledgeBase,
@@ -46,8 +46,8 @@ impl Substitution {
         Some(Substitution { sink, steps: order.steps, sources: order.sources.into_iter().collect() })
     }
 
-    /// Whether it goes on from the last value of its own sink, as dead reckoning does: it says nothing new about
-    /// it, so it is no witness, and it serves only where nothing else can.
+    /// Whether the substitution goes on from the last value of its own sink, as dead reckoning does: it says nothing new about
+    /// the sink, so it is no witness, and it serves only where no other source can.
     #[must_use]
     pub fn continues_itself(&self, knowledge: &KnowledgeBase) -> bool {
         let sink = self.sink.symbol();
@@ -58,7 +58,7 @@ impl Substitution {
         self.steps.iter().any(refers_to_sink)
     }
 
-    /// The relations that it uses, ascending.
+    /// The relations of the steps, ascending.
     #[must_use]
     pub fn relations(&self) -> Vec<RelationId> {
         let mut relations: Vec<_> = self.steps.iter().map(|step| step.relation).collect();
@@ -67,7 +67,7 @@ impl Substitution {
         relations
     }
 
-    /// Every variable that takes part, ascending: the sink, what is computed on the way, and the sources.
+    /// All variables, ascending: the sink, the computed variables, and the sources.
     #[must_use]
     pub fn variables(&self) -> Vec<VariableId> {
         let computed = self.steps.iter().map(|step| step.output);
@@ -82,15 +82,15 @@ impl Substitution {
 /// A substitution with one signal chosen for each of its sources: one way of knowing a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Way {
-    /// What is computed.
+    /// The substitution.
     pub substitution: Substitution,
     /// The signal of each source, in their order; `None` for a constant.
     pub signals: Vec<Option<SignalId>>,
 }
 
 impl Way {
-    /// All choices of one usable signal a source, at most `most`: the best rated signals first, as the utility of the
-    /// substitution is theirs, then in file order.
+    /// All choices of one usable signal for each source, at most `most`: the best rated signals first, as they give the utility
+    /// of the substitution, then in file order.
     #[must_use]
     pub fn choices(
         knowledge: &KnowledgeBase,
@@ -115,12 +115,12 @@ impl Way {
         choices.into_iter().map(way).collect()
     }
 
-    /// The signals that it reads.
+    /// The signals that the way reads.
     pub fn inputs(&self) -> impl Iterator<Item = SignalId> + '_ {
         self.signals.iter().copied().flatten()
     }
 
-    /// The signal itself when there is nothing to compute.
+    /// The signal, when the way is a signal alone.
     #[must_use]
     pub fn direct(&self) -> Option<SignalId> {
         match (self.substitution.steps.is_empty(), self.signals.as_slice()) {
@@ -129,8 +129,8 @@ impl Way {
         }
     }
 
-    /// The same way in the knowledge base that took the place of its own; `None` when an element of it is gone, or a
-    /// signal that it reads means something else now. What its relations say is not compared.
+    /// The same way in the knowledge base that replaces its own; `None` when an element of it is gone, or the meaning of a signal
+    /// has changed. The formulas of relations are not compared.
     #[must_use]
     pub fn succeeded(&self, lineage: &Lineage) -> Option<Way> {
         let Substitution { sink, steps, sources } = &self.substitution;
@@ -152,7 +152,7 @@ impl Way {
         Some(Way { substitution: Substitution { sink, steps, sources }, signals })
     }
 
-    /// In words: the signals that it reads and the relations that it uses, such as `/a, /b by r1`.
+    /// The way in words: its signals and relations, such as `/a, /b by r1`.
     #[must_use]
     pub fn describe(&self, knowledge: &KnowledgeBase) -> String {
         let signals: Vec<&str> =
@@ -175,7 +175,7 @@ fn extensions(chosen: &[Option<SignalId>], options: &[Option<SignalId>]) -> Vec<
     options.iter().map(extended).collect()
 }
 
-/// A depth-first walk that lists a step after all that it reads; an explicit stack, as chains may be long.
+/// A depth-first walk that lists a step after those that it reads; with an explicit stack, as chains may be long.
 struct Order<'a> {
     knowledge: &'a KnowledgeBase,
     choice: &'a BTreeMap<VariableId, RelationId>,

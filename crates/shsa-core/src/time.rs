@@ -1,6 +1,6 @@
 //! Points in time and spans, counted in nanoseconds, never measured.
 //!
-//! All arithmetic saturates: a stranger's time stamp may be any 64-bit number and must not make us overflow.
+//! All arithmetic saturates: a time stamp may be any 64-bit number and must not cause an overflow.
 
 use core::ops::{Add, Neg, Sub};
 
@@ -13,9 +13,9 @@ pub struct Time(pub i64);
 pub struct Span(pub i64);
 
 impl Time {
-    /// The earliest point there is: older than every observation.
+    /// The earliest point, before every observation.
     pub const MIN: Time = Time(i64::MIN);
-    /// The latest point there is.
+    /// The latest point.
     pub const MAX: Time = Time(i64::MAX);
 
     /// Seconds since the epoch, rounded to the nearest nanosecond; saturates, and not-a-number gives 0.
@@ -32,9 +32,9 @@ impl Time {
 }
 
 impl Span {
-    /// No time at all.
+    /// The empty span.
     pub const ZERO: Span = Span(0);
-    /// The longest span there is.
+    /// The longest span.
     pub const MAX: Span = Span(i64::MAX);
 
     /// Rounded to the nearest nanosecond; saturates, and not-a-number gives 0.
@@ -56,7 +56,7 @@ impl Span {
         self.0 as f64 / 1e9
     }
 
-    /// Its length without its sign.
+    /// The magnitude of the span.
     #[must_use]
     pub const fn abs(self) -> Span {
         Span(self.0.saturating_abs())
@@ -69,8 +69,8 @@ impl Span {
     }
 }
 
-/// The saturating sum. Nothing saturates but what is a mistake or an attack: a branch that is never taken costs a third of
-/// what [`i64::saturating_add`] does.
+/// The saturating sum. Only a mistake or an attack saturates, so the branch is almost never taken and costs a third of
+/// [`i64::saturating_add`].
 #[inline]
 fn sum(one: i64, other: i64) -> i64 {
     one.checked_add(other).unwrap_or_else(|| end_of_time(one))
@@ -82,7 +82,7 @@ fn difference(one: i64, other: i64) -> i64 {
     one.checked_sub(other).unwrap_or_else(|| end_of_time(one))
 }
 
-/// Where a sum or a difference goes whose first number has this sign, when it leaves the range.
+/// The saturated result of a sum or a difference whose first number has this sign.
 #[cold]
 #[inline(never)]
 fn end_of_time(towards: i64) -> i64 {
@@ -136,7 +136,7 @@ impl Neg for Span {
     }
 }
 
-/// When a value held: at some moment between two points, both included.
+/// The validity of a value: it was true at some moment between two points, both included.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Validity {
     /// The earliest moment.
@@ -146,19 +146,19 @@ pub struct Validity {
 }
 
 impl Validity {
-    /// A time stamp that is known exactly.
+    /// The validity of an exactly known time.
     #[must_use]
     pub const fn at(time: Time) -> Validity {
         Validity { from: time, to: time }
     }
 
-    /// Always: what a constant is valid for.
+    /// The validity of a constant: always.
     #[must_use]
     pub const fn always() -> Validity {
         Validity { from: Time::MIN, to: Time::MAX }
     }
 
-    /// The moments in both; `None` when there is none. Touching counts.
+    /// The moments in both validities; `None` when there are none. Touching counts.
     #[inline]
     #[must_use]
     pub fn intersection(self, other: Validity) -> Option<Validity> {
@@ -167,7 +167,7 @@ impl Validity {
         (from <= to).then_some(Validity { from, to })
     }
 
-    /// The moment halfway.
+    /// The middle moment.
     #[inline]
     #[must_use]
     pub fn centre(self) -> Time {
@@ -180,7 +180,7 @@ impl Validity {
         Validity { from: self.from.min(other.from), to: self.to.max(other.to) }
     }
 
-    /// Time between the two when they do not overlap, else zero.
+    /// The time between two validities; zero when they overlap.
     #[inline]
     #[must_use]
     pub fn gap(self, other: Validity) -> Span {
@@ -188,14 +188,14 @@ impl Validity {
         apart.max(Span::ZERO)
     }
 
-    /// From the earliest to the latest moment.
+    /// The time from the earliest to the latest moment.
     #[inline]
     #[must_use]
     pub fn length(self) -> Span {
         self.to - self.from
     }
 
-    /// Moved by a span, later when positive.
+    /// The validity shifted by a span, later when positive.
     #[must_use]
     pub fn shifted(self, span: Span) -> Validity {
         Validity { from: self.from + span, to: self.to + span }

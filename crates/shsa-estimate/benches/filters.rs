@@ -1,4 +1,4 @@
-//! What a step of a filter costs beside the same written by hand, in one run: only the ratios are to be compared.
+//! The cost of a filter's step compared with the same step written by hand, in one run: only the ratios are meaningful.
 #![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
 #![allow(
     clippy::expect_used,
@@ -92,7 +92,7 @@ fn formulas() -> Formulas {
     .expect("a model")
 }
 
-/// The same by hand.
+/// The same system by hand.
 struct ByHand;
 
 impl System for ByHand {

@@ -11,14 +11,14 @@ pub struct Window {
 }
 
 impl Window {
-    /// Room for so many values, one at least.
+    /// A window for this many values, at least one.
     #[must_use]
     pub fn new(capacity: usize) -> Window {
         let capacity = capacity.max(1);
         Window { values: Vec::with_capacity(capacity), sorted: vec![0.0; capacity], capacity }
     }
 
-    /// Takes a value in; the oldest one goes where there are too many. Linear.
+    /// Takes in a value; a full window drops the oldest. Linear.
     pub fn push(&mut self, value: f64) {
         if self.values.len() == self.capacity {
             self.values.rotate_left(1);
@@ -33,24 +33,24 @@ impl Window {
         &self.values
     }
 
-    /// The most values.
+    /// The largest number of values.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.capacity
     }
 
-    /// Forgets all.
+    /// Removes all values.
     pub fn clear(&mut self) {
         self.values.clear();
     }
 
-    /// Whether there are as many values as there can be.
+    /// Whether the window is full.
     #[must_use]
     pub fn is_full(&self) -> bool {
         self.values.len() == self.capacity
     }
 
-    /// The values in the middle: one twice where their number is odd. `None` of no value. Time: w log w for w values.
+    /// The two middle values, which are the same for an odd number; `None` without values. Time: w log w for w values.
     ///
     /// The moving median and its robustness: J. W. Tukey, "Exploratory Data Analysis", 1977; N. Gallagher, G. Wise 1981,
     /// doi:10.1109/TASSP.1981.1163708.
@@ -62,16 +62,16 @@ impl Window {
         Some((*sorted.get(count.checked_sub(1)? / 2)?, *sorted.get(count / 2)?))
     }
 
-    /// The mean of the middle two. As [`Window::middle`].
+    /// The mean of the two middle values. As [`Window::middle`].
     pub fn median(&mut self) -> Option<f64> {
         self.middle().map(|(lower, upper)| lower / 2.0 + upper / 2.0)
     }
 }
 
-/// What a moving average gives until its window is full.
+/// The result of a moving average until its window is full.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Filling {
-    /// The average of what there is.
+    /// The average of the present values.
     Partial,
     /// The input.
     Echo,
@@ -85,25 +85,25 @@ pub enum Filling {
 pub struct MovingAverage {
     inputs: Window,
     outputs: Window,
-    /// Of the newest value first.
+    /// The weights, that of the newest value first.
     weights: Vec<f64>,
     output_weights: Vec<f64>,
     filling: Filling,
 }
 
 impl MovingAverage {
-    /// With these weights, of the newest value first; their number is the window.
+    /// A moving average with these weights, that of the newest value first; their number is the window.
     ///
     /// # Errors
-    /// No weights, one that is no number, or a sum that is not above zero.
+    /// No weights, a weight that is not a number, or a sum that is not above zero.
     pub fn new(weights: &[f64], filling: Filling) -> Result<MovingAverage, Error> {
         MovingAverage::recursive(weights, &[], filling)
     }
 
-    /// With weights of the last outputs, too, of the newest one first.
+    /// A moving average with weights of its last outputs, too, that of the newest one first.
     ///
     /// # Errors
-    /// As [`MovingAverage::new`], of both.
+    /// As [`MovingAverage::new`], for both lists of weights.
     pub fn recursive(
         weights: &[f64],
         output_weights: &[f64],
@@ -127,7 +127,7 @@ impl MovingAverage {
         })
     }
 
-    /// Takes a value in and gives the average.
+    /// Takes in a value and returns the average.
     pub fn push(&mut self, value: f64) -> f64 {
         self.inputs.push(value);
         let is_echo = self.filling == Filling::Echo && !self.inputs.is_full();
@@ -142,25 +142,25 @@ impl MovingAverage {
         output
     }
 
-    /// The weights of what is in the window, of the newest value first, so that they sum to 1.
+    /// The weights of the present values, that of the newest one first, scaled to sum to 1.
     pub(crate) fn shares(&self) -> impl Iterator<Item = f64> + '_ {
         let used = self.weights.get(..self.inputs.values().len()).unwrap_or(&self.weights);
         let sum: f64 = used.iter().sum();
         used.iter().map(move |weight| weight / sum)
     }
 
-    /// Whether its own outputs go into it.
+    /// Whether the average uses its own outputs.
     #[must_use]
     pub fn is_recursive(&self) -> bool {
         !self.output_weights.is_empty()
     }
 
-    /// What it has taken in; of a recursive one its outputs are apart.
+    /// The input values; outputs of a recursive average are separate.
     pub(crate) fn window(&self) -> &Window {
         &self.inputs
     }
 
-    /// The same to change.
+    /// The input values, mutable.
     pub(crate) fn window_mut(&mut self) -> &mut Window {
         &mut self.inputs
     }
@@ -174,12 +174,12 @@ fn weighted(window: &Window, weights: &[f64]) -> Option<f64> {
     (total > 0.0).then(|| sum / total)
 }
 
-/// What to do with a variance of zero.
+/// The handling of a variance of zero.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Certain {
-    /// It is an error.
+    /// A variance of zero is an error.
     Refused,
-    /// The value is left out; where all variances are zero, all values count alike.
+    /// The value is left out; where all variances are zero, all values have equal weights.
     LeftOut,
 }
 
@@ -188,11 +188,11 @@ pub enum Certain {
 pub struct Combined {
     /// `sum(x_i / V_i) / sum(1 / V_i)`.
     pub value: f64,
-    /// `1 / sum(1 / V_i)`; where all variances were zero, that of the values.
+    /// `1 / sum(1 / V_i)`; the sample variance where all variances are zero.
     pub variance: f64,
-    /// `sum((x_i - x)^2 / V_i)`: chi-square distributed with one degree less than values, when the variances are right.
+    /// `sum((x_i - x)^2 / V_i)`: chi-square distributed with one degree of freedom less than values, if the variances are right.
     pub chi_square: f64,
-    /// The values used.
+    /// The number of values used.
     pub count: usize,
 }
 
@@ -200,7 +200,7 @@ pub struct Combined {
 /// doi:10.1017/S0370164600014346). Missing values are left out. Linear.
 ///
 /// # Errors
-/// Nothing is there, or a variance is zero and that is refused.
+/// No value is present, or a variance is zero and that is refused.
 pub fn by_confidence(values: &[(Option<f64>, f64)], certain: Certain) -> Result<Combined, Error> {
     let present = || {
         values.iter().enumerate().filter_map(|(place, (value, variance))| Some((place, (*value)?, *variance)))

@@ -1,4 +1,4 @@
-//! Formulas compiled to one program, which is run over numbers, over duals, and over many numbers at once.
+//! Formulas compiled to one program, which is evaluated over numbers, over duals, and over many numbers at once.
 
 use crate::Error;
 use crate::dual::{Dual, WIDTH};
@@ -6,23 +6,23 @@ use crate::lanes::{LANES, Lanes};
 use shsa_core::expression::{Assignment, Formula, Number, Program, Shape, State, Symbol, Value};
 use shsa_core::time::Validity;
 
-/// What the formulas of a model are evaluated on: states, then control inputs, then `dt`.
+/// The arguments of a model's formulas: states, then control inputs, then `dt`.
 #[derive(Clone, Copy)]
 pub(crate) struct Arguments<'a> {
-    /// One state, or many: number i of all of them one behind the other, before number i + 1.
+    /// One state vector, or many: element i of all of them in a row, before element i + 1.
     pub(crate) states: &'a [f64],
-    /// How many states these are.
+    /// The number of state vectors.
     pub(crate) many: usize,
-    /// The numbers of one state.
+    /// The length of a state vector.
     pub(crate) state_len: usize,
-    /// Absent ones are 0.
+    /// The control inputs; absent ones are 0.
     pub(crate) controls: &'a [f64],
     pub(crate) control_count: usize,
     pub(crate) dt: f64,
 }
 
 impl<'a> Arguments<'a> {
-    /// The number in a slot, of the state at a place.
+    /// The number in a slot, of the state vector at a place.
     #[inline]
     fn get(&self, slot: usize, place: usize) -> f64 {
         match slot.checked_sub(self.state_len) {
@@ -38,7 +38,7 @@ impl<'a> Arguments<'a> {
         if is_control { self.controls.get(control).copied().unwrap_or(0.0) } else { self.dt }
     }
 
-    /// The numbers in a slot of the states from a place on; beyond the last they are missing.
+    /// The numbers in a slot for the state vectors from a place on; missing beyond the last.
     #[inline]
     fn lanes(&self, slot: usize, place: usize) -> Lanes {
         if let Some(control) = slot.checked_sub(self.state_len) {
@@ -59,12 +59,12 @@ impl<'a> Arguments<'a> {
 #[derive(Clone, Debug)]
 pub(crate) struct Compiled {
     program: Program,
-    /// Which of states, controls and `dt` each input is.
+    /// For each input, its place among states, controls and `dt`.
     slots: Vec<usize>,
     numbers: Run<f64>,
     duals: Run<Dual>,
     lanes: Run<Lanes>,
-    /// What the numbers gave last; empty at first.
+    /// The last results; empty at first.
     found: Vec<f64>,
     is_branch_free: bool,
 }
@@ -96,7 +96,7 @@ impl Compiled {
     /// Compiles formulas over `count` symbols of which the last is `dt`, to one vector.
     ///
     /// # Errors
-    /// A formula that remembers its past, is no single number, or uses what is not among the symbols.
+    /// A formula that has a memory, is not a single number, or uses other symbols.
     pub(crate) fn new(what: &str, formulas: Vec<Formula>, count: usize) -> Result<Compiled, Error> {
         let wrong = |reason: &str| Error::Formula { what: what.to_owned(), reason: reason.to_owned() };
         let elapsed = Symbol(count as u32 - 1);
@@ -126,7 +126,7 @@ impl Compiled {
         })
     }
 
-    /// The values for one state. What was computed last is not computed again: noise often depends on nothing, or on `dt` only.
+    /// The values for one state vector. Unchanged inputs are not evaluated again, as noise often depends on `dt` only.
     #[inline]
     pub(crate) fn evaluate(&mut self, arguments: Arguments<'_>) -> &[f64] {
         self.evaluate_at(arguments, 0)
@@ -147,7 +147,7 @@ impl Compiled {
         &self.found
     }
 
-    /// The values for one state with derivatives by its numbers from `first` on, as many as a dual has directions.
+    /// The values for one state vector with their derivatives by the elements from `first` on, as many as a dual has directions.
     pub(crate) fn differentiate(&mut self, arguments: Arguments<'_>, first: usize) -> &[Dual] {
         for (input, slot) in self.duals.inputs.iter_mut().zip(&self.slots) {
             let direction = slot.checked_sub(first).filter(|_| *slot < arguments.state_len);
@@ -157,7 +157,7 @@ impl Compiled {
         self.duals.evaluate(&self.program)
     }
 
-    /// The values for many states, ordered as those are; what has no value is missing.
+    /// The values for many state vectors, in the same order; not-a-number for a missing value.
     pub(crate) fn evaluate_many(&mut self, arguments: Arguments<'_>, to: &mut [f64]) {
         to.fill(f64::NAN);
         if self.is_branch_free {

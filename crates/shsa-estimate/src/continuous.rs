@@ -1,21 +1,20 @@
-//! Process noise that counts in a second: its covariance after any time, from how the transition carries it on.
+//! Process noise declared per second: its covariance after any time, propagated by the transition.
 //!
-//! Of white noise with the densities `d_k` in the states, `Q(dt)` is the integral from 0 to `dt` of
-//! `sum(d_k phi_k(s) phi_k(s)')`, where `phi_k` is a column of the transition's derivatives after `s`. Three points of Gauss and
-//! Legendre are exact where these are polynomials up to the second degree (position, speed and acceleration): then two short steps
-//! are as one long one, and a filter does not mind how often it is asked. C. Van Loan 1978 (doi:10.1109/TAC.1978.1101743) has the
-//! closed form of linear systems.
+//! For white noise with the densities `d_k` in the states, `Q(dt)` is the integral from 0 to `dt` of `sum(d_k phi_k(s)
+//! phi_k(s)')`, where `phi_k` is a column of the transition's derivatives after `s`. Three Gauss-Legendre points are exact where
+//! these are polynomials up to the second degree (position, speed and acceleration). Then two short steps equal a long one, so a
+//! filter may be evaluated at any rate. C. Van Loan 1978 (doi:10.1109/TAC.1978.1101743) has the closed form of linear systems.
 
 use crate::Error;
 use crate::formulas::{Draft, Formulas};
 use crate::matrix::{Matrix, at, column, put};
 use crate::system::{Ensemble, System};
 
-/// Where the integrand is taken, and how it counts, of an integral from 0 to 1.
+/// The Gauss-Legendre points and weights of an integral from 0 to 1.
 const POINTS: [(f64, f64); 3] =
     [(0.112_701_665_379_258_3, 5.0 / 18.0), (0.5, 8.0 / 18.0), (0.887_298_334_620_741_7, 5.0 / 18.0)];
 
-/// A system by formulas whose noise is given by standard deviations: of each state in a second, of each sensor.
+/// A system by formulas whose noise is given by standard deviations: of each state in a second, and of each sensor.
 #[derive(Clone, Debug)]
 pub struct Continuous {
     formulas: Formulas,
@@ -25,10 +24,10 @@ pub struct Continuous {
 }
 
 impl Continuous {
-    /// As [`Formulas::new`]; the draft's formulas of noise are standard deviations, and those beside the diagonal are not used.
+    /// As [`Formulas::new`]; the draft's formulas of noise are standard deviations, and those off the diagonal are not used.
     ///
     /// # Errors
-    /// Those of [`Formulas::new`].
+    /// The errors of [`Formulas::new`].
     pub fn new(draft: Draft) -> Result<Continuous, Error> {
         let formulas = Formulas::new(draft)?;
         let n = formulas.states();

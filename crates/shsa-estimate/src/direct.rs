@@ -1,6 +1,6 @@
-//! Methods that need no model: several inputs that all measure one quantity directly.
+//! Fusion without a model: several inputs measure one quantity directly.
 //!
-//! The quantity is one state; between measurements it stays, and its variance grows by a rate that the caller declares.
+//! The quantity is a single state; between measurements it stays constant, and its variance grows at a declared rate.
 
 use crate::Error;
 use crate::average::{Certain, MovingAverage, Window, by_confidence};
@@ -9,7 +9,7 @@ use crate::matrix::{Matrix, at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use shsa_core::interval::Interval;
 
-/// How the values of several inputs become one.
+/// How the values of several inputs are combined.
 #[derive(Clone, Debug)]
 pub enum Rule {
     /// The weighted average of the last values, whichever input they came from.
@@ -18,32 +18,32 @@ pub enum Rule {
     Median(Window),
     /// The average of the values of a moment by their variances.
     Confidence,
-    /// Marzullo's interval of the values of a moment, each with so many standard deviations to both sides.
+    /// Marzullo's interval of the values of a moment, each with a number of standard deviations to both sides.
     Marzullo(Faulty),
-    /// Schmid's.
+    /// Schmid's interval, of the same values.
     Schmid(Faulty),
     /// The estimate of Brooks and Iyengar.
     BrooksIyengar(Faulty),
 }
 
-/// What interval fusion is told.
+/// The parameters of interval fusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faulty {
-    /// How many inputs may lie.
+    /// The largest number of faulty inputs.
     pub count: usize,
-    /// How many standard deviations an input's interval reaches to both sides.
+    /// The half-width of an input's interval, in standard deviations.
     pub deviations: f64,
 }
 
-/// A quantity by several inputs.
+/// A quantity measured by several inputs.
 #[derive(Clone, Debug)]
 pub struct Direct {
     rule: Rule,
-    /// The variance of each input where its measurement has none.
+    /// The variance of each input whose measurement brings none.
     variances: Vec<f64>,
-    /// By how much the variance grows in a second.
+    /// The growth of the variance in a second.
     growth: f64,
-    /// Of one number.
+    /// The estimate, of one number.
     estimate: Gaussian,
     intervals: Vec<Interval>,
     pairs: Vec<(Option<f64>, f64)>,
@@ -51,10 +51,10 @@ pub struct Direct {
 }
 
 impl Direct {
-    /// Begins with a value and its variance.
+    /// Starts from a value and its variance.
     ///
     /// # Errors
-    /// A variance that is not above zero, growth below zero, no input, a recursive average.
+    /// A variance that is not above zero, growth below zero, no input, or a recursive average.
     pub fn new(
         rule: Rule,
         variances: &[f64],
@@ -116,7 +116,7 @@ impl Direct {
         own.filter(|variance| *variance > 0.0 && variance.is_finite() && measurement.value.is_finite())
     }
 
-    /// The value of a moment with its variance.
+    /// The value of a moment and its variance.
     fn combined(&mut self) -> Option<(f64, f64)> {
         let alike = by_confidence(&self.pairs, Certain::Refused).ok()?;
         match &mut self.rule {
@@ -128,7 +128,7 @@ impl Direct {
             }
             Rule::Median(window) => {
                 window.push(alike.value);
-                // The median of n normal numbers has pi / 2 times the variance of their mean, of one its own.
+                // The median of n normal numbers has pi / 2 times the variance of their mean; a single number has its own.
                 let count = window.values().len() as f64;
                 let share = if count < 2.0 { 1.0 } else { (std::f64::consts::FRAC_PI_2 / count).min(1.0) };
                 Some((window.median()?, alike.variance * share))
@@ -211,7 +211,7 @@ impl Method for Direct {
                 self.set(value, variance);
                 updated
             }
-            // No value is in so many intervals: more inputs lie than was declared.
+            // No value is in enough intervals: more inputs are faulty than declared.
             None => Updated { used: 0, ..updated },
         }
     }
@@ -264,7 +264,7 @@ mod tests {
         check(Rule::Marzullo(faulty), &[1.0, 2.0, 3.0, 90.0], 2.0);
         check(Rule::Schmid(faulty), &[1.0, 2.0, 3.0, 90.0], 2.5);
         check(Rule::BrooksIyengar(faulty), &[1.0, 2.0, 3.0, 90.0], 2.0);
-        // Two lie: nothing is in three of four intervals, and nothing changes.
+        // Two inputs are faulty: no value is in three of four intervals, and the estimate stays.
         check(Rule::Marzullo(faulty), &[1.0, 2.0, 50.0, 90.0], 0.0);
     }
 

@@ -1,19 +1,19 @@
 //! Dual numbers: a value and its derivatives in several directions at once.
 //!
 //! Forward automatic differentiation: a formula evaluated over duals gives its exact derivatives, in one evaluation for each
-//! [`WIDTH`] variables (L. B. Rall, "Automatic Differentiation", 1981, doi:10.1007/3-540-10861-0). Where a function has a corner
-//! (`abs`, `min`, `floor`, `if`) it is the derivative of the branch that was taken.
+//! [`WIDTH`] variables (L. B. Rall, "Automatic Differentiation", 1981, doi:10.1007/3-540-10861-0). At a corner of a function
+//! (`abs`, `min`, `floor`, `if`), the derivative is that of the branch taken.
 
 use shsa_core::expression::{Binary, Comparison, Constant, Number, Unary};
 use shsa_core::interval::{Interval, Truth};
 
-/// The directions of one evaluation.
+/// The number of directions of one evaluation.
 pub const WIDTH: usize = 8;
 
-/// The most elements that a median of duals may have; of more it has no value.
+/// The largest number of duals in a median; a larger median is missing.
 const MEDIAN_MAX: usize = 32;
 
-/// A value with its derivatives.
+/// A value and its derivatives.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Dual {
     /// The value; not-a-number is missing.
@@ -23,13 +23,13 @@ pub struct Dual {
 }
 
 impl Dual {
-    /// A number that depends on nothing.
+    /// A number without derivatives.
     #[must_use]
     pub const fn constant(value: f64) -> Dual {
         Dual { value, slopes: [0.0; WIDTH] }
     }
 
-    /// The variable of one direction; of one beyond the last a constant.
+    /// The variable of a direction; a constant for a direction beyond the last.
     #[must_use]
     pub fn variable(value: f64, direction: usize) -> Dual {
         let mut slopes = [0.0; WIDTH];
@@ -39,13 +39,13 @@ impl Dual {
         Dual { value, slopes }
     }
 
-    /// A function of it, by the function's value and derivative.
+    /// A function of the dual, by the function's value and derivative.
     #[inline]
     fn through(self, value: f64, slope: f64) -> Dual {
         Dual { value, slopes: self.slopes.map(|own| own * slope) }
     }
 
-    /// A function of two numbers, by its value and both derivatives.
+    /// A function of two duals, by its value and both derivatives.
     #[inline]
     fn joined(self, other: Dual, value: f64, by_self: f64, by_other: f64) -> Dual {
         let mut slopes = self.slopes;
@@ -55,7 +55,7 @@ impl Dual {
         Dual { value, slopes }
     }
 
-    /// The same without numbers that no float is; an infinite derivative is none.
+    /// The dual; missing if its value or a derivative is infinite or not a number.
     fn finite(self) -> Dual {
         let is_finite = self.value.is_finite() && self.slopes.iter().all(|slope| slope.is_finite());
         if is_finite { self } else { Dual::MISSING }
@@ -107,7 +107,7 @@ impl Number for Dual {
             Unary::Acos => -1.0 / libm::sqrt(1.0 - x * x),
             Unary::Atan => 1.0 / (1.0 + x * x),
         };
-        // A corner without a slope is one only for who moves over it.
+        // A constant has no slopes, even where the function has no derivative.
         if self.is_constant() { Dual::constant(value) } else { self.through(value, slope) }
     }
 
@@ -218,7 +218,7 @@ mod tests {
         Binary::Hypot,
     ];
 
-    /// By the quotient of differences on both sides.
+    /// Checks a derivative by a central difference.
     #[track_caller]
     fn check(found: f64, function: impl Fn(f64) -> f64, x: f64) {
         let step = 1e-6;

@@ -1,22 +1,22 @@
-//! What is wrong with a model of estimation, with its numbers.
+//! Errors of estimation models, with their numbers.
 
 /// Why an estimator cannot be made, or cannot give an answer.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum Error {
-    /// A matrix or a vector has another shape than the model wants.
+    /// A matrix or a vector of a wrong size.
     #[error("{what} has {found} entries, and {wanted} are wanted")]
     Size {
-        /// Which one.
+        /// The matrix or vector.
         what: &'static str,
-        /// Its entries.
+        /// The number of its entries.
         found: usize,
-        /// The right number.
+        /// The right number of entries.
         wanted: usize,
     },
-    /// A covariance that is none.
+    /// A covariance that is not positive semidefinite.
     #[error("{what} is not positive semidefinite: pivot {place} is {pivot}")]
     NotDefinite {
-        /// Which one.
+        /// The covariance.
         what: &'static str,
         /// The row of the first negative pivot, from 0.
         place: usize,
@@ -26,17 +26,17 @@ pub enum Error {
     /// A number outside of its range.
     #[error("{what} is {value}, and must be {range}")]
     Range {
-        /// Which one.
+        /// The number's name.
         what: &'static str,
-        /// What it is.
+        /// The number.
         value: f64,
-        /// What it may be.
+        /// The allowed range.
         range: &'static str,
     },
-    /// A formula that remembers its past, or uses what the model does not have.
+    /// A formula that has a memory, or uses symbols outside the model.
     #[error("the formula of {what} {reason}")]
     Formula {
-        /// Of which quantity.
+        /// The quantity of the formula.
         what: String,
         /// Why it cannot be used.
         reason: String,
@@ -44,10 +44,10 @@ pub enum Error {
     /// Nothing was measured.
     #[error("all inputs are missing")]
     Nothing,
-    /// A value that is certain leaves the others no weight.
+    /// A value with a variance of zero, which leaves the others no weight.
     #[error("input {place} has the variance zero: leave such inputs out, or give them one")]
     ZeroVariance {
-        /// Its place among the inputs, from 0.
+        /// The value's place among the inputs, from 0.
         place: usize,
     },
 }

@@ -1,9 +1,9 @@
-//! What an input of a computation is at the time of the computation: its latest value, its extrapolation, or the first as long as it
-//! is fresh.
+//! The value of an input at the time of a computation: its latest value, its extrapolation, or the latest value while it is
+//! fresh.
 //!
-//! Inputs of one substitute come at different rates, so they are of different ages when it is computed (temporal alignment, D.
-//! Ratasich, "Self-Healing Cyber-Physical Systems", 2019, 1.6.3). The latest value is wrong by what has changed since. An
-//! estimator knows how the quantity changes, and how uncertain that makes it.
+//! Inputs of one substitute come at different rates, so they have different ages when it is computed (temporal alignment, D.
+//! Ratasich, "Self-Healing Cyber-Physical Systems", 2019, 1.6.3). The latest value is wrong by the change since. An estimator
+//! models this change and its uncertainty.
 
 use crate::Error;
 use crate::fusion::{Fusion, Options};
@@ -13,47 +13,48 @@ use crate::normal::two_sided;
 use shsa_core::interval::Interval;
 use shsa_core::time::{Span, Time};
 
-/// Where an input of a computation comes from.
+/// The source of an input's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Access {
     /// The latest value.
     Port,
-    /// The value at the time of the computation, by an estimator.
+    /// The value at the time of the computation, from an estimator.
     Estimate,
-    /// The latest value while it is no older than this, then the estimate.
+    /// The latest value while it is no older than this; then the estimate.
     Both(Span),
 }
 
-/// Where a value has come from.
+/// The origin of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Origin {
-    /// It was measured.
+    /// The value was measured.
     Port,
-    /// It was extrapolated.
+    /// The value was extrapolated.
     Estimate,
 }
 
-/// An input at a time.
+/// The value of an input at a time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Aligned {
-    /// Its value.
+    /// The value.
     pub value: f64,
-    /// What it may be, with a probability of 95 %: of the latest value only by the error of measurement, whatever its age.
+    /// The interval of the truth, with a probability of 95 %; of the latest value only with its measurement error, whatever its
+    /// age.
     pub interval: Interval,
-    /// Where it comes from.
+    /// The origin of the value.
     pub origin: Origin,
 }
 
-/// Moments that late values can go back over.
+/// The number of moments kept for late values.
 const MOMENTS: usize = 8;
 
-/// The share of probability in an interval.
+/// The probability that an interval holds the truth.
 const SHARE: f64 = 0.95;
 
-/// An input with an estimator behind it. Nothing is allocated once it is made.
+/// An input with an estimator. No allocation after construction.
 pub struct Extrapolation {
     access: Access,
-    /// How far to both sides of a measurement the truth may be, and how many standard deviations that is.
+    /// The half-width of a measurement's interval, and its number of standard deviations.
     reach: f64,
     deviations: f64,
     fusion: Option<Fusion>,
@@ -62,8 +63,8 @@ pub struct Extrapolation {
 }
 
 impl Extrapolation {
-    /// Of an input that changes as `model` says. Before the first value it and its rates are known to lie within about `reach` of
-    /// 0. Where it was silent for longer than `unknown_after` there is no value.
+    /// The extrapolation of an input that changes as `model` says. Before the first value, the input and its rates are known to be
+    /// within about `reach` of zero. After a silence longer than `unknown_after` there is no value.
     ///
     /// # Errors
     /// A reach that is not finite and above 0.
@@ -93,7 +94,7 @@ impl Extrapolation {
         Ok(Extrapolation { access, reach, deviations, fusion, latest: None, unknown_after })
     }
 
-    /// Takes a value in, at its time of validity; late ones count where they belong. One that is no number changes nothing.
+    /// Takes in a value at its time of validity; a late value counts at its own time. A value that is not a number is ignored.
     pub fn observe(&mut self, at: Time, value: f64) {
         if !value.is_finite() {
             return;
@@ -109,7 +110,7 @@ impl Extrapolation {
         }
     }
 
-    /// The input at a time; `None` where nothing is known.
+    /// The input at a time; `None` where it is unknown.
     pub fn at(&mut self, at: Time) -> Option<Aligned> {
         let (newest, value) = self.latest?;
         let age = at - newest;

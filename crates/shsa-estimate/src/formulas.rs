@@ -1,4 +1,4 @@
-//! Models of systems in the language of formulas, compiled once, and differentiated exactly.
+//! Models of systems as formulas, compiled once and differentiated exactly.
 
 use crate::Error;
 use crate::compiled::{Arguments, Compiled};
@@ -9,7 +9,7 @@ use shsa_core::expression::{
     Checked, Formula, Function, Kind, Scope, Shape, Symbol, check, parse_expression,
 };
 
-/// What the formulas of a model may name: states first, then control inputs, then constants.
+/// The names that formulas of a model may use: states first, then control inputs, then constants.
 #[derive(Clone, Debug, Default)]
 pub struct Vocabulary {
     names: Vec<(String, Kind)>,
@@ -22,15 +22,15 @@ impl Vocabulary {
         Symbol(self.names.len() as u32 - 1)
     }
 
-    /// Adds a number without a unit to check.
+    /// Adds a scalar without a unit.
     pub fn add_number(&mut self, name: impl Into<String>) -> Symbol {
         self.add(name, Kind { shape: Shape::Scalar, unit: None, range: None, constant: None })
     }
 
-    /// Reads and checks a formula.
+    /// Parses and checks a formula.
     ///
     /// # Errors
-    /// The text with the first thing that is wrong in it.
+    /// The text with its first problem.
     pub fn formula(&self, what: &str, text: &str) -> Result<Formula, Error> {
         let wrong = |reason: String| Error::Formula { what: what.to_owned(), reason };
         let expression = parse_expression(text).map_err(|problem| wrong(format!("`{text}`: {problem}")))?;
@@ -64,23 +64,23 @@ impl Scope for Vocabulary {
     }
 }
 
-/// What a sensor says of the state.
+/// The measurement model of a sensor.
 #[derive(Clone, Debug)]
 pub struct Sensor {
-    /// For messages.
+    /// The name in messages.
     pub name: String,
-    /// Over states and controls.
+    /// The expected value, over states and controls.
     pub formula: Formula,
     /// The variance of its noise, over states and controls.
     pub variance: Formula,
-    /// After how much it is the same again.
+    /// The turn after which values repeat.
     pub turn: Option<f64>,
 }
 
-/// A model before it is compiled. States are the symbols from 0, controls those behind them.
+/// A model before it is compiled. States are the symbols from 0, controls follow them.
 #[derive(Clone, Debug)]
 pub struct Draft {
-    /// How each state goes on, in the order of the states; over states, controls and `dt`.
+    /// The next value of each state, in the order of the states; over states, controls and `dt`.
     pub transition: Vec<Formula>,
     /// The number of control inputs.
     pub controls: usize,
@@ -90,7 +90,7 @@ pub struct Draft {
     pub sensors: Vec<Sensor>,
 }
 
-/// A system by compiled formulas.
+/// A system of compiled formulas.
 #[derive(Clone, Debug)]
 pub struct Formulas {
     states: usize,
@@ -111,8 +111,8 @@ impl Formulas {
     /// Compiles a model.
     ///
     /// # Errors
-    /// A formula that remembers its past, is no single number, or uses what is neither state nor control input; a noise of
-    /// another size. Time: n log n in the size of the formulas.
+    /// A formula that has a memory, is not a single number, or uses more than states and control inputs; a noise of a wrong size.
+    /// Time: n log n in the size of the formulas.
     pub fn new(draft: Draft) -> Result<Formulas, Error> {
         let states = draft.transition.len();
         let count = states + draft.controls + 1;
@@ -136,7 +136,7 @@ impl Formulas {
         })
     }
 
-    /// What formulas are evaluated on, of one state or many.
+    /// The arguments of formulas, for one state vector or many.
     fn arguments<'a>(&self, states: &'a [f64], controls: &'a [f64], dt: f64) -> Arguments<'a> {
         let (state_len, control_count) = (self.states, self.controls);
         let many = states.len() / state_len.max(1);
@@ -144,13 +144,13 @@ impl Formulas {
     }
 }
 
-/// Puts numbers into a slice; those that are absent are missing.
+/// Copies numbers into a slice; absent ones become not-a-number.
 fn fill(to: &mut [f64], from: impl Iterator<Item = f64>) {
     let from = from.chain(std::iter::repeat(f64::NAN));
     to.iter_mut().zip(from).for_each(|(to, from)| *to = from);
 }
 
-/// The only value of a formula; missing where there is none.
+/// The only value of a formula; not-a-number where there is none.
 fn only(found: &[f64]) -> f64 {
     found.first().copied().unwrap_or(f64::NAN)
 }
@@ -313,7 +313,7 @@ mod tests {
         assert!(formulas(&["x"], &["x > 1"], "x").is_err());
     }
 
-    /// Formulas with and without branches, of as many states as fill no whole number of lanes.
+    /// Formulas with and without branches, for a number of states that is no multiple of the lanes.
     #[test]
     fn an_ensemble_goes_on_as_each_of_its_states_does() {
         for transition in

@@ -1,4 +1,4 @@
-//! What several intervals say together of which at most `f` are faulty.
+//! Fusion of intervals of which at most `f` are faulty.
 //!
 //! | rule | answer | |
 //! |---|---|---|
@@ -8,15 +8,15 @@
 
 use shsa_core::interval::{Interval, tolerant};
 
-/// The fault-tolerant interval: K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990,
-/// doi:10.1145/128733.128735. `None` where no point lies in so many, or no interval is left. Time: n^2; allocates nothing.
+/// The fault-tolerant interval: K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990, doi:10.1145/128733.128735.
+/// `None` where no point is in enough intervals, or no interval is left. Time: n^2; no allocation.
 #[must_use]
 pub fn marzullo(intervals: &[Interval], faulty: usize) -> Option<Interval> {
     tolerant(intervals, intervals.len().saturating_sub(faulty))
 }
 
-/// The fusion that is continuous: U. Schmid, K. Schossmaier, "How to reconcile fault-tolerant interval intersection with the
-/// Lipschitz condition", 2001, doi:10.1007/PL00008931. `None` where it is empty. Time: n^2; allocates nothing.
+/// The continuous fusion: U. Schmid, K. Schossmaier, "How to reconcile fault-tolerant interval intersection with the Lipschitz
+/// condition", 2001, doi:10.1007/PL00008931. `None` where it is empty. Time: n^2; no allocation.
 #[must_use]
 pub fn schmid(intervals: &[Interval], faulty: usize) -> Option<Interval> {
     if faulty >= intervals.len() {
@@ -27,7 +27,7 @@ pub fn schmid(intervals: &[Interval], faulty: usize) -> Option<Interval> {
     (-lo <= hi).then(|| Interval::new(-lo, hi))
 }
 
-/// The number of this rank, from 0 for the least.
+/// The number of a rank, 0 for the smallest.
 fn ranked(intervals: &[Interval], rank: usize, key: impl Fn(&Interval) -> f64) -> Option<f64> {
     let is_of_rank = |value: &f64| {
         let below = intervals.iter().filter(|it| key(it) < *value).count();
@@ -37,7 +37,7 @@ fn ranked(intervals: &[Interval], rank: usize, key: impl Fn(&Interval) -> f64) -
     intervals.iter().map(&key).find(is_of_rank)
 }
 
-/// A region, and how many intervals hold all of it.
+/// A region, and the number of intervals that hold all of it.
 pub type Region = (Interval, usize);
 
 /// Memory for [`brooks_iyengar`].
@@ -48,19 +48,19 @@ pub struct Regions {
 }
 
 impl Regions {
-    /// For up to `n` intervals.
+    /// Memory for up to `n` intervals.
     #[must_use]
     pub fn new(n: usize) -> Regions {
         Regions { ends: Vec::with_capacity(2 * n), regions: Vec::with_capacity(4 * n) }
     }
 
-    /// What was found, from left to right.
+    /// The regions found, from left to right.
     #[must_use]
     pub fn regions(&self) -> &[Region] {
         &self.regions
     }
 
-    /// The estimate: the mean of the middles of the regions, by how many intervals hold each.
+    /// The estimate: the mean of the regions' middles, weighted by the number of intervals of each.
     #[must_use]
     pub fn estimate(&self) -> Option<f64> {
         let total: f64 = self.regions.iter().map(|(_, count)| *count as f64).sum();
@@ -68,7 +68,7 @@ impl Regions {
         (total > 0.0).then(|| sum / total)
     }
 
-    /// From the first to the last region: Marzullo's interval.
+    /// The hull of all regions, which is Marzullo's interval.
     #[must_use]
     pub fn hull(&self) -> Option<Interval> {
         let (first, last) = (self.regions.first()?, self.regions.last()?);
@@ -76,9 +76,9 @@ impl Regions {
     }
 }
 
-/// The regions between neighbouring ends that n - f intervals or more hold: R. Brooks, S. Iyengar, "Robust distributed
-/// computing and sensing algorithm", 1996, doi:10.1109/2.507632. A point where intervals only touch is a region of no width.
-/// Time: n^2; allocates nothing for no more intervals than `found` was made for.
+/// The regions between neighbouring ends that at least n - f intervals hold: R. Brooks, S. Iyengar, "Robust distributed computing
+/// and sensing algorithm", 1996, doi:10.1109/2.507632. A point where intervals only touch is a region of no width. Time: n^2; no
+/// allocation for up to as many intervals as `found` was made for.
 pub fn brooks_iyengar(intervals: &[Interval], faulty: usize, found: &mut Regions) {
     let Regions { ends, regions } = found;
     regions.clear();
@@ -101,7 +101,7 @@ pub fn brooks_iyengar(intervals: &[Interval], faulty: usize, found: &mut Regions
     }
 }
 
-/// The greatest number of intervals that have a point in common, and all regions that are in so many, into `found`.
+/// The largest number of intervals with a common point; puts all regions in that many intervals into `found`.
 pub fn best(intervals: &[Interval], found: &mut Regions) -> usize {
     let most = intervals.iter().map(|it| shsa_core::interval::holding(intervals, it.lo())).max().unwrap_or(0);
     brooks_iyengar(intervals, intervals.len() - most, found);
@@ -118,7 +118,7 @@ mod tests {
     }
 
     proptest! {
-        /// Moving each interval by a little moves Schmid's by no more.
+        /// Moving each interval by a little moves Schmid's interval by no more.
         #[test]
         fn schmid_is_continuous(
             ends in prop::collection::vec((-5.0..5.0_f64, 0.0..6.0_f64), 3..8),
@@ -134,7 +134,7 @@ mod tests {
             }
         }
 
-        /// Schmid's holds Marzullo's, and the regions begin and end where Marzullo's does.
+        /// Schmid's interval contains Marzullo's, and the regions begin and end where Marzullo's does.
         #[test]
         fn the_rules_agree(ends in prop::collection::vec((-5.0..5.0_f64, 0.0..6.0_f64), 1..8), faulty in 0_usize..4) {
             let all = intervals(&ends);

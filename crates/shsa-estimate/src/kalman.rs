@@ -1,9 +1,10 @@
 //! The Kalman filter and the extended Kalman filter: one algorithm over a [`System`], linear or linearised.
 //!
-//! Prediction: `x <- f(x, u, dt)`, `P <- F P F' + Q` with `F` the derivatives of `f` at the old state. Update: with the derivatives
-//! `H` of the sensors at the predicted state (one linearisation, no iteration) the measurements are made independent by the
-//! factors of their noise, `R = L D L'`, and taken in one by one: `k = P h / (h' P h + d)`, `x <- x + k e`, and Joseph's form
-//! `P <- (I - k h') P (I - k h')' + d k k'`, which stays positive where `P - k h' P` does not. The result is that of all at once.
+//! Prediction: `x <- f(x, u, dt)`, `P <- F P F' + Q` with `F` the derivatives of `f` at the old state. Update, with the
+//! derivatives `H` of the sensors at the predicted state (one linearisation, no iteration): the factors of the noise, `R = L D
+//! L'`, make the measurements independent, and they are processed one by one: `k = P h / (h' P h + d)`, `x <- x + k e`, and
+//! Joseph's form `P <- (I - k h') P (I - k h')' + d k k'`, which stays positive where `P - k h' P` does not. The result is that
+//! of all measurements at once.
 //!
 //! O(n^3) for a prediction (less where `F` has zeros), O(m n^2 + m^3) for an update of m measurements.
 //!
@@ -12,9 +13,8 @@
 //! (doi:10.1016/s0076-5392(08)x6064-3).
 //!
 //! # Outliers
-//! A [`Loss`] makes the update robust: each measurement counts by a weight that falls with its residual, found by iteration.
-//! Huber's: Z. Durovic, B. Kovacevic 1999 (doi:10.1109/9.769393); Student's t: G. Agamennoni and others 2012
-//! (doi:10.1109/TSP.2012.2208106).
+//! A [`Loss`] makes the update robust: the weight of a measurement falls with its residual, by iteration. Huber's: Z. Durovic, B.
+//! Kovacevic 1999 (doi:10.1109/9.769393); Student's t: G. Agamennoni and others 2012 (doi:10.1109/TSP.2012.2208106).
 
 use crate::Error;
 use crate::kernel::{self, Absorb, Absorbed, add_scaled, are_finite, dot};
@@ -22,14 +22,14 @@ use crate::matrix::{Factors, Matrix, at, column, column_mut, heal, propagate, pu
 use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use crate::system::{System, wrapped};
 
-/// How a measurement counts that lies far off.
+/// The loss function of residuals.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Loss {
-    /// By its square, as normal noise wants it.
+    /// Quadratic, for normal noise.
     Square,
-    /// By its square up to so many standard deviations, beyond in proportion (1.345 loses 5 % on normal noise).
+    /// Huber's: quadratic up to this many standard deviations, linear beyond (1.345 loses 5 % on normal noise).
     Huber(f64),
-    /// As noise of Student's distribution wants it, with so many degrees of freedom: far outliers count for nothing.
+    /// Student's t, with this many degrees of freedom: the weight of a far outlier vanishes.
     Student(f64),
 }
 
@@ -48,10 +48,10 @@ impl Loss {
 /// Iterations of a robust update: each makes the error of the weights several times smaller.
 const ITERATIONS: usize = 12;
 
-/// Below a tenth of this share the weights do not change any more.
+/// Below a tenth of this share, changes of the weights do not matter.
 const SETTLED: f64 = 1e-6;
 
-/// A measurement that is independent of the others: its residual against the prediction, and its noise.
+/// An independent measurement: its residual against the prediction, and its noise.
 #[derive(Clone, Copy, Debug, Default)]
 struct Scalar {
     apart: f64,
@@ -59,7 +59,7 @@ struct Scalar {
     weight: f64,
 }
 
-/// A Kalman filter; over formulas that are not linear it is the extended one.
+/// A Kalman filter; over nonlinear formulas it is the extended one.
 #[derive(Clone, Debug)]
 pub struct Kalman<S> {
     system: S,
@@ -74,12 +74,12 @@ pub struct Kalman<S> {
     r: Matrix,
     independent: Factors,
     scalars: Vec<Scalar>,
-    /// Of which sensor each of them is.
+    /// The sensor of each measurement.
     sensors: Vec<usize>,
     step: Vec<f64>,
     scratch: Vec<f64>,
     check: Factors,
-    /// What the update began with.
+    /// The covariance before the update.
     before: Matrix,
 }
 
@@ -87,7 +87,7 @@ impl<S: System> Kalman<S> {
     /// Starts from a mean and its covariance.
     ///
     /// # Errors
-    /// Another size than the system's, a covariance that is not positive semidefinite, a loss whose number is not above 0.
+    /// A size other than the system's, a covariance that is not positive semidefinite, or a loss with a parameter not above 0.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, loss: Loss) -> Result<Kalman<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
         let estimate = Gaussian::new(mean, spread, n)?;
@@ -116,13 +116,13 @@ impl<S: System> Kalman<S> {
         })
     }
 
-    /// The variance of a measurement: its own, or that of the model.
+    /// The variance of a measurement: its own, or the model's.
     fn variance(&mut self, measurement: &Measurement, controls: &[f64]) -> f64 {
         let Measurement { sensor, variance, .. } = *measurement;
         variance.unwrap_or_else(|| self.system.covariance(sensor, sensor, &self.estimate.mean, controls))
     }
 
-    /// Fills gradients, residuals and noise of those measurements that have an expectation; returns how many they are.
+    /// Fills gradients, residuals and noise of the measurements that have an expectation; returns their number.
     fn linearise(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
         let mut count = 0;
         for measurement in measurements.iter().take(self.scalars.len()) {
@@ -179,7 +179,7 @@ impl<S: System> Kalman<S> {
         }
     }
 
-    /// Takes the first measurements in, one by one, into `step` and the covariance.
+    /// Processes the first measurements one by one, into `step` and the covariance.
     fn take_in(&mut self, count: usize) -> Tally {
         let (mut tally, n) = (Tally::NOTHING, self.step.len());
         self.step.fill(0.0);
@@ -194,7 +194,7 @@ impl<S: System> Kalman<S> {
         tally
     }
 
-    /// Takes the first measurements in with weights that belong to the residuals that they leave.
+    /// Processes the first measurements with weights that fit the remaining residuals.
     fn take_in_robustly(&mut self, count: usize) -> Tally {
         self.before.copy_from(&self.estimate.spread);
         let mut tally = Tally::NOTHING;
@@ -217,7 +217,7 @@ impl<S: System> Kalman<S> {
         tally
     }
 
-    /// A residual in standard deviations: of the prediction at first, of the estimate later.
+    /// A residual in standard deviations: first against the prediction, then against the estimate.
     fn residual(&self, place: usize, is_first: bool) -> f64 {
         let Some(scalar) = self.scalars.get(place) else { return 0.0 };
         let h = column(&self.h, place);

@@ -1,24 +1,24 @@
-//! The inner loops of the filters, for any number of states; up to eight the compiler knows the number, and unrolls them.
+//! The inner loops of the filters, for any number of states; unrolled for up to eight, as the compiler knows the number.
 //!
-//! A matrix is a slice of columns, one behind the other. All loops run down whole columns, so that they become vector
-//! instructions; what is zero in a transition or a gradient is left out, as most of both is in most models.
+//! A matrix is a slice of columns. All loops run down whole columns, so that they become vector instructions. Zeros in a
+//! transition or a gradient are skipped, as most entries are zero in most models.
 
 /// Columns of working memory that a kernel may use.
 pub(crate) const SCRATCH: usize = 3;
 
-/// The number of rows of the matrices of a kernel, which says where their columns are.
+/// The number of rows of a kernel's matrices, which determines the place of their columns.
 pub(crate) trait Size: Copy {
-    /// The number itself.
+    /// The number of rows.
     fn rows(self) -> usize;
 
     /// The columns of a matrix.
     fn columns(self, matrix: &[f64]) -> impl Iterator<Item = &[f64]>;
 
-    /// The same to write to.
+    /// The columns of a matrix, mutable.
     fn columns_mut(self, matrix: &mut [f64]) -> impl Iterator<Item = &mut [f64]>;
 }
 
-/// A number that the compiler knows.
+/// A number known at compile time.
 #[derive(Clone, Copy)]
 struct Known<const N: usize>;
 
@@ -57,9 +57,9 @@ impl Size for Any {
     }
 }
 
-/// A computation over matrices of so many rows.
+/// A computation over matrices of a number of rows.
 pub(crate) trait Kernel {
-    /// What it may find.
+    /// The result.
     type Output;
 
     /// Computes; `scratch` holds [`SCRATCH`] columns.
@@ -91,7 +91,7 @@ pub(crate) fn add_scaled(to: &mut [f64], factor: f64, from: &[f64]) {
     }
 }
 
-/// The sum of the products, in two parts that do not wait for each other.
+/// The sum of the products, in two independent parts.
 #[inline(always)]
 pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
     let ((one, last), (other, other_last)) = (one.as_chunks::<2>(), other.as_chunks::<2>());
@@ -104,7 +104,7 @@ pub(crate) fn dot(one: &[f64], other: &[f64]) -> f64 {
     parts[0] + parts[1] + rest
 }
 
-/// Whether all numbers are finite. Looks at all of them, many at once.
+/// Whether all numbers are finite. Tests all of them, many at once.
 #[inline]
 pub(crate) fn are_finite(numbers: &[f64]) -> bool {
     !numbers.iter().fold(false, |any, number| any | !number.is_finite())
@@ -131,7 +131,7 @@ fn mirror(p: &mut [f64], n: usize) {
     }
 }
 
-/// Both triangles become their mean.
+/// Replaces both triangles by their mean.
 #[inline(always)]
 pub(crate) fn symmetrise(p: &mut [f64], n: usize) {
     for j in 1..n {
@@ -193,29 +193,29 @@ impl Kernel for Propagate<'_> {
     }
 }
 
-/// A scalar measurement, `h' x` with noise, taken into covariance and mean by Joseph's form:
-/// `P <- (I - k h') P (I - k h')' + r k k'` with `k = P h / (h' P h + r)`. 4 n^2 products.
+/// Processes a scalar measurement, `h' x` with noise, by Joseph's form: `P <- (I - k h') P (I - k h')' + r k k'` with `k = P h /
+/// (h' P h + r)`. 4 n^2 products.
 pub(crate) struct Absorb<'a> {
     pub(crate) p: &'a mut [f64],
     pub(crate) h: &'a [f64],
     pub(crate) noise: f64,
-    /// What was measured, less what was expected before any measurement of this moment.
+    /// The measured value minus the expectation before all measurements of this moment.
     pub(crate) apart: f64,
-    /// How far the mean has moved since then.
+    /// The change of the mean since then.
     pub(crate) step: &'a mut [f64],
 }
 
-/// What a scalar measurement has shown.
+/// The result of a scalar measurement.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Absorbed {
-    /// What was measured, less what was expected after the measurements before it.
+    /// The measured value minus the expectation after the earlier measurements.
     pub(crate) apart: f64,
-    /// The variance of that.
+    /// The variance of `apart`.
     pub(crate) variance: f64,
 }
 
 impl Kernel for Absorb<'_> {
-    /// None where the state was certain before and is measured without noise: there is nothing to learn.
+    /// No result where the state is certain and measured without noise: the measurement adds nothing.
     type Output = Absorbed;
 
     #[inline(always)]
@@ -234,13 +234,13 @@ impl Kernel for Absorb<'_> {
         for (column, ph) in size.columns_mut(p).zip(ph.iter()) {
             add_scaled(column, -ph, gain);
         }
-        // What is left beside `h` is computed anew, not taken to be what algebra says: that is what keeps it positive.
+        // The second factor is computed from `P` again instead of simplified by algebra: this keeps `P` positive.
         product(p, h, rest, size);
         rest.iter_mut().zip(gain.iter()).for_each(|(rest, gain)| *rest = self.noise * gain - *rest);
         for (column, gain) in size.columns_mut(p).zip(gain.iter()) {
             add_scaled(column, *gain, rest);
         }
-        // Where a measurement is far better than the state, one triangle alone loses digits that the mean of both keeps.
+        // For a measurement far better than the state, one triangle alone loses digits that the mean of both keeps.
         symmetrise(p, n);
         Some(Absorbed { apart, variance })
     }
@@ -275,10 +275,11 @@ impl Kernel for Product<'_> {
     }
 }
 
-/// A pivot up to this share of its diagonal element is zero.
+/// A pivot up to this share of its diagonal element counts as zero.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// How far below zero a pivot may lie by rounding alone, which small pivots before it magnify, as a share of its diagonal element.
+/// How far rounding alone may bring a pivot below zero, as a share of its diagonal element; earlier small pivots magnify
+/// rounding.
 const LOST: f64 = 1e-10;
 
 /// `p = l diag(d) l'`, of the lower triangle of `p`. n^3 / 2 products.
@@ -289,7 +290,7 @@ pub(crate) struct Factor<'a> {
 }
 
 impl Kernel for Factor<'_> {
-    /// Place and value of the first pivot that is negative beyond rounding, or no number.
+    /// Place and value of the first pivot that is negative beyond rounding, or not a number.
     type Output = (usize, f64);
 
     #[inline(always)]
@@ -323,10 +324,10 @@ impl Kernel for Factor<'_> {
     }
 }
 
-/// Whether `p`, which is symmetric, has no pivot that is negative beyond rounding, or no number. n^3 / 2 products.
+/// Whether the symmetric `p` has no pivot that is negative beyond rounding, or not a number. n^3 / 2 products.
 pub(crate) struct Definite<'a> {
     pub(crate) p: &'a [f64],
-    /// Has the size of `p`.
+    /// Working memory of the size of `p`.
     pub(crate) work: &'a mut [f64],
 }
 
@@ -339,7 +340,7 @@ impl Kernel for Definite<'_> {
         let (p, work) = (self.p.get(..n * n)?, self.work.get_mut(..n * n)?);
         work.copy_from_slice(p);
         let (eliminated, mut is_sound) = (scratch.get_mut(..n)?, true);
-        // What is left beside each pivot is taken out of all later columns at once, which is quicker than one after the other.
+        // Each pivot is eliminated from all later columns at once, which is faster than column by column.
         for j in 0..n {
             let (pivot, own) = (*work.get(j * n + j)?, p.get(j * n + j)?.abs());
             is_sound &= pivot >= -LOST * own && pivot.is_finite();

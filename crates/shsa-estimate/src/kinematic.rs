@@ -1,8 +1,8 @@
-//! How a single quantity changes when nothing is known but that it changes smoothly: kinematic models, and their fit.
+//! Kinematic models of a quantity that changes smoothly, and their fit to recorded values.
 //!
-//! A quantity, its rate and its acceleration, as many of them as the order says; the last of them is a random walk. With the
-//! diffusion `q` of that walk, in its unit squared per second, `Q_ij = q dt^(a+b+1) / ((a+b+1) a! b!)` where `a` and `b` are the
-//! orders that are left below i and j.
+//! A quantity, its rate and its acceleration, up to the order; the last of them is a random walk. With the diffusion `q` of that
+//! walk, in its unit squared per second, `Q_ij = q dt^(a+b+1) / ((a+b+1) a! b!)` where `a` and `b` are the orders left below i
+//! and j.
 //!
 //! Y. Bar-Shalom and others, "Estimation with Applications to Tracking and Navigation", 2001, 6.2 (doi:10.1002/0471221279).
 
@@ -14,10 +14,10 @@ use crate::system::System;
 use shsa_core::time::Time;
 use std::ops::RangeInclusive;
 
-/// The greatest order.
+/// The highest order.
 pub const ORDER_MAX: usize = 3;
 
-/// A quantity that changes smoothly, and is measured itself.
+/// A model of a quantity that changes smoothly and is measured directly.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Kinematic {
     order: usize,
@@ -26,11 +26,11 @@ pub struct Kinematic {
 }
 
 impl Kinematic {
-    /// Of an order: 1 is a random walk of the quantity itself, 2 of its rate, 3 of its acceleration. The diffusion is that of the
-    /// walk, in its unit squared per second; the variance is that of a measurement.
+    /// A model of an order: 1 is a random walk of the quantity, 2 of its rate, 3 of its acceleration. The diffusion is that of
+    /// the walk, in its unit squared per second; the variance is that of a measurement.
     ///
     /// # Errors
-    /// Another order, numbers that are not finite or below 0.
+    /// Another order; numbers that are not finite or below 0.
     pub fn new(order: usize, diffusion: f64, variance: f64) -> Result<Kinematic, Error> {
         if !(1..=ORDER_MAX).contains(&order) {
             let value = order as f64;
@@ -44,11 +44,11 @@ impl Kinematic {
         Ok(Kinematic { order, diffusion, variance })
     }
 
-    /// The model, of one of these orders, under which recorded values in the order of time are most likely. `None` of fewer than
-    /// eight, or where they never change.
+    /// The model, of one of these orders, with the largest likelihood of recorded values in the order of time. `None` for fewer
+    /// than eight values, or values that never change.
     ///
-    /// Only the ratio of diffusion and variance is searched for: the best scale of both follows from the innovations. Time: some
-    /// 40 runs of a filter over the values for each order.
+    /// The search varies only the ratio of diffusion and variance: the best scale of both follows from the innovations. Time:
+    /// some 40 runs of a filter over the values for each order.
     #[must_use]
     pub fn fit(orders: RangeInclusive<usize>, values: &[(Time, f64)]) -> Option<Kinematic> {
         let fitted = orders.filter_map(|order| Kinematic::fit_order(order, values));
@@ -56,14 +56,14 @@ impl Kinematic {
         Some(best)
     }
 
-    /// The likelihood of the best model of an order, and that model.
+    /// The best model of an order, and its likelihood.
     fn fit_order(order: usize, values: &[(Time, f64)]) -> Option<(f64, Kinematic)> {
         let (first, last) = (values.first()?, values.last()?);
         let step = (last.0 - first.0).seconds() / (values.len() - 1) as f64;
         if values.len() < 8 || step <= 0.0 {
             return None;
         }
-        // With a ratio of 1 a step of mean length then adds about the variance of a measurement.
+        // With a ratio of 1, a step of mean length adds about the variance of a measurement.
         let unit = step.powi(1 - 2 * order as i32);
         let of = |exponent: f64| concentrated(order, unit * 10.0_f64.powf(exponent), values);
         let likelihood = |exponent: f64| of(exponent).map_or(f64::NEG_INFINITY, |(likelihood, _)| likelihood);
@@ -86,13 +86,13 @@ impl Kinematic {
         self.variance
     }
 
-    /// The diffusion of its walk, in the walk's unit squared per second.
+    /// The diffusion of the random walk, in its unit squared per second.
     #[must_use]
     pub fn diffusion(&self) -> f64 {
         self.diffusion
     }
 
-    /// A filter of it that knows nothing yet: any value within `reach` of a mean, any rate up to `reach` a second.
+    /// A filter of the model in an unknown state: a value within `reach` of a mean, and rates up to `reach` a second.
     ///
     /// # Errors
     /// A reach that is not finite.
@@ -103,7 +103,7 @@ impl Kinematic {
     }
 }
 
-/// The logarithm of the likelihood with the best scale (without constants), and that scale: the variance of a measurement.
+/// The logarithm of the likelihood with the best scale (without constants), and this scale: the variance of a measurement.
 fn concentrated(order: usize, ratio: f64, values: &[(Time, f64)]) -> Option<(f64, f64)> {
     let (first_at, first) = *values.first()?;
     let mut filter = Kinematic::new(order, ratio, 1.0).ok()?.filter(first, 1e6).ok()?;
@@ -117,7 +117,7 @@ fn concentrated(order: usize, ratio: f64, values: &[(Time, f64)]) -> Option<(f64
         let measurement = Measurement { sensor: 0, value: *value, variance: None };
         let innovation = filter.innovation(&measurement, &[])?;
         filter.update(&[measurement], &[]);
-        // The first ones only show where it begins.
+        // The first measurements only determine the initial state.
         if place >= ORDER_MAX {
             square += innovation.normalized_square();
             logarithm += libm::log(innovation.variance);
@@ -129,7 +129,7 @@ fn concentrated(order: usize, ratio: f64, values: &[(Time, f64)]) -> Option<(f64
         .filter(|(likelihood, _)| likelihood.is_finite())
 }
 
-/// Where a function is greatest within 1 of a place, by golden sections, to a thousandth.
+/// The maximum of a function within 1 of a place, by golden-section search, to a thousandth.
 fn greatest(function: impl Fn(f64) -> f64, about: f64) -> f64 {
     const SECTION: f64 = 0.618_033_988_749_895;
     let (mut low, mut high) = (about - 1.0, about + 1.0);

@@ -1,18 +1,18 @@
-//! Many numbers at once: a formula without branches is evaluated for all of them in one go.
+//! Many numbers at once: a branch-free formula is evaluated for all of them together.
 //!
-//! What a program costs beside its arithmetic is then paid once for [`LANES`] numbers, and the arithmetic becomes vector
-//! instructions. Every lane has exactly the value that the formula has for its number alone.
+//! The overhead of a program is then paid once for [`LANES`] numbers, and the arithmetic becomes vector instructions. Every lane
+//! has exactly the value that the formula has for its number alone.
 
 use shsa_core::expression::{Binary, Comparison, Constant, Number, Unary};
 use shsa_core::interval::{Interval, Truth};
 
-/// How many numbers are computed at once.
+/// The number of lanes.
 pub(crate) const LANES: usize = 16;
 
-/// So many numbers; one that is not-a-number is missing.
+/// A number for each lane; not-a-number is missing.
 ///
-/// Only for programs that are free of branches: numbers that differ cannot give one answer to a question, so a comparison has
-/// none, and what would look into a set of numbers has no value.
+/// Only for branch-free programs: a comparison would need one answer for all lanes, so comparisons and functions of sets of
+/// numbers have no value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Lanes(pub(crate) [f64; LANES]);
 
@@ -44,7 +44,7 @@ impl Number for Lanes {
         self.0.iter().all(|number| number.is_nan())
     }
 
-    // The cases that are written out become loops without a choice in them.
+    // Explicit cases become loops without a branch in them.
     fn unary(self, function: Unary) -> Lanes {
         match function {
             Unary::Neg => self.map(|x| x.unary(Unary::Neg)),

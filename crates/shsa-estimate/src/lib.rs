@@ -1,12 +1,12 @@
 //! State estimation and sensor fusion: measurements in, estimates with their uncertainty out.
 //!
-//! The modules stand in reading order. All methods stand behind one trait, [`method::Method`]; those that need a model of the
-//! system take a [`system::System`], which is matrices ([`system::Linear`]) or formulas ([`formulas::Formulas`]).
+//! The modules are listed in reading order. All methods implement one trait, [`method::Method`]; those with a model use a
+//! [`system::System`], which is matrices ([`system::Linear`]) or formulas ([`formulas::Formulas`]).
 //!
-//! [`node`] has the fusions of a model at work beside the engine.
+//! [`node`] runs the fusions of a model beside the engine.
 //!
-//! Nothing here reads a clock, a file or a socket, starts a thread, or allocates once it is made. The same inputs give the same
-//! bytes.
+//! Nothing here reads a clock, a file or a socket, starts a thread, or allocates after construction. The same inputs give the
+//! same bytes.
 
 mod kernel;
 pub mod matrix;

@@ -1,4 +1,4 @@
-//! Small symmetric matrices: propagated, factored, checked and healed without allocation; zero pivots are allowed.
+//! Small symmetric matrices: propagation, factors and repair without allocation; zero pivots are allowed.
 //!
 //! Matrices are those of `nalgebra`, whose columns are contiguous.
 
@@ -9,7 +9,7 @@ use nalgebra::DMatrix;
 /// A dense matrix of `f64`.
 pub type Matrix = DMatrix<f64>;
 
-/// An element; 0 beyond the last one.
+/// An element; 0 beyond the end.
 #[inline]
 pub(crate) fn at(matrix: &Matrix, row: usize, column: usize) -> f64 {
     matrix.as_slice().get(column * matrix.nrows() + row).copied().unwrap_or(0.0)
@@ -31,7 +31,7 @@ pub(crate) fn column(matrix: &Matrix, column: usize) -> &[f64] {
     matrix.as_slice().get(column * rows..(column + 1) * rows).unwrap_or(&[])
 }
 
-/// The same to write to.
+/// Column `column` of a matrix, mutable.
 #[inline]
 pub(crate) fn column_mut(matrix: &mut Matrix, column: usize) -> &mut [f64] {
     let rows = matrix.nrows();
@@ -63,13 +63,13 @@ pub fn work(n: usize) -> Matrix {
     Matrix::zeros(n, n + kernel::SCRATCH)
 }
 
-/// Both triangles become their mean. O(n^2).
+/// Replaces both triangles by their mean. O(n^2).
 pub fn symmetrise(p: &mut Matrix) {
     let n = p.ncols();
     kernel::symmetrise(p.as_mut_slice(), n);
 }
 
-/// The factors of `p = l diag(d) l'` with ones on the diagonal of `l`, of a symmetric positive semidefinite matrix.
+/// The factors of `p = l diag(d) l'` of a symmetric positive semidefinite matrix, with ones on the diagonal of `l`.
 #[derive(Clone, Debug)]
 pub struct Factors {
     /// Lower triangular, ones on the diagonal; zeros below a pivot that is zero.
@@ -78,12 +78,12 @@ pub struct Factors {
     pub d: Vec<f64>,
     size: usize,
     scratch: Vec<f64>,
-    /// A part of a matrix, and its factor.
+    /// A copy of a part of a matrix, and of its factor.
     part: Vec<f64>,
 }
 
 impl Factors {
-    /// Room for matrices of up to `n` rows.
+    /// Memory for matrices of up to `n` rows.
     #[must_use]
     pub fn new(n: usize) -> Factors {
         Factors {
@@ -95,8 +95,8 @@ impl Factors {
         }
     }
 
-    /// Factors the first `n` rows and columns of a matrix, of which the lower triangle is read. Returns place and value of the
-    /// first pivot that is negative beyond rounding, or no number; it is taken for zero. O(n^3 / 6).
+    /// Factors the first `n` rows and columns of a matrix, from its lower triangle. Returns place and value of the first pivot
+    /// that is negative beyond rounding, or not a number; this pivot counts as zero. O(n^3 / 6).
     ///
     /// G. Golub, C. Van Loan, "Matrix Computations", 4.1.2 and 4.2.8 (2013, doi:10.56021/9781421407944).
     pub fn factor(&mut self, p: &Matrix, n: usize) -> Option<(usize, f64)> {
@@ -107,7 +107,7 @@ impl Factors {
             let factor = Factor { p: p.as_slice(), l, d };
             return kernel::run(factor, size, &mut self.scratch);
         }
-        // Of a part the columns are brought together, and taken apart again.
+        // The columns of a part are copied together, and copied back.
         let (part, factors) = self.part.split_at_mut(size * size);
         for (to, from) in part.chunks_exact_mut(size.max(1)).zip(p.column_iter()) {
             to.iter_mut().zip(from.as_slice()).for_each(|(to, from)| *to = *from);
@@ -156,8 +156,8 @@ impl Factors {
     }
 }
 
-/// Makes a symmetric covariance one again that rounding has spoilt: negative pivots become zero. Says whether there were such. `work`
-/// is that of [`propagate`]. O(n^3 / 2).
+/// Repairs a symmetric covariance after rounding errors: negative pivots become zero. Returns whether there were any. `work` is
+/// that of [`propagate`]. O(n^3 / 2).
 pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors, work: &mut Matrix) -> bool {
     let n = p.ncols();
     let Some((work, scratch)) = work.as_mut_slice().split_at_mut_checked(n * n) else { return false };
@@ -172,7 +172,7 @@ pub(crate) fn heal(p: &mut Matrix, factors: &mut Factors, work: &mut Matrix) -> 
 /// Whether a matrix is a covariance of `n` numbers.
 ///
 /// # Errors
-/// Another size, a negative pivot or an entry that is no number.
+/// A wrong size, a negative pivot, or an entry that is not a number.
 pub fn check_covariance(what: &'static str, p: &Matrix, n: usize) -> Result<(), Error> {
     if p.shape() != (n, n) {
         return Err(Error::Size { what, found: p.len(), wanted: n * n });
@@ -184,7 +184,7 @@ pub fn check_covariance(what: &'static str, p: &Matrix, n: usize) -> Result<(), 
     let mut factors = Factors::new(n);
     factors.factor(p, n);
     factors.product(&mut rebuilt);
-    // A zero pivot hides the rest of its column: what is not there again was correlated with something certain.
+    // A zero pivot hides the rest of its column: an entry that is not rebuilt was a correlation with something certain.
     for (place, (found, wanted)) in rebuilt.iter().zip(p).enumerate() {
         let (i, j) = (place % n.max(1), place / n.max(1));
         let scale = (at(p, i, i) * at(p, j, j)).sqrt();

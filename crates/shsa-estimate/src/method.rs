@@ -1,62 +1,62 @@
-//! The one trait of all methods: predict, look at a measurement, take measurements in, keep and restore.
+//! The trait of all methods: predict, compute an innovation, update, save and restore.
 
 use crate::Error;
 use crate::matrix::{Matrix, check_covariance};
 use std::f64::consts::TAU;
 
-/// What one sensor has measured.
+/// A measurement of one sensor.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Measurement {
     /// The sensor, by its place in the declared order.
     pub sensor: usize,
-    /// What it says, in SI units.
+    /// The measured value, SI.
     pub value: f64,
-    /// The variance that came with the value; `None` takes that of the model.
+    /// The variance that comes with the value; `None` takes the model's.
     pub variance: Option<f64>,
 }
 
-/// A measurement beside what was expected of it.
+/// A measurement compared with its expectation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Innovation {
-    /// What was measured, less what was expected; an angle within half a turn.
+    /// The measured value minus the expected one; an angle within half a turn.
     pub value: f64,
-    /// Its variance: that of the expectation and that of the measurement.
+    /// The variance of the innovation: the sum of those of the expectation and of the measurement.
     pub variance: f64,
 }
 
 impl Innovation {
-    /// Its square in units of its variance: chi-square distributed with one degree of freedom.
+    /// The squared value divided by the variance: chi-square distributed with one degree of freedom.
     #[must_use]
     pub fn normalized_square(&self) -> f64 {
         self.value * self.value / self.variance
     }
 }
 
-/// What measurements have done.
+/// The result of an update.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Updated {
-    /// The measurements used; those without an expectation are not.
+    /// The number of measurements used; those without an expectation are left out.
     pub used: usize,
     /// The normalized square of all innovations together: chi-square distributed with `used` degrees of freedom.
     pub normalized_square: f64,
     /// The logarithm of their joint density.
     pub log_likelihood: f64,
-    /// Whether the covariance (of particles: the weights) had to be healed.
+    /// Whether the covariance (for particles: the weights) had to be repaired.
     pub healed: bool,
 }
 
 impl Updated {
-    /// Of no measurement.
+    /// The result without measurements.
     pub const NOTHING: Updated =
         Updated { used: 0, normalized_square: 0.0, log_likelihood: 0.0, healed: false };
 }
 
-/// The innovations of a moment, made independent, and what they come to. One logarithm is taken for many of them.
+/// The accumulated independent innovations of a moment. One logarithm is taken for many variances.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Tally {
     used: usize,
     square: f64,
-    /// Of the variances whose logarithm has not been taken.
+    /// The product of the variances whose logarithm has not been taken.
     product: f64,
     logarithm: f64,
 }
@@ -70,7 +70,7 @@ impl Tally {
         self.used += 1;
         self.square += apart * apart / variance;
         let scale = TAU * variance;
-        // Neither the product nor a factor of it comes near to the end of what a float can be.
+        // Neither the product nor its factor comes near the range limits of a float.
         let is_moderate = (1e-100..1e100).contains(&scale) && (1e-200..1e200).contains(&self.product);
         if is_moderate {
             self.product *= scale;
@@ -89,12 +89,12 @@ impl Tally {
     }
 }
 
-/// A mean of n numbers with its covariance.
+/// A mean of n numbers and its covariance.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Gaussian {
     /// The mean.
     pub mean: Vec<f64>,
-    /// Its covariance, n by n, symmetric and positive semidefinite.
+    /// The covariance, n by n, symmetric and positive semidefinite.
     pub spread: Matrix,
 }
 
@@ -102,7 +102,7 @@ impl Gaussian {
     /// A mean of `n` numbers with a covariance.
     ///
     /// # Errors
-    /// Another size, a covariance that is not positive semidefinite. Time: n^3.
+    /// A wrong size, or a covariance that is not positive semidefinite. Time: n^3.
     pub fn new(mean: &[f64], spread: &Matrix, n: usize) -> Result<Gaussian, Error> {
         if mean.len() != n {
             return Err(Error::Size { what: "the initial state", found: mean.len(), wanted: n });
@@ -112,15 +112,14 @@ impl Gaussian {
     }
 }
 
-/// A method of estimation. Nothing is allocated once it is made; without measurements nothing is corrected.
+/// A method of estimation. No allocation after construction; without measurements an update changes nothing.
 ///
-/// Measurements are given in the declared order of their sensors, none twice; of more than there are sensors the rest is left
-/// out.
+/// Measurements come in the declared order of their sensors, none twice; surplus measurements are ignored.
 pub trait Method: Send {
     /// The present estimate.
     fn gaussian(&self) -> &Gaussian;
 
-    /// The same, to set it by hand.
+    /// The present estimate, mutable.
     fn gaussian_mut(&mut self) -> &mut Gaussian;
 
     /// The mean of the present estimate, n numbers.
@@ -128,44 +127,44 @@ pub trait Method: Send {
         &self.gaussian().mean
     }
 
-    /// Its covariance, n by n, symmetric and positive semidefinite.
+    /// The covariance of the present estimate, n by n, symmetric and positive semidefinite.
     fn spread(&self) -> &Matrix {
         &self.gaussian().spread
     }
 
-    /// Goes on by a time in seconds. False: the model has no value there, and nothing is changed.
+    /// Predicts over a time in seconds. Returns false where the model has no value: then nothing has changed.
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool;
 
-    /// A measurement beside what is expected of it now; `None` where the model has no value. Changes nothing.
+    /// A measurement compared with its present expectation; `None` where the model has no value. Changes nothing.
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation>;
 
-    /// Takes all measurements of a moment in, together.
+    /// Updates with all measurements of a moment together.
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated;
 
-    /// Multiplies its covariance: what it believed was too sure.
+    /// Multiplies the covariance, when the estimate was too sure.
     fn widen(&mut self, factor: f64) {
         self.gaussian_mut().spread *= factor;
     }
 
-    /// Whether mean and covariance are all that it knows, so that [`Method::gaussian_mut`] sets it whole.
+    /// Whether mean and covariance are the whole state, so that [`Method::gaussian_mut`] sets all of it.
     fn is_gaussian(&self) -> bool {
         let Gaussian { mean, spread } = self.gaussian();
         self.memory_len() == mean.len() + spread.len()
     }
 
-    /// How many numbers hold all that changes.
+    /// The number of numbers in the state.
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = self.gaussian();
         mean.len() + spread.len()
     }
 
-    /// Puts all that changes into a slice of that length.
+    /// Copies the state into a slice of that length.
     fn save(&self, memory: &mut [f64]) {
         let Gaussian { mean, spread } = self.gaussian();
         save(memory, &[mean, spread.as_slice()]);
     }
 
-    /// Goes back to what was saved.
+    /// Restores a saved state.
     fn restore(&mut self, memory: &[f64]) {
         let Gaussian { mean, spread } = self.gaussian_mut();
         restore(memory, &mut [mean, spread.as_mut_slice()]);
@@ -182,7 +181,7 @@ pub(crate) fn save(memory: &mut [f64], parts: &[&[f64]]) {
     }
 }
 
-/// Copies them back.
+/// Copies slices back from a memory.
 pub(crate) fn restore(memory: &[f64], parts: &mut [&mut [f64]]) {
     let mut rest = memory;
     for part in parts {

@@ -14,7 +14,7 @@ pub struct Normal {
 }
 
 impl Normal {
-    /// Of this mean and covariance.
+    /// The distribution of this mean and covariance.
     ///
     /// # Errors
     /// The covariance has another size than the mean, or is not positive semidefinite. Time: n^3.
@@ -25,8 +25,7 @@ impl Normal {
         Ok(Normal { mean: mean.to_vec(), factors, work: vec![0.0; mean.len()] })
     }
 
-    /// The density at a point of as many numbers; of a singular distribution that within the numbers that are not certain.
-    /// Time: n^2.
+    /// The density at a point; for a singular distribution, within its uncertain directions. Time: n^2.
     #[must_use]
     pub fn density(&self, at: &[f64]) -> f64 {
         let mut apart: Vec<f64> = at.iter().zip(&self.mean).map(|(at, mean)| at - mean).collect();
@@ -58,7 +57,7 @@ pub fn two_sided(share: f64) -> f64 {
         return if share >= 1.0 { f64::INFINITY } else { 0.0 };
     }
     let outside = 1.0 - share;
-    // The tail is at most exp(-x^2 / 2), so this is not below the answer; and as its logarithm is concave, no step leads below.
+    // The tail is at most exp(-x^2 / 2), so this is not below the answer; the tail's log is concave, so no step leads below.
     let mut x = libm::sqrt(-2.0 * libm::log(outside));
     for _ in 0..60 {
         let tail = libm::erfc(x / SQRT_2);
@@ -89,7 +88,7 @@ mod tests {
         assert_eq!(two_sided(0.0), 0.0);
         assert_eq!(two_sided(1.0), f64::INFINITY);
         assert_eq!(two_sided(f64::NAN), 0.0);
-        // The threshold of a chi-square test with one degree of freedom is its square.
+        // Its square is the threshold of a chi-square test with one degree of freedom.
         assert!((two_sided(0.999).powi(2) - 10.827_566_170_662_733).abs() < 1e-9);
     }
 }

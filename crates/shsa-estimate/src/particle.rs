@@ -1,11 +1,11 @@
-//! The particle filter (SIR): the distribution as points that live by the model and die by the measurements.
+//! The particle filter (SIR): a distribution as weighted points, propagated by the model and selected by the measurements.
 //!
-//! Each particle goes on by the formulas and noise of its own; a measurement weighs it by the density of its residual. Where the
-//! effective number `1 / sum(w^2)` falls below a share of all, the particles are drawn again by their weights, systematically: one
-//! random number places an even comb over the weights. Mean and covariance are those before that. Weights are kept as logarithms
-//! until they are compared, so that a surprise does not make all of them zero.
+//! Each particle is propagated by the formulas with its own noise; a measurement weights it by the density of its residual. When
+//! the effective number `1 / sum(w^2)` falls below a share of all, the particles are resampled by their weights, systematically:
+//! one random number places an even comb over the weights. Mean and covariance are those before resampling. Weights are kept as
+//! logarithms until they are compared, so that a surprising measurement does not make all of them zero.
 //!
-//! The particles are kept number by number, not one by one: all loops run over one number of many particles, in vector
+//! The particles are stored by state elements, not one by one: all loops run over one element of many particles, in vector
 //! instructions, and formulas are evaluated for many of them at once.
 //!
 //! O(N n^2) for a prediction and O(N m (n + m)) for an update of N particles.
@@ -21,14 +21,14 @@ use crate::normal::{Normal, log_density};
 use crate::random::Random;
 use crate::system::{Ensemble, wrapped};
 
-/// How many particles there are, and when they are drawn again.
+/// The number of particles, and the criterion for resampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Particles {
-    /// Their number, 2 at least.
+    /// The number, at least 2.
     pub count: usize,
-    /// They are drawn again when the effective number falls to this share: 1 always, 0 never.
+    /// Particles are resampled when the effective number falls to this share: 1 always, 0 never.
     pub resample_below: f64,
-    /// The same seed gives the same estimates.
+    /// The seed: the same one gives the same estimates.
     pub seed: u64,
 }
 
@@ -44,10 +44,10 @@ pub struct Particle<S> {
     system: S,
     options: Particles,
     random: Random,
-    /// Number i of all particles as column i.
+    /// Element i of all particles as column i.
     particles: Matrix,
     spare: Matrix,
-    /// They sum to 1.
+    /// The weights, which sum to 1.
     weights: Vec<f64>,
     estimate: Gaussian,
     noise: Matrix,
@@ -58,18 +58,18 @@ pub struct Particle<S> {
     /// The residual of each particle from measurement i as column i.
     apart: Matrix,
     logarithms: Vec<f64>,
-    /// One number of each particle, to work with.
+    /// Working memory: one number for each particle.
     numbers: Vec<f64>,
-    /// The particle that each one is drawn from.
+    /// For each resampled particle, its source.
     sources: Vec<u32>,
 }
 
 impl<S: Ensemble> Particle<S> {
-    /// Draws the particles of a mean and its covariance.
+    /// Draws the particles from a mean and its covariance.
     ///
     /// # Errors
-    /// Another size than the system's, a covariance that is not positive semidefinite, fewer than two particles, a share outside
-    /// of 0 to 1.
+    /// A size other than the system's, a covariance that is not positive semidefinite, fewer than two particles, or a share
+    /// outside of 0 to 1.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, options: Particles) -> Result<Particle<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
         let estimate = Gaussian::new(mean, spread, n)?;
@@ -132,7 +132,7 @@ impl<S: Ensemble> Particle<S> {
         }
     }
 
-    /// Keeps those measurements that the estimate has an expectation of, and factors their noise.
+    /// Keeps the measurements that have an expectation at the estimate, and factors their noise.
     fn choose(&mut self, measurements: &[Measurement], controls: &[f64]) {
         self.used.clear();
         for measurement in measurements.iter().take(self.apart.ncols()) {
@@ -157,7 +157,7 @@ impl<S: Ensemble> Particle<S> {
         self.r_factors.factor(&self.r, self.used.len());
     }
 
-    /// The logarithm of the density of all measurements for each particle; minus infinity where it has no value.
+    /// The logarithm of the density of all measurements for each particle; minus infinity for a particle without a value.
     fn weigh(&mut self, controls: &[f64]) {
         self.logarithms.fill(0.0);
         for (j, measurement) in self.used.iter().enumerate() {
@@ -166,7 +166,7 @@ impl<S: Ensemble> Particle<S> {
             let own = own.get_mut(..self.weights.len()).unwrap_or(&mut []);
             self.system.expectations(measurement.sensor, &self.particles, controls, own);
             own.iter_mut().for_each(|own| *own = wrapped(measurement.value - *own, turn));
-            // The residuals made independent, one after the other.
+            // Makes the residuals independent, one after the other.
             for (k, known) in known.chunks_exact(self.weights.len()).enumerate() {
                 let shared = at(&self.r_factors.l, j, k);
                 if shared != 0.0 {
@@ -180,13 +180,13 @@ impl<S: Ensemble> Particle<S> {
         all.for_each(|sum| *sum = if sum.is_nan() { f64::NEG_INFINITY } else { *sum });
     }
 
-    /// One over the sum of the squared weights: how many particles it really is.
+    /// The effective number of particles: one over the sum of the squared weights.
     #[must_use]
     pub fn effective(&self) -> f64 {
         1.0 / sum_of_products(&self.weights, &self.weights, 0.0)
     }
 
-    /// Draws the particles again by their weights: an even comb over the sum of the weights says which.
+    /// Resamples the particles by their weights, with an even comb over the sum of the weights.
     fn resample(&mut self) {
         let count = self.weights.len();
         let (start, mut sum, mut from) = (self.random.share(), 0.0, 0);
@@ -211,7 +211,7 @@ impl<S: Ensemble> Particle<S> {
         self.weights.fill(1.0 / count as f64);
     }
 
-    /// Those that have left the model stay where they were, and the next measurement will judge them. Whether any has not.
+    /// Particles without a predicted value stay where they were, for the next measurement to judge. Returns whether any has one.
     fn bring_back(&mut self) -> bool {
         let (states, mut is_defined) = (self.particles.ncols(), false);
         for place in 0..self.weights.len() {
@@ -244,7 +244,7 @@ impl<S: Ensemble> Particle<S> {
     }
 }
 
-/// The sum of `one * (other - about)`, in eight parts that do not wait for each other.
+/// The sum of `one * (other - about)`, in eight independent parts.
 fn sum_of_products(one: &[f64], other: &[f64], about: f64) -> f64 {
     let ((one, one_rest), (other, other_rest)) = (one.as_chunks::<8>(), other.as_chunks::<8>());
     let mut parts = [0.0; 8];
@@ -257,7 +257,7 @@ fn sum_of_products(one: &[f64], other: &[f64], about: f64) -> f64 {
     parts.into_iter().chain(rest).sum()
 }
 
-/// The greatest number, in eight parts; none of them is not-a-number.
+/// The largest number, in eight parts; none of the numbers is not-a-number.
 fn greatest(numbers: &[f64]) -> f64 {
     let greater = |one: f64, other: f64| if one > other { one } else { other };
     let (chunks, rest) = numbers.as_chunks::<8>();
@@ -327,7 +327,7 @@ impl<S: Ensemble> Method for Particle<S> {
         }
         let total = self.weights.iter().sum::<f64>();
         let count = self.weights.len() as f64;
-        // All weight lay with those that the measurement rules out: it begins anew from what the measurement says.
+        // The measurement rules out all particles that had weight: all particles get equal weights.
         let healed = total.is_nan() || total <= 0.0;
         if healed {
             self.weights.fill(1.0 / count);

@@ -1,12 +1,12 @@
-//! Normal random numbers, fast and the same in every run: what particles are drawn with.
+//! Normal random numbers for particles, fast and the same in every run.
 //!
-//! Even numbers by `SplitMix64` (G. Steele and others 2014, doi:10.1145/2714064.2660195), whose state is one word, so that it can
-//! be kept with a state of the filter; normal ones by the ziggurat (G. Marsaglia, W. Tsang 2000, doi:10.18637/jss.v005.i08), which
-//! needs a table look-up and a product for 99 of 100 numbers.
+//! Uniform numbers by `SplitMix64` (G. Steele and others 2014, doi:10.1145/2714064.2660195), whose state is one word that can be
+//! saved with the filter; normal ones by the ziggurat (G. Marsaglia, W. Tsang 2000, doi:10.18637/jss.v005.i08), which needs a
+//! table look-up and a product for 99 of 100 numbers.
 
 /// Layers of the ziggurat.
 const LAYERS: usize = 128;
-/// Where its lowest layer ends.
+/// The end of the lowest layer.
 const TAIL: f64 = 3.442_619_855_899;
 /// The area of a layer.
 const AREA: f64 = 9.912_563_035_262_17e-3;
@@ -15,19 +15,19 @@ const AREA: f64 = 9.912_563_035_262_17e-3;
 #[derive(Clone, Debug)]
 pub struct Random {
     state: u64,
-    /// The right end of each layer, and above the last one 0.
+    /// The right end of each layer, and 0 above the last one.
     ends: [f64; LAYERS + 1],
-    /// The density there.
+    /// The density at these ends.
     heights: [f64; LAYERS + 1],
 }
 
 impl Random {
-    /// The same seed gives the same numbers.
+    /// A generator with a seed: the same one gives the same numbers.
     #[must_use]
     pub fn new(seed: u64) -> Random {
         let density = |x: f64| libm::exp(-0.5 * x * x);
         let (mut ends, mut heights) = ([0.0; LAYERS + 1], [1.0; LAYERS + 1]);
-        // The lowest layer holds the tail, too: as wide as a box of the same area would be.
+        // The lowest layer includes the tail: its width is that of a box of the same area.
         let mut below = (AREA / density(TAIL), 0.0);
         for (layer, (end, height)) in ends.iter_mut().zip(&mut heights).enumerate().take(LAYERS) {
             (*end, *height) = below;
@@ -37,13 +37,13 @@ impl Random {
         Random { state: seed, ends, heights }
     }
 
-    /// All that changes from number to number.
+    /// The state, which is all that changes.
     #[must_use]
     pub fn state(&self) -> u64 {
         self.state
     }
 
-    /// Goes on from such a state.
+    /// Restores a state.
     pub fn set_state(&mut self, state: u64) {
         self.state = state;
     }
@@ -58,7 +58,7 @@ impl Random {
         mixed ^ (mixed >> 31)
     }
 
-    /// Even, above 0 and below 1.
+    /// Uniform, above 0 and below 1.
     #[inline]
     pub fn share(&mut self) -> f64 {
         ((self.bits() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
@@ -82,7 +82,7 @@ impl Random {
         }
     }
 
-    /// What lies beside the box of a layer: the wedge under the density, or the tail.
+    /// A sample beside the box of a layer: in the wedge under the density, or in the tail.
     #[cold]
     fn beside(&mut self, layer: usize, x: f64) -> Option<f64> {
         if layer == 0 {

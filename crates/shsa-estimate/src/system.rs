@@ -1,4 +1,4 @@
-//! What a filter must know of the system that it watches: how the state goes on, and what each sensor says of it.
+//! The system model of a filter: the transition of the state, and the measurement of each sensor.
 
 use crate::Error;
 use crate::kernel::{add_scaled, dot};
@@ -6,49 +6,49 @@ use crate::matrix::{Matrix, at, check_covariance, column, column_mut, multiply};
 
 /// A model of a system: `x' = f(x, u, dt) + w`, `z_i = h_i(x, u) + v_i`, with covariances of `w` and `v`.
 ///
-/// All numbers are in SI units. What has no value is not-a-number; the caller looks. Slices have the length that is said; nothing
-/// is allocated.
+/// All numbers are in SI units. A missing value is not-a-number; the caller tests for it. Slices have the stated length; no
+/// allocation.
 pub trait System: Send {
-    /// The numbers of a state.
+    /// The number of states.
     fn states(&self) -> usize;
 
-    /// The sensors that may measure it.
+    /// The number of sensors.
     fn sensors(&self) -> usize;
 
     /// The state `dt` seconds later, without noise.
     fn transition(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64]);
 
-    /// The same with its derivatives by the old state: row i of `jacobian` is the gradient of number i.
+    /// The transition and its derivatives by the old state: row i of `jacobian` is the gradient of element i.
     fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix);
 
-    /// The covariance of what the transition does not know.
+    /// The covariance of the process noise.
     fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix);
 
-    /// What a sensor says of a state, without noise.
+    /// The expected measurement of a sensor, without noise.
     fn expected(&mut self, sensor: usize, state: &[f64], controls: &[f64]) -> f64;
 
-    /// The same with its derivatives by the state.
+    /// The expected measurement and its derivatives by the state.
     fn gradient(&mut self, sensor: usize, state: &[f64], controls: &[f64], gradient: &mut [f64]) -> f64;
 
-    /// The covariance of the noise of two sensors; of one with itself its variance.
+    /// The covariance of the noise of two sensors; of one with itself the variance.
     fn covariance(&mut self, one: usize, other: usize, state: &[f64], controls: &[f64]) -> f64;
 
-    /// Whether the noise of every sensor is independent of all others', so that [`System::covariance`] of two sensors is 0. Where it is
-    /// not known, they are asked for each.
+    /// Whether the noise of every sensor is independent of all others', so that [`System::covariance`] of two sensors is 0. With
+    /// `false` each pair is asked.
     fn is_independent(&self) -> bool {
         false
     }
 
-    /// After how much what a sensor says is the same again: a whole turn for an angle.
+    /// The turn after which a sensor's values repeat: a whole turn for an angle.
     fn turn(&self, sensor: usize) -> Option<f64>;
 }
 
-/// A system that can be asked about many states at once; column i of a matrix of states is number i of all of them.
+/// A system that is evaluated for many states at once; column i of a matrix of states is element i of all of them.
 pub trait Ensemble: System {
     /// All states `dt` seconds later, without noise.
     fn transitions(&mut self, from: &Matrix, controls: &[f64], dt: f64, to: &mut Matrix);
 
-    /// What a sensor says of all states, without noise.
+    /// The expected measurements of a sensor for all states, without noise.
     fn expectations(&mut self, sensor: usize, states: &Matrix, controls: &[f64], to: &mut [f64]);
 }
 
@@ -62,7 +62,7 @@ pub fn wrapped(difference: f64, turn: Option<f64>) -> f64 {
     }
 }
 
-/// A linear system by its matrices, whose step is always the same: `x' = A x + B u + w`, `z = H x + v`.
+/// A linear system by its matrices, with a fixed step: `x' = A x + B u + w`, `z = H x + v`.
 #[derive(Clone, Debug)]
 pub struct Linear {
     a: Matrix,
@@ -78,7 +78,7 @@ impl Linear {
     /// `a` and `q` are n by n, `b` is n by the number of controls (0 without), `h` is m by n, `r` is m by m.
     ///
     /// # Errors
-    /// A matrix of another size, noise that is not positive semidefinite.
+    /// A matrix of a wrong size, or noise that is not positive semidefinite.
     pub fn new(a: Matrix, b: Matrix, h: &Matrix, q: Matrix, r: Matrix) -> Result<Linear, Error> {
         let n = a.nrows();
         let size = |what, matrix: &Matrix, wanted: (usize, usize)| {

@@ -1,13 +1,13 @@
-//! The unscented Kalman filter: 2n + 1 points stand for the distribution, and go through the formulas as they are.
+//! The unscented Kalman filter: 2n + 1 points represent the distribution, and go through the formulas unchanged.
 //!
 //! With `L = alpha^2 (n + kappa) - n` the points are the mean, and the mean plus and minus the columns of the lower factor of
 //! `(n + L) P`; the weights are `L / (n + L)` for the mean (for covariances `+ 1 - alpha^2 + beta`) and `1 / (2 (n + L))` for the
-//! others. They are drawn again after the process noise was added. Zero pivots give columns of zeros. The mean of an angle is the
-//! first point's value and the weighted differences to it, each within half a turn; where a sensor's formula is linear they are taken as
-//! they are, as points that lie further apart than half a turn would be taken for others.
+//! others. The points are drawn again after adding the process noise. Zero pivots give columns of zeros. The mean of an angle is
+//! the first point's value plus the weighted differences to it, each within half a turn. Where a sensor's formula is linear,
+//! differences are not wrapped, as points further apart than half a turn would be confused.
 //!
-//! With `alpha` = 1, which is the default, no weight is large; the often copied 0.001 gives weights of a million that take six
-//! digits, and has reversed motions.
+//! With `alpha` = 1, the default, no weight is large; the widespread 0.001 gives weights of a million that cost six digits, and
+//! has reversed motions.
 //!
 //! O(n^3) and 2n + 1 evaluations for a prediction; O(m n^2 + m^3) and m (2n + 1) evaluations for an update.
 //!
@@ -19,15 +19,15 @@ use crate::matrix::{Factors, Matrix, at, check_covariance, column, column_mut, h
 use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
 use crate::system::{System, wrapped};
 
-/// What differs from its slope by less than this share is linear.
+/// A deviation from the slope by less than this share counts as linear.
 const LINEAR: f64 = 1e-9;
 
-/// How far out the points lie, and how they count.
+/// The spread of the points, and their weights.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Points {
-    /// How far out; above 0.
+    /// The spread; above 0.
     pub alpha: f64,
-    /// What is known of the distribution: 2 for a normal one.
+    /// Knowledge of the distribution: 2 for a normal one.
     pub beta: f64,
     /// Added to n; above -n.
     pub kappa: f64,
@@ -39,10 +39,10 @@ impl Default for Points {
     }
 }
 
-/// The weights that belong to the points of n numbers.
+/// The weights of the points of n numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Weights {
-    /// The points lie this many times a column of the factor away, squared.
+    /// The squared distance of a point, in columns of the factor.
     scale: f64,
     mean: f64,
     covariance: f64,
@@ -79,7 +79,7 @@ pub struct Unscented<S> {
     moved: Matrix,
     next: Vec<f64>,
     noise: Matrix,
-    /// What each point says of each measurement, less the mean: one measurement a column.
+    /// The measurement at each point minus the mean: one measurement a column.
     said: Matrix,
     /// Covariance of state and measurement i as column i.
     cross: Matrix,
@@ -93,7 +93,7 @@ impl<S: System> Unscented<S> {
     /// Starts from a mean and its covariance.
     ///
     /// # Errors
-    /// Another size than the system's, a covariance that is not positive semidefinite, points that do not lie anywhere.
+    /// A size other than the system's, a covariance that is not positive semidefinite, or undefined points.
     pub fn new(system: S, mean: &[f64], spread: &Matrix, points: Points) -> Result<Unscented<S>, Error> {
         let (n, m) = (system.states(), system.sensors());
         let estimate = Gaussian::new(mean, spread, n)?;
@@ -132,8 +132,8 @@ impl<S: System> Unscented<S> {
         }
     }
 
-    /// What all points say of a measurement, into column `place`, less their mean. The residual and the noise; `None` where
-    /// a point has no value.
+    /// Computes a measurement at all points, minus their mean, into column `place`. Returns the residual and the noise; `None`
+    /// where a point has no value.
     fn hear(&mut self, place: usize, measurement: &Measurement, controls: &[f64]) -> Option<(f64, f64)> {
         let turn = self.system.turn(measurement.sensor);
         let column = column_mut(&mut self.said, place);
@@ -158,7 +158,7 @@ impl<S: System> Unscented<S> {
         (apart.is_finite() && variance >= 0.0 && variance.is_finite()).then_some((apart, variance))
     }
 
-    /// Whether what all points say of a sensor, in column `place` less what the first one says, is what its slope there says.
+    /// Whether the differences of a sensor's values at all points to the first, in column `place`, are those of its slope.
     fn is_linear(&mut self, place: usize, sensor: usize, controls: &[f64]) -> bool {
         self.system.gradient(sensor, &self.estimate.mean, controls, &mut self.next);
         let said = column(&self.said, place);
@@ -169,7 +169,7 @@ impl<S: System> Unscented<S> {
         })
     }
 
-    /// The weighted sum of products of what is said of two measurements.
+    /// The weighted sum of products of two measurements at all points.
     fn shared(&self, one: usize, other: usize) -> f64 {
         let mut weight = self.weights.covariance;
         let mut sum = 0.0;
@@ -180,7 +180,7 @@ impl<S: System> Unscented<S> {
         sum
     }
 
-    /// Hears all measurements; returns how many have an expectation.
+    /// Computes all measurements at the points; returns how many have an expectation.
     fn hear_all(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
         let mut count = 0;
         for measurement in measurements.iter().take(self.sensors.len()) {
@@ -231,7 +231,7 @@ impl<S: System> Method for Unscented<S> {
         if !all.all(|number| number.is_finite()) {
             return false;
         }
-        // Relative to the first point: large weights of both signs then have small numbers to cancel.
+        // Relative to the first point: large weights of both signs then cancel only small numbers.
         self.next.fill(0.0);
         for place in 1..self.moved.ncols() {
             let pairs = column(&self.moved, place).iter().zip(column(&self.moved, 0));
@@ -272,7 +272,7 @@ impl<S: System> Method for Unscented<S> {
         self.s_factors.factor(&self.s, count);
         let n = self.estimate.mean.len();
         let mut tally = Tally::NOTHING;
-        // The innovations made independent, one after the other: `S = L D L'`, `C <- C L'^-1`.
+        // Makes the innovations independent, one after the other: `S = L D L'`, `C <- C L'^-1`.
         for j in 0..count {
             for k in 0..j {
                 let factor = -at(&self.s_factors.l, j, k);
@@ -302,10 +302,10 @@ impl<S: System> Method for Unscented<S> {
     }
 }
 
-/// The mean and covariance of `y = f(x)` and the covariance of x and y, by the points of x.
+/// The mean and covariance of `y = f(x)` and the covariance of x and y, through the points of x.
 ///
 /// # Errors
-/// A covariance of another size or that is none, points that do not lie anywhere. Time: n^3 and 2n + 1 evaluations.
+/// A covariance of a wrong size or not positive semidefinite, or undefined points. Time: n^3 and 2n + 1 evaluations.
 pub fn transform(
     mean: &[f64],
     spread: &Matrix,

@@ -1,7 +1,7 @@
-//! Whether filters know how wrong they are: over 200 runs the normalized estimation error squared lies inside its bounds.
+//! Consistency of filters: over 200 runs the normalized estimation error squared is within its bounds.
 //!
-//! For a consistent filter `e' P^-1 e` is chi-square distributed with n degrees of freedom, and the mean over independent runs lies
-//! with a probability of 95 % inside of bounds around n (Y. Bar-Shalom and others, "Estimation with Applications to Tracking and
+//! For a consistent filter `e' P^-1 e` is chi-square distributed with n degrees of freedom, and the mean over independent runs is
+//! within bounds around n with a probability of 95 % (Y. Bar-Shalom and others, "Estimation with Applications to Tracking and
 //! Navigation", 2001, 5.4, doi:10.1002/0471221279).
 #![allow(
     clippy::unwrap_used,
@@ -56,7 +56,7 @@ fn line() -> Formulas {
     )
 }
 
-/// A target seen by range and bearing.
+/// A target measured by range and bearing.
 fn target() -> Formulas {
     system(
         &["x", "y", "vx", "vy"],
@@ -86,7 +86,7 @@ fn error_squared(method: &dyn Method, truth: &[f64]) -> f64 {
     apart.iter().zip(&factors.d).map(|(y, d)| y * y / d).sum()
 }
 
-/// The mean at the end of many runs lies inside of the bounds, and so do shares of intervals in the middle of them.
+/// Checks that the mean at the end of many runs is within the bounds, and the shares of intervals in the middle.
 #[track_caller]
 fn check(
     make: impl Fn() -> Formulas,
@@ -125,7 +125,7 @@ fn check(
             count += 1;
         }
     }
-    // The sum is chi-square distributed with so many degrees of freedom, which is nearly normal.
+    // The sum is chi-square distributed with this many degrees of freedom, which is nearly normal.
     let degrees = (RUNS * n) as f64;
     let bounds = reach * (2.0 * degrees).sqrt();
     assert!((sum - degrees).abs() <= bounds, "{sum} is not {degrees} +- {bounds}");

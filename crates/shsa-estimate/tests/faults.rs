@@ -1,6 +1,6 @@
-//! What sensors do in the field, and what fusion makes of it: it goes on, does not lock out, and names the one.
+//! Faults of sensors in the field, and the reaction of the fusion: it goes on, locks no sensor out, and isolates the faulty one.
 //!
-//! A rover drives on a smooth way. It has position fixes, two wheels, a gyroscope and a compass, at different rates.
+//! A rover drives on a smooth path. It has position fixes, two wheels, a gyroscope and a compass, at different rates.
 #![allow(
     clippy::unwrap_used,
     clippy::indexing_slicing,
@@ -17,7 +17,7 @@ use shsa_estimate::method::Measurement;
 use shsa_estimate::random::Random;
 use std::f64::consts::TAU;
 
-/// What a sensor says, its standard deviation, and how often it does, in steps of 20 ms.
+/// The measured quantity of each sensor, its standard deviation, and its period in steps of 20 ms.
 const SENSORS: [(&str, f64, i64); 6] =
     [("x", 0.5, 25), ("y", 0.5, 25), ("v", 0.05, 3), ("v", 0.05, 5), ("w", 0.02, 1), ("h", 0.05, 5)];
 const FIX_X: usize = 0;
@@ -25,7 +25,7 @@ const WHEEL: usize = 2;
 const GYROSCOPE: usize = 4;
 const COMPASS: usize = 5;
 
-/// Of x, y, heading, speed, turn rate: 0.1 m^2/s^3 along the way and 0.01 rad^2/s^3 across it, carried on to what they move.
+/// Noise of x, y, heading, speed, turn rate: 0.1 m^2/s^3 along the path and 0.01 rad^2/s^3 across it, propagated to all states.
 const NOISE: [&str; 15] = [
     "(0.1*cos(h)^2)*dt^3/3 + 0.01*(v*sin(h))^2*dt^3*(dt/(1 s))^2/20",
     "(0.1*cos(h)*sin(h))*dt^3/3 - 0.01*v^2*sin(h)*cos(h)*dt^3*(dt/(1 s))^2/20",
@@ -74,7 +74,7 @@ fn fusion(gate: Option<Gate>) -> Result<Fusion, Error> {
     Fusion::new(Box::new(filter), Time(0), SENSORS.len(), 0, options)
 }
 
-/// x, y, heading, speed, turn rate after so many steps of 20 ms.
+/// x, y, heading, speed, turn rate after each step of 20 ms.
 fn drive(steps: i64) -> Vec<[f64; 5]> {
     let (mut all, mut state) = (Vec::new(), [0.0_f64; 5]);
     for step in 1..=steps {
@@ -91,20 +91,20 @@ fn time(step: i64) -> Time {
     Time(step * 20_000_000)
 }
 
-/// What happened.
+/// The result of a drive.
 struct Seen {
-    /// Of x and y from the truth at the end.
+    /// The position error at the end.
     error: f64,
-    /// The greatest of them, where anything was known, from 5 s on.
+    /// The largest position error of an estimate from 5 s on.
     greatest: f64,
-    /// Who was named, and when first, in seconds.
+    /// The isolated sensor, and when it was first isolated, in seconds.
     named: Option<(usize, f64)>,
     /// Steps without an estimate.
     unknown: usize,
     fusion: LeaveOneOut,
 }
 
-/// Drives 60 s; `fault` changes the step of a stamp and the value, or makes the sensor silent.
+/// Drives for 60 s; `fault` changes the step of a stamp and the value, or makes the sensor silent.
 fn run(seed: u64, fault: impl Fn(usize, i64, f64) -> Option<(i64, f64)>) -> Seen {
     let mut random = Random::new(seed);
     let gate = Gate::new(0.9999, 20);
@@ -135,8 +135,8 @@ fn run(seed: u64, fault: impl Fn(usize, i64, f64) -> Option<(i64, f64)>) -> Seen
 
 const SEEDS: std::ops::Range<u64> = 1..4;
 
-/// A fault from 20 s on of one sensor: it is named within some seconds, and nobody else is. What the others say stays right, and
-/// what all say together does not blow up, although nobody has masked the liar.
+/// A fault of one sensor from 20 s on: the sensor is isolated within some seconds, and no other one is. The estimate by the
+/// others stays right, and that of all sensors is bounded, although the faulty one is not masked.
 #[track_caller]
 fn check_named(liar: usize, within_s: f64, fault: impl Fn(i64, f64) -> f64) {
     let truth = drive(3000)[2999];
@@ -147,7 +147,7 @@ fn check_named(liar: usize, within_s: f64, fault: impl Fn(i64, f64) -> f64) {
         let (named, at) = seen.named.unwrap();
         assert!(named == liar && at > 20.0 && at <= 20.0 + within_s, "seed {seed}: {named} at {at} s");
         assert!(seen.greatest < 5.0, "seed {seed}: {} m", seen.greatest);
-        // A conflict that nothing decides makes it unknown, until 10 s after the last measurement that counted.
+        // An undecided conflict makes the estimate unknown, until 10 s after the last measurement that counted.
         assert!(seen.unknown <= 500, "seed {seed}: {}", seen.unknown);
         let others = seen.fusion.without(liar).unwrap().estimate(time(3000)).unwrap();
         let error = (others.mean[0] - truth[0]).hypot(others.mean[1] - truth[1]);
@@ -179,7 +179,7 @@ fn a_compass_that_is_off_by_half_a_radian_is_named() {
     check_named(COMPASS, 15.0, |_, value| value + 0.5);
 }
 
-/// Spoofing: 0.3 m/s. What the others say, which it never was in, stays right.
+/// Spoofing by 0.3 m/s. The estimate by the others, which never used the sensor, stays right.
 #[test]
 fn fixes_that_move_off_slowly_are_named() {
     for seed in SEEDS {
@@ -217,7 +217,7 @@ fn without_fixes_for_ten_seconds_it_goes_on_and_comes_back() {
     }
 }
 
-/// All are silent for 6 s: after 2 s nothing is known, and with the first fix something is again.
+/// All sensors are silent for 6 s: after 2 s the estimate is unknown, and with the first fix it is known again.
 #[test]
 fn when_all_are_silent_nothing_is_known_until_one_speaks() {
     for seed in SEEDS {
@@ -227,7 +227,7 @@ fn when_all_are_silent_nothing_is_known_until_one_speaks() {
     }
 }
 
-/// A fix that was power-cycled stamps from its own beginning for a while: those values are old, whatever it thinks.
+/// A power-cycled sensor stamps from zero for a while: those values are old, whatever they measure.
 #[test]
 fn a_sensor_whose_clock_begins_anew_is_not_taken_for_new_and_not_locked_out() {
     for seed in SEEDS {
@@ -242,7 +242,7 @@ fn a_sensor_whose_clock_begins_anew_is_not_taken_for_new_and_not_locked_out() {
     }
 }
 
-/// The clock of all of them is set back by a minute: the caller begins anew, and after a second knows as much as before.
+/// All clocks are set back by a minute: the caller restarts the fusion, which after a second knows as much as before.
 #[test]
 fn after_a_jump_of_the_clock_it_begins_anew() {
     let mut fusion = fusion(Some(Gate::new(0.9999, 20))).unwrap();
@@ -267,7 +267,7 @@ fn after_a_jump_of_the_clock_it_begins_anew() {
     assert!((estimate.mean[0] - truth[0]).hypot(estimate.mean[1] - truth[1]) < 0.5);
 }
 
-/// A stamp that is 1 us off moves the result by less than a thousandth of its standard deviation.
+/// A stamp error of 1 us moves the result by less than a thousandth of its standard deviation.
 #[test]
 fn a_microsecond_does_not_matter() {
     let result = |off: i64| {
@@ -277,7 +277,7 @@ fn a_microsecond_does_not_matter() {
             for (sensor, (_, deviation, every)) in SENSORS.into_iter().enumerate() {
                 let value = says[sensor] + deviation * random.normal();
                 if step % every == 0 {
-                    // Some are early, some late.
+                    // Some stamps are early, some late.
                     let by = off * 1000 * ((sensor as i64 + step / every) % 3 - 1);
                     fusion.measure(time(step) + Span(by), Measurement { sensor, value, variance: None });
                 }

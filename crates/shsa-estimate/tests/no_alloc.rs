@@ -1,4 +1,4 @@
-//! No method allocates once it is made, nor does what is around it.
+//! No method allocates after construction, nor does the code around it.
 #![allow(clippy::unwrap_used, reason = "a test may fail loudly, in its helpers too")]
 
 use shsa_core::time::{Span, Time};

@@ -1,21 +1,21 @@
-//! What is wrong with a path, a definition or a message.
+//! Errors of paths, definitions and messages.
 
 use shsa_core::unit::nearest;
 use std::path::PathBuf;
 use thiserror::Error;
 
-/// Why a field cannot be asked for, or why bytes are no message.
+/// Why a field cannot be found, or why bytes are no message.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum MessageError {
     /// The path has a condition `[=left]`.
     #[error("a condition names no field; write it like [name=left]")]
     NamelessCondition,
-    /// The path has more steps than are read.
+    /// The path has more steps than allowed.
     #[error("a path has {steps} steps, more than {most}")]
     LongPath {
-        /// So many.
+        /// The number of steps.
         steps: usize,
-        /// So many are read.
+        /// The largest allowed number.
         most: usize,
     },
     /// The path is like `a..b`.
@@ -29,14 +29,14 @@ pub enum MessageError {
         "`[{index}` in `{path}` is no index, write it like {name}[0]; or begin with a slash, then brackets belong to the name"
     )]
     NoIndex {
-        /// What stands in the brackets, or behind them.
+        /// The text in the brackets, or behind them.
         index: String,
-        /// What stands before them.
+        /// The name before the brackets.
         name: String,
         /// The whole path.
         path: String,
     },
-    /// The path names nothing at all.
+    /// The path names no field.
     #[error("names no field")]
     NoField,
     /// There is no message type of this name.
@@ -44,7 +44,7 @@ pub enum MessageError {
     UnknownType {
         /// The type.
         name: String,
-        /// The known one with the nearest name.
+        /// The known type with the nearest name.
         near: Option<String>,
     },
     /// A message type has no field of this name.
@@ -54,16 +54,16 @@ pub enum MessageError {
         name: String,
         /// The type.
         owner: String,
-        /// The fields that it has.
+        /// The fields of the type.
         known: Vec<String>,
     },
-    /// An element is asked for of what is no list.
+    /// An element is requested of a field that is no list.
     #[error("{0} is no list")]
     NoList(String),
-    /// A part is asked for of a list as a whole.
+    /// A part is requested of a list as a whole.
     #[error("'{0}' is a list; say which element: {0}[0]")]
     List(String),
-    /// A part is asked for of what is no message.
+    /// A part is requested of a field that is no message.
     #[error("'{0}' has no parts")]
     NoParts(String),
     /// The field is a message.
@@ -76,16 +76,16 @@ pub enum MessageError {
         /// The type's fields.
         parts: Vec<String>,
     },
-    /// The definition is larger than any that is meant.
+    /// The definition is larger than the limit.
     #[error("its message type is too large")]
     TooLarge,
-    /// The definition nests deeper than any that is meant, or holds itself.
+    /// The definition nests deeper than the limit, or contains itself.
     #[error("its message type nests too deep")]
     TooDeep,
     /// The field is a text of two or four bytes a character.
     #[error("a text of wide characters cannot be read")]
     WideText,
-    /// One stands before the field.
+    /// A text of wide characters is before the field.
     #[error("a text of wide characters before it cannot be skipped")]
     WideTextBefore,
     /// A folder or file of definitions cannot be read.
@@ -93,10 +93,10 @@ pub enum MessageError {
     Folder {
         /// The folder or file.
         path: PathBuf,
-        /// What the system said.
+        /// The system's error message.
         reason: String,
     },
-    /// So many bytes are too few for a CDR message.
+    /// This many bytes are too few for a CDR message.
     #[error("{0} bytes are no CDR message")]
     NoCdr(usize),
     /// The message begins with the number of another encoding.

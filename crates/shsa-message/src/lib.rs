@@ -1,5 +1,4 @@
-//! What messages and recorded rows are made of, the same for files and for middleware: where in them a signal is found, and
-//! when it was true.
+//! The structure of messages and recorded rows, for files and middleware alike: the place of a signal in them, and their time.
 
 mod error;
 pub mod stamp;

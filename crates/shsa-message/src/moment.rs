@@ -7,7 +7,7 @@ use shsa_core::time::Time;
 const SECOND: i64 = 1_000_000_000;
 const HOUR: i64 = 3_600 * SECOND;
 
-/// In which order a date has its parts.
+/// The order of a date's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DateOrder {
     /// `2018-04-08`, `2018/4/8`, `20180408`.
@@ -19,17 +19,17 @@ pub enum DateOrder {
 }
 
 impl DateOrder {
-    /// All of them.
+    /// All orders.
     pub const ALL: [DateOrder; 3] =
         [DateOrder::YearMonthDay, DateOrder::DayMonthYear, DateOrder::MonthDayYear];
 }
 
-/// A moment and whether its text says in which zone it is.
+/// A moment, and whether its text gives a zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Moment {
-    /// In UTC.
+    /// The time in UTC.
     pub time: Time,
-    /// Else it is that of the place.
+    /// Whether the text gives a zone; otherwise the caller's zone was used.
     pub has_zone: bool,
     /// Why the clock of the place does not tell the moment.
     pub doubt: Option<Doubt>,
@@ -44,7 +44,7 @@ impl Moment {
     }
 }
 
-/// A date and a time of day, with a zone or without one; a date alone is its first moment. `None` for what is neither.
+/// A date and a time of day, with or without a zone; a date alone is its first moment. `None` for other texts.
 #[must_use]
 pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let text = text.trim();
@@ -57,13 +57,13 @@ pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     joined(date, of_day, order, zone)
 }
 
-/// A moment whose date and time of day stand apart.
+/// A moment whose date and time of day are in separate texts.
 #[must_use]
 pub fn moment_of(date: &str, clock: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     joined(date.trim(), of_day(clock.trim())?, order, zone)
 }
 
-/// Whether a text is a date, in some order.
+/// Whether a text is a date in any order.
 #[must_use]
 pub fn is_date(text: &str) -> bool {
     DateOrder::ALL.iter().any(|order| date(text.trim(), *order).is_some())
@@ -77,7 +77,7 @@ pub fn is_time_of_day(text: &str) -> bool {
 
 struct OfDay {
     nanoseconds: i64,
-    /// How far its zone is ahead of UTC, nanoseconds.
+    /// How far the zone is ahead of UTC, nanoseconds.
     ahead: Option<i64>,
 }
 
@@ -109,7 +109,7 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
     let [month, day] = [number(month, 2)?, number(day, 2)?];
     let year = match year.len() {
         4 => number(year, 4)?,
-        // Two digits mean the hundred years around 2000 that POSIX takes them for.
+        // Two digits are a year of the hundred years that POSIX assigns.
         2 if order != DateOrder::YearMonthDay => match number(year, 2)? {
             year @ 69.. => 1900 + year,
             year => 2000 + year,
@@ -117,13 +117,13 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
         _ => return None,
     };
     let is_day = (1..=12).contains(&month) && day >= 1;
-    // The first day of the next month is as many days away as the month has.
+    // The length of the month is the distance to the first day of the next.
     let next = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
     let length = days_of(next.0, next.1, 1) - days_of(year, month, 1);
     (is_day && day <= length).then_some([year, month, day])
 }
 
-/// Digits and nothing else, at most so many.
+/// A number of digits only, at most `most` of them.
 fn number(text: &str, most: usize) -> Option<i64> {
     let is_number = (1..=most).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit());
     text.parse().ok().filter(|_| is_number)
@@ -154,14 +154,14 @@ fn of_day(text: &str) -> Option<OfDay> {
         let is_hour = (1..=12).contains(&hour);
         hour = is_hour.then_some(hour % 12 + if is_afternoon { 12 } else { 0 })?;
     }
-    // A leap second is told as the 60th, the end of a day as 24:00.
+    // A leap second is written as the 60th, the end of a day as 24:00.
     let is_time =
         hour < 24 && minute < 60 && second <= 60 || (hour, minute, second, fraction) == (24, 0, 0, 0);
     let nanoseconds = hour * HOUR + minute * 60 * SECOND + second * SECOND + fraction;
     is_time.then_some(OfDay { nanoseconds, ahead })
 }
 
-/// `10:31 PM` and whether it is after noon.
+/// Splits `10:31 PM` into the time and whether it is after noon.
 fn split_half(text: &str) -> (&str, Option<bool>) {
     let halves = [("am", false), ("pm", true)];
     let ends = |half: &str| {
@@ -175,7 +175,7 @@ fn split_half(text: &str) -> (&str, Option<bool>) {
         .unwrap_or((text, None))
 }
 
-/// A time of day and how far its zone is ahead of UTC, nanoseconds; `None` where a zone is written that is none.
+/// A time of day, and how far its zone is ahead of UTC, nanoseconds; `None` for an invalid zone.
 fn split_zone(text: &str) -> Option<(&str, Option<i64>)> {
     for utc in ["Z", "z", "UTC", "GMT"] {
         if let Some(clock) = text.strip_suffix(utc) {
@@ -194,7 +194,7 @@ fn split_zone(text: &str) -> Option<(&str, Option<i64>)> {
     (hours < 24 && minutes < 60).then_some((clock, Some(if zone.starts_with('-') { -ahead } else { ahead })))
 }
 
-/// The digits behind the point, as nanoseconds; those beyond the ninth are cut off.
+/// The fractional digits as nanoseconds; digits beyond the ninth are cut off.
 fn fraction_of(digits: &str) -> Option<i64> {
     let is_fraction = !digits.is_empty() && digits.bytes().all(|byte| byte.is_ascii_digit());
     let filled = digits.bytes().chain(std::iter::repeat(b'0')).take(9);

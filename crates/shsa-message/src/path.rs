@@ -1,29 +1,29 @@
-//! Where within a message a field is: `twist.linear.x`, `/twist/linear/x`, `position[1]`, `position[name=left_wheel]`.
+//! The path of a field within a message: `twist.linear.x`, `/twist/linear/x`, `position[1]`, `position[name=left_wheel]`.
 
 use crate::MessageError;
 
-/// The most steps of a path; deeper messages are not read.
+/// The largest number of steps of a path.
 const STEPS_MAX: usize = 32;
 
 /// One step into a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Step {
-    /// The member of this name; in a list the element of this number, if it is one.
+    /// The member of this name; in a list, the element of this number.
     Key(String),
     /// The element of a list, counted from 0.
     Index(usize),
 }
 
-/// What must hold of a message, or which element of a list is meant: `[NAME=TEXT]`.
+/// A condition on a message, or the selection of a list's element: `[NAME=TEXT]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Condition {
-    /// Where the text is found, from the root of the message.
+    /// The path of the text, from the root of the message.
     pub steps: Vec<Step>,
-    /// The text asked for; numbers are compared as numbers.
+    /// The wanted text; numbers are compared as numbers.
     pub text: String,
 }
 
-/// The way to a field, from the root of the message.
+/// The path of a field, from the root of the message.
 ///
 /// | text | means |
 /// |---|---|
@@ -35,17 +35,17 @@ pub struct Condition {
 /// | `value[id=3]` | where `id` is a number or a text: only of messages in which it is this one |
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Path {
-    /// From the root on; none: the message itself.
+    /// The steps from the root; none for the message itself.
     pub steps: Vec<Step>,
-    /// What must hold, all of it.
+    /// The conditions, all of which must hold.
     pub conditions: Vec<Condition>,
 }
 
 impl Path {
-    /// Reads a path.
+    /// Parses a path.
     ///
     /// # Errors
-    /// Says which part does not follow the grammar.
+    /// The part that does not follow the grammar.
     pub fn parse(text: &str) -> Result<Path, MessageError> {
         let (base, conditions) = split_conditions(text.trim());
         let steps = if base == "data" { Vec::new() } else { steps(base)? };
@@ -60,7 +60,7 @@ fn steps_of_condition(name: &str) -> Result<Vec<Step>, MessageError> {
     if name.is_empty() { Err(MessageError::NamelessCondition) } else { steps(name) }
 }
 
-/// Takes `[NAME=TEXT]` off the end, in their order; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
+/// Splits `[NAME=TEXT]` off the end, in order; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
 pub(crate) fn split_conditions(mut text: &str) -> (&str, Vec<(&str, &str)>) {
     let mut conditions = Vec::new();
     while let Some((rest, condition)) = text.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
@@ -86,7 +86,7 @@ fn steps(text: &str) -> Result<Vec<Step>, MessageError> {
     Ok(steps)
 }
 
-/// `position[1][2]`: the name, then the numbers.
+/// Parses `position[1][2]`: the name, then the numbers.
 fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), MessageError> {
     let (name, mut indexes) = part.split_once('[').unwrap_or((part, ""));
     if !name.trim().is_empty() {
@@ -111,7 +111,7 @@ fn not_an_index(index: &str, name: &str, path: &str) -> MessageError {
     MessageError::NoIndex { index: index.to_owned(), name: name.to_owned(), path: path.to_owned() }
 }
 
-/// Whether a text that was found is the one that a condition asks for: the same, or the same number.
+/// Whether a found text is the wanted one: the same text, or the same number.
 #[must_use]
 pub fn is_text(found: &str, asked: &str) -> bool {
     let number = |text: &str| text.parse::<f64>().ok();

@@ -1,21 +1,21 @@
-//! Messages of Protocol Buffers: which fields a type has, as a set of file descriptors says, and where they stand in the bytes.
+//! Messages of Protocol Buffers: the fields of types, from file descriptors, and their places in the bytes.
 //!
-//! Format: <https://protobuf.dev/programming-guides/encoding>; the descriptors are messages themselves, of `descriptor.proto`. Only
-//! the fields on the way to the wanted one are looked at; nothing is built.
+//! Format: <https://protobuf.dev/programming-guides/encoding>; the descriptors are messages of `descriptor.proto`. Only the
+//! fields on the path to the wanted one are read; nothing is built.
 
 use crate::MessageError;
 use crate::path::{Step, is_text};
 use std::collections::BTreeMap;
 
-/// Types nest no deeper than this in a path or a descriptor.
+/// The deepest nesting of types in a path or a descriptor.
 const DEPTH_MAX: usize = 32;
 
-/// What a field holds, or each element of it.
+/// The kind of a field, or of its elements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Kind {
     Double,
     Float,
-    /// Whole numbers of variable length: with a sign, without one, folded together (zigzag), and truth values.
+    /// Whole numbers of variable length: signed, unsigned, zigzag, and truth values.
     Signed,
     Unsigned,
     Folded,
@@ -37,11 +37,11 @@ struct Member {
     is_list: bool,
 }
 
-/// Types by their full names, without a dot in front.
+/// Types by their full names, without a leading dot.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Types(BTreeMap<String, Vec<Member>>);
 
-/// What is found in a message.
+/// A value found in a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Found {
     /// A number.
@@ -56,10 +56,10 @@ pub enum Found {
     Time(i64, i64),
 }
 
-/// The way to one field.
+/// The path to a field.
 #[derive(Clone, Debug)]
 pub struct Plan {
-    /// Of each step the field's number, and which element of it.
+    /// For each step the field's number, and the wanted element.
     steps: Vec<(u64, Option<usize>)>,
     last: Member,
 }
@@ -71,7 +71,7 @@ enum Wire<'a> {
     Bytes(&'a [u8]),
 }
 
-/// Goes through the fields of a message; ends at what is none.
+/// Iterates over the fields of a message; ends at an invalid one.
 #[derive(Clone, Copy)]
 struct Fields<'a>(&'a [u8]);
 
@@ -119,7 +119,7 @@ impl<'a> Iterator for Fields<'a> {
 }
 
 impl Types {
-    /// The types of a serialised `FileDescriptorSet`; what makes no sense in it is passed over.
+    /// The types of a serialised `FileDescriptorSet`; invalid parts are skipped.
     #[must_use]
     pub fn of_descriptors(set: &[u8]) -> Types {
         let mut types = Types::default();
@@ -154,8 +154,8 @@ impl Types {
         self.0.get(name).map(Vec::as_slice).ok_or_else(unknown)
     }
 
-    /// Appends the paths of all numbers, texts and lists of them in a type, until there are `at_most`; of a list of messages those
-    /// of the first one.
+    /// Appends the paths of all numbers, texts and lists of them in a type, until there are `at_most`; of a list of messages,
+    /// those of the first one.
     pub fn paths(&self, name: &str, from: &str, at_most: usize, paths: &mut Vec<String>) {
         let depth = from.matches('.').count();
         for member in self.0.get(name).into_iter().flatten() {
@@ -205,10 +205,10 @@ fn text(message: &[u8], asked: u64) -> Option<String> {
 }
 
 impl Plan {
-    /// The way to the field at a path within a type. No steps: the field `data`.
+    /// The path to a field within a type. Without steps: the field `data`.
     ///
     /// # Errors
-    /// Says which part of the path is not there, and what is.
+    /// The part of the path that does not exist, and the existing ones.
     pub fn new(types: &Types, name: &str, path: &[Step]) -> Result<Plan, MessageError> {
         let data = [Step::Key("data".into())];
         let path = if path.is_empty() { &data } else { path };
@@ -241,7 +241,7 @@ impl Plan {
         Ok(Plan { steps, last: last.ok_or(MessageError::NoField)? })
     }
 
-    /// Whether there is a number at the end of the way, or a time.
+    /// Whether the field is a number or a time.
     #[must_use]
     pub fn is_number(&self) -> bool {
         match &self.last.kind {
@@ -251,8 +251,8 @@ impl Plan {
         }
     }
 
-    /// What a message has there. A number that is not on the wire is zero, as the format says; `None` where a message on the way
-    /// is missing, a list has no such element, or the bytes are no message. `O(message)`.
+    /// The value of the field in a message. A number that is not on the wire is zero, as in the format; `None` where a message on
+    /// the path is missing, a list has no such element, or the bytes are no message. `O(message)`.
     #[must_use]
     pub fn find(&self, message: &[u8]) -> Option<Found> {
         let (last, way) = self.steps.split_last()?;
@@ -265,7 +265,7 @@ impl Plan {
             });
             message = match index {
                 Some(index) => parts.nth(*index)?,
-                // Of a field that comes twice the last counts.
+                // Of a repeated field, the last one counts.
                 None => parts.last()?,
             };
         }
@@ -319,7 +319,7 @@ impl Plan {
 }
 
 impl Found {
-    /// Where it says what is asked: `Some(None)` for one value that does, of a list the first element that does.
+    /// Whether the value is the wanted text: `Some(None)` for a single value, the first matching element of a list.
     #[must_use]
     pub fn says(&self, asked: &str) -> Option<Option<usize>> {
         match self {
@@ -333,7 +333,7 @@ impl Found {
 }
 
 impl Kind {
-    /// The number that stands on the wire as this.
+    /// The number of a wire value.
     fn number(&self, wire: u64) -> f64 {
         match self {
             Kind::Double => f64::from_bits(wire),
@@ -345,7 +345,7 @@ impl Kind {
         }
     }
 
-    /// Appends numbers that stand one behind the other; `None` where they do not end with the bytes.
+    /// Appends packed numbers; `None` where they do not end with the bytes.
     fn unpack(&self, packed: &[u8], numbers: &mut Vec<f64>) -> Option<()> {
         let mut rest = Fields(packed);
         while !rest.0.is_empty() {
@@ -369,7 +369,7 @@ fn is_time(name: &str) -> bool {
     matches!(name, "google.protobuf.Timestamp" | "google.protobuf.Duration")
 }
 
-/// The index that a step says: `[1]`, or the name `1`.
+/// The index of a step: `[1]`, or the name `1`.
 fn index(step: &Step) -> Option<usize> {
     match step {
         Step::Index(index) => Some(*index),

@@ -1,4 +1,4 @@
-//! The text that says where a signal is found, in a recording or on a bus.
+//! The text that gives the place of a signal in a recording or on a bus.
 
 use crate::path::split_conditions;
 use crate::span::parse_span;
@@ -8,7 +8,7 @@ use std::path::Path;
 use std::str::FromStr;
 use std::sync::Arc;
 
-/// Where a signal is found.
+/// The place of a signal.
 ///
 /// ```text
 /// [FILE_OR_TOPIC '#'] FIELD { '[' COLUMN '=' VALUE ']' } [ '@' TIME [ '*' SPAN ] ] [ '!changed' ]
@@ -24,46 +24,46 @@ use std::sync::Arc;
 /// | `log#speed@row*100ms` | the rows themselves are the clock |
 /// | `airdata#xSpeed!changed` | a sample only when the value differs from the one before |
 ///
-/// A file is named by its name, with or without extension and folders; a topic with or without its leading slash.
-/// In a bag, `@` names the field of the stamp, and `@received` takes the time of recording instead of a header's.
-/// In JSON lines a signal is found by its own name or by its source text as a whole. A column whose own name
-/// holds `@`, or ends like a filter or a flag, cannot be named.
+/// A file is named with or without extension and folders; a topic with or without its leading slash. In a bag, `@` names the
+/// field of the stamp, and `@received` takes the time of recording instead of a header's. In JSON lines a signal is found by its
+/// own name or by its source text as a whole. A column whose own name contains `@`, or ends like a filter or a flag, cannot be
+/// named.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Source {
     /// The file or topic; `None`: any file, and in a bag the field is a topic of plain numbers (field `data`).
     pub file: Option<String>,
     /// The column or the path of the field.
     pub field: String,
-    /// Only rows or messages in which each of these columns has this value.
+    /// Only rows or messages with these values in these columns count.
     pub filters: Vec<(String, String)>,
-    /// Where the time is found; `None`: recognised from the header or the message.
+    /// The place of the time; `None`: recognised from the header or the message.
     pub time: Option<StampField>,
-    /// A value equal to the one before is no sample.
+    /// Whether a value equal to the one before is no sample.
     pub changed: bool,
 }
 
-/// Where the time of a row or a message is found.
+/// The place of a row's or message's time.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct StampField {
-    /// The column, or where in the message, as [`Path`](crate::path::Path) reads it. `row` where no column has this name counts
-    /// the rows from 0.
+    /// The column, or the path in the message (see [`Path`](crate::path::Path)). `row`, where no column has this name, counts the
+    /// rows from 0.
     pub path: String,
-    /// How long one step of a number is. `None`: as the column's header says. In a message decimal numbers count seconds, and
-    /// whole ones [what their size says](crate::stamp::likely_step).
+    /// The length of one step of a number. `None`: from the column's header. In a message, decimal numbers count seconds, and
+    /// whole ones [the step that fits their size](crate::stamp::likely_step).
     pub step: Option<Span>,
 }
 
-/// A field that is wanted of a topic's messages.
+/// A wanted field of a topic's messages.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Field {
-    /// Where it is, as [`Path`](crate::path::Path) reads it.
+    /// The path of the field (see [`Path`](crate::path::Path)).
     pub path: String,
-    /// Where its time stamp is; `None`: the message carries none, or one where its type has it.
+    /// The place of its time stamp; `None`: from the type's header, if it has one.
     pub stamp: Option<StampField>,
 }
 
 impl Source {
-    /// Whether a file is the one that this source names.
+    /// Whether the source names this file.
     #[must_use]
     pub fn is_of_file(&self, file: &Path) -> bool {
         let Some(name) = self.file.as_deref() else { return true };
@@ -80,8 +80,8 @@ impl Source {
         }
     }
 
-    /// The topic on a bus, and the field of its messages, with the filters as conditions of its path. A source that names only
-    /// one thing names the topic.
+    /// The topic on a bus, and the field of its messages, with the filters as conditions of its path. A source with a single name
+    /// names the topic.
     #[must_use]
     pub fn on_bus(self) -> (Arc<str>, Field) {
         let (topic, field) = match self.file {
@@ -94,16 +94,16 @@ impl Source {
     }
 }
 
-/// The two parts of `TOPIC#FIELD`, as they stand; without a `#` there is no field.
+/// The two parts of `TOPIC#FIELD`, unchanged; without a `#` there is no field.
 #[must_use]
 pub fn split_topic(text: &str) -> (&str, Option<&str>) {
     text.split_once('#').map_or((text, None), |(topic, field)| (topic, Some(field)))
 }
 
-/// What the source of a signal tells of its measurement; without a text for it, it is found under the signal's own name.
+/// The parts of a signal's source that identify its measurement; without a source text, the signal's own name is the source.
 ///
-/// Neither a flag nor a time nor the slash before a topic changes the values, and `position` is the list of `position[1]` and
-/// of `position[name=left]`. A name may hold anything: of that, only the topic counts.
+/// Neither a flag nor a time nor the slash before a topic changes the values, and `position` is the list of `position[1]` and of
+/// `position[name=left]`. A signal's own name is free text, so only the topic counts there.
 #[must_use]
 pub fn parts(signal: &str, source: Option<&str>) -> SourceParts {
     let text = source.unwrap_or(signal);
@@ -136,7 +136,7 @@ impl FromStr for Source {
     type Err = String;
 
     /// # Errors
-    /// Says which part does not follow the grammar.
+    /// The part that does not follow the grammar.
     fn from_str(text: &str) -> Result<Source, String> {
         let (text, changed) = split_flag(text.trim())?;
         let (text, time) = split_time(text)?;
@@ -257,7 +257,7 @@ mod tests {
         check("joints#position[name=left]@t", ("joints", "position"), ("joints", "position[name=left]"));
     }
 
-    /// The topic, the measurement and its lists, with `|` between them.
+    /// Checks the topic, the measurement and its lists, with `|` between them.
     #[track_caller]
     fn check_parts(text: &str, expected: &str) {
         let SourceParts { topic, measurement, lists } = parts("name", Some(text));

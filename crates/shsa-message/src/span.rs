@@ -5,10 +5,10 @@ use shsa_core::time::{Span, Time};
 
 const SECOND: i64 = 1_000_000_000;
 
-/// Reads a span: a positive number and a unit (`5s`, `0.1 s`, `20 ms`), or a unit alone (`us`: one microsecond).
+/// Parses a span: a positive number and a unit (`5s`, `0.1 s`, `20 ms`), or a unit alone (`us`: one microsecond).
 ///
 /// # Errors
-/// Says what is wrong: no unit, not positive, too long for 292 years.
+/// The problem: no unit, not positive, or longer than 292 years.
 pub fn parse_span(text: &str) -> Result<Span, String> {
     let text = text.trim();
     let digits = text.find(|c: char| c.is_alphabetic()).unwrap_or(text.len());
@@ -22,7 +22,7 @@ pub fn parse_span(text: &str) -> Result<Span, String> {
     }
 }
 
-/// The units of time with their names, whose plurals are known, too.
+/// The units of time with their names; plurals are accepted, too.
 pub const TIME_UNITS: [(&[&str], Span); 6] = [
     (&["ns", "nsec", "nanosec", "nanosecond"], Span(1)),
     (&["us", "\u{b5}s", "\u{3bc}s", "usec", "microsec", "microsecond"], Span(1_000)),
@@ -32,7 +32,7 @@ pub const TIME_UNITS: [(&[&str], Span); 6] = [
     (&["h", "hour"], Span(3600 * SECOND)),
 ];
 
-/// A unit of time by its name, in letters of any size; `None` for any other word.
+/// A unit of time by its name, in upper or lower case; `None` for any other word.
 #[must_use]
 pub fn time_unit(name: &str) -> Option<Span> {
     let name = name.to_ascii_lowercase();

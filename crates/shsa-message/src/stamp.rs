@@ -4,7 +4,7 @@ use shsa_core::time::{Span, Time};
 
 const SECOND: i64 = 1_000_000_000;
 
-/// How a stamp is written.
+/// The notation of a stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Notation {
     /// A whole number of steps.
@@ -15,10 +15,10 @@ pub enum Notation {
     Rfc3339,
 }
 
-/// A number as a stamp, and how it is written; `None` when the text is no number, or the time does not fit 64 bits.
+/// A number as a stamp, and its notation; `None` when the text is no number, or the time does not fit 64 bits.
 ///
-/// With a `step` it counts steps. Without one a whole number counts [what its size says](likely_step), and a decimal one
-/// seconds.
+/// With a `step` the number counts steps. Without one, a whole number counts [the step that fits its size](likely_step), and a
+/// decimal one seconds.
 #[must_use]
 pub fn number(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
     if let Ok(whole) = text.parse::<i64>() {
@@ -29,9 +29,9 @@ pub fn number(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
     decimal(text, step).map(|time| (time, Notation::Decimal(step)))
 }
 
-/// What one step of a stamp of this size is, where nothing says so: the epoch (1970) in seconds, milli-, micro- and nanoseconds
-/// cannot be mistaken for each other. From 1e17 on it counts nanoseconds, from 1e14 on micro-, from 1e11 on milliseconds (all of
-/// them since 1973), and everything smaller seconds.
+/// The likely step of a stamp of this size: times since 1970 in seconds, milli-, micro- and nanoseconds cannot be confused. From
+/// 1e17 on the stamp counts nanoseconds, from 1e14 on micro-, from 1e11 on milliseconds (all of them since 1973), and below that
+/// seconds.
 #[must_use]
 pub fn likely_step(size: u64) -> Span {
     match size {
@@ -42,10 +42,10 @@ pub fn likely_step(size: u64) -> Span {
     }
 }
 
-/// The time that a decimal number of steps says, rounded to the nanosecond, halves away from zero.
+/// The time of a decimal number of steps, rounded to the nanosecond, halves away from zero.
 ///
-/// Computed on the digits: an epoch's nanoseconds do not fit the 53 bits of a float. `None` when the text is no
-/// finite decimal number, or the time does not fit.
+/// Computed from the digits, as an epoch's nanoseconds do not fit the 53 bits of a float. `None` when the text is no finite
+/// decimal number, or the time does not fit.
 #[must_use]
 pub fn decimal(text: &str, step: Span) -> Option<Time> {
     let (number, exponent) = match text.split_once(['e', 'E']) {
@@ -71,14 +71,14 @@ pub fn decimal(text: &str, step: Span) -> Option<Time> {
 fn digits_of(whole: &str, fraction: &str) -> Option<i128> {
     let digit = |byte: u8| byte.checked_sub(b'0').filter(|digit| *digit < 10);
     let mut digits = whole.bytes().chain(fraction.bytes());
-    // The usual case: it fits 64 bits.
+    // The usual case: the number fits 64 bits.
     if whole.len() + fraction.len() <= 18 {
         return digits.try_fold(0, |value, byte| Some(10 * value + i64::from(digit(byte)?))).map(i128::from);
     }
     digits.try_fold(0_i128, |value, byte| value.checked_mul(10)?.checked_add(i128::from(digit(byte)?)))
 }
 
-/// `step * 10^places` where that is a whole number for places behind the point: no division is needed then.
+/// `step * 10^places`, where that is a whole number for fractional places: then no division is needed.
 fn whole_step(step: Span, places: i32) -> Option<i64> {
     let power = 10_i64.checked_pow(places.unsigned_abs()).filter(|_| places <= 0)?;
     (step.0 % power == 0).then_some(step.0 / power)
@@ -90,7 +90,7 @@ fn shifted(value: i128, places: i32) -> Option<i128> {
     match power {
         Some(power) if places >= 0 => value.checked_mul(power),
         Some(power) => Some(value / power + i128::from(value % power >= power / 2 && power > 1)),
-        // Beyond 38 places: nothing stays nothing, everything else is too large or vanishes.
+        // Beyond 38 places: zero stays zero, and any other value is too large or vanishes.
         None if value == 0 || places < 0 => Some(0),
         None => None,
     }
@@ -101,7 +101,7 @@ pub(crate) fn zone_alone(text: &str) -> Option<i64> {
     split_zone(text).filter(|(clock, _)| clock.is_empty()).map(|(_, ahead)| ahead)
 }
 
-/// The time of a day's nanosecond, in UTC; `None` for what is no date, or does not fit.
+/// The time of a nanosecond of a day, in UTC; `None` for an invalid date, or a time that does not fit.
 #[must_use]
 pub fn civil(year: i64, month: i64, day: i64, nanoseconds_of_day: i64) -> Option<Time> {
     let is_date = (1..=12).contains(&month) && (1..=31).contains(&day) && (-9999..=9999).contains(&year);
@@ -109,7 +109,7 @@ pub fn civil(year: i64, month: i64, day: i64, nanoseconds_of_day: i64) -> Option
     seconds.checked_mul(SECOND)?.checked_add(nanoseconds_of_day).map(Time)
 }
 
-/// A text as a stamp: RFC 3339 (without a zone it is UTC; a blank may stand for the `T`), or a [number].
+/// A text as a stamp: RFC 3339 (in UTC without a zone; a blank may replace the `T`), or a [number].
 #[must_use]
 pub fn text(text: &str, step: Option<Span>) -> Option<(Time, Notation)> {
     rfc3339(text.trim()).map(|time| (time, Notation::Rfc3339)).or_else(|| number(text.trim(), step))
@@ -121,7 +121,7 @@ fn rfc3339(text: &str) -> Option<Time> {
     let (clock, fraction) = clock.split_once('.').unwrap_or((clock, "0"));
     let [year, month, day] = numbers(date, '-')?;
     let [hour, minute, second] = numbers(clock, ':')?;
-    // A leap second is told as the 60th.
+    // A leap second is written as the 60th.
     if !(1..=12).contains(&month) || !(1..=31).contains(&day) || hour > 23 || minute > 59 || second > 60 {
         return None;
     }
@@ -129,7 +129,7 @@ fn rfc3339(text: &str) -> Option<Time> {
     seconds.checked_mul(SECOND)?.checked_add(nanoseconds(fraction)?).map(Time)
 }
 
-/// The time of the day, and how many seconds its zone is ahead of UTC.
+/// The time of day, and how many seconds its zone is ahead of UTC.
 fn split_zone(text: &str) -> Option<(&str, i64)> {
     if let Some(clock) = text.strip_suffix(['Z', 'z']) {
         return Some((clock, 0));
@@ -156,7 +156,7 @@ fn numbers<const N: usize>(text: &str, between: char) -> Option<[i64; N]> {
     found?.try_into().ok()
 }
 
-/// The digits behind the point, as nanoseconds; those beyond the ninth are cut off.
+/// The fractional digits as nanoseconds; digits beyond the ninth are cut off.
 fn nanoseconds(digits: &str) -> Option<i64> {
     if digits.is_empty() || !digits.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
@@ -174,7 +174,7 @@ pub(crate) fn days_of(year: i64, month: i64, day: i64) -> i64 {
     365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468
 }
 
-/// The date that is so many days from 1970-01-01: year, month, day.
+/// The date of a number of days from 1970-01-01: year, month, day.
 fn date(days: i64) -> (i64, i64, i64) {
     let from_march_0 = days + 719_468;
     let (era, of_era) = (from_march_0.div_euclid(146_097), from_march_0.rem_euclid(146_097));

@@ -1,4 +1,4 @@
-//! What a history says about a moment at which it was not observed, without a guess.
+//! The value of a history at a moment without an observation, with a bound instead of a guess.
 //!
 //! Where the model bounds how fast the plant changes, the sample whose time is nearest says so much, grown by what can happen
 //! in between. Where it does not, only what lies between two samples is known: the hull of both neighbours. What comes after
@@ -9,17 +9,17 @@ use super::history::{History, Reach, Reading, Sample};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
-/// So many samples tell what the plant has done lately.
+/// The number of recent samples that tell how the plant behaves.
 const LATELY: usize = 3;
 
-/// What is known about a moment.
+/// The knowledge about the value at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Known {
-    /// The true value lies in this, SI.
+    /// An interval that holds the true value, SI.
     Value(Interval),
-    /// Nothing yet: a later sample may tell.
+    /// Not known yet: a later sample may tell.
     Later,
-    /// Nothing, whatever comes.
+    /// Not known, and no later sample will tell.
     Never,
 }
 
@@ -33,7 +33,7 @@ impl Known {
         }
     }
 
-    /// The value that there is, or else that nothing will say more.
+    /// The value; without one, [`Known::Never`].
     #[must_use]
     pub fn or_never(value: Option<Interval>) -> Known {
         value.map_or(Known::Never, Known::Value)
@@ -41,10 +41,10 @@ impl Known {
 }
 
 impl History {
-    /// What the samples say about a moment; see the head of this file.
+    /// The value at a moment; see the head of this file.
     ///
-    /// Between two samples the value may turn: the hull is grown by what the curve through these and the one before them
-    /// rises above it. Complexity: O(samples newer than the moment, and those that overlap it).
+    /// The value may turn between two samples: the hull is grown by the curvature of these two samples and the one before.
+    /// Complexity: O(samples that are newer than the moment or overlap it).
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity, reach: Reach) -> Known {
@@ -54,9 +54,9 @@ impl History {
         }
     }
 
-    /// By how much the newest sample must be grown to hold what was at a moment, where it is certainly the nearest and near
-    /// enough: as most often, and seen at a glance.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// The margin that the newest sample needs to hold the value at a moment, where it is certainly the nearest and near enough:
+    /// the most frequent case, tested quickly.
+    // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
     #[must_use]
     pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {
@@ -106,8 +106,8 @@ impl History {
         same.map(|sample| sample.value).reduce(Interval::hull)
     }
 
-    /// The sample that is certainly the nearest, grown by the rate of change over the longest time in between: an error of
-    /// time bounds what the plant can do meanwhile.
+    /// The certainly nearest sample, grown by the rate of change over the longest time in between: this bounds the effect of time
+    /// errors.
     fn within_reach<'h>(&'h self, moment: Validity, reach: Reach) -> Known {
         let mut least = Span::MAX;
         let mut nearest: Option<&Sample> = None;
@@ -147,7 +147,7 @@ impl History {
                 continue;
             }
             if from >= moment.to {
-                // At the very moment: nothing lies in between.
+                // The sample is at the very moment: nothing lies in between.
                 return Known::or_never(self.exactly_at(sample.validity));
             }
             let Some(later) = after else { return Known::Later };
@@ -166,8 +166,8 @@ impl History {
         if after.is_some() { Known::Never } else { Known::Later }
     }
 
-    /// The best guess of the value at a moment between two samples: on the straight line through their middles. No bound, but what
-    /// statistics go by. Complexity: O(samples newer than the moment).
+    /// The best guess of the value at a moment between two samples: on the straight line through their middles. It is no bound,
+    /// and used for statistics. Complexity: O(samples newer than the moment).
     #[must_use]
     pub fn line_at(&self, moment: Time) -> Option<f64> {
         let mut after: Option<&Sample> = None;
@@ -187,9 +187,9 @@ impl History {
         None
     }
 
-    /// What overlaps a moment, or else the newest samples before it, and twice as much again to either side as these differ
-    /// among themselves: what the plant has done lately it may have done meanwhile. This is no proof, but enough to prefer
-    /// somebody else. `None` where the newest sample is further away than `max_gap`, or there are too few.
+    /// The hull of the samples that overlap a moment and the newest ones before it, grown by twice the spread of their middles:
+    /// recent changes may go on. This is no proof, but enough to prefer another way. `None` where the newest sample is further
+    /// away than `max_gap`, or there are too few.
     #[must_use]
     pub fn roughly_at(&self, moment: Validity, max_gap: Span) -> Option<Interval> {
         let newest = self.newest(0).filter(|newest| newest.validity.gap(moment) <= max_gap)?;
@@ -206,20 +206,20 @@ impl History {
     }
 }
 
-/// The longest time that may lie between what two validities tell.
+/// The longest time between points of two validities.
 #[inline]
 fn farthest(one: Validity, other: Validity) -> Span {
     (one.to - other.from).max(other.to - one.from)
 }
 
-/// How far the parabola through three samples, in the order of time, rises above the higher of the last two between these.
+/// How far the parabola through three samples, in the order of time, rises above the higher of the last two between them.
 ///
-/// Of samples `h` apart it is at most `c h^2 / 8` for the curvature `c`.
+/// For samples `h` apart it is at most `c h^2 / 8` for the curvature `c`.
 fn bulge(older: &Sample, sample: &Sample, later: &Sample) -> f64 {
     let middle = |sample: &Sample| (sample.value.midpoint(), sample.validity.centre());
     let ((first, start), (second, turn), (third, end)) = (middle(older), middle(sample), middle(later));
     let (before, after) = ((turn - start).seconds(), (end - turn).seconds());
-    // One that is much farther away tells of another time.
+    // A sample that is much farther away than the other does not show the present curvature.
     if before <= 0.0 || after <= 0.0 || before > 3.0 * after || after > 3.0 * before {
         return 0.0;
     }
@@ -319,7 +319,7 @@ mod tests {
     }
 
     proptest! {
-        /// The true value lies in what is said, of any smooth plant that does not turn faster than its samples show.
+        /// The known value holds the truth, for any smooth plant that does not turn faster than its samples show.
         #[test]
         fn what_is_said_holds_the_truth(
             amplitude in 0.1..10.0_f64, period in 12.0..60.0_f64, phase in 0.0..6.0_f64,

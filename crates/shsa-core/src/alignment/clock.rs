@@ -1,52 +1,52 @@
-//! The clocks that stamp the signals: which stamps cannot be those of the moments at which values were taken.
+//! The clocks that stamp the signals: finds time stamps that cannot be the times of measurement.
 //!
-//! The time from a stamp to the reception is what the clocks differ by, and the way. Of each signal its usual amount is learnt
-//! from its first readings. Stamps are wrong when
+//! The time from the stamp to the reception is the sum of a clock difference and a transmission delay. The usual amount of each
+//! signal is learnt from its first readings. Stamps are wrong when
 //!
-//! * it is another amount than usual, by more than any way takes, and stays so: the clock was set;
-//! * its usual amount is another one than that of the other signals: the clock was wrong from the start. Where all are
-//!   behind alike (a recording of another host), nothing is wrong; ahead nothing can be;
+//! * the amount differs from the usual one by more than any transmission delay, and stays so: the clock was set;
+//! * the usual amount differs from that of the other signals: the clock was wrong from the start. Where all clocks are equally
+//!   behind (a recording of another host), nothing is wrong; no clock can be ahead;
 //! * values change, and their stamp does not: the clock stands still.
 //!
-//! What was held up on its way and comes at once is late, and no clock is wrong: the amount shrinks with each value.
+//! Readings that were held up and come at once are late, and no clock is wrong: the amount shrinks with each value.
 
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
-/// What no way takes longer than, unless the signal says so, and no two clocks of one system differ by.
+/// The longest undeclared transmission delay, and the largest difference between two clocks of one system.
 const MOST_OFF: Span = Span::from_millis(10_000);
-/// So long it must last, as must what is learnt,
+/// A wrong amount must last this long, and so must an amount to learn,
 const LASTS: Span = Span::from_millis(1_000);
-/// for so many readings.
+/// and for this many readings.
 const FEWEST: u32 = 4;
-/// A stamp that is the same for so long, while values change, stands still.
+/// A stamp that stays the same for this long, while values change, stands still.
 const STANDS: Span = Span::from_millis(5_000);
-/// The usual amount follows what comes by this part of the difference.
+/// The usual amount follows new amounts by this part of the difference.
 const FOLLOWS: i64 = 64;
 
-/// What is wrong with a stamp.
+/// The error of a time stamp.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Misdated {
-    /// Its clock is so much behind the time of reception, after what is usual; before it where that is negative.
+    /// The clock is this much behind the time of reception, beyond the usual amount; ahead of it where negative.
     Off(Span),
-    /// It has been the same for so long, while values have changed.
+    /// The stamp has been the same for this long, while values have changed.
     Standing(Span),
 }
 
 /// The clock of one signal.
 #[derive(Clone, Copy, Debug)]
 struct Clock {
-    /// How far from usual is still no wrong clock.
+    /// The largest deviation from the usual amount that is no error.
     margin: Span,
-    /// The usual time from the stamp to the reception; `None` while it is not known.
+    /// The usual time from the stamp to the reception; `None` while unknown.
     usual: Option<Span>,
-    /// What may be the usual, or what it is instead; since when and in how many readings.
+    /// An amount that may become the usual one or deviates from it; since when and in how many readings.
     other: Span,
     since: Time,
     readings: u32,
-    /// The newest stamp, since when it is that, and the value that came with it first.
+    /// The newest stamp, since when it is the same, and the value that came with it first.
     stamp: Option<Time>,
     stamped: Time,
     value: Option<f64>,
@@ -56,14 +56,14 @@ struct Clock {
 #[derive(Clone, Debug)]
 pub struct Clocks {
     list: IdVec<SignalId, Clock>,
-    /// What is usual of the signals of which that is known, when it was learnt, ascending.
+    /// The usual amounts of signals, as they were learnt, ascending.
     learnt: Vec<Span>,
-    /// What is usual of them altogether: the middle one; of two, that of which the clock agrees with the reception best.
+    /// The usual amount of all signals together: the median; of two middle ones, the smaller in magnitude.
     reference: Option<Span>,
 }
 
 impl Clocks {
-    /// For the signals of a knowledge base.
+    /// The clocks of the signals of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Clocks {
         let count = knowledge.signals().len();
@@ -71,7 +71,7 @@ impl Clocks {
         Clocks { list: IdVec::filled(count, clock), learnt: Vec::with_capacity(count), reference: None }
     }
 
-    /// Goes on from the clocks before a change, for the signals whose readings mean the same.
+    /// Takes over the clocks before a change of the model, for the signals whose readings mean the same.
     pub fn inherit(&mut self, old: &Clocks, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(clock) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
@@ -84,12 +84,12 @@ impl Clocks {
         self.reference = reference(&self.learnt);
     }
 
-    /// Takes a stamp in; what is wrong with it.
+    /// Takes in a stamp; returns its error.
     #[inline]
     pub fn observe(&mut self, observation: &Observation, now: Time) -> Option<Misdated> {
         let clock = &mut self.list[observation.signal];
         let amount = now - observation.stamp;
-        // As most often.
+        // The most frequent case.
         if let Some(usual) = &mut clock.usual
             && clock.stamp != Some(observation.stamp)
             && is_near(amount, *usual, clock.margin)
@@ -117,7 +117,7 @@ impl Clocks {
                 clock.readings = 0;
                 apart(usual, reference, margin)
             }
-            // The clock has been set right.
+            // The clock has been corrected.
             Some(usual) if lasted && is_usual(amount) && !is_usual(usual) => {
                 self.forget(usual);
                 self.learn(observation.signal, amount);
@@ -134,13 +134,13 @@ impl Clocks {
 
     fn learn(&mut self, signal: SignalId, usual: Span) {
         self.list[signal].usual = Some(usual);
-        // Behind its equals: where all are alike, nothing is moved.
+        // Inserted after its equals, so that equal amounts move nothing.
         let place = self.learnt.partition_point(|other| *other <= usual);
         self.learnt.insert(place, usual);
         self.reference = reference(&self.learnt);
     }
 
-    /// One that is learnt anew counts no more; what is usual has moved a little since it was learnt.
+    /// Removes the amount of a signal that is learnt anew: the nearest one, as the usual amount has moved a little since.
     fn forget(&mut self, usual: Span) {
         let distance = |other: &Span| (*other - usual).0.saturating_abs();
         let nearest = self.learnt.iter().enumerate().min_by_key(|(_, other)| distance(other));
@@ -151,7 +151,7 @@ impl Clocks {
     }
 }
 
-/// Whether what is usual of a signal is another amount than of the others, or its stamps are of a time that is yet to come.
+/// The error of a signal whose usual amount differs from that of the others, or whose stamps are in the future.
 #[inline]
 fn apart(usual: Span, reference: Option<Span>, margin: Span) -> Option<Misdated> {
     if usual < Span::ZERO - margin {
@@ -161,7 +161,7 @@ fn apart(usual: Span, reference: Option<Span>, margin: Span) -> Option<Misdated>
     (!is_near(off, Span::ZERO, margin)).then_some(Misdated::Off(off))
 }
 
-/// What is usual of the signals altogether, of amounts that ascend.
+/// The usual amount of all signals, from ascending amounts.
 fn reference(learnt: &[Span]) -> Option<Span> {
     let count = learnt.len();
     let (one, other) = (learnt.get(count.checked_sub(1)? / 2)?, learnt.get(count / 2)?);
@@ -191,7 +191,7 @@ impl Clock {
         }
     }
 
-    /// For how long the stamp has been the same, where it is and the value is another one; notes a new one.
+    /// How long the stamp has been the same while the value has changed; remembers a new stamp.
     fn stood(&mut self, observation: &Observation, now: Time) -> Option<Span> {
         let value = match &observation.value {
             RawValue::Number(number) => Some(*number),
@@ -206,7 +206,7 @@ impl Clock {
         (value != Some(first)).then(|| now - self.stamped)
     }
 
-    /// Whether an amount that is not the usual one has lasted, without a change that would make it a delay which ends.
+    /// Whether an unusual amount has lasted, without a change that shows a passing delay.
     fn lasted(&mut self, amount: Span, now: Time) -> bool {
         let since = now - self.since;
         let is_same = Span((amount - self.other).0.saturating_abs()) <= Span(since.0 / 2).max(LASTS);

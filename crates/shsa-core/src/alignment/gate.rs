@@ -1,19 +1,19 @@
-//! The gate before a port: a reading that could not have followed the one before it waits outside.
+//! The gate before a port: refuses a reading that could not have followed the one before it.
 //!
-//! A single outlier is kept out and leaves no trace. When outliers have become the rule, whoever judges the signal opens
-//! the gate ([`Gate::set_open`]): then each reading is measured by the one before it, whatever that was, so that a level
-//! which has come to stay is let in and no glitch is let out.
+//! A single outlier is refused and leaves no trace. When outliers have become frequent, the detector of the signal opens the gate
+//! ([`Gate::set_open`]). Then each reading is measured by the one before it, whatever that was, so that a lasting level is
+//! accepted and a glitch is not.
 //!
-//! After a jump that was let in, a signal is *away*: its readings are where they could not have got to from the last reading
-//! before the jump. Time alone does not end that, although ever more becomes possible as it passes. A signal is back with a
-//! reading that is only possible if it has come back, or with a jump that undoes the first one.
+//! After an accepted jump, a signal is *away*: its readings could not have got there from the last reading before the jump. Time
+//! alone does not end that, although ever more becomes possible as it passes. A signal returns with a reading that is possible
+//! only after a return, or with a jump that undoes the first one.
 //!
-//! An exactly repeated value may be held: in the rows of a log, or by a bus that sends more often than the sensor measures. Its
-//! age counts from the first of these readings, and is at most the time for which the signal may be silent.
+//! A repeated value may have been held: in the rows of a log, or by a bus that sends more often than the sensor measures. Its age
+//! counts from the first of these readings, and is at most the time for which the signal may be silent.
 //!
-//! Readings that are stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is
-//! then next to nothing, while they were measured a period apart. So no time between two readings counts as less than a
-//! period of the signal.
+//! Readings stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is then next to
+//! nothing, while they were measured a period apart. So every time between two readings counts as at least a period of the
+//! signal.
 
 use super::history::Sample;
 use super::reception::Jump;
@@ -22,44 +22,44 @@ use crate::interval::Interval;
 use crate::knowledge::Signal;
 use crate::time::Span;
 
-/// Measures the readings of one signal. O(1) a reading, nothing allocated.
+/// Measures the readings of one signal. O(1) a reading, without allocation.
 ///
-/// All readings of one moment of reception are measured by those of earlier moments, so their order does not matter.
+/// Readings of one moment of reception are measured against readings of earlier moments, so their order does not matter.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Gate {
     pace: Option<Pace>,
-    /// The turn after which values are the same again.
+    /// The turn after which values repeat.
     wraps: Option<f64>,
     /// How long a value may be held.
     max_hold: Span,
-    /// What the readings of this moment are measured by.
+    /// The earlier reading against which readings of this moment are measured.
     anchor: Option<Sample>,
-    /// The newest reading of this moment that was let in, or any while the gate is open.
+    /// The newest accepted reading of this moment; any reading while the gate is open.
     next: Option<Sample>,
-    /// The newest reading of this moment that was kept out.
+    /// The newest refused reading of this moment.
     refused: Option<Sample>,
     is_open: bool,
-    /// Since the readings have left what was possible.
+    /// The state of readings that have left the possible range.
     away: Option<Away>,
 }
 
-/// How far readings can get from each other.
+/// How far readings can move apart.
 #[derive(Clone, Copy, Debug)]
 struct Pace {
-    /// SI, per second.
+    /// The largest rate of change, SI a second.
     max_rate: f64,
-    /// Between two readings, as the signal declares; zero where it does not.
+    /// The declared period between two readings; zero without one.
     period: Span,
 }
 
-/// Readings that have left what was possible.
+/// The state of readings that have left the possible range.
 #[derive(Clone, Copy, Debug)]
 struct Away {
-    /// The last reading before.
+    /// The last reading before the jump.
     last: Sample,
-    /// How far off they are by the jumps since then.
+    /// The sum of the jumps since then.
     offset: Interval,
-    /// The same after the first of them, at the least and about.
+    /// The first jump: at least, and about.
     least: f64,
     about: f64,
 }
@@ -72,7 +72,7 @@ impl Gate {
         Gate { pace, wraps: signal.limits.turn, max_hold, ..Gate::default() }
     }
 
-    /// A later moment has come.
+    /// Begins a later moment.
     #[inline]
     pub(super) fn turn(&mut self) {
         if self.pace.is_none() {
@@ -80,7 +80,7 @@ impl Gate {
         }
         self.refused = None;
         let Some(mut next) = self.next.take() else { return };
-        // As most often: only through an open gate a jump comes in.
+        // The most frequent case: a jump is accepted only through an open gate.
         if self.is_open || self.away.is_some() {
             self.follow(next);
         }
@@ -91,7 +91,7 @@ impl Gate {
         self.anchor = Some(next);
     }
 
-    /// Measures a reading: why it may not come in.
+    /// Measures a reading; returns the jump because of which it is refused.
     #[inline]
     pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
         let pace = self.pace?;
@@ -101,7 +101,7 @@ impl Gate {
         jump
     }
 
-    /// Sees whether the readings leave what is possible with this one, or come back.
+    /// Notes whether the readings leave the possible range with this one, or return to it.
     fn follow(&mut self, next: Sample) {
         let (Some(anchor), Some(pace)) = (self.anchor, self.pace) else { return };
         let anchor = self.beside(anchor, next);
@@ -115,7 +115,7 @@ impl Gate {
                 about: by.midpoint().abs(),
             });
             let offset = away.offset + by;
-            // Three jumps by a third of a turn have come back.
+            // Three jumps by a third of a turn end where they began.
             away.offset =
                 self.wraps.map_or(offset, |turn| circle::nearest(offset, Interval::point(0.0), turn));
         }
@@ -125,7 +125,7 @@ impl Gate {
         }
     }
 
-    /// Whether the readings are where they could have got to from the last one that was sound.
+    /// Whether the readings are where the last sound one could have got to.
     pub(super) fn is_home(&self) -> bool {
         let leaves = |pace: Pace| {
             let ends = self.anchor.zip(self.next);
@@ -135,12 +135,12 @@ impl Gate {
         self.away.is_none() && !is_leaving
     }
 
-    /// Where the readings are now is where they can be.
+    /// Accepts the present level of the readings as possible.
     pub(super) fn come_home(&mut self) {
         self.away = None;
     }
 
-    /// What a reading is measured by, in the reading's turn.
+    /// The reading that a reading is measured by, in the turn of the latter.
     #[inline]
     fn beside(&self, anchor: Sample, sample: Sample) -> Sample {
         match self.wraps {
@@ -149,7 +149,7 @@ impl Gate {
         }
     }
 
-    /// Opens or closes it after a moment: open, it goes on from what it has kept out last.
+    /// Opens or closes the gate after a moment; an open gate continues from the newest refused reading.
     pub(super) fn set_open(&mut self, open: bool) {
         if open && !self.is_open {
             self.next = self.refused.or(self.next);
@@ -157,7 +157,7 @@ impl Gate {
         self.is_open = open;
     }
 
-    /// Goes on from the gate of the same signal before a change.
+    /// Takes over the state of the same signal's gate before a change of the model.
     pub(super) fn inherit(&mut self, old: Gate) {
         let Gate { pace, wraps, max_hold, .. } = *self;
         *self = Gate { pace, wraps, max_hold, ..old };
@@ -165,10 +165,10 @@ impl Gate {
 }
 
 impl Away {
-    /// Whether a reading has come back.
+    /// Whether a reading has returned.
     fn is_over(&self, reading: Sample, pace: Pace) -> bool {
         let grown = pace.reach(self.last, reading);
-        // Twice: what is still off may have moved as well.
+        // Twice the reach, as the remaining offset may have changed as well.
         let is_telling = 2.0 * grown < self.least;
         let is_possible = || self.last.value.widened(grown).overlaps(reading.value);
         let is_undone = || self.offset.contains(0.0) && 0.5 * self.offset.width() < self.about;
@@ -177,7 +177,7 @@ impl Away {
 }
 
 impl Pace {
-    /// How far apart two readings can be.
+    /// How far two readings can be apart.
     #[inline]
     fn reach(self, one: Sample, other: Sample) -> f64 {
         self.max_rate * self.between(one, other).seconds()
@@ -190,10 +190,10 @@ impl Pace {
         (other.to - one.from).max(one.to - other.from).max(self.period)
     }
 
-    // Once for every reading; by a hint alone it would be called.
+    // Called with every reading: `inline` alone would not inline it.
     #[inline(always)]
     fn jump(self, anchor: Sample, sample: Sample) -> Option<Jump> {
-        // As most often: what overlaps needs no time in between.
+        // The most frequent case: overlapping values need no time in between.
         if anchor.value.overlaps(sample.value) {
             return None;
         }
@@ -208,7 +208,7 @@ impl Pace {
     }
 }
 
-/// Of two readings of one moment the same one, in whichever order they come.
+/// Of two readings of one moment always the same one, whatever their order.
 fn newer(one: Sample, other: Sample) -> Sample {
     let later = (one.validity.to, one.validity.from).cmp(&(other.validity.to, other.validity.from));
     let larger =
@@ -221,7 +221,7 @@ mod tests {
     use super::*;
     use crate::time::{Time, Validity};
 
-    /// Readings of a whole number of degrees each second, through an open gate; whether they are home after each.
+    /// Whether readings of whole degrees, one each second through an open gate, are home after each of them.
     fn homes(wraps: Option<f64>, readings: &[f64]) -> std::vec::Vec<bool> {
         let pace = Some(Pace { max_rate: 10.0, period: Span::ZERO });
         let mut gate = Gate { pace, wraps, max_hold: Span::MAX, is_open: true, ..Gate::default() };
@@ -239,7 +239,8 @@ mod tests {
 
     #[test]
     fn jumps_round_the_circle_come_back() {
-        // So long that it could have got anywhere: only the sum of the jumps tells. No reading is repeated, as if it were held.
+        // Long enough to have got anywhere: only the sum of the jumps shows the return. No reading is repeated, as it would count
+        // as held.
         let there = |degrees: f64| (0..8).map(move |at| degrees + 0.1 * f64::from(at));
         let round: std::vec::Vec<f64> =
             [0.0, 0.1].into_iter().chain(there(120.0)).chain(there(240.0)).chain([0.0]).collect();
@@ -253,7 +254,7 @@ mod tests {
     fn a_burst_after_a_stall_is_no_jump() {
         let pace = Some(Pace { max_rate: 10.0, period: Span::from_millis(100) });
         let mut gate = Gate { pace, max_hold: Span::MAX, ..Gate::default() };
-        // Measured every 100 ms; from the third one on the machine stalls for 300 ms.
+        // Measured every 100 ms; the machine stalls for 300 ms before the third one.
         let mut measure = |arrival: f64, value: f64| {
             gate.turn();
             let validity = Validity::at(Time::from_seconds(arrival));

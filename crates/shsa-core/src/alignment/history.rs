@@ -1,4 +1,4 @@
-//! The recent past of one input, bounded, and what it says about a moment.
+//! The recent past of one input, bounded, and its value at a moment.
 
 mod near;
 
@@ -8,7 +8,7 @@ use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 use near::{Nearest, Weighted, between};
 
-/// One value with the time in which it was true.
+/// A value and the time in which it was true.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Sample {
     /// When it was true.
@@ -17,21 +17,21 @@ pub struct Sample {
     pub value: Interval,
 }
 
-/// What is known at a moment, and how far away the knowledge is.
+/// The value at a moment, and the distance to the sample behind it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reading {
     /// The value, grown by the rate of change over the gap.
     pub value: Interval,
-    /// Time between the moment and the value that was read; zero when they overlap.
+    /// The time between the moment and the sample; zero when they overlap.
     pub gap: Span,
 }
 
-/// How an input is brought to a moment at which it was not observed.
+/// How far a value counts beyond its own time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reach {
     /// Largest rate of change, a second; zero when the model gives none.
     pub max_rate: f64,
-    /// The largest gap over which a value still says something.
+    /// The largest gap over which a value still counts.
     pub max_gap: Span,
     /// Whether a value stands until the next one, however long that is: `max_gap` does not count then.
     pub stands: bool,
@@ -42,15 +42,15 @@ pub struct Reach {
 pub struct History {
     samples: Vec<Sample>,
     capacity: usize,
-    /// Where the oldest sample stands once the ring is full.
+    /// The place of the oldest sample in a full ring.
     start: usize,
-    /// The newest sample once more and the end of the one before it, even if that has given way, as these are what is read;
-    /// where there is none, nothing at the earliest time.
+    /// A copy of the newest sample, and the end of the one before it, even if that has been dropped, as these are read most;
+    /// without samples, an empty value at the earliest time.
     top: Sample,
     before: Time,
 }
 
-/// In the place of the newest sample where there is none.
+/// Stands for the newest sample of an empty history.
 const NOTHING: Sample =
     Sample { validity: Validity { from: Time::MIN, to: Time::MIN }, value: Interval::EMPTY };
 
@@ -63,26 +63,26 @@ impl History {
         History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN }
     }
 
-    /// How many samples are kept.
+    /// The number of samples kept.
     #[must_use]
     pub fn len(&self) -> usize {
         self.samples.len()
     }
 
-    /// Whether nothing is kept.
+    /// Whether no sample is kept.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.samples.is_empty()
     }
 
-    /// Forgets everything.
+    /// Removes all samples.
     pub fn clear(&mut self) {
         self.samples.clear();
         self.start = 0;
         self.look_at_top();
     }
 
-    /// Makes room for at least `capacity` samples and keeps those that are there. Complexity: O(samples).
+    /// Makes room for at least `capacity` samples and keeps those present. Complexity: O(samples).
     pub fn make_room(&mut self, capacity: usize) {
         if capacity > self.capacity {
             let oldest = self.start.min(self.samples.len());
@@ -93,7 +93,7 @@ impl History {
         }
     }
 
-    /// How many samples it has room for.
+    /// The largest number of samples.
     #[must_use]
     pub fn capacity(&self) -> usize {
         self.capacity
@@ -109,19 +109,19 @@ impl History {
         self.kept(back)
     }
 
-    /// The same out of the ring.
+    /// The same sample, read from the ring.
     fn kept(&self, back: usize) -> Option<&Sample> {
         let from_oldest = self.samples.len().checked_sub(back.checked_add(1)?)?;
         self.samples.get(self.place(from_oldest))
     }
 
-    /// Finds the newest sample and the one before it again.
+    /// Reads the newest sample and the end of the one before it again.
     fn look_at_top(&mut self) {
         self.top = self.kept(0).copied().unwrap_or(NOTHING);
         self.before = self.kept(1).map_or(Time::MIN, |before| before.validity.to);
     }
 
-    /// All samples in two parts, the newer ones first; in each of them the oldest is the first.
+    /// All samples in two parts, the newer part first; each part starts with its oldest sample.
     #[inline]
     pub(super) fn newer_and_older(&self) -> (&[Sample], &[Sample]) {
         self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples))
@@ -133,14 +133,14 @@ impl History {
         newer.iter().rev().chain(older.iter().rev())
     }
 
-    /// What a sample of this validity comes next to: the newest that ends no later, else the oldest.
+    /// The neighbour of a sample of this validity: the newest that ends no later, else the oldest.
     #[must_use]
     pub fn before(&self, validity: Validity) -> Option<&Sample> {
         let before = self.newest_first().find(|kept| kept.validity.to <= validity.to);
         before.or_else(|| self.kept(self.samples.len().checked_sub(1)?))
     }
 
-    /// Keeps a sample in the order of time; the oldest gives way when the ring is full.
+    /// Keeps a sample in the order of time; a full ring drops the oldest.
     ///
     /// Complexity: O(1) for samples in order, O(capacity) for late ones. No allocation.
     #[inline]
@@ -156,7 +156,7 @@ impl History {
         self.insert(sample)
     }
 
-    /// Keeps a sample that is not newer than all others.
+    /// Inserts a sample that is not newer than all others.
     fn insert(&mut self, sample: Sample) -> Acceptance {
         let later = self.newest_first().take_while(|kept| kept.validity.to > sample.validity.to).count();
         let same = self.newest_first().skip(later).take_while(|kept| kept.validity.to == sample.validity.to);
@@ -172,9 +172,9 @@ impl History {
         if later == 0 { Acceptance::Newest } else { Acceptance::Reordered }
     }
 
-    /// What is known at `moment`: the hull of all samples that overlap it, else the nearest one within reach.
+    /// The value at `moment`: the hull of all samples that overlap it, else the nearest one within reach.
     ///
-    /// Complexity: O(samples newer than the moment, and those that overlap it).
+    /// Complexity: O(samples that are newer than the moment or overlap it).
     #[must_use]
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
         if let Some(value) = self.alone_at(moment) {
@@ -194,13 +194,13 @@ impl History {
         Some(Reading { value, gap })
     }
 
-    /// The newest sample; an empty one at the earliest time where there is none.
+    /// The newest sample; without samples an empty one at the earliest time.
     #[inline]
     pub(super) fn top(&self) -> &Sample {
         &self.top
     }
 
-    /// The end of the sample before the newest; the earliest time where there is none.
+    /// The end of the sample before the newest; without one the earliest time.
     #[inline]
     pub(super) fn end_before(&self) -> Time {
         self.before
@@ -212,18 +212,18 @@ impl History {
         self.before == self.top.validity.to
     }
 
-    /// The newest value, if it is the only one that overlaps a moment: as it is most often, where there is one. At the earliest
-    /// time that there is, it is not seen that it is the only one.
+    /// The newest value, if it is the only one that overlaps a moment, which is the most frequent case. At the earliest possible
+    /// time, a sole sample is not recognised.
     #[inline]
     #[must_use]
     pub fn alone_at(&self, moment: Validity) -> Option<Interval> {
         let newest = &self.top;
         let is_at_it = newest.validity.from <= moment.to && moment.from <= newest.validity.to;
-        // All others end no later than that before it.
+        // All other samples end no later than `before`.
         (is_at_it && self.before < moment.from).then_some(newest.value)
     }
 
-    /// The least time between a moment and a sample, and the hull of all samples that are so near.
+    /// The smallest gap between a moment and a sample, and the hull of all samples with this gap.
     fn nearest(&self, moment: Validity) -> (Span, Interval) {
         let mut nearest = Nearest { moment, gap: Span::MAX, value: Interval::EMPTY };
         let (newer, older) = self.newer_and_older();
@@ -234,12 +234,11 @@ impl History {
         (nearest.gap, nearest.value)
     }
 
-    /// The mean over a stretch of time, each sample in it for the time to which its middle is the nearest; `None` with fewer
-    /// than two of them, or where they begin after more than a quarter of it.
+    /// The mean over a stretch of time; each sample in it counts for the time to which its middle is the nearest. `None` with
+    /// fewer than two samples, or where they begin after more than a quarter of the stretch.
     ///
-    /// A difference quotient over a window is the mean of the derivative over it, so this is what it compares with. Were
-    /// all samples worth the same, those that lie at the ends, or have not come yet, would move the mean while it changes.
-    /// Complexity: O(samples since the stretch began).
+    /// A difference quotient over a window is compared with this mean of the derivative. With equal weights, samples at the ends,
+    /// or missing ones, would shift the mean while it changes. Complexity: O(samples since the stretch began).
     #[must_use]
     pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
         let mut mean = Weighted::new(stretch);
@@ -251,11 +250,12 @@ impl History {
         mean.result()
     }
 
-    /// The value in the middle of a moment, from samples that are true in their middles, with an `error` to either side: the
-    /// hull of what linear interpolation between two samples gives, or the newest sample. `None` where the nearest sample is
-    /// farther away than `max_gap`.
+    /// The value at the middle of a moment, from samples that are true at their middles, with a time `error` to either side: the
+    /// hull of linear interpolations between two samples, or of the newest sample. `None` where the nearest sample is farther
+    /// away than `max_gap`.
     ///
-    /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than it).
+    /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than the
+    /// moment).
     #[must_use]
     pub fn centred_at(&self, moment: Validity, error: Span, max_gap: Span) -> Option<Interval> {
         let wanted = moment.centre();
@@ -311,7 +311,7 @@ impl History {
         self.start = if self.start + 1 < self.capacity { self.start + 1 } else { 0 };
     }
 
-    /// Moves the sample just appended behind the `later` ones that are newer.
+    /// Moves the appended sample behind the `later` newer ones.
     fn sink_newest(&mut self, later: usize) {
         let newest = self.samples.len() - 1;
         for at in (newest - later.min(newest)..newest).rev() {

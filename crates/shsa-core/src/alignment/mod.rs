@@ -1,10 +1,10 @@
 //! Observations of different moments brought to one moment.
 //!
-//! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a
-//! validity ([`History::overlapping`], for combinations), and what is known at a validity ([`History::at`]): the
-//! hull of what overlaps, else the nearest value, grown by the largest rate of change over the gap. A [`Port`]
-//! keeps the past of one signal, scalar or vector, says of each observation what is wrong with it in itself (late, out of
-//! order, invalid, out of range, too fast, the same for too long), and counts. [`Clocks`] know which stamps are wrong.
+//! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a validity
+//! ([`History::overlapping`], for combinations), and what is the value at a validity ([`History::at`]): the hull of the
+//! overlapping samples, else the nearest value, grown by the largest rate of change over the gap. A [`Port`] keeps the past of
+//! one signal, scalar or vector, tests each observation by itself (late, out of order, invalid, out of range, too fast, the same
+//! for too long), and counts the results. [`Clocks`] find wrong time stamps.
 
 mod clock;
 mod reception;

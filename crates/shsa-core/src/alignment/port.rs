@@ -14,16 +14,16 @@ use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 
-/// A stamp further than this beyond the time of reception is no time of this system.
+/// A stamp further than this after the time of reception is impossible in this system.
 const MOST_AHEAD: Span = Span::from_millis(10_000);
 
-/// The longest vector that is taken in: a depth image of 640 times 480 has fewer elements. A longer one is no value.
+/// The longest accepted vector: a depth image of 640 times 480 has fewer elements. A longer one is invalid.
 pub const LONGEST_VECTOR: usize = 1 << 19;
 
-/// How many vectors of a signal are kept.
+/// The number of vectors kept of a signal.
 const VECTORS: usize = 4;
 
-/// One vector with the time in which it was true.
+/// A vector and the time in which it was true.
 #[derive(Clone, Debug)]
 struct Scan {
     validity: Validity,
@@ -34,13 +34,13 @@ struct Scan {
 #[derive(Clone, Debug)]
 pub struct Port {
     shape: Shape,
-    /// Possible values; what lies outside is no observation.
+    /// Possible values; other readings are refused.
     range: Interval,
-    /// The turn after which values are the same again, SI.
+    /// The turn after which values repeat, SI.
     turn: Option<f64>,
     gate: Gate,
     scalars: History,
-    /// Newest last; the buffers are used again, so that nothing is allocated once they are large enough.
+    /// The vectors, newest last; buffers are reused, so that nothing is allocated once they are large enough.
     scans: Vec<Scan>,
     counts: Counts,
     received: Option<Time>,
@@ -51,7 +51,7 @@ pub struct Port {
     standstill: Standstill,
 }
 
-/// Readings that are exactly the same, one after the other.
+/// Consecutive readings that are exactly the same.
 #[derive(Clone, Copy, Debug, Default)]
 struct Standstill {
     value: Option<Interval>,
@@ -59,11 +59,11 @@ struct Standstill {
     readings: u32,
 }
 
-/// Fewer readings that are the same are no standstill.
+/// Fewer equal readings are no standstill.
 const FEWEST_STILL: u32 = 3;
 
 impl Standstill {
-    /// Takes a reading in: since when the readings have been the same.
+    /// Takes in a reading; returns since when the readings have been the same.
     #[inline]
     fn record(&mut self, is_same: bool, value: Option<Interval>, now: Time) -> Option<Span> {
         if is_same {
@@ -76,7 +76,7 @@ impl Standstill {
 }
 
 impl Port {
-    /// For a signal, which carries a variable of this shape, with room for `capacity` scalars.
+    /// The port of a signal, whose variable has this shape, with room for `capacity` scalars.
     #[must_use]
     pub fn new(shape: Shape, signal: &Signal, capacity: usize) -> Port {
         let scans = Vec::with_capacity(if shape == Shape::Vector { VECTORS } else { 0 });
@@ -97,7 +97,7 @@ impl Port {
         }
     }
 
-    /// Goes on with all that the port of the same signal has received before a change, in no less room.
+    /// Takes over everything that the same signal's port has received before a change of the model, without less room.
     pub fn inherit(&mut self, old: Port) {
         let capacity = self.scalars.capacity();
         let Port { shape, range, turn, mut gate, .. } = *self;
@@ -106,11 +106,10 @@ impl Port {
         self.scalars.make_room(capacity);
     }
 
-    /// Takes an observation in.
+    /// Takes in an observation.
     ///
-    /// Late and reordered ones are kept in the order of time, the same one twice is dropped, impossible ones are refused,
-    /// and all are counted. What observations of one moment of reception say about each other does not depend on their
-    /// order.
+    /// Late and reordered observations are kept in the order of time, repeated ones are dropped, impossible ones are refused, and
+    /// all are counted. Tests between observations of one moment of reception do not depend on their order.
     #[inline]
     pub fn accept(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Reception {
         if self.received.is_none_or(|last| last < now) {
@@ -135,7 +134,7 @@ impl Port {
             None => None,
         };
         if matches!(acceptance, Acceptance::Newest) && late.is_none() && back.is_none() {
-            // As most often.
+            // The most frequent case.
             self.counts.accepted += 1;
         } else {
             self.counts.add(acceptance, late.is_some(), back.is_some());
@@ -143,7 +142,7 @@ impl Port {
         Reception { acceptance, validity, late, back, still, misdated: None }
     }
 
-    /// Drops an observation whose stamp is wrong: when it was true, nobody knows.
+    /// Drops an observation with a wrong stamp, as the time of its value is unknown.
     pub fn drop_misdated(
         &mut self,
         signal: &Signal,
@@ -178,7 +177,7 @@ impl Port {
         self.standstill.record(is_same, Some(value), now)
     }
 
-    /// Notes a stamp: by how much it went back, where its error leaves no doubt that it did.
+    /// Notes a stamp; returns by how much it certainly went back, its error allowed for.
     #[inline]
     fn went_back(&mut self, signal: &Signal, stamp: Time) -> Option<Span> {
         if self.stamp.is_none_or(|newest| newest < stamp) {
@@ -189,20 +188,19 @@ impl Port {
         (stamp + late < before + early).then(|| before - stamp)
     }
 
-    /// Opens or closes the gate for values that could not have followed those before them: it is opened when they have
-    /// become the rule. To be called after all observations of a moment.
+    /// Opens the gate when too fast changes have become frequent, or closes it. To be called after all observations of a moment.
     pub fn set_gate(&mut self, open: bool) {
         self.gate.set_open(open);
     }
 
-    /// Whether its readings are where they could have got to, at the largest rate of change, from the last one before they
-    /// jumped; also where none has.
+    /// Whether the last reading before a jump could have got to the present ones at the largest rate of change; also true without
+    /// a jump.
     #[must_use]
     pub fn is_home(&self) -> bool {
         self.gate.is_home()
     }
 
-    /// Its readings are trusted where they are: a jump before is forgotten.
+    /// Accepts the present level of the readings, and forgets earlier jumps.
     pub fn come_home(&mut self) {
         self.gate.come_home();
     }
@@ -276,7 +274,7 @@ impl Port {
         scan.elements.clear();
         let any = |element: f64| enclose_element(signal, element);
         match signal.plain_error() {
-            // As most often. What the signal is, is asked once and not for each element.
+            // The most frequent case. The signal's settings are read once, not for each element.
             Some(error) => scan.elements.extend(elements.iter().map(|&element| {
                 let is_finite = element.abs() < f64::INFINITY;
                 if is_finite { Interval::new(element + error.lo, element + error.hi) } else { any(element) }
@@ -287,25 +285,25 @@ impl Port {
         Acceptance::Newest
     }
 
-    /// The newest scalar alone, if it says all about a moment; see [`History::alone_at`].
+    /// The newest scalar, if it alone determines the value at a moment; see [`History::alone_at`].
     #[inline]
     #[must_use]
     pub fn scalar_alone_at(&self, moment: Validity) -> Option<Interval> {
         self.scalars.alone_at(moment)
     }
 
-    /// The scalar that was observed with this validity; see [`History::exactly_at`].
+    /// The scalar with this validity; see [`History::exactly_at`].
     #[inline]
     #[must_use]
     pub fn scalar_exactly_at(&self, moment: Validity) -> Option<Interval> {
         match self.scalars.newest(0) {
-            // As most often.
+            // The most frequent case.
             Some(newest) if newest.validity == moment && !self.scalars.is_repeated() => Some(newest.value),
             _ => self.scalars.exactly_at(moment),
         }
     }
 
-    /// What is known of a scalar at a moment without a guess; see [`History::about`].
+    /// The bound of a scalar at a moment; see [`History::about`].
     #[inline]
     #[must_use]
     pub fn scalar_about(&self, moment: Validity, reach: Reach) -> Known {
@@ -326,7 +324,7 @@ impl Port {
         (nearest.validity.gap(moment) <= max_gap).then_some(nearest.elements.as_slice())
     }
 
-    /// When the scalars that are kept were true, oldest first.
+    /// The validities of the scalars kept, oldest first.
     pub fn moments(&self) -> impl Iterator<Item = Validity> + '_ {
         let kept = self.scalars.len();
         (0..kept).rev().filter_map(|back| self.scalars.newest(back)).map(|sample| sample.validity)
@@ -338,27 +336,26 @@ impl Port {
         self.scalars.newest(0)
     }
 
-    /// When it last received anything, valid or not.
+    /// When the port last received anything, valid or not.
     #[must_use]
     pub fn received(&self) -> Option<Time> {
         self.received
     }
 
-    /// Time between its last two receptions.
+    /// The time between the last two receptions.
     #[must_use]
     pub fn spacing(&self) -> Option<Span> {
         Some(self.received? - self.received_before?)
     }
 
-    /// What became of its observations.
+    /// The counts of the observations.
     #[must_use]
     pub fn counts(&self) -> Counts {
         self.counts
     }
 }
 
-/// How long after its stamp an observation was received, when that is longer than the signal may take, whatever the error
-/// of the stamp.
+/// The time from the stamp to the reception, when that is longer than allowed, whatever the error of the stamp.
 fn lateness(signal: &Signal, observation: &Observation) -> Option<Span> {
     let most = signal.limits.max_delay?;
     let (_, error) = signal.time_error;
@@ -366,7 +363,7 @@ fn lateness(signal: &Signal, observation: &Observation) -> Option<Span> {
     (delay - error > most).then_some(delay)
 }
 
-/// Why bounds enclose no value.
+/// Why two bounds enclose no value.
 fn defect(lo: f64, hi: f64) -> Defect {
     match (lo, hi) {
         _ if lo.is_nan() || hi.is_nan() => Defect::NotANumber,
@@ -375,8 +372,8 @@ fn defect(lo: f64, hi: f64) -> Defect {
     }
 }
 
-/// An element of a scan. Infinity is how range sensors say that nothing is near: beyond every number, but not
-/// nothing; not-a-number is nothing.
+/// An element of a scan. Range sensors report infinity when nothing is near: it counts as beyond every number. Not-a-number is no
+/// value.
 fn enclose_element(signal: &Signal, element: f64) -> Interval {
     let beyond = Interval::new(f64::MAX, f64::INFINITY);
     match signal.scaling {

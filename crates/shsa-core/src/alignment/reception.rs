@@ -1,23 +1,23 @@
-//! What becomes of observations that are offered: each of them, and all of them counted.
+//! The results of receiving observations, one by one and counted.
 
 use super::clock::Misdated;
 use crate::interval::Interval;
 use crate::time::{Span, Validity};
 
-/// Two readings that cannot be joined at the largest rate of change, errors in value and time allowed for.
+/// Two readings further apart than the largest rate of change allows, errors of value and time included.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Jump {
     /// The earlier reading, SI.
     pub from: Interval,
-    /// The later one, SI.
+    /// The later reading, SI.
     pub to: Interval,
-    /// The longest time that may lie between them.
+    /// The longest possible time between them.
     pub within: Span,
     /// The largest rate of change, SI a second.
     pub max_rate: f64,
 }
 
-/// Why a reading is no value at all.
+/// Why a reading is no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Defect {
     /// A list where a number is expected, the other way round, an empty list, or one that is too long.
@@ -30,47 +30,47 @@ pub enum Defect {
     Bounds,
 }
 
-/// What became of an observation that was offered.
+/// How an observation was handled.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Acceptance {
-    /// Kept, and the newest.
+    /// Kept as the newest.
     Newest,
-    /// Kept among older ones: it came out of order.
+    /// Kept among older ones, as it came out of order.
     Reordered,
     /// Not kept: it says again what stands, before the next answer is due.
     Repeated,
     /// Dropped: the same value with the same validity is there.
     Duplicate,
-    /// Dropped: older than everything that is kept, stamped in the future, or without a value.
+    /// Dropped: older than everything kept, stamped in the future, or without a value.
     Dropped,
-    /// Refused: no value.
+    /// Refused: it is no value.
     Invalid(Defect),
-    /// Refused: a value, SI, that is not possible.
+    /// Refused: the value, SI, is not possible.
     OutOfRange(Interval),
-    /// Refused: a value that could not have followed the one before it.
+    /// Refused: the value could not have followed the one before it.
     TooFast(Jump),
 }
 
 impl Acceptance {
-    /// Whether the value was taken in.
+    /// Whether the value was accepted.
     #[must_use]
     pub fn is_kept(self) -> bool {
         matches!(self, Acceptance::Newest | Acceptance::Reordered)
     }
 
-    /// Whether the value was one that the signal can have.
+    /// Whether the value is possible for the signal.
     #[must_use]
     pub fn is_possible(self) -> bool {
         !matches!(self, Acceptance::Invalid(_) | Acceptance::OutOfRange(_))
     }
 }
 
-/// What became of the observations of a signal.
+/// How many observations of a signal were handled how.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Taken in.
+    /// Accepted.
     pub accepted: u64,
-    /// Taken in although a newer one was there.
+    /// Accepted although a newer one was there.
     pub reordered: u64,
     /// Dropped: the same had come before.
     pub duplicates: u64,
@@ -82,13 +82,13 @@ pub struct Counts {
     pub out_of_range: u64,
     /// Refused: could not have followed the one before it.
     pub too_fast: u64,
-    /// Received longer after their time stamps than the signal may take, whatever became of them.
+    /// Received later after their time stamps than allowed, however they were handled.
     pub late: u64,
-    /// With a time stamp before those of an earlier moment of reception, whatever became of them.
+    /// Stamped before an earlier moment of reception, however they were handled.
     pub out_of_order: u64,
 }
 
-/// The counts of several runs together.
+/// Adds up the counts of several runs.
 impl core::ops::AddAssign for Counts {
     fn add_assign(&mut self, other: Counts) {
         let Counts {
@@ -135,31 +135,31 @@ impl Counts {
     }
 }
 
-/// What a port says about an observation.
+/// The result of receiving an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
-    /// What became of it.
+    /// How the observation was handled.
     pub acceptance: Acceptance,
-    /// When it was true.
+    /// When the value was true.
     pub validity: Validity,
-    /// Time from the stamp to the reception, where that is longer than it may be.
+    /// The time from the stamp to the reception, where that is too long.
     pub late: Option<Span>,
-    /// By how much the stamp went back from those of the last moment of reception, where it certainly did.
+    /// By how much the stamp certainly went back from the last moment of reception.
     pub back: Option<Span>,
-    /// Since when the readings have been exactly the same, where that is longer than they may.
+    /// Since when the readings have been exactly the same, where that is too long.
     pub still: Option<Span>,
-    /// What is wrong with its stamp.
+    /// The error of the time stamp.
     pub misdated: Option<Misdated>,
 }
 
 impl Reception {
-    /// Of an observation that is dropped, for no fault of its own.
+    /// The reception of an observation dropped for no fault of its own.
     pub(super) fn dropped(validity: Validity) -> Reception {
         let acceptance = Acceptance::Dropped;
         Reception { acceptance, validity, late: None, back: None, still: None, misdated: None }
     }
 
-    /// Whether nothing is wrong with the reading in itself.
+    /// Whether the reading is sound by itself.
     #[must_use]
     pub fn is_sound(&self) -> bool {
         let refused = matches!(

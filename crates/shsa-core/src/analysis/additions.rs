@@ -1,4 +1,4 @@
-//! Which added sensor or relation would improve most: each is put into the model, and what changes is counted.
+//! Ranks additional sensors and relations: each is added to the model, and the improvements are counted.
 
 use super::Options;
 use super::basis::Basis;
@@ -18,29 +18,29 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 
-/// Of how many variables of one dimension relations are tried, those with the least redundancy first.
+/// Relations are tried between at most this many variables of one dimension, those with the least redundancy first.
 const MOST_RELATED: usize = 16;
 
-/// Something that could be added to a model.
+/// A possible addition to a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Candidate {
-    /// One more signal of a variable, independent of all others; the first one where none carries it yet.
+    /// One more signal of a variable, independent of all others; for a variable without signals the first one.
     Sensor(VariableId),
-    /// An equation between two variables of the same dimension that no relation names together yet, usable in both
-    /// directions. Whether there is one in the world is for people to say.
+    /// An equation between two variables of the same dimension that no relation contains together yet, usable in both directions.
+    /// Only people can say whether the equation holds.
     Relation(VariableId, VariableId),
 }
 
-/// What an addition would bring.
+/// The benefits of an addition.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Addition {
-    /// What is added.
+    /// The addition.
     pub candidate: Candidate,
-    /// Signals whose faults would show and do not yet.
+    /// Signals whose faults become detectable.
     pub detectable: SignalSet,
-    /// Ordered pairs of signals of which a fault of the first would newly be told from one of the second.
+    /// Newly isolable ordered pairs: a fault of the first signal becomes isolable from one of the second.
     pub isolable_pairs: usize,
-    /// Signals that would be substitutable and are not yet.
+    /// Signals that become substitutable.
     pub substitutable: SignalSet,
     /// Needs that would survive more losses.
     pub survives: Vec<Survives>,
@@ -49,11 +49,11 @@ pub struct Addition {
 /// A need that would survive more losses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Survives {
-    /// Which.
+    /// The need.
     pub need: NeedId,
-    /// What it survives as the model is.
+    /// The tolerance of the present model.
     pub now: Tolerance,
-    /// What it would survive.
+    /// The tolerance with the addition.
     pub then: Tolerance,
 }
 
@@ -64,7 +64,7 @@ impl Survives {
 }
 
 impl Addition {
-    /// Larger is better: first what shows, then what is told apart, then what can be replaced, then what survives.
+    /// Larger is better: first by detectable faults, then isolable pairs, then substitutable signals, then survived losses.
     fn rank(&self) -> (usize, usize, usize, usize) {
         let survived = self.survives.iter().map(Survives::gained).fold(0, usize::saturating_add);
         (self.detectable.len(), self.isolable_pairs, self.substitutable.len(), survived)
@@ -75,10 +75,10 @@ impl Addition {
     }
 }
 
-/// What was tried, and what of it helps.
+/// The tried additions, and those that help.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Tried {
-    /// The best first.
+    /// The additions that help, the best first.
     pub(super) additions: Vec<Addition>,
     pub(super) tried: usize,
     pub(super) candidates: usize,
@@ -104,7 +104,7 @@ pub(super) fn ranked(
             Some(addition(knowledge, options, survey, candidate, budget)).filter(Addition::brings_something),
         );
     }
-    // Equals stay in the order in which they were tried.
+    // Equals keep the order in which they were tried.
     tried.additions.sort_by_key(|addition| Reverse(addition.rank()));
     tried
 }
@@ -132,7 +132,7 @@ fn relates(relation: &Relation, variable: VariableId) -> bool {
     relation.inputs.binary_search(&variable).is_ok() || relation.outputs.contains(&variable)
 }
 
-/// Smaller is more urgent: how many losses the need of a variable survives, then how many the variable does.
+/// Smaller is more urgent: the losses that the variable's need survives, then those that the variable survives.
 fn redundancy(knowledge: &KnowledgeBase, survey: &Survey, variable: VariableId) -> (usize, usize) {
     let of_need = |(need, tolerance): (NeedId, &Tolerance)| {
         let is_of = knowledge.needs()[need].variable == variable;
@@ -142,7 +142,7 @@ fn redundancy(knowledge: &KnowledgeBase, survey: &Survey, variable: VariableId) 
     (need, survey.variables[variable].as_ref().map_or(0, Tolerance::level))
 }
 
-/// Pairs of numbers of one known dimension that stand in no relation together.
+/// Pairs of scalars of one known dimension that no relation contains together.
 fn relations(knowledge: &KnowledgeBase, variables: &[VariableId]) -> Vec<Candidate> {
     let mut alike: BTreeMap<Dimension, Vec<VariableId>> = BTreeMap::new();
     for &id in variables {
@@ -167,7 +167,7 @@ fn relations(knowledge: &KnowledgeBase, variables: &[VariableId]) -> Vec<Candida
     found.into_iter().map(|(one, other)| Candidate::Relation(one, other)).collect()
 }
 
-/// The pairs of candidates that a relation names together, each with the smaller first.
+/// The pairs of candidates that a relation contains, each with the smaller first.
 fn pairs_of(
     relation: &Relation,
     alike: &BTreeMap<Dimension, Vec<VariableId>>,
@@ -178,7 +178,7 @@ fn pairs_of(
     named.iter().flat_map(|&one| after(one).map(move |other| (one, other))).collect()
 }
 
-/// What one candidate brings.
+/// The benefits of one candidate.
 fn addition(
     knowledge: &KnowledgeBase,
     options: Options,
@@ -213,7 +213,7 @@ fn ends(candidate: Candidate) -> Vec<VariableId> {
     }
 }
 
-/// The comparisons are searched anew only for variables whose ways can contain what was added.
+/// The faults with a candidate. Comparisons are searched again only for variables whose ways can contain the candidate.
 fn faults_with(
     larger: &KnowledgeBase,
     graph: &Graph,
@@ -237,7 +237,7 @@ fn faults_with(
     Faults::new(larger, &comparisons)
 }
 
-/// The signals that become substitutable, and the needs that survive more.
+/// The signals that become substitutable, and the needs that survive more losses.
 fn losses_with(
     knowledge: &KnowledgeBase,
     larger: &KnowledgeBase,
@@ -270,7 +270,7 @@ fn losses_with(
     (substitutable, survives)
 }
 
-/// Variables that something can be computed for from these, themselves included, going on only behind what `passes`.
+/// The given variables and all that can be computed from them, continued only through variables that `passes` accepts.
 fn downstream(
     knowledge: &KnowledgeBase,
     from: &[VariableId],
@@ -294,7 +294,7 @@ fn downstream(
     reached
 }
 
-/// The model with a candidate in it, available as it is in the model.
+/// The model with a candidate; signals keep their availability.
 fn with(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
     let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
     match candidate {

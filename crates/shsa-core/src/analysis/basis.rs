@@ -1,4 +1,4 @@
-//! On which relations an analysis counts, and with which ways that leaves it.
+//! The relations that an analysis uses, and the ways through these relations.
 
 use super::Options;
 use crate::computation::Computation;
@@ -7,18 +7,18 @@ use crate::residual_selection::WatchBudget;
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
 
-/// The relations that an analysis does not count on.
+/// The relations that an analysis excludes.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Basis {
-    /// Ascending.
+    /// The excluded relations, ascending.
     forbidden: Vec<RelationId>,
     watch: WatchBudget,
 }
 
 impl Basis {
-    /// Relations that go on from a variable's own last value are never counted on: such a way says nothing new about
-    /// its own variable, and cannot run for another one. With [`Options::only_runnable`], neither are relations without a
-    /// formula, except those from `assumed` on.
+    /// Relations that go on from a variable's own last value are always excluded: such a way says nothing new about its own
+    /// variable, and cannot run for another one. [`Options::only_runnable`] also excludes relations without a formula, except
+    /// those from `assumed` on.
     pub(super) fn new(knowledge: &KnowledgeBase, options: Options, assumed: RelationId) -> Basis {
         let remembers = |id: RelationId| {
             let formulas = &knowledge.relations()[id].formulas;
@@ -31,17 +31,17 @@ impl Basis {
         Basis { forbidden: forbidden.collect(), watch: options.watch }
     }
 
-    /// The relations that are not counted on, ascending.
+    /// The excluded relations, ascending.
     pub(super) fn forbidden(&self) -> &[RelationId] {
         &self.forbidden
     }
 
-    /// How much is watched.
+    /// The limits of the monitor.
     pub(super) fn watch(&self) -> WatchBudget {
         self.watch
     }
 
-    /// Whether a way counts: it uses no forbidden relation, and can run unless a formula is missing.
+    /// Whether a way counts: it uses no excluded relation, and either can run or lacks only a formula.
     pub(super) fn admits(&self, knowledge: &KnowledgeBase, way: &Way) -> bool {
         let steps = &way.substitution.steps;
         let forbidden = |step: &Step| self.forbidden.binary_search(&step.relation).is_ok();

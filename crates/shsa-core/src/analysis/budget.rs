@@ -1,6 +1,6 @@
-//! What an analysis may spend, counted in steps so that runs repeat.
+//! The budget of an analysis, counted in steps so that runs repeat.
 
-/// Steps that are left: decisions of searches, comparisons of ways, sets looked at.
+/// The remaining steps: decisions of searches, comparisons of ways, visited sets.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Budget {
     left: u64,
@@ -11,7 +11,7 @@ impl Budget {
         Budget { left: steps }
     }
 
-    /// Spends steps that have been taken; whether there were as many.
+    /// Spends steps that have been taken; returns whether the budget was enough.
     pub(super) fn spend(&mut self, steps: u64) -> bool {
         let enough = self.left >= steps;
         self.left = self.left.saturating_sub(steps);
@@ -22,7 +22,7 @@ impl Budget {
         self.left == 0
     }
 
-    /// As many as are left, but no more than `most`.
+    /// The remaining steps, at most `most`.
     pub(super) fn at_most(&self, most: u64) -> u64 {
         self.left.min(most)
     }

@@ -1,4 +1,4 @@
-//! The comparisons that the monitor makes, and whose faults each of them shows.
+//! The comparisons that the monitor makes, and the faults that each of them detects.
 
 use super::basis::Basis;
 use super::budget::Budget;
@@ -14,12 +14,12 @@ use alloc::vec::Vec;
 #[derive(Clone, Debug, Default)]
 pub(super) struct Watched {
     pub(super) witnesses: Witnesses,
-    /// Whether the budget was spent before they were looked for.
+    /// Whether the budget was spent before the search for ways.
     pub(super) skipped: bool,
 }
 
 impl Watched {
-    /// The ways of a variable that the monitor would watch, without regard to what all variables together cost.
+    /// The ways of a variable that the monitor would watch, regardless of the total cost of all variables.
     pub(super) fn of(
         knowledge: &KnowledgeBase,
         graph: &Graph,
@@ -45,9 +45,9 @@ impl Watched {
 /// Two ways of one variable that are compared, as places in [`Comparisons::ways`].
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Comparison {
-    /// One of them.
+    /// The first way.
     pub one: usize,
-    /// The other.
+    /// The second way.
     pub other: usize,
 }
 
@@ -85,7 +85,7 @@ impl Comparisons {
         &self.pairs
     }
 
-    /// The signals that a comparison speaks about: when its ways disagree, at least one of these is faulty.
+    /// The signals of a comparison: when its ways disagree, at least one of these is faulty.
     #[must_use]
     pub fn signals(&self, comparison: Comparison) -> SignalSet {
         self.of(comparison).map(|(one, other)| one.signals(other)).unwrap_or_default()
@@ -97,20 +97,20 @@ impl Comparisons {
         self.of(comparison).map(|(one, other)| one.shows(other)).unwrap_or_default()
     }
 
-    /// The relations that a comparison speaks about: when its ways disagree, one of its signals is faulty, or one of these does
-    /// not hold.
+    /// The relations of a comparison: a disagreement means that a signal of it is faulty, or one of these relations does not
+    /// hold.
     #[must_use]
     pub fn relations(&self, comparison: Comparison) -> RelationSet {
         self.of(comparison).map(|(one, other)| one.relations(other)).unwrap_or_default()
     }
 
-    /// The relations of which a comparison [shows](crate::residual_selection::FaultSignature::shows_relations) that they do not hold.
+    /// The relations whose violation a comparison [shows](crate::residual_selection::FaultSignature::shows_relations).
     #[must_use]
     pub fn shows_relations(&self, comparison: Comparison) -> RelationSet {
         self.of(comparison).map(|(one, other)| one.shows_relations(other)).unwrap_or_default()
     }
 
-    /// What each comparison says on its two sides.
+    /// The fault signatures of both sides of each comparison.
     pub(super) fn fault_signature(&self) -> impl Iterator<Item = (&FaultSignature, &FaultSignature)> {
         self.pairs.iter().filter_map(|&comparison| self.of(comparison))
     }
@@ -120,7 +120,7 @@ impl Comparisons {
     }
 }
 
-/// Adds the ways that look behind measured numbers, of variables whose ways were looked for.
+/// Adds the ways that isolate the faults of measured variables, where ways were searched.
 pub(super) fn isolated(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -141,7 +141,7 @@ pub(super) fn isolated(
     budget.spend(isolate(knowledge, graph, &mut ways, basis.watch().ways, admits));
 }
 
-/// All ways of the variables, in order, within what they may cost together.
+/// All ways of the variables, in order, within the cost limit of all.
 pub(super) fn gathered(
     knowledge: &KnowledgeBase,
     basis: &Basis,

@@ -1,4 +1,4 @@
-//! Which faults show at all, and from which other faults they can be told.
+//! Detectability and isolability of faults.
 
 use super::comparisons::Comparisons;
 use crate::diagnosis::Component;
@@ -6,9 +6,9 @@ use crate::knowledge::{Id, KnowledgeBase, RelationId, SignalId, SignalSet};
 use crate::residual_selection::{Findings, Told};
 use alloc::vec::Vec;
 
-/// What the comparisons say about a fault of each signal and relation.
+/// The comparisons' reactions to a fault of each signal and relation.
 ///
-/// One fault at a time: all comparisons that show it disagree, and what explains them by a single component is suspect
+/// Single faults: all comparisons that show a fault disagree, and each single component that explains them is suspect
 /// ([`explain`](crate::diagnosis::candidates::explain); structural isolability as in Krysander and Frisk 2008,
 /// doi:10.1109/TSMCA.2008.2001048).
 #[derive(Clone, Debug, PartialEq)]
@@ -17,7 +17,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// Complexity: O(comparisons times what they rest on).
+    /// Complexity: O(comparisons times the signals and relations of each).
     pub(super) fn new(knowledge: &KnowledgeBase, comparisons: &Comparisons) -> Faults {
         let mut findings = Findings::new(knowledge);
         comparisons.fault_signature().for_each(|(one, other)| findings.compare(one, other));
@@ -25,7 +25,7 @@ impl Faults {
         Faults { findings }
     }
 
-    /// What is told of a fault of a component; nothing of a common cause.
+    /// The findings about a fault of a component; `None` for a common cause.
     #[must_use]
     pub fn told(&self, component: Component) -> Option<&Told> {
         match component {
@@ -35,13 +35,13 @@ impl Faults {
         }
     }
 
-    /// What is told of the fault that a relation does not hold.
+    /// The findings about a relation that does not hold.
     #[must_use]
     pub fn of_relation(&self, relation: RelationId) -> &Told {
         self.findings.relation(relation)
     }
 
-    /// All that a fault of a component is told from, signals and then relations, in file order.
+    /// All components that a fault is isolable from, signals and then relations, in file order.
     pub fn told_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
         let told = self.told(component);
         self.components()
@@ -66,25 +66,24 @@ impl Faults {
         self.findings.signal(signal).shown_by
     }
 
-    /// The signals that explain a fault of this one as well as itself does, and itself; empty when it does not show.
+    /// The signals that explain a fault of this signal as well as itself, and itself; empty when the fault is not detectable.
     #[must_use]
     pub fn suspects(&self, signal: SignalId) -> &SignalSet {
         &self.findings.signal(signal).signals
     }
 
-    /// Whether a fault of `signal` shows and is not taken for one of `other`: a comparison shows it that does not
-    /// rest on the other.
+    /// Whether a fault of `signal` is isolable from one of `other`: a comparison shows it that does not rest on `other`.
     #[must_use]
     pub fn is_isolable_from(&self, signal: SignalId, other: SignalId) -> bool {
         self.is_detectable(signal) && !self.suspects(signal).contains(other)
     }
 
-    /// All signals that a fault of this one is not taken for, ascending.
+    /// All signals that a fault of this signal is isolable from, ascending.
     pub fn isolable_from(&self, signal: SignalId) -> impl Iterator<Item = SignalId> + '_ {
         self.findings.signals().filter(move |&other| self.is_isolable_from(signal, other))
     }
 
-    /// From how many of the first `among` signals a fault of this one can be told.
+    /// How many of the first `among` signals a fault of this signal is isolable from.
     pub(super) fn isolable_among(&self, signal: SignalId, among: SignalId) -> usize {
         let finding = self.findings.signal(signal);
         match finding.shown_by {
@@ -96,8 +95,8 @@ impl Faults {
         }
     }
 
-    /// Signals of which it shows that one is faulty, but not which: each is connected with the next by faults that are
-    /// taken for each other. Sets of at least two, by their first signal.
+    /// Groups of at least two signals whose faults are detectable but not isolable: each is connected with the next by faults
+    /// that are not isolable. By their first signal.
     #[must_use]
     pub fn groups(&self) -> Vec<SignalSet> {
         let mut grouped = SignalSet::new();

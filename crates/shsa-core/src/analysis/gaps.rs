@@ -1,8 +1,8 @@
-//! What the structure would tell and no comparison does, with what hinders it.
+//! Faults that the structure could detect or isolate but no comparison does, with the obstacles.
 //!
-//! The structure says which faults any method could detect and tell apart with these equations. The monitor compares ways
-//! that compute one variable after the other, in the directions in which relations can be solved. Where that is less, a
-//! residual that would tell is looked for, and what is in its way is named.
+//! The structure tells which faults any method could detect and isolate with these equations. The monitor compares ways that
+//! compute one variable after the other, in the directions in which relations can be solved. Where that is less, the analysis
+//! searches a suitable residual and names its obstacles.
 
 use super::basis::Basis;
 use super::faults::Faults;
@@ -14,66 +14,66 @@ use crate::plan::{Limits, StopReason};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-/// Faults and pairs of them that are looked at.
+/// At most this many faults and pairs of faults are examined.
 const MOST_GAPS: usize = 500;
 
-/// Gaps for which a residual of their own is looked for when it is not among those that were found for all.
+/// At most this many gaps get a search of their own, where the sets found for all hold no suitable residual.
 const MOST_SEARCHED: usize = 64;
 
-/// Edges that are walked to say what the structure tells.
+/// The limits of the isolability analysis of the structure.
 const LIMITS: Limits = Limits { expansions: 2_000_000, states: 500 };
 
-/// What the search for sets of equations may cost, and how many are looked at.
+/// The limits of the search for sets of equations.
 const SET_LIMITS: Limits = Limits { expansions: 200_000, states: 500 };
 
-/// A fault that the structure tells and no comparison does.
+/// A fault that the structure could detect or isolate but no comparison does.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Gap {
-    /// What is faulty.
+    /// The faulty component.
     pub fault: Component,
-    /// What it is taken for and would be told from; `None` where it does not show at all.
+    /// The component that the fault could be isolated from, and is not; `None` where the fault is not detected at all.
     pub from: Option<Component>,
-    /// What hinders the residual that comes closest, in the order of computation.
+    /// The obstacles of the most feasible residual, in the order of computation.
     pub obstacles: Vec<Obstacle>,
 }
 
-/// What hinders a residual.
+/// An obstacle of a residual.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Obstacle {
-    /// Relations would have to be solved together, as each rests on what another one gives.
+    /// Relations that must be solved together, as each uses the output of another one.
     Loop {
-        /// Which.
+        /// The relations of the loop.
         relations: Vec<RelationId>,
-        /// For these.
+        /// The variables to solve for.
         variables: Vec<VariableId>,
-        /// One of them is a derivative, an integral or another relation with a memory: together, a differential equation.
+        /// Whether the loop is a differential equation: it contains a derivative, an integral or another relation with a memory.
         is_dynamic: bool,
     },
-    /// A relation would have to be solved for a variable for which it is not.
+    /// A relation that must be solved for a variable, and is not.
     Direction {
-        /// Which.
+        /// The relation.
         relation: RelationId,
-        /// For this.
+        /// The variable to solve for.
         variable: VariableId,
     },
-    /// A relation is not counted on: it has no formula where that is asked for, or goes on from its own last value.
+    /// A relation that the analysis excludes: it has no formula where one is required, or goes on from its own last value.
     NotRun {
-        /// Which.
+        /// The relation.
         relation: RelationId,
     },
-    /// What a signal is derived from follows from no relation of the model.
+    /// A derived signal whose derivation is no relation of the model.
     Derived {
-        /// Which.
+        /// The signal.
         signal: SignalId,
     },
-    /// Nothing is in its way but how much may be watched, or searched.
+    /// No obstacle but the limits of the monitor or of the search.
     LeftOut,
-    /// No residual was looked for: a limit of the search was reached.
+    /// The limit of searches was reached first.
     NotSearched,
 }
 
-/// All gaps, by the fault and then by what it is taken for, in file order; relations count that have a declared prior
-/// probability of a fault.
+/// All gaps, by the fault and then by the other component, in file order; of relations, those with a declared prior probability
+/// of a fault.
 ///
 /// Complexity: at most 2,000,000 edges of the structure for its isolability, and 500 sets of equations for 500 gaps.
 pub(super) fn gaps(knowledge: &KnowledgeBase, basis: &Basis, faults: &Faults) -> Vec<Gap> {
@@ -103,7 +103,7 @@ pub(super) fn gaps(knowledge: &KnowledgeBase, basis: &Basis, faults: &Faults) ->
     untold.into_iter().map(gap).collect()
 }
 
-/// The equation of a component whose fault is looked for.
+/// The equation of a component whose faults are considered.
 fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Component) -> Option<EquationId> {
     match component {
         Component::Signal(signal) => {
@@ -118,7 +118,7 @@ fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Compone
     }
 }
 
-/// The faults, and pairs of them, that the structure tells and the comparisons do not.
+/// The faults, and pairs of faults, that the structure could tell and the comparisons do not.
 fn untold(
     knowledge: &KnowledgeBase,
     structure: &Structure,
@@ -148,7 +148,7 @@ fn untold(
     untold
 }
 
-/// Looks for residuals.
+/// Searches residuals.
 struct Residuals<'a> {
     knowledge: &'a KnowledgeBase,
     basis: &'a Basis,
@@ -156,14 +156,14 @@ struct Residuals<'a> {
     /// Minimal overdetermined sets, the fewest equations first.
     sets: Vec<EquationSet>,
     is_complete: bool,
-    /// How each would be solved, as far as it was asked for.
+    /// The solving of each set that was asked for.
     solved: BTreeMap<usize, Option<Solving>>,
-    /// For how many gaps a set of their own is looked for yet.
+    /// The remaining searches of a set for one gap.
     left: usize,
 }
 
 impl Residuals<'_> {
-    /// What hinders the residual with a fault and without another that comes closest.
+    /// The obstacles of the most feasible residual that contains a fault and not another.
     fn obstacles(&mut self, fault: Component, from: Option<Component>) -> Vec<Obstacle> {
         let of = |component| equation(self.knowledge, self.structure, component);
         let Some(with) = of(fault) else { return Vec::new() };
@@ -206,7 +206,7 @@ impl Residuals<'_> {
         self.solved.get(&at).cloned().flatten()
     }
 
-    /// Whether an equation gives a variable, as comparisons count on it.
+    /// Whether an equation gives a variable in the comparisons.
     fn solves(&self, equation: EquationId, variable: VariableId) -> bool {
         match self.structure.equations().find(equation).map(|equation| equation.origin) {
             Some(Origin::Relation(relation)) => {

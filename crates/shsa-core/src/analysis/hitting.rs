@@ -1,7 +1,7 @@
-//! The smallest set that meets every one of some sets.
+//! The smallest hitting set: a smallest set that meets every one of some sets.
 //!
-//! Minimum hitting set is NP-hard (Karp 1972, doi:10.1007/978-1-4684-2001-2_9), so the search is counted; it deepens
-//! step by step, and what it has proven when its budget ends is a lower bound.
+//! Minimum hitting set is NP-hard (Karp 1972, doi:10.1007/978-1-4684-2001-2_9), so the search is counted. It deepens step by
+//! step; when its budget ends, the depth proven so far is a lower bound.
 
 use super::budget::Budget;
 use crate::knowledge::{SignalId, SignalSet};
@@ -9,27 +9,27 @@ use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 
-/// A hitting set and what is known about the smallest one.
+/// A hitting set, and a bound for the smallest one.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Hitting {
-    /// Meets every set; as small as was found.
+    /// The smallest hitting set found.
     pub(super) set: SignalSet,
     /// No hitting set has fewer members.
     pub(super) at_least: usize,
 }
 
 impl Hitting {
-    /// Whether none is smaller.
+    /// Whether the set is proven to be smallest.
     pub(super) fn is_smallest(&self) -> bool {
         self.set.len() <= self.at_least
     }
 }
 
-/// The smallest set that meets all of `sets`, of which none may be empty.
+/// The smallest set that meets all of `sets`; none of these may be empty.
 ///
-/// Depth-first with iterative deepening: a set that is not met is branched on member by member, and cut off where
-/// more disjoint sets are unmet than members may be added. Complexity: O(w^s) nodes for a smallest set of s members
-/// and sets of w, each O(sets), and no more than the budget; then the set is the greedy one.
+/// Depth-first with iterative deepening: branches over the members of a set that is not met, and prunes where more disjoint sets
+/// are unmet than members may be added. Complexity: O(w^s) nodes for a smallest set of s members and sets of w, each O(sets).
+/// When the budget ends first, the result is the greedy set.
 pub(super) fn smallest_hitting_set(sets: &[SignalSet], budget: &mut Budget) -> Hitting {
     let greedy = greedy(sets);
     let mut sets: Vec<&SignalSet> = sets.iter().collect();
@@ -49,7 +49,7 @@ pub(super) fn smallest_hitting_set(sets: &[SignalSet], budget: &mut Budget) -> H
     Hitting { at_least: greedy.len(), set: greedy }
 }
 
-/// Takes the member of most unmet sets, again and again.
+/// Adds the member of most unmet sets until all sets are met.
 fn greedy(sets: &[SignalSet]) -> SignalSet {
     let mut chosen = SignalSet::new();
     let mut unmet: Vec<&SignalSet> = sets.iter().collect();
@@ -67,14 +67,14 @@ fn greedy(sets: &[SignalSet]) -> SignalSet {
 }
 
 struct Search<'a> {
-    /// The smallest first: few branches at the top.
+    /// The sets, the smallest first: few branches at the top.
     sets: Vec<&'a SignalSet>,
     budget: &'a mut Budget,
     spent: bool,
 }
 
 impl Search<'_> {
-    /// How many pairwise disjoint sets are not met: at least as many members are missing.
+    /// The number of pairwise disjoint unmet sets: a lower bound of the missing members.
     fn disjoint_unmet(&self, chosen: &SignalSet) -> usize {
         let mut covered = chosen.clone();
         let mut count = 0;
@@ -87,7 +87,7 @@ impl Search<'_> {
         count
     }
 
-    /// Completes `chosen` with at most `more` members; leaves it as it was when that cannot be done.
+    /// Completes `chosen` with at most `more` members; leaves it unchanged when that is impossible.
     fn complete(&mut self, chosen: &mut SignalSet, more: usize) -> bool {
         if !self.budget.spend(self.sets.len() as u64) {
             self.spent = true;

@@ -1,9 +1,9 @@
-//! How many signals may be lost before a variable cannot be known any more.
+//! How many signals may be lost while a variable can still be known.
 //!
-//! A variable is lost when the lost signals meet every way of knowing it, so the fewest of them are a smallest
-//! hitting set of all ways. The ways are too many to list; they are generated as they are needed: a smallest hitting
-//! set of the ways found so far is lost, and the planner asked for a way that survives. When there is none, the set
-//! is the answer (implicit hitting sets: Moreno-Centeno and Karp 2013, doi:10.1287/opre.1120.1139).
+//! A variable is lost when the lost signals meet every way of knowing it, so the fewest such signals are a smallest hitting set
+//! of all ways. The ways are too many to list and are generated on demand. A smallest hitting set of the ways found so far is
+//! taken as lost, and the planner searches a way that survives. When there is none, the set is the answer (implicit hitting sets:
+//! Moreno-Centeno and Karp 2013, doi:10.1287/opre.1120.1139).
 
 use super::basis::Basis;
 use super::budget::Budget;
@@ -15,37 +15,36 @@ use crate::substitution::{Substitution, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
 
-/// How many substitutions are looked at for one that is young enough and can run.
+/// At most this many substitutions are tested for a young and runnable one.
 const MOST_TRIED: usize = 32;
-/// How many choices of signals of each.
+/// At most this many choices of signals are tested for each substitution.
 const MOST_CHOICES: usize = 32;
-/// What one search may cost.
+/// The limits of one search.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
-/// What a search costs more for each signal that it must do without: it has to look further.
+/// The additional cost of a search for each lost signal: it has to look further.
 const STEPS_A_LOSS: u64 = 1;
-/// How often a smallest hitting set is looked for.
+/// At most this many smallest hitting sets are computed.
 const MOST_ROUNDS: usize = 32;
-/// What one of these searches may cost.
+/// The cost limit of one hitting set.
 const MOST_STEPS: u64 = 20_000;
 
-/// How many losses something survives.
+/// The losses that a variable or need survives.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Tolerance {
-    /// Whether it can be known while nothing is lost.
+    /// Whether it can be known with nothing lost.
     pub known: bool,
-    /// So many signals may be lost at once, whichever they are, and it is still known; `None` when it rests on no
-    /// signal, so that no loss can take it.
+    /// It stays known after any this many simultaneous losses of signals; `None` when it rests on no signal.
     pub survives: Option<usize>,
-    /// Whether one more is too many: else a limit was reached, and it may survive more.
+    /// Whether one more loss is too many; otherwise a limit was reached, and it may survive more.
     pub exact: bool,
-    /// Signals whose loss takes it, as few as were found; empty when none were.
+    /// Signals whose common loss makes it unknown, as few as were found; empty when none were.
     pub cut: SignalSet,
-    /// Signals whose loss alone takes it.
+    /// Signals whose single loss makes it unknown.
     pub single_points: SignalSet,
 }
 
 impl Default for Tolerance {
-    /// Of what cannot be known at all.
+    /// The tolerance of an unknown variable.
     fn default() -> Tolerance {
         Tolerance {
             known: false,
@@ -58,7 +57,7 @@ impl Default for Tolerance {
 }
 
 impl Tolerance {
-    /// How many losses it takes; 0 when it is not known anyway, all there are when none can.
+    /// The number of losses that make it unknown; 0 when it is unknown already, the maximum when no loss does.
     pub(super) fn level(&self) -> usize {
         match self.survives {
             _ if !self.known => 0,
@@ -68,7 +67,7 @@ impl Tolerance {
     }
 }
 
-/// What must stay known, and what is demanded of what it is known from.
+/// A variable that must stay known, and the demands on its sources.
 #[derive(Clone, Debug)]
 pub(super) struct Target {
     pub(super) variable: VariableId,
@@ -81,27 +80,27 @@ impl Target {
         Target { variable: need.variable, demands: Requirements::of(need) }
     }
 
-    /// Whatever it is known from.
+    /// A variable, whatever its sources.
     pub(super) fn of_variable(variable: VariableId) -> Target {
         Target { variable, demands: Requirements::default() }
     }
 }
 
-/// A way that is left.
+/// A way that survives the losses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Survivor {
-    /// The signals whose loss takes it.
+    /// The signals whose loss breaks the way.
     rests_on: SignalSet,
-    /// It is a way also while all other signals are there: nothing that it computes on the way has signals itself.
+    /// Whether it is a way while all other signals are present, too: no variable that it computes in between has signals itself.
     lasting: bool,
 }
 
-/// What is left of the ways of knowing.
+/// The remaining ways of knowing.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Left {
     Way(Survivor),
     Nothing,
-    /// A limit was reached before either was clear.
+    /// A limit was reached first.
     Unclear,
 }
 
@@ -111,7 +110,7 @@ pub(super) struct Losses<'a> {
     graph: &'a Graph,
     basis: &'a Basis,
     scratch: Scratch,
-    /// The signals that are lost with each: itself, what is derived from it, and what comes from the same source.
+    /// The signals that are lost with each signal: itself, those derived from it, and those of the same source.
     followers: IdVec<SignalId, SignalSet>,
 }
 
@@ -130,7 +129,7 @@ impl<'a> Losses<'a> {
         Losses { knowledge, graph, basis, scratch: Scratch::default(), followers }
     }
 
-    /// A way of knowing the target when these signals are lost, and with them what is derived from them.
+    /// A way of knowing the target without these signals and the signals derived from them.
     pub(super) fn left(&mut self, target: &Target, lost: &SignalSet, budget: &mut Budget) -> Left {
         let lost = self.with_followers(lost);
         let options = Options {
@@ -144,7 +143,7 @@ impl<'a> Losses<'a> {
         let judge = Judge { knowledge, basis, target, lost: &lost };
         let mut search = BestFirst::with_scratch(scratch, graph, target.variable, &options, limits);
         budget.spend(1 + STEPS_A_LOSS * lost.len() as u64);
-        // Put together greedily, without a search: whichever it is, it survives.
+        // A way found greedily, without a search, survives as well as the best one.
         let Some((any, _)) = search.any() else {
             let refused = search.stop() == StopReason::NotMonotone;
             return if refused { Left::Unclear } else { Left::Nothing };
@@ -171,9 +170,9 @@ impl<'a> Losses<'a> {
         all
     }
 
-    /// How many losses a target survives.
+    /// The losses that a target survives.
     ///
-    /// Complexity: as many searches as there are ways in the proof, at most the budget.
+    /// Complexity: one search for each way in the proof, within the budget.
     pub(super) fn tolerance(&mut self, target: &Target, budget: &mut Budget) -> Tolerance {
         let mut proof = Proof::default();
         proof.extend(self, target, SignalSet::new(), budget);
@@ -193,9 +192,9 @@ impl<'a> Losses<'a> {
         Tolerance { known: true, survives: Some(at_least.saturating_sub(1)), exact, cut, single_points }
     }
 
-    /// The fewest signals whose loss takes the target: at least how many, whether so few do, and which.
+    /// The fewest signals whose loss makes the target unknown: a lower bound, whether it is exact, and the signals.
     fn cut(&mut self, target: &Target, proof: &mut Proof, budget: &mut Budget) -> (usize, bool, SignalSet) {
-        // The ways found so far share no signal.
+        // The ways found so far share no signal, so each needs a loss of its own.
         let mut at_least = proof.ways.len();
         for _ in 0..MOST_ROUNDS {
             if budget.is_spent() {
@@ -226,8 +225,8 @@ impl<'a> Losses<'a> {
         self.knowledge.with_same(points)
     }
 
-    /// Whether there are values that are too old, too rare or too wide for the target when they come: what computes with them
-    /// instead of something better may be refused, so that fewer losses could be worse.
+    /// Whether some signals can be too old, too rare or too wide for the target: a way that computes with them in place of better
+    /// ones may be refused, so that fewer losses could be worse.
     fn may_fall_short(&self, target: &Target) -> bool {
         let Requirements { max_latency, max_period, max_width, .. } = target.demands;
         self.knowledge.signals().iter().any(|signal| {
@@ -240,7 +239,7 @@ impl<'a> Losses<'a> {
     }
 }
 
-/// What a way must be to survive.
+/// The conditions that a surviving way must meet.
 struct Judge<'a> {
     knowledge: &'a KnowledgeBase,
     basis: &'a Basis,
@@ -264,13 +263,13 @@ impl Judge<'_> {
     }
 }
 
-/// The ways found so far, by the signals that take them.
+/// The ways found so far, with the signals whose loss breaks them.
 struct Proof {
     ways: Vec<SignalSet>,
-    /// All of them are ways whatever else is there.
+    /// Whether all of them are ways whatever else is present.
     lasting: bool,
     unclear: bool,
-    /// The last set of lost signals that left nothing.
+    /// The last set of lost signals that left no way.
     taken: SignalSet,
 }
 
@@ -281,7 +280,7 @@ impl Default for Proof {
 }
 
 impl Proof {
-    /// Adds ways that survive these losses, each without the signals of those before, until none is left.
+    /// Adds ways that survive these losses, each without the signals of those before, until there are none.
     fn extend(&mut self, losses: &mut Losses<'_>, target: &Target, mut lost: SignalSet, budget: &mut Budget) {
         self.unclear = false;
         loop {

@@ -1,9 +1,9 @@
-//! What a knowledge base can do at all, known before anything runs: which faults show, which can be told apart,
-//! what survives which losses, and what would help.
+//! The analysis of a knowledge base before it runs: detectability and isolability of faults, survived losses, and useful
+//! additions.
 //!
-//! [`analyze`] asks the same monitor and planner that will run: a fault is detectable when a comparison that the monitor
-//! makes shows it, and a loss is survived when the planner finds another way. One exception: a way that only goes on
-//! from the last value of its own variable, as dead reckoning does, counts as no substitute.
+//! [`analyze`] uses the same monitor and planner as a run: a fault is detectable when a comparison of the monitor shows it, and a
+//! loss is survived when the planner finds another way. One exception: a way that only goes on from its own variable's last
+//! value, as dead reckoning does, counts as no substitute.
 
 pub mod structure;
 mod budget;
@@ -34,89 +34,89 @@ use budget::Budget;
 use losses::{Losses, Target};
 use survey::Survey;
 
-/// What is asked of an analysis, and what it may spend.
+/// The scope and the limits of an analysis.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Options {
-    /// Relations without a formula are left out; else they count as if they had one.
+    /// Whether relations without a formula are excluded; otherwise they count as if they had one.
     pub only_runnable: bool,
-    /// Steps for the model as it is: decisions of searches, sets looked at.
+    /// Steps for the model itself: decisions of searches, visited sets.
     pub steps: u64,
-    /// Steps for trying additions; with 0 none is tried.
+    /// Steps for trying additions; 0 tries none.
     pub addition_steps: u64,
-    /// How much the monitor watches.
+    /// The limits of the monitor.
     pub watch: WatchBudget,
 }
 
 impl Default for Options {
-    /// Seconds at the most.
+    /// Limits of some seconds at most.
     fn default() -> Options {
         let watch = WatchBudget::default();
         Options { only_runnable: false, steps: 3_000_000, addition_steps: 2_000_000, watch }
     }
 }
 
-/// What was not looked at to the end, and how much of it.
+/// A limit that the analysis reached, and the number of elements beyond the limit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Limited {
-    /// Of so many variables the monitor compares a choice of ways, as there are more than it watches.
+    /// The monitor compares only a choice of ways of some variables, as there are more than it watches.
     Ways {
-        /// How many.
+        /// The number of variables.
         variables: usize,
     },
-    /// The steps were spent before the ways of so many variables were looked for: more faults may show.
+    /// The steps were spent before the ways of some variables were searched: more faults may be detectable.
     Skipped {
-        /// How many.
+        /// The number of variables.
         variables: usize,
     },
-    /// So many needs may survive more losses than is proven.
+    /// Some needs may survive more losses than proven.
     Needs {
-        /// How many.
+        /// The number of needs.
         needs: usize,
     },
-    /// So many variables may survive more losses than is proven.
+    /// Some variables may survive more losses than proven.
     Variables {
-        /// How many.
+        /// The number of variables.
         variables: usize,
     },
     /// Not all additions were tried.
     Additions {
-        /// How many were.
+        /// The number of tried additions.
         tried: usize,
-        /// How many there are.
+        /// The number of all additions.
         of: usize,
     },
 }
 
-/// What is known about a model before it runs.
+/// The result of an analysis.
 #[derive(Clone, Debug)]
 pub struct Analysis {
     /// The comparisons that the monitor makes.
     pub comparisons: Comparisons,
-    /// Which faults they show, and which they tell apart.
+    /// The faults that they detect and isolate.
     pub faults: Faults,
-    /// What is watched of each number that can be known in two ways or more, in file order.
+    /// The watched ways of each number that can be known in two ways or more, in file order.
     pub watched: Vec<Watch>,
-    /// How many losses the variable of each signal survives, and which signals it cannot do without.
+    /// The losses that the variable of each signal survives, and the single points of failure.
     pub signals: IdVec<SignalId, Tolerance>,
-    /// How many losses each need survives, within its age.
+    /// The losses that each need survives, within its age.
     pub needs: IdVec<NeedId, Tolerance>,
-    /// What would help, the best first.
+    /// Useful additions, the best first.
     pub additions: Vec<Addition>,
-    /// What the structure tells and no comparison does, and why.
+    /// Faults that the structure could tell and no comparison does, with the obstacles.
     pub gaps: Vec<Gap>,
-    /// What was not looked at to the end.
+    /// The limits that were reached.
     pub limited: Vec<Limited>,
 }
 
 impl Analysis {
-    /// Whether the variable of a signal can be known without the signal, and without what is derived from it.
+    /// Whether the variable of a signal can be known without the signal and all that is derived from it.
     #[must_use]
     pub fn is_substitutable(&self, signal: SignalId) -> bool {
         let tolerance = &self.signals[signal];
         tolerance.known && !tolerance.single_points.contains(signal)
     }
 
-    /// The needs that the loss of a signal takes, in file order.
+    /// The needs that fail when a signal is lost, in file order.
     pub fn needs_lost(&self, signal: SignalId) -> impl Iterator<Item = NeedId> + '_ {
         let takes = move |(need, tolerance): (NeedId, &Tolerance)| {
             tolerance.single_points.contains(signal).then_some(need)
@@ -124,7 +124,7 @@ impl Analysis {
         self.needs.enumerate().filter_map(takes)
     }
 
-    /// Signals whose variable nothing else knows, or whose loss takes a need.
+    /// Signals without a substitute, or whose loss fails a need.
     #[must_use]
     pub fn unhealed(&self) -> SignalSet {
         let is_unhealed =
@@ -133,7 +133,7 @@ impl Analysis {
     }
 }
 
-/// What a model declares, or its structure allows, and is not watched.
+/// Comparisons that the model or its structure allows, and the monitor does not make.
 #[derive(Clone, Debug)]
 pub struct Unwatched {
     /// As [`Analysis::watched`].
@@ -142,7 +142,7 @@ pub struct Unwatched {
     pub gaps: Vec<Gap>,
 }
 
-/// What of an analysis is about what is not watched, without its losses and additions.
+/// The part of an analysis about comparisons that are not made, without losses and additions.
 ///
 /// Complexity: the searches of a monitor, at most [`Options::steps`], and 2,000,000 edges of the structure.
 #[must_use]

@@ -1,5 +1,4 @@
-//! What contracts allow before anything runs: who may serve each need, at which level, on which conditions, and what each loss
-//! takes from it.
+//! Assesses contracts before a run: the ways that may serve each need, their levels and conditions, and the effect of each loss.
 
 use crate::assurance::{Admitted, Assessment, Assurance, Composition, EvidenceId, Ground, Sets, Verdict};
 use crate::interval::Truth;
@@ -10,21 +9,21 @@ use crate::plan::{self, Graph, Limits, Options, Requirements, StopReason};
 use crate::substitution::Way;
 use alloc::vec::Vec;
 
-/// Ways are looked at up to this number; the best first.
+/// At most this many ways are assessed, the best first.
 const MOST_WAYS: usize = 32;
-/// Choices of signals for one substitution.
+/// At most this many choices of signals for one substitution.
 const MOST_CHOICES: usize = 8;
-/// Evaluations for each question about minimal sets.
+/// At most this many evaluations for each question about minimal sets.
 const MOST_EVALUATIONS: usize = 2_000;
 
-/// What may serve a need.
+/// The ways that may serve a need under its contract.
 #[derive(Clone, Debug)]
 pub struct Prospect {
     /// The need.
     pub need: NeedId,
-    /// What may serve it, the best first.
+    /// The ways, the best first.
     pub ways: Vec<Candidacy>,
-    /// What each loss of a signal that takes part takes: the place of the best way that is admissible then.
+    /// For each loss of a signal: the place of the best way that is admissible then.
     pub losses: Vec<(SignalId, Option<usize>)>,
     /// Whether these are all ways.
     pub is_complete: bool,
@@ -57,19 +56,19 @@ pub struct Candidacy {
     pub way: Way,
     /// Its utility.
     pub utility: f64,
-    /// The contracts of all who take part.
+    /// The composed contracts of all participants.
     pub composition: Composition,
-    /// What it gives while all that is observed is as it should be.
+    /// The assessment while all evidence is good.
     pub at_best: Assessment,
-    /// Minimal sets of evidence on which the best that it gives rests: any of them is enough.
+    /// Minimal sets of evidence for the best guarantee: each of them suffices.
     pub conditions: Sets<EvidenceId>,
-    /// Evidence without which nothing of it is left: the certificate's weak points, ascending.
+    /// Evidence without which no guarantee holds: the certificate's weak points, ascending.
     pub weak: Vec<EvidenceId>,
 }
 
 impl Prospect {
-    /// Of a need that demands something. Time: that of a search for the best 32 substitutions, and of composing and questioning
-    /// the contracts of each.
+    /// The prospect of a need with a contract. Time: that of a search for the best 32 substitutions, and of composing and
+    /// questioning the contracts of each.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, assurance: &Assurance, graph: &Graph, need: NeedId) -> Prospect {
         let row = &knowledge.needs()[need];
@@ -91,7 +90,7 @@ impl Prospect {
         Prospect { need, ways, losses, is_complete }
     }
 
-    /// The place of the best way that is admissible under an assessment of each, such as that at best.
+    /// The place of the best way that is admissible by the assessments, such as those at best.
     #[must_use]
     pub fn best(&self, assess: impl Fn(&Candidacy) -> Assessment) -> Option<usize> {
         self.ways.iter().position(|candidacy| assess(candidacy).verdict == Verdict::Holds)
@@ -214,7 +213,7 @@ impl Candidacy {
     }
 }
 
-/// For each signal that a way reads, or that evidence is about: the best way that is left without it.
+/// For each signal that a way or its evidence reads: the best remaining way without it.
 fn losses(knowledge: &KnowledgeBase, ways: &[Candidacy]) -> Vec<(SignalId, Option<usize>)> {
     let mut signals = SignalSet::new();
     for candidacy in ways {

@@ -1,4 +1,4 @@
-//! What a knowledge base can do as it is: its comparisons, its faults, its losses.
+//! The survey of a knowledge base: its comparisons, its faults, its losses.
 
 use super::Limited;
 use super::basis::Basis;
@@ -12,9 +12,9 @@ use alloc::vec::Vec;
 
 /// The ways of knowing each variable.
 pub(super) struct Ways {
-    /// What would be watched if it cost nothing, without what looks behind measured numbers.
+    /// The ways to watch without a cost limit, and without those that isolate faults of measured variables.
     pub(super) wanted: IdVec<VariableId, Watched>,
-    /// What is.
+    /// The ways that are watched.
     pub(super) are: IdVec<VariableId, Watched>,
 }
 
@@ -34,23 +34,23 @@ pub(super) fn compared(
     (Ways { wanted, are }, comparisons)
 }
 
-/// Everything about the model as it is.
+/// The survey of the model.
 #[derive(Clone, Debug)]
 pub(super) struct Survey {
-    /// What would be watched if it cost nothing, without what looks behind measured numbers.
+    /// The ways to watch without a cost limit, and without those that isolate faults of measured variables.
     pub(super) wanted: IdVec<VariableId, Watched>,
-    /// What is.
+    /// The ways that are watched.
     pub(super) watched: IdVec<VariableId, Watched>,
     pub(super) comparisons: Comparisons,
     pub(super) faults: Faults,
-    /// Of the variables that a signal carries.
+    /// The tolerance of each variable that a signal carries.
     pub(super) variables: IdVec<VariableId, Option<Tolerance>>,
     pub(super) needs: IdVec<NeedId, Tolerance>,
 }
 
 impl Survey {
-    /// A third of the steps for the needs, for the comparisons, and for the variables: what a third does not suffice
-    /// for stays unclear.
+    /// Needs, comparisons and variables get a third of the steps each; the results are marked inexact where a third is not
+    /// enough.
     pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph, basis: &Basis, steps: u64) -> Survey {
         let third = || Budget::new(steps.div_ceil(3));
         let (mut for_needs, mut for_ways, mut for_variables) = (third(), third(), third());
@@ -67,13 +67,13 @@ impl Survey {
         Survey { wanted, watched, comparisons, faults, variables, needs }
     }
 
-    /// Whether the variable of a signal can be known without it.
+    /// Whether the variable of a signal can be known without the signal.
     pub(super) fn is_substitutable(&self, knowledge: &KnowledgeBase, signal: SignalId) -> bool {
         let tolerance = self.variables[knowledge.signals()[signal].variable].as_ref();
         tolerance.is_some_and(|tolerance| tolerance.known && !tolerance.single_points.contains(signal))
     }
 
-    /// What was not looked at to the end.
+    /// The limits that were reached.
     pub(super) fn limited(&self) -> Vec<Limited> {
         let skipped = self.watched.iter().filter(|watched| watched.skipped).count();
         let leaves_out = |watched: &&Watched| !watched.skipped && !watched.witnesses.is_complete();

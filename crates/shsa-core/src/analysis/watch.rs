@@ -1,40 +1,40 @@
-//! What the monitor watches of each variable, what it leaves out, and what that costs in telling faults apart.
+//! The watched ways of each variable, the ways left out, and the faults that are missed because of that.
 
 use super::comparisons::Watched;
 use super::faults::Faults;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, SignalSet, VariableId};
 use alloc::vec::Vec;
 
-/// The ways of knowing a variable that are watched.
+/// The watched ways of a variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Watch {
     /// The variable.
     pub variable: VariableId,
-    /// How many of its ways of knowing are watched; none when comparing two of them costs too much.
+    /// The number of watched ways; 0 when comparing two of them costs too much.
     pub ways: usize,
-    /// How many there are; at least so many unless it is [`exact`](Watch::exact).
+    /// The number of possible ways; a lower bound unless [`exact`](Watch::exact).
     pub possible: usize,
     /// Whether `possible` counts all.
     pub exact: bool,
-    /// Operations a second of computing and comparing them, by the declared rates.
+    /// Operations a second for computing and comparing the watched ways, by the declared rates.
     pub cost: f64,
-    /// What would be told if all ways that were looked at were watched, and no other variable tells.
+    /// Faults that only the ways left out could tell.
     pub hidden: Vec<Hidden>,
 }
 
-/// What the choice of ways leaves untold about a signal.
+/// A fault of a signal that only the ways left out could tell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hidden {
-    /// The signal whose fault it is about.
+    /// The faulty signal.
     pub signal: SignalId,
-    /// Whether its fault does not show.
+    /// Whether the fault is not detected.
     pub undetected: bool,
-    /// The signals that it is taken for and would be told from.
+    /// The signals that the fault could be isolated from, and is not.
     pub taken_for: SignalSet,
 }
 
-/// In file order. Complexity: that of [`Witnesses::reach`](crate::residual_selection::Witnesses::reach) for each variable of which
-/// not all ways are watched.
+/// The variables in file order. Complexity: that of [`Witnesses::reach`](crate::residual_selection::Witnesses::reach) for each
+/// variable of which not all ways are watched.
 pub(super) fn watched(
     knowledge: &KnowledgeBase,
     watched: &IdVec<VariableId, Watched>,
@@ -55,7 +55,7 @@ pub(super) fn watched(
     all.filter(|watch| watch.possible > 1).collect()
 }
 
-/// What more ways would tell, as far as the comparisons of all variables together do not; what does not show comes first.
+/// The faults that more ways would tell and the comparisons of all variables do not; undetected faults first.
 fn hidden(knowledge: &KnowledgeBase, faults: &Faults, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
     let untold = |(signal, within_reach): (SignalId, SignalSet)| {
         let within_reach = knowledge.with_same(within_reach);

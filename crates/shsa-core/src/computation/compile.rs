@@ -1,4 +1,4 @@
-//! A way made into a program: which signal makes it compute, and where its inputs come from.
+//! Compiles a way to a program, with its trigger and the sources of its inputs.
 
 use super::input::{Input, Source, Wrapping, period};
 use super::{Body, Compiled, Precedence, USUAL_RATE_HZ};
@@ -20,7 +20,7 @@ pub(super) fn trigger(knowledge: &KnowledgeBase, way: &Way, goes_before: Precede
     })
 }
 
-/// How long after an event a signal tells of it, at the latest.
+/// The longest time between an event and a signal's observation of it.
 pub(super) fn lateness(knowledge: &KnowledgeBase, signal: SignalId) -> Span {
     period(knowledge, signal).unwrap_or(Span::ZERO) + knowledge.signals()[signal].delay
 }
@@ -39,7 +39,7 @@ pub(super) fn computed(
     Some((Body::Computed(Compiled { program, state, inputs, wrapping }), window))
 }
 
-/// The inputs that wrap; none where something is remembered of inputs, which must go on without a step then.
+/// The wrapping inputs; none where the program remembers inputs, which must be continuous then.
 fn wrapping(knowledge: &KnowledgeBase, way: &Way, inputs: &[Source]) -> Vec<Wrapping> {
     let is_stateful = |step: &Step| {
         let relation = &knowledge.relations()[step.relation];

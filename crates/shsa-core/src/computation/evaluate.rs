@@ -1,4 +1,4 @@
-//! A computation is evaluated: at a moment, over what is certain about it, over chosen observations, or elsewhere as a task.
+//! Evaluates a computation: at a moment, over certain bounds, over chosen observations, or elsewhere as a task.
 
 use super::input::{Input, Source, bring_back};
 use super::{Body, Compiled, Computation, Computed, Item, Settled, Task};
@@ -9,19 +9,19 @@ use crate::knowledge::{IdVec, Shape, SignalId};
 use crate::time::Validity;
 use alloc::vec::Vec;
 
-/// More inputs than this are read into memory allocated for the evaluation.
+/// More inputs than this need memory that is allocated for the evaluation.
 const USUAL_INPUTS: usize = 16;
 
 /// Why an input has no value.
 enum Missing {
-    /// What this input was at that moment is not known yet.
+    /// The value of this input at the moment is not known yet.
     Later(SignalId),
-    /// There is none.
+    /// The input has no value.
     Never,
 }
 
 impl Compiled {
-    /// Evaluates over what `find` gives for each input, by its place among the inputs.
+    /// Evaluates over the values that `find` gives for each input, by its place among the inputs.
     ///
     /// Allocates nothing for up to 16 inputs whose vectors are no longer than before.
     #[inline]
@@ -55,8 +55,8 @@ impl Compiled {
 impl Computation {
     /// Evaluates at a moment; `None` when an input is missing there or the result has no value.
     ///
-    /// `last` is the last value of the variable that is computed. No allocation for up to 16 inputs whose vectors
-    /// are no longer than before.
+    /// `last` is the last value of the computed variable. No allocation for up to 16 inputs whose vectors are no longer than
+    /// before.
     pub fn evaluate<'a>(
         &'a mut self,
         ports: &'a IdVec<SignalId, Port>,
@@ -74,8 +74,8 @@ impl Computation {
         usable(value).map(|value| (value, validity))
     }
 
-    /// What [`Computation::evaluate`] would evaluate at a moment, to be done elsewhere; `None` when an input is missing there,
-    /// or nothing is computed. Time and memory: linear in the inputs.
+    /// The task of [`Computation::evaluate`] at a moment, to be done elsewhere; `None` when an input is missing there, or there
+    /// is nothing to compute. Time and memory: linear in the inputs.
     #[must_use]
     pub fn task(
         &self,
@@ -93,7 +93,7 @@ impl Computation {
         Some(Task { values, moment, last: last.map(|last| last.validity) })
     }
 
-    /// Does a task of a computation of the same way. `None` when it is of another shape, or the result has no value.
+    /// Does a task of a computation of the same way. `None` when the task has another shape, or the result has no value.
     pub fn carry_out<'a>(&'a mut self, task: &'a Task) -> Option<(Computed<'a>, Validity)> {
         let Body::Computed(computed) = &mut self.body else { return None };
         if computed.inputs.len() != task.values.len() {
@@ -110,8 +110,8 @@ impl Computation {
         usable(outcome.value).map(|value| (value, outcome.valid))
     }
 
-    /// Evaluates over one chosen observation for each source, in the order of the way's sources (`None` for a
-    /// constant); for numbers only.
+    /// Evaluates over one chosen observation for each source, in the order of the way's sources (`None` for a constant); for
+    /// scalars only.
     pub fn evaluate_items(&mut self, items: &[Option<&Item>], moment: Validity) -> Option<Interval> {
         let item = |at: usize| items.get(at).copied().flatten();
         let computed = match &mut self.body {
@@ -129,14 +129,13 @@ impl Computation {
         (!value.is_empty()).then_some(value)
     }
 
-    /// Evaluates a way of knowing a number over what is certain about a moment, without its last value: nothing is
-    /// extrapolated that the model does not bound.
+    /// Evaluates a scalar way over certain bounds at a moment, without its last value: nothing is extrapolated without a bound.
     #[inline]
     pub fn evaluate_settled(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
         if let Body::Direct(input) = &self.body
             && input.shape == Shape::Scalar
         {
-            // As most often, and not by way of a value of any kind.
+            // The most frequent case, without a value of a general type.
             return match input.scalar_at(ports, moment) {
                 Some(value) if value.is_bounded() => Settled::Value(Sample { validity: moment, value }),
                 _ => Settled::Nothing,
@@ -169,7 +168,7 @@ impl Computation {
         }
     }
 
-    /// The value of a way that rests on constants alone; `None` of all others.
+    /// The value of a way that rests on constants alone; `None` for all others.
     pub fn constant(&mut self) -> Option<Interval> {
         let Body::Computed(computed) = &mut self.body else { return None };
         if computed.program.is_stateful() {
@@ -184,7 +183,7 @@ impl Computation {
     }
 }
 
-/// A value that says something.
+/// The value, if it is bounded and not empty.
 fn usable(value: Value<'_, Interval>) -> Option<Computed<'_>> {
     match value {
         Value::Scalar(value) => value.is_bounded().then_some(Computed::Scalar(value)),
@@ -192,7 +191,7 @@ fn usable(value: Value<'_, Interval>) -> Option<Computed<'_>> {
     }
 }
 
-/// Vectors are as long as their observations: room is made when the first ones come, and whenever they are longer.
+/// Makes room for the vectors when the first ones come, and whenever they become longer.
 fn make_room(state: &mut State<Interval>, values: &[Value<'_, Interval>]) {
     let length = |value: &Value<'_, Interval>| match value {
         Value::Vector(elements) => elements.len(),

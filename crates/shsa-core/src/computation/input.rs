@@ -1,4 +1,4 @@
-//! What a computation reads: signals, constants and its own last value, each brought to a moment.
+//! The inputs of a computation: signals, constants and its own last value, each brought to a moment.
 
 use crate::alignment::{Known, Port, Reach, Sample};
 use crate::circle;
@@ -7,22 +7,22 @@ use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Shape, SignalId};
 use crate::time::{Span, Validity};
 
-/// Where an input of a program comes from.
+/// The source of a program's input.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Source {
     Signal(Input),
     Constant(Interval),
-    /// The last value of the variable that is computed.
+    /// The last value of the computed variable.
     Last,
 }
 
-/// An input that wraps, by its place: the first one is brought back into one turn, the others beside it.
+/// A wrapping input, by its place: the first one is brought into one turn, the others next to it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Wrapping {
     pub(super) at: usize,
     pub(super) turn: f64,
     pub(super) begins: f64,
-    /// Whether a condition asks where in its turn it is: that is not known of what lies on both sides of its end.
+    /// Whether a condition reads the place within the turn, which is unknown for a value across the turn's end.
     pub(super) is_asked: bool,
 }
 
@@ -32,7 +32,7 @@ pub(super) struct Input {
     pub(super) signal: SignalId,
     pub(super) shape: Shape,
     max_rate: f64,
-    /// Over which gap a value still counts; `None` learns it from the spacing of the observations.
+    /// The largest gap over which a value counts; `None` learns it from the spacing of the observations.
     max_gap: Option<Span>,
     delay: Span,
     /// Whether a value stands until the next one.
@@ -75,7 +75,7 @@ impl Input {
         }
     }
 
-    /// The value of a number.
+    /// The value of a scalar.
     #[inline]
     pub(super) fn scalar_at(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Option<Interval> {
         let port = &ports[self.signal];
@@ -85,7 +85,7 @@ impl Input {
         port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
     }
 
-    /// What is certain about the value of a number; see [`Known`].
+    /// The certain bound of a scalar; see [`Known`].
     pub(super) fn scalar_about(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Known {
         let port = &ports[self.signal];
         if self.is_trigger {
@@ -106,7 +106,7 @@ impl Input {
 }
 
 impl Source {
-    /// Its value at a moment; `last` is the last value of the variable that is computed.
+    /// The value at a moment; `last` is the last value of the computed variable.
     #[inline]
     pub(super) fn at<'a>(
         &self,
@@ -129,13 +129,13 @@ impl Source {
     }
 }
 
-/// Time between the observations of a signal, as declared.
+/// The declared time between observations of a signal.
 pub(super) fn period(knowledge: &KnowledgeBase, signal: SignalId) -> Option<Span> {
     knowledge.signals()[signal].period()
 }
 
-/// Brings inputs that wrap into one turn: conditions read them as they are shown, and differences and means of two are those
-/// of the shorter way round. False where a condition asks what is not known.
+/// Brings wrapping inputs into one turn: conditions read them as shown, and differences and means of two go the shorter way
+/// round. Returns false where a condition reads an unknown place.
 #[inline]
 pub(super) fn bring_back(values: &mut [Value<'_, Interval>], wrapping: &[Wrapping]) -> bool {
     let mut first: Option<(f64, Interval)> = None;

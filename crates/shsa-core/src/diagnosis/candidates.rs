@@ -1,102 +1,102 @@
-//! Explanations: what, were it faulty, would explain every conflict, and how probable each is.
+//! Explanations: sets of components whose faults would explain every conflict, and their probabilities.
 //!
-//! Two ways of knowing that disagree are a conflict over the components that both rest on: signals, relations, and what
-//! signals share. At least one of them is faulty. A set of components that meets every conflict explains them all
-//! (Reiter 1987, DOI 10.1016/0004-3702(87)90062-2); which of these sets it is, is a matter of their priors and of the
-//! comparisons that agree (de Kleer and Williams 1987, DOI 10.1016/0004-3702(87)90063-4). One clear answer names the
-//! culprit; several say that it cannot be told.
+//! Two ways of knowing that disagree are a conflict over the components that both rest on: signals, relations, and common causes.
+//! At least one of them is faulty. A set of components that meets every conflict explains them all (Reiter 1987, DOI
+//! 10.1016/0004-3702(87)90062-2). The probabilities of these sets follow from the priors and from the comparisons that agree (de
+//! Kleer and Williams 1987, DOI 10.1016/0004-3702(87)90063-4). One clear answer isolates the fault; with several answers it is
+//! not isolated.
 //!
-//! A hypothesis is a set of faulty components, all others being sound. It has the probability 0 when it misses a conflict,
-//! else in proportion to the product of
+//! A hypothesis is a set of faulty components; all others are sound. Its probability is 0 when it misses a conflict, else
+//! proportional to the product of
 //!
-//! * `p` for each component in it and `1 - p` for each other one, with the priors `p`;
-//! * [`ONE_SIDED`] for each agreement in which it touches one of the two ways, and at most [`MOST_ONE_SIDED`] of them:
-//!   faults are not seen in every comparison, and comparisons that overlook the same fault are not independent;
-//! * [`BOTH_SIDED`] for each agreement in which it touches both ways, each in another component: two faults
-//!   rarely err alike. What a component does to both ways, it may do alike: that is no evidence;
-//! * [`BY_CONDITION`] when it meets some conflict only in what the condition of a relation reads: a wrong value there may let
-//!   a relation count where it does not hold. That a condition goes on to hold says nothing about the size of what it reads, so
-//!   in an agreement that does not count at all.
+//! * `p` for each faulty component and `1 - p` for each sound one, with the priors `p`;
+//! * [`ONE_SIDED`] for each agreement of which one way rests on a faulty component, and at most [`MOST_ONE_SIDED`] of them: not
+//!   every comparison shows a fault, and comparisons that overlook the same fault are not independent;
+//! * [`BOTH_SIDED`] for each agreement of which both ways rest on different faulty components: two faults rarely err alike. A
+//!   component may affect both of its ways alike, which is no evidence;
+//! * [`BY_CONDITION`] when some conflict is met only by components that a relation's condition reads: a wrong value there may
+//!   let a relation count where it does not hold. A condition that still holds says nothing about the size of its inputs, so
+//!   an agreement does not count for them.
 //!
-//! Conflicts that share components, directly or over others, are one [`Part`]; what is in no conflict is taken to be sound.
+//! Conflicts that share components, directly or through others, form one [`Part`]; components without a conflict count as sound.
 
 use crate::knowledge::{CauseId, Id, IdSet, RelationId, SignalId};
 use alloc::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use alloc::vec::Vec;
 use core::cmp::Ordering;
 
-/// What can be faulty.
+/// A component that can be faulty.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Component {
-    /// It gives wrong values.
+    /// The signal gives wrong values.
     Signal(SignalId),
-    /// What several signals share: they all may give wrong values.
+    /// A common cause has failed: all its signals may give wrong values.
     Cause(CauseId),
-    /// It does not hold (a fault of the plant).
+    /// The relation does not hold (a fault of the plant).
     Relation(RelationId),
 }
 
-/// What two compared ways of knowing rest on, and whether they agree.
+/// A comparison of two ways: the components that they rest on, and whether they agree.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Comparison {
-    /// What the one way rests on.
+    /// The components of the first way.
     pub one: BTreeSet<Component>,
-    /// What the other way rests on.
+    /// The components of the second way.
     pub other: BTreeSet<Component>,
-    /// What only conditions of the two ways read; no part of the sets above.
+    /// The components that only conditions of the ways read; not part of the sets above.
     pub conditions: BTreeSet<Component>,
-    /// Whether they agree; a conflict else.
+    /// Whether the ways agree; otherwise they conflict.
     pub agrees: bool,
 }
 
-/// Components that together explain every conflict of a part, when all of them are faulty and no fewer of them do.
+/// A minimal set of components whose common failure explains every conflict of a part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Candidate {
-    /// What would be faulty, ascending.
+    /// The faulty components, ascending.
     pub components: Vec<Component>,
-    /// In proportion to its probability.
+    /// Proportional to the probability of the explanation.
     pub weight: f64,
 }
 
-/// Conflicts that have to do with each other, and what explains them.
+/// Connected conflicts, and their explanations.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Part {
-    /// All that its conflicts rest on, ascending.
+    /// All components of the conflicts, ascending.
     pub components: Vec<Component>,
-    /// The explanations that are probable enough beside the best one, best first.
+    /// The explanations that are probable enough compared with the best one, best first.
     pub candidates: Vec<Candidate>,
-    /// Whether there were too many possibilities: then each signal is a candidate of its own.
+    /// Whether there were too many explanations: then each signal is a candidate by itself.
     pub is_cut_off: bool,
 }
 
-/// How many times more probable than another an explanation must be to rule it out. It lies below the odds of the usual prior
-/// (1 to 99), so that among signals of that prior fewer faults rule out more.
+/// How many times more probable an explanation must be than another to rule it out. This is below the odds of the usual prior (1
+/// to 99), so among signals of that prior fewer faults rule out more.
 pub const CLEAR_RATIO: f64 = 50.0;
 
 /// Probability that a comparison agrees although one of its ways is faulty.
 pub const ONE_SIDED: f64 = 0.5;
-/// How many of these count.
+/// At most this many such agreements count.
 pub const MOST_ONE_SIDED: u32 = 4;
-/// Probability that a comparison agrees although both ways are faulty, each by itself.
+/// Probability that a comparison agrees although both ways are faulty, independently.
 pub const BOTH_SIDED: f64 = 0.01;
 
-/// How probable a conflict is that only a wrong condition explains: as rare as a second fault.
+/// The probability of a conflict that only a wrong condition explains: as rare as a second fault.
 pub const BY_CONDITION: f64 = 0.01;
 
-/// Priors above this are taken for it: more faults than sound components are no explanation.
+/// Higher priors count as this: an explanation by more faulty than sound components makes no sense.
 const HIGHEST_PRIOR: f64 = 0.49;
 
-/// Most partial explanations of a part that are gone through.
+/// At most this many partial explanations of a part are examined.
 const MOST_PARTIAL: usize = 4_096;
 
-/// Most hypotheses times comparisons that are summed up for exact probabilities.
+/// At most this many products of hypotheses and comparisons are summed for exact probabilities.
 const MOST_SUMMED: usize = 1 << 20;
 
 /// Explains conflicts.
 ///
-/// Arguments: the comparisons; for each component its prior fault probability. Returns the parts of the conflicts, in
-/// the order of their first components. Beyond 4,096 partial explanations of a part, each of its signals is told as a
-/// candidate. Complexity: that many times the part's comparisons.
+/// Arguments: the comparisons, and for each component its prior fault probability. Returns the parts of the conflicts, in the
+/// order of their first components. Beyond 4,096 partial explanations of a part, each of its signals becomes a candidate.
+/// Complexity: that many times the part's comparisons.
 #[must_use]
 pub fn explain(comparisons: &[Comparison], prior: impl Fn(Component) -> f64) -> Vec<Part> {
     parts(comparisons)
@@ -112,11 +112,11 @@ pub fn explain(comparisons: &[Comparison], prior: impl Fn(Component) -> f64) -> 
         .collect()
 }
 
-/// The exact probability that each component of a part is faulty, in the order of [`Part::components`], given the conflicts,
-/// the agreements and the priors. `None` where that takes too many steps.
+/// The exact probability of a fault of each component of a part, in the order of [`Part::components`], given the conflicts, the
+/// agreements and the priors. `None` where that takes too many steps.
 ///
-/// Components that stand in the same comparisons are summed up as one. Complexity: O(2^n c) for n of these and c
-/// comparisons, at most 2^20.
+/// Components of the same comparisons are summed as one class. Complexity: O(2^n c) for n classes and c comparisons, at most
+/// 2^20.
 #[must_use]
 pub fn probabilities(
     comparisons: &[Comparison],
@@ -190,7 +190,7 @@ enum Touched {
 }
 
 impl Touched {
-    /// `alike`: by one component that is on both sides, which is no evidence.
+    /// `alike`: one faulty component is on both sides, so the agreement is no evidence.
     fn new(one: bool, other: bool, alike: bool) -> Touched {
         match (one, other) {
             _ if alike => Touched::Not,
@@ -225,7 +225,7 @@ fn odds(prior: f64) -> f64 {
     bounded(prior) / (1.0 - bounded(prior))
 }
 
-/// The components of conflicts that have to do with each other.
+/// The components of each group of connected conflicts.
 fn parts(comparisons: &[Comparison]) -> Vec<Vec<Component>> {
     let mut parts: Vec<BTreeSet<Component>> = Vec::new();
     for conflict in comparisons.iter().filter(|comparison| !comparison.agrees) {
@@ -240,7 +240,7 @@ fn parts(comparisons: &[Comparison]) -> Vec<Vec<Component>> {
     parts.into_iter().map(|part| part.into_iter().collect()).collect()
 }
 
-/// Each signal of a part as an explanation of its own: too much is wrong to tell.
+/// Each signal of a part as an explanation by itself: there are too many faults to tell.
 fn everyone(components: &[Component]) -> Vec<Candidate> {
     let signals = components.iter().filter(|component| matches!(component, Component::Signal(_)));
     signals.map(|&component| Candidate { components: Vec::from([component]), weight: 0.0 }).collect()
@@ -261,14 +261,14 @@ impl Id for Place {
 
 type PlaceSet = IdSet<Place>;
 
-/// A part with its components numbered from 0.
+/// A part whose components are numbered from 0.
 struct Local<'c> {
     components: &'c [Component],
     conflicts: Vec<Sides>,
     agreements: Vec<Sides>,
 }
 
-/// A comparison by places.
+/// A comparison, by the numbers of components.
 struct Sides {
     one: PlaceSet,
     other: PlaceSet,
@@ -277,7 +277,7 @@ struct Sides {
 }
 
 impl Sides {
-    /// Whether one of these is in one of the ways.
+    /// Whether one of the ways contains one of the given components.
     fn meet(&self, places: &PlaceSet) -> bool {
         places.meets(&self.one) || places.meets(&self.other)
     }
@@ -287,11 +287,11 @@ impl Sides {
 struct Found {
     places: PlaceSet,
     weight: f64,
-    /// Whether it explains some conflict only by what a condition reads.
+    /// Whether it explains some conflict only through a condition.
     by_condition: bool,
 }
 
-/// An explanation that may miss conflicts yet.
+/// An explanation that may still miss conflicts.
 #[derive(PartialEq)]
 struct Partial {
     prior: f64,
@@ -301,7 +301,7 @@ struct Partial {
 impl Eq for Partial {}
 
 impl Ord for Partial {
-    /// The more probable first; of equals that in file order.
+    /// The more probable one is greater; of equals, the one earlier in file order.
     fn cmp(&self, other: &Partial) -> Ordering {
         self.prior.total_cmp(&other.prior).then_with(|| other.places.iter().cmp(self.places.iter()))
     }
@@ -333,7 +333,7 @@ impl<'c> Local<'c> {
         local
     }
 
-    /// Minimal explanations by falling prior, until no other can come near the best; `None` when these are too many.
+    /// Minimal explanations by falling prior, until no other can come near the best; `None` when there are too many.
     fn candidates(&self, odds: &[f64]) -> Option<Vec<Candidate>> {
         let mut open = BinaryHeap::from([Partial { prior: 1.0, places: PlaceSet::new() }]);
         let mut seen: BTreeSet<PlaceSet> = BTreeSet::new();
@@ -348,7 +348,7 @@ impl<'c> Local<'c> {
             if steps > MOST_PARTIAL || open.len() > 16 * MOST_PARTIAL {
                 return None;
             }
-            // A part of it was more probable, so it was found before.
+            // A subset explains everything without a condition, and was found first, as it is more probable.
             if found.iter().any(|it| !it.by_condition && places.covers(&it.places)) {
                 continue;
             }
@@ -386,12 +386,12 @@ impl<'c> Local<'c> {
         Candidate { components, weight }
     }
 
-    /// The first conflict that nothing of these explains.
+    /// The first conflict that none of these components explains.
     fn first_missed(&self, places: &PlaceSet) -> Option<&Sides> {
         self.conflicts.iter().find(|sides| !sides.meet(places) && !places.meets(&sides.conditions))
     }
 
-    /// The first conflict that nothing of these explains but by a condition.
+    /// The first conflict that these components explain at most through a condition.
     fn first_by_condition(&self, places: &PlaceSet) -> Option<&Sides> {
         self.conflicts.iter().find(|sides| !sides.meet(places))
     }
@@ -405,7 +405,7 @@ impl<'c> Local<'c> {
             }))
     }
 
-    /// For each component the number of its class: those that stand in the same comparisons on the same sides.
+    /// The class number of each component: components of one class are on the same sides of the same comparisons.
     fn classes(&self) -> Vec<usize> {
         let comparisons = || self.conflicts.iter().chain(&self.agreements);
         let mut numbers: BTreeMap<Vec<[bool; 3]>, usize> = BTreeMap::new();

@@ -1,4 +1,4 @@
-//! Which component is faulty: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
+//! Diagnosis: disagreements as conflicts, hitting sets as explanations, their probabilities; verdicts over time.
 
 pub mod candidates;
 mod judge;

@@ -1,4 +1,4 @@
-//! Contracts in the loop: their evidence is read before anything goes out, and an operator may override them for a time.
+//! Contracts in the engine: their evidence is read before any value is published, and an operator may override them for a time.
 
 use super::instruments::Attested;
 use super::message::{EventKind, Output};
@@ -15,19 +15,19 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What the loop knows of contracts; only where a model has some.
+/// The contracts of a running engine; absent where no need demands anything.
 #[derive(Debug)]
 pub(super) struct Contracts {
     pub(super) assurance: Assurance,
-    /// Signals that have spoken since evidence was last read, and whether each has.
+    /// Signals with an observation since evidence was last read, and whether each signal has one.
     spoken: Vec<SignalId>,
     has_spoken: IdVec<SignalId, bool>,
-    /// What somebody has told.
+    /// Evidence that operators have told.
     pub(super) attested: Attested,
 }
 
 impl Contracts {
-    /// Those of a model; `None` where no need demands anything.
+    /// The contracts of a model; `None` where no need demands anything.
     pub(super) fn of(knowledge: &KnowledgeBase) -> Option<Box<Contracts>> {
         let assurance = Assurance::new(knowledge)?;
         let count = knowledge.signals().len();
@@ -39,7 +39,7 @@ impl Contracts {
         }))
     }
 
-    /// A signal has spoken.
+    /// Notes an observation of a signal.
     pub(super) fn hear(&mut self, signal: SignalId) {
         if !core::mem::replace(&mut self.has_spoken[signal], true) {
             self.spoken.push(signal);
@@ -48,7 +48,7 @@ impl Contracts {
 }
 
 impl Engine {
-    /// Reads the evidence that may have changed; whether a need may be served otherwise than before.
+    /// Reads the evidence that may have changed; returns whether other sources may be admissible now.
     pub(super) fn follow_evidence(&mut self, now: Time) -> bool {
         let Engine { contracts, knowledge, monitor, judge, providers, outputs, .. } = self;
         let Some(contracts) = contracts else { return false };
@@ -65,7 +65,7 @@ impl Engine {
         has_changed
     }
 
-    /// Lets the needs under contract look again at what may serve them.
+    /// Chooses the source of each need under contract again.
     pub(super) fn replan_under_contract(&mut self, now: Time) {
         let (providers, outputs, mut situation) = self.situation(now, None);
         situation.is_about_contracts = true;
@@ -74,7 +74,7 @@ impl Engine {
         }
     }
 
-    /// Overrides the contract of a need for a time, and tells it with the operator's reason.
+    /// Overrides the contract of a need for a time, and reports the override with the operator's reason.
     pub(super) fn override_contract(
         &mut self,
         order: &Order,
@@ -99,7 +99,7 @@ impl Engine {
         Ok(Some(reason))
     }
 
-    /// Goes on with an override from before a change or a restart, for what is left of its time.
+    /// Resumes an override from before a change of the model or a restart, for the rest of its time.
     pub(super) fn keep_override(
         &mut self,
         name: &str,
@@ -123,7 +123,7 @@ impl Engine {
         refused.map_or(Ok(()), |because| Err(Refusal::new(because, Reason::OverrideFirst)))
     }
 
-    /// Ends an override; whether there was one.
+    /// Ends an override; returns whether there was one.
     pub(super) fn end_override(&mut self, need: NeedId, now: Time) -> bool {
         let was_overridden = self.providers[need].overridden().is_some();
         if was_overridden {
@@ -140,7 +140,7 @@ impl Engine {
         self.outputs.push_back(Output::Event(Event { need: Some(need), ..event }));
     }
 
-    /// Takes a piece of evidence from somebody who says so: `contract/evidence`.
+    /// Takes a piece of evidence from an operator: `contract/evidence`.
     pub(super) fn attest(&mut self, name: &str, holds: bool) -> Result<Option<Reason>, Refusal> {
         let names = attestable(&self.knowledge);
         let Some(contracts) = self.contracts.as_mut().filter(|_| names.iter().any(|known| known == name))
@@ -153,7 +153,7 @@ impl Engine {
         Ok(Some(if holds { Reason::Attested { evidence } } else { Reason::Denied { evidence } }))
     }
 
-    /// What is in force of what operators have said of contracts.
+    /// The orders of operators about contracts that are in force.
     pub(super) fn orders_about_contracts(&self) -> impl Iterator<Item = Order> + '_ {
         let told = self.contracts.iter().flat_map(|contracts| &contracts.attested);
         let told = told.map(|(evidence, holds)| Order::Attest { evidence: evidence.clone(), holds: *holds });
@@ -167,7 +167,7 @@ impl Engine {
     }
 }
 
-/// What can be told, by name.
+/// The names of the evidence that an operator can tell.
 fn attestable(knowledge: &KnowledgeBase) -> Vec<String> {
     let of = |contract: &Contract| {
         let told = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);

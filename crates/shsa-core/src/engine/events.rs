@@ -33,7 +33,7 @@ fn event(
     Event { signal, relation, ..Event::new(time, kind, variable, because.into()) }
 }
 
-/// A signal that says nothing usable any more; what all who share it are absent with is named.
+/// The event of a signal that gives no usable value any more; a cause is named when every signal of the cause is absent.
 pub(super) fn absence(
     knowledge: &KnowledgeBase,
     monitor: &Monitor,
@@ -70,7 +70,7 @@ pub(super) fn absence(
     Event { symptom: Some(symptom), cause, ..event(knowledge, kind, about, because, now) }
 }
 
-/// The range of a signal's values; everything where it has none.
+/// The range of a signal's values; unbounded where the model gives none.
 fn range_of(knowledge: &KnowledgeBase, signal: SignalId) -> Range {
     let description = &knowledge.signals()[signal];
     Range::of(knowledge, description.variable, description.limits.range.unwrap_or(Interval::ENTIRE))
@@ -120,13 +120,13 @@ fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Rea
     }
 }
 
-/// A signal that speaks again and has done so for its probation.
+/// A signal that gives values again and has done so for its probation.
 pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: Span, now: Time) -> Event {
     let because = Reason::SpokenAgain { lasted: probation };
     event(knowledge, EventKind::Restored, Component::Signal(signal), because, now)
 }
 
-/// What decisions are told from.
+/// The state that decisions are explained from.
 pub(super) struct Scene<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) monitor: &'a Monitor,
@@ -135,13 +135,13 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Whether a pair is in conflict, and speaks against something.
+    /// Whether a pair is in conflict, and speaks against a component.
     fn is_against(&self, pair: &Residual, about: Component) -> bool {
         pair.relationship(self.now) == ResidualState::Conflict
             && self.judge.speaks_against(self.monitor, pair, about)
     }
 
-    /// The pairs that speak against something; where all are explained otherwise, those that disagree.
+    /// The pairs that speak against a component; where failures explain each of them, all its pairs in conflict.
     fn against(&self, about: Component) -> Vec<&Residual> {
         let is_conflict = |pair: &&Residual| {
             rests_on(self.monitor, pair, about) && pair.relationship(self.now) == ResidualState::Conflict
@@ -158,7 +158,7 @@ impl Scene<'_> {
     }
 }
 
-/// A change of verdict.
+/// The event of a change of verdict.
 pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
     let &Scene { knowledge, now, .. } = scene;
     match decision {
@@ -232,7 +232,7 @@ fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> E
     Event { symptom, cause: blame.cause, probability: blame.probability, ..about }
 }
 
-/// Probabilities below this are not told.
+/// Probabilities below this are not reported.
 const LEAST_TOLD: f64 = 0.0005;
 
 fn probability(knowledge: &KnowledgeBase, blame: &Blame) -> Reason {
@@ -255,7 +255,7 @@ fn shared(knowledge: &KnowledgeBase, cause: CauseId) -> (String, Vec<String>) {
     (cause.name.clone(), names.collect())
 }
 
-/// What makes a symptom, where the disagreements do not tell.
+/// What makes a symptom, where the disagreements do not show it.
 fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> Option<Reason> {
     match symptom {
         Symptom::Frozen => Some(Reason::SaidTheSame { lasted: now - monitor.frozen(signal).since() }),
@@ -270,7 +270,7 @@ fn traits(monitor: &Monitor, signal: SignalId, symptom: Symptom, now: Time) -> O
     }
 }
 
-/// Something that the operator vouches for; for a signal, perhaps because of what it shares.
+/// The event of a component that the operator vouches for; for a signal, perhaps because of a cleared common cause.
 pub(super) fn cleared_by_operator(
     knowledge: &KnowledgeBase,
     component: Component,
@@ -284,7 +284,7 @@ pub(super) fn cleared_by_operator(
     Event { cause, ..event(knowledge, EventKind::Restored, component, because, now) }
 }
 
-/// An accusation, as an event has told it.
+/// An accusation, as an event has reported it.
 pub(super) fn accusation(knowledge: &KnowledgeBase, event: &Event) -> Accusation {
     Accusation {
         since: event.time,
@@ -295,12 +295,12 @@ pub(super) fn accusation(knowledge: &KnowledgeBase, event: &Event) -> Accusation
     }
 }
 
-/// What cannot be done, or no more.
+/// The event of an order or remembered state that cannot be followed, or not any more.
 pub(super) fn refused(because: Reasons, now: Time) -> Event {
     Event::new(now, EventKind::Refused, None, because)
 }
 
-/// A signal that was accused before the knowledge base changed, and is not any more.
+/// The event of a component that was accused before the knowledge base changed, and is no longer accused.
 pub(super) fn judged_anew(
     knowledge: &KnowledgeBase,
     component: Component,
@@ -346,7 +346,7 @@ fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Residual, n
     })
 }
 
-/// What comparisons that agree one by one say together.
+/// What the comparisons of a pair say together while each of them agrees.
 fn together(
     knowledge: &KnowledgeBase,
     variable: VariableId,

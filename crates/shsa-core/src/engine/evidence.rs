@@ -1,4 +1,4 @@
-//! What speaks against a signal, what speaks for it, and what has nothing to say, at a moment.
+//! The evidence about a signal at a moment: what accuses the signal, what supports it, and what is silent.
 
 use super::{Engine, NeedStatus};
 use crate::diagnosis::{Component, Verdict};
@@ -12,40 +12,39 @@ use alloc::vec::Vec;
 /// All that the engine knows about the trust in one signal; ids are those of the engine's knowledge base.
 #[derive(Clone, Debug)]
 pub struct Evidence {
-    /// The signal that it is about.
+    /// The signal under examination.
     pub signal: SignalId,
-    /// When it was taken.
+    /// When the evidence was taken.
     pub time: Time,
-    /// What is thought of the signal.
+    /// The verdict on the signal.
     pub verdict: Verdict,
-    /// Why it gives no usable value; `None` when it does.
+    /// Why the signal gives no usable value; `None` when the signal gives one.
     pub absence: Option<Absence>,
-    /// Since when all evidence has spoken for it although it is accused.
+    /// Since when all evidence has supported the accused signal.
     pub clean_since: Option<Time>,
-    /// How long all evidence must speak for it before it is trusted again.
+    /// How long all evidence must support the signal before it is trusted again.
     pub probation: Span,
-    /// Whether it still says exactly what it said when it was accused: as long as it does, nothing clears it.
+    /// Whether the signal has repeated its value since the accusation: a frozen signal is not cleared.
     pub stands_still: bool,
-    /// Every comparison that it is part of, in the monitor's order.
+    /// Every comparison that the signal is part of, in the monitor's order.
     pub comparisons: Vec<Comparison>,
     /// Every other signal that is part of a [conflict](Comparison::is_conflict) with it, in file order.
     pub rivals: Vec<Rival>,
-    /// For every set of signals which is the part of a conflict that is not the signal: without it, each of these sets
-    /// holds another faulty signal.
+    /// For each conflict, its signals without the accused: if the accused is sound, each of these sets holds a faulty signal.
     pub otherwise: Vec<SignalSet>,
 }
 
 /// Two ways of knowing a variable, as they compare at a moment.
 #[derive(Clone, Debug)]
 pub struct Comparison {
-    /// Which pair of the monitor it is.
+    /// The index of the pair in the monitor.
     pub pair: usize,
-    /// What both know.
+    /// The variable that both ways know.
     pub variable: VariableId,
     /// The way that rests on the signal.
     pub own: Side,
-    /// The way that it is compared with; it rests on the signal, too, when the comparison [is](Self::bears_witness)
-    /// none with an independent witness.
+    /// The way compared with `own`; where it rests on the signal, too, the comparison [is](Self::bears_witness) no independent
+    /// witness.
     pub other: Side,
     /// The signals that the two rest on.
     pub signals: SignalSet,
@@ -53,30 +52,28 @@ pub struct Comparison {
     pub relationship: ResidualState,
     /// How many of the recent comparisons disagree, and how many there are.
     pub counts: (u32, u32),
-    /// What the comparisons say together where they agree one by one, and how much more, SI, the way that rests on the
-    /// signal has said on average.
+    /// What the comparisons say together where each of them agrees, and how much more, SI, `own` has said on average.
     pub together: Option<(Tendency, f64)>,
     /// When the present disagreement began; `None` when there is none.
     pub onset: Option<Time>,
     /// The values that last disagreed, SI: of the way that rests on the signal, and of the other one.
     pub disagreed: Option<(Interval, Interval)>,
-    /// What was last compared, as far as it is still known, SI: of the way that rests on the signal, and of the other one;
-    /// and when it was true.
+    /// The last compared values while they are kept, SI, `own` first; and when they were true.
     pub compared: Option<(Interval, Interval, Time)>,
-    /// Whether only one of the ways rests on the signal or what it comes from, and is computed from it.
+    /// Whether only `own` rests on the signal or its origins, and `own` is computed from the signal.
     pub bears_witness: bool,
-    /// Signals in it that have failed or are forbidden, the signal itself apart: they explain what it says.
+    /// Other signals of the comparison that have failed or are forbidden: they explain a disagreement.
     pub explained_by: SignalSet,
 }
 
 impl Comparison {
-    /// Whether it speaks against the signal: the two disagree, and no other signal that has failed explains it.
+    /// Whether the comparison accuses the signal: its ways disagree, and no other failed signal explains that.
     #[must_use]
     pub fn is_conflict(&self) -> bool {
         self.relationship == ResidualState::Conflict && self.explained_by.is_empty()
     }
 
-    /// Whether it speaks for the signal.
+    /// Whether the comparison supports the signal.
     #[must_use]
     pub fn is_support(&self) -> bool {
         self.relationship == ResidualState::Agree && self.bears_witness && self.explained_by.is_empty()
@@ -86,24 +83,24 @@ impl Comparison {
 /// One of the two ways of a comparison.
 #[derive(Clone, Debug)]
 pub struct Side {
-    /// Which way of the monitor it is.
+    /// The index of the way in the monitor.
     pub index: WayIndex,
     /// The way.
     pub way: Way,
-    /// Its signals with those that they are derived from.
+    /// The signals of the way, and the origins of these signals.
     pub rests_on: SignalSet,
     /// Its newest value, SI, and when it was true.
     pub newest: Option<(Time, Interval)>,
-    /// Why it says nothing, as far as a signal is the reason.
+    /// The signal because of which the way has no value, and why.
     pub mute: Option<(SignalId, Mute)>,
 }
 
-/// Why a signal has nothing to say.
+/// Why a signal has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mute {
-    /// It has never given a possible value.
+    /// The signal has never given a possible value.
     Never,
-    /// It has given one, but not of late.
+    /// The signal has given a value, but not of late.
     Absent(Absence),
 }
 
@@ -112,18 +109,18 @@ pub enum Mute {
 pub struct Rival {
     /// The signal.
     pub signal: SignalId,
-    /// What is thought of it.
+    /// The verdict on this rival.
     pub verdict: Verdict,
-    /// Conflicts of the accused that it is no part of, as places in [`Evidence::comparisons`]: it explains none of them.
+    /// Conflicts of the accused that do not contain this rival, as places in [`Evidence::comparisons`]: it explains none of them.
     pub not_in: Vec<usize>,
-    /// Comparisons without the accused in which an independent witness agrees with it.
+    /// Comparisons without the accused in which an independent witness supports this rival.
     pub supported: Vec<Comparison>,
-    /// Comparisons without the accused that have nothing to say about it: they could have told the two apart.
+    /// Comparisons without the accused that could tell the two apart, but are silent about this rival.
     pub unheard: Vec<Comparison>,
 }
 
 impl Engine {
-    /// What speaks about a signal at a moment, which is the present one or the one before the latest input.
+    /// The evidence about a signal at a moment, which is the present one or the one before the latest input.
     ///
     /// Complexity: O(pairs x rivals). Allocates; for explanations, not for the loop.
     #[must_use]
@@ -240,7 +237,7 @@ fn compared(slow: &WatchedWay, fast: &WatchedWay) -> Option<(Interval, Interval,
 }
 
 impl Rival {
-    /// Whether nothing tells it from the accused: it is part of all that speaks against the accused.
+    /// Whether this rival is part of every conflict of the accused, so that nothing tells the two apart.
     #[must_use]
     pub fn explains_all(&self) -> bool {
         self.not_in.is_empty()

@@ -1,7 +1,7 @@
-//! How estimators are driven beside the stages: what their inputs say goes in, what they compute comes in like any observation.
+//! How the engine drives estimators: observations of their inputs go in, their outputs come in like any observation.
 //!
-//! The estimators themselves are in `shsa-estimate`, above the core. What they say is told with the moment that it came of: once
-//! a moment, whatever the order of what was observed in it.
+//! The estimators are in `shsa-estimate`, above the core. Their outputs are taken once a moment, so that the order of the
+//! observations within a moment does not matter.
 
 use super::Engine;
 use super::Options;
@@ -11,31 +11,31 @@ use crate::observation::Observation;
 use crate::time::Time;
 use alloc::boxed::Box;
 
-/// What became of an input's measurements.
+/// How many measurements of an input were used, and why others were not.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Measurements {
-    /// Those that count.
+    /// Measurements that count.
     pub used: u64,
-    /// Those heard before.
+    /// Measurements heard before.
     pub duplicate: u64,
-    /// Those older than can be gone back to.
+    /// Measurements older than the estimator can go back.
     pub too_late: u64,
-    /// Those too far off, or no numbers.
+    /// Measurements too far off, or not numbers.
     pub rejected: u64,
-    /// Those of a signal that was not trusted.
+    /// Measurements of a signal that was not trusted.
     pub masked: u64,
-    /// Those whose stamp is further ahead of the reception than the horizon.
+    /// Measurements whose stamp is further ahead of the reception than the horizon.
     pub ahead: u64,
     /// How often the estimator was begun anew, for all inputs alike.
     pub restarts: u64,
 }
 
-/// An observation, and what is thought of it.
+/// An observation, and whether an estimator may use it.
 #[derive(Clone, Copy, Debug)]
 pub struct Heard<'o> {
-    /// What was observed.
+    /// The observation.
     pub observation: &'o Observation,
-    /// Whether the monitor has taken it in: what it has refused is no measurement.
+    /// Whether the monitor has accepted the observation: a refused observation is no measurement.
     pub is_kept: bool,
     /// Whether it says again what stands: no new measurement either, but nothing is wrong with it.
     pub is_repeated: bool,
@@ -45,22 +45,22 @@ pub struct Heard<'o> {
 
 /// The estimators of a knowledge base.
 pub trait Fuse: core::fmt::Debug + Send {
-    /// Hears what an input or a control says; of other signals nothing comes.
+    /// Takes an observation of an input or a control; ignores other signals.
     fn observe(&mut self, heard: Heard<'_>, now: Time);
 
-    /// Computes what is known at this moment.
+    /// Computes the outputs of this moment.
     fn settle(&mut self, now: Time);
 
-    /// What was computed, one by one: observations of the signals that it computes, received now.
+    /// The next computed observation, received now.
     fn poll(&mut self) -> Option<Observation>;
 
-    /// When something is to be told without any input.
+    /// When an output is due without any input.
     fn next_deadline(&self) -> Option<Time>;
 
-    /// Goes on with a changed knowledge base: what is still the same keeps its state.
+    /// Goes on with a changed knowledge base: unchanged fusions keep their state.
     fn reload(&mut self, knowledge: &KnowledgeBase, lineage: &Lineage);
 
-    /// What became of the measurements of an input of a fusion, by their places.
+    /// The counts of an input of a fusion, by their places.
     fn measurements(&self, fusion: usize, input: usize) -> Measurements;
 }
 
@@ -73,20 +73,20 @@ impl Engine {
         engine
     }
 
-    /// What became of the measurements of an input of a fusion, by their places; nothing without estimators.
+    /// The counts of an input of a fusion, by their places; zero without estimators.
     #[must_use]
     pub fn measurements(&self, fusion: usize, input: usize) -> Measurements {
         let estimators = self.estimators.as_ref();
         estimators.map(|it| it.measurements(fusion, input)).unwrap_or_default()
     }
 
-    /// Whether what is observed concerns estimators.
+    /// Whether the engine drives estimators.
     #[inline]
     pub(super) fn fuses(&self) -> bool {
         self.has_fusions && self.estimators.is_some()
     }
 
-    /// Lets the estimators hear an observation.
+    /// Hands an observation to the estimators.
     #[inline(never)]
     pub(super) fn let_hear(&mut self, observation: &Observation, observed: Observed, now: Time) {
         let is_trusted =
@@ -97,7 +97,7 @@ impl Engine {
         }
     }
 
-    /// Takes in what the estimators say now.
+    /// Takes the estimators' outputs of this moment.
     pub(super) fn fuse(&mut self, now: Time) {
         let Some(estimators) = &mut self.estimators else { return };
         estimators.settle(now);
@@ -106,7 +106,7 @@ impl Engine {
         }
     }
 
-    /// Goes on with the estimators of the engine before.
+    /// Takes over the estimators of the engine before.
     pub(super) fn inherit_estimators(&mut self, old: &mut Engine, lineage: &Lineage) {
         self.estimators = old.estimators.take();
         if let Some(estimators) = &mut self.estimators {

@@ -1,8 +1,7 @@
-//! What the engine itself measures for contracts: rate, age, width and value of signals and sources, how they have run, and
-//! what is thought of them.
+//! What the engine measures for contracts: rate, age, width, value, agreement, availability and verdict of signals and sources.
 //!
-//! Nothing of it is remembered here: a reading follows from what the monitor and the judge know, so it is right after a change
-//! of the model, too.
+//! Nothing is remembered here: a reading follows from the state of monitor and judge, so it is right after a change of the model,
+//! too.
 
 use crate::assurance::Reading;
 use crate::diagnosis::{Judge, Verdict};
@@ -18,15 +17,15 @@ use alloc::string::String;
 /// Evidence that somebody has told, by the contract and its name there: `speed/installed`.
 pub(super) type Attested = BTreeMap<String, bool>;
 
-/// So many gaps between values make a rate.
+/// A rate is measured over this many gaps between values.
 const GAPS: usize = 8;
 
-/// What evidence is read by.
+/// The state that evidence is read from.
 pub(super) struct Instruments<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) monitor: &'a Monitor,
     pub(super) judge: &'a Judge,
-    /// What somebody has told, where there are contracts.
+    /// Evidence that operators have told, where there are contracts.
     pub(super) attested: Option<&'a Attested>,
     pub(super) now: Time,
 }
@@ -35,18 +34,18 @@ pub(super) struct Instruments<'a> {
 #[derive(Clone, Copy)]
 struct Measured {
     value: Interval,
-    /// When the newest value that it rests on was true.
+    /// When the newest value behind the quantity was true.
     of: Validity,
     changes: Changes,
 }
 
-/// How a quantity changes while nothing comes.
+/// How a quantity changes while no value comes.
 #[derive(Clone, Copy)]
 enum Changes {
     Not,
-    /// It grows as time goes on.
+    /// The quantity is an age: it grows with time.
     Age,
-    /// It is so many values since a time.
+    /// The quantity is a rate: this many values since a time.
     Rate {
         count: f64,
         since: Time,
@@ -54,7 +53,7 @@ enum Changes {
 }
 
 impl Changes {
-    /// When a quantity has just passed a bound.
+    /// The first times at which a quantity has passed a bound.
     fn pass(self, of: Validity, bound: f64) -> [Time; 2] {
         match self {
             Changes::Not => [Time::MAX; 2],
@@ -65,7 +64,7 @@ impl Changes {
     }
 }
 
-/// Just after so many seconds, by more than what comparisons of bounds leave open.
+/// Just after this many seconds, by more than the tolerance of comparisons of bounds.
 fn after(since: Time, seconds: f64) -> Time {
     match seconds.is_finite() {
         true => since + Span::from_seconds(seconds * (1.0 + 4e-9)) + Span(1),
@@ -74,7 +73,7 @@ fn after(since: Time, seconds: f64) -> Time {
 }
 
 impl Instruments<'_> {
-    /// What is known of a piece of evidence of a contract, where a way serves.
+    /// The reading of a piece of evidence of a contract, where a way serves.
     ///
     /// Complexity: O(1), but for verdicts, agreement and availability: linear in the comparisons of the signal, and in the ways
     /// of its variable.
@@ -85,7 +84,7 @@ impl Instruments<'_> {
             EvidenceSource::Source(Measure::Verdict) => Reading::lasting(self.verdict_of(way)),
             EvidenceSource::Signal(signal, measure) => self.judged(watched, self.of_signal(signal, measure)),
             EvidenceSource::Source(measure) => {
-                // A signal that serves by itself is measured whether it is compared with others or not.
+                // A signal that serves by itself is measured even where the monitor does not watch its way.
                 let measured = match way.direct() {
                     Some(signal) => self.of_signal(signal, measure),
                     None => self.monitor.find(way).and_then(|index| self.of_way(index, measure)),
@@ -119,7 +118,7 @@ impl Instruments<'_> {
         way.inputs().map(|signal| self.verdict(signal)).min().unwrap_or(Truth::Unknown)
     }
 
-    /// Compares what was measured with where it must lie, as long as it counts.
+    /// Compares a measured quantity with its bounds, while the measurement is recent enough.
     fn judged(&self, watched: &Watched, measured: Option<Measured>) -> Reading {
         let (Some(measured), Some(within)) = (measured, watched.within) else { return Reading::UNKNOWN };
         let expires = watched.max_age.map_or(Time::MAX, |most| measured.of.to + most + Span(1));
@@ -169,7 +168,7 @@ impl Instruments<'_> {
         Some(Measured { value, of, changes: Changes::Age })
     }
 
-    /// Values a second, of the last ones, and of the one that is due where it is late. One value is no rate.
+    /// Values a second over the last gaps; an overdue value counts as a gap. One value has no rate.
     fn rate(&self, moment: impl Fn(usize) -> Option<Validity>) -> Option<Measured> {
         let newest = moment(0)?;
         let (gaps, oldest) = (1..=GAPS).rev().find_map(|back| Some((back as f64, moment(back)?)))?;

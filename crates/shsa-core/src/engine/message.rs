@@ -1,4 +1,4 @@
-//! What goes into the engine and what comes out of it.
+//! The inputs and outputs of the engine.
 
 use super::snapshot::Snapshot;
 use crate::assurance::Admitted;
@@ -13,51 +13,51 @@ use crate::time::{Time, Validity};
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// Everything that goes in.
+/// An input of the engine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Input {
     /// A bridge or a recording delivers a value.
     Observation(Observation),
-    /// Time has passed: silence is noticed by this.
+    /// Time has passed: a silence is noticed at a tick.
     Tick(Time),
     /// An operator orders something.
     Order {
-        /// When.
+        /// When the order comes in.
         time: Time,
-        /// What.
+        /// The order.
         order: Order,
     },
-    /// A run goes on from what was known before a restart.
+    /// A run goes on from the state before a restart.
     Restore {
-        /// When.
+        /// When the run goes on.
         time: Time,
-        /// What was known.
+        /// The state before the restart.
         snapshot: Box<Snapshot>,
     },
-    /// Who computes the source of a need for the engine says something.
+    /// A report of the process that computes the source of a need for the engine.
     Report {
-        /// When.
+        /// When the report comes in.
         time: Time,
         /// The need.
         need: NeedId,
-        /// What.
+        /// The report.
         report: Report,
     },
 }
 
-/// What somebody says who computes the source of a need for the engine.
+/// A report of a process that computes the source of a need for the engine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Report {
-    /// It computes this source from now on, which is still the present one. Tasks come by [`Output::Task`].
+    /// The process computes the present source from now on. Tasks come by [`Output::Task`].
     Ready {
         /// The number of the source, as [`Engine::delegation`](super::Engine::delegation) gives it.
         era: u64,
     },
-    /// It has done a task. Late ones are left unread.
+    /// The result of a task. Late results are ignored.
     Answer {
         /// The number of the task.
         number: u64,
-        /// The result; `None` when there is no value. The engine judges it like a value that it has computed itself.
+        /// The result; `None` when there is no value. The engine judges the result like a value of its own.
         result: Option<(PublishedValue, Validity)>,
     },
     /// The process has ended: from now on the engine computes the source itself, beginning with the newest open task.
@@ -65,7 +65,7 @@ pub enum Report {
 }
 
 impl Input {
-    /// When it comes in: of an observation, its reception.
+    /// When the input comes in: of an observation, the time of its reception.
     #[must_use]
     pub fn time(&self) -> Time {
         match self {
@@ -78,34 +78,34 @@ impl Input {
     }
 }
 
-/// Everything that comes out.
+/// An output of the engine.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Output {
     /// A decision, with its reason.
     Event(Event),
     /// A value of a need, to be published under the need's name.
     Publication(Publication),
-    /// Something to compute for a need whose source somebody else computes, who [reports](Input::Report).
+    /// A task for the process that computes the source of a need; its results come as [reports](Input::Report).
     Task {
         /// The need.
         need: NeedId,
         /// Ascending for each need.
         number: u64,
-        /// What.
+        /// The task.
         task: Task,
     },
     /// A new knowledge base has taken over at this moment: ids in what comes after this are its ids.
     Reloaded(Time),
 }
 
-/// What has been decided.
+/// The kinds of decisions.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EventKind {
     /// A signal may be faulty; others may be to blame instead.
     Suspected,
     /// A signal is faulty, and no other explains the evidence as well.
     Failed,
-    /// A signal says nothing any more.
+    /// A signal gives no usable value any more.
     Silent,
     /// A need is served from another source than before, because the source was lost.
     Substituted,
@@ -113,9 +113,9 @@ pub enum EventKind {
     Restored,
     /// No trusted source can serve a need.
     Unhealable,
-    /// The demands of a need, or a contract, forbid a source that would serve it. An order cannot be obeyed, or not any more. What
-    /// was known before a restart is about something that the model does not have. An operator has overridden a contract for a
-    /// time, or that time is over.
+    /// A refusal: the demands of a need, or a contract, forbid a source that would serve it; an order cannot be obeyed, or not
+    /// any more; remembered state is about an element that the model does not have; or an operator has overridden a contract for
+    /// a time, or that time is over.
     Refused,
 }
 
@@ -131,7 +131,7 @@ impl EventKind {
         EventKind::Refused,
     ];
 
-    /// What it is called in files and on screens.
+    /// The kind's name in files and on screens.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -153,28 +153,28 @@ pub struct Event {
     pub time: Time,
     /// What was decided.
     pub kind: EventKind,
-    /// The signal that it is about.
+    /// The signal that the event is about.
     pub signal: Option<SignalId>,
-    /// The variable, or the need's variable, that it is about.
+    /// The variable, or the need's variable, that the event is about.
     pub variable: Option<VariableId>,
-    /// The need that it is about: a variable may have several.
+    /// The need that the event is about: a variable may have several.
     pub need: Option<NeedId>,
     /// How the signal misbehaves, where the event accuses one.
     pub symptom: Option<Symptom>,
-    /// The relation that it is about, where it accuses or clears one: it no longer holds, or holds again.
+    /// The relation that the event accuses (it no longer holds) or clears (it holds again).
     pub relation: Option<RelationId>,
-    /// What the signal shares with others, where that is blamed.
+    /// The common cause that the event blames.
     pub cause: Option<CauseId>,
-    /// How probable it is that what the event accuses is faulty, where that could be computed.
+    /// How probable the fault of the accused component is, where that could be computed.
     pub probability: Option<f64>,
-    /// Which values disagreed, which alternatives there were, which limit was reached.
+    /// The evidence: values that disagreed, alternatives, limits that were reached.
     pub because: Reasons,
     /// What serves the need now.
     pub substitution: Option<ServedBy>,
 }
 
 impl Event {
-    /// About a variable; the rest is empty.
+    /// An event about a variable; the other fields are empty.
     #[must_use]
     pub fn new(time: Time, kind: EventKind, variable: Option<VariableId>, because: Reasons) -> Event {
         Event {
@@ -200,8 +200,8 @@ pub enum Quality {
     Good,
     /// From a substitute.
     Substitute,
-    /// Nothing that serves the need is trusted: the value is what enough of the candidates hold possible, or the last that was
-    /// trusted. Its bounds hold the truth; its middle means nothing.
+    /// From no trusted source: the value is what enough of the candidates hold possible, or the last trusted value. Its bounds
+    /// hold the truth; its middle means nothing.
     Uncertain,
 }
 
@@ -209,7 +209,7 @@ impl Quality {
     /// Every quality, the best first.
     pub const ALL: [Quality; 3] = [Quality::Good, Quality::Substitute, Quality::Uncertain];
 
-    /// What it is called in files.
+    /// The quality's name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -233,9 +233,9 @@ pub struct Publication {
     pub value: PublishedValue,
     /// Where it comes from.
     pub quality: Quality,
-    /// On which ground contracts let it go out, and at which level.
+    /// The ground of the admission by contracts, and the level.
     pub admitted: Admitted,
-    /// Whether somebody else than the engine has computed it.
+    /// Whether another process has computed the value.
     pub delegated: bool,
 }
 
@@ -244,6 +244,6 @@ pub struct Publication {
 pub enum PublishedValue {
     /// One number within an interval.
     Scalar(Interval),
-    /// A list of them.
+    /// One interval for each element.
     Vector(Vec<Interval>),
 }

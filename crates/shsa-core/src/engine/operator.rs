@@ -1,4 +1,4 @@
-//! What the names of an order stand for, and why it is refused.
+//! Resolves the names of an order, and explains a refusal.
 
 use crate::diagnosis::Component;
 use crate::knowledge::{KnowledgeBase, NeedId};
@@ -10,7 +10,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
 
-/// Why an order cannot be obeyed; nothing has changed.
+/// Why an order cannot be obeyed; a refused order changes nothing.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refusal {
     /// What is wrong.
@@ -24,13 +24,13 @@ impl Refusal {
         Refusal { reason: reason.into(), help: help.into() }
     }
 
-    /// There is nothing of a name: `reason` says what is missing.
+    /// The refusal of an unknown name: `reason` says what is missing.
     pub(super) fn unknown<'a>(
         reason: Reason,
         name: &str,
         known: impl Iterator<Item = &'a str> + Clone,
     ) -> Refusal {
-        /// So many names are a help.
+        /// At most this many names are suggested.
         const MOST_NAMED: usize = 8;
         let help = match nearest(name, known.clone()) {
             Some(near) => Reason::DidYouMean { name: near.to_owned() },
@@ -45,14 +45,14 @@ impl Refusal {
         Refusal::new(reason, help)
     }
 
-    /// Both, as an event tells them.
+    /// Reason and help, as an event reports them.
     pub(super) fn reasons(self) -> Reasons {
         self.reason.then(Joint::Next, self.help)
     }
 }
 
 impl fmt::Display for Refusal {
-    /// The codes; words are not for the core.
+    /// Writes the codes; texts are made outside the core.
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         let mut between = "";
         for reason in self.reason.iter().chain(self.help.iter()) {
@@ -75,7 +75,7 @@ impl Subject {
         }
     }
 
-    /// The component of this name; of a signal, the one that stands for its source.
+    /// The component of this name; for a signal, the one that represents its source.
     pub(super) fn find(&self, knowledge: &KnowledgeBase) -> Result<Component, Refusal> {
         match self {
             Subject::Signal(name) => {
@@ -120,7 +120,7 @@ pub(super) fn find_need(knowledge: &KnowledgeBase, name: &str) -> Result<NeedId,
     }
 }
 
-/// What a refusal of something that is known already says.
+/// The refusal of an order that is in force already.
 pub(super) fn already(order: &Order) -> Refusal {
     Refusal::new(Reason::AlreadyInForce { order: order.clone() }, Reason::NothingToDo)
 }

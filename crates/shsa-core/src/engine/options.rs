@@ -1,10 +1,10 @@
-//! How the engine is set.
+//! The settings of the engine.
 
 use crate::diagnosis::JudgeOptions;
 use crate::monitor;
 use crate::residual_selection::WatchBudget;
 
-/// Settings of the engine; the defaults are sound.
+/// Settings of the engine; the defaults are safe.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Options {
     /// What makes a conflict, and how many bad readings of a signal make a fault.
@@ -13,16 +13,16 @@ pub struct Options {
     pub judge: JudgeOptions,
     /// How many ways of knowing are compared.
     pub watch: WatchBudget,
-    /// What decides between sources of the same utility.
+    /// How sources of the same utility are ranked.
     pub ties: Ties,
 }
 
-/// What decides between sources of the same utility when one has to be chosen.
+/// How sources of the same utility are ranked when one has to be chosen.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Ties {
-    /// How they have run; what is not known stands between the proven right and the proven wrong.
+    /// By their record of agreement and availability; unknown ranks between proven right and proven wrong.
     #[default]
     Proven,
-    /// The order of the search: fewer relations, then the order of the file.
+    /// By the order of the search: fewer relations, then the order of the file.
     Order,
 }

@@ -1,4 +1,4 @@
-//! What serves each need after the loss of any one signal, made ready before it is lost.
+//! The sources of each need after the loss of any one signal, prepared before the loss.
 
 use super::ways::{Lost, Source, admitted_ways, preparation, ways, ways_of};
 use crate::assurance::Search;
@@ -9,11 +9,11 @@ use alloc::collections::BTreeMap;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-/// How many substitutions are made ready for all needs together: some tens of megabytes.
+/// At most this many substitutions are prepared for all needs together: some tens of megabytes.
 const MOST_READY: usize = 100_000;
 
-/// The sources of all needs with nothing lost and after single losses, within counted bounds; what is not ready, as
-/// after several losses that each make a difference, is searched for when it is asked for.
+/// The sources of all needs with nothing lost and after single losses, within counted bounds. Other cases, such as several losses
+/// that each matter, are searched for on demand.
 #[derive(Debug, Default)]
 pub(super) struct ReadySources {
     table: Contingency,
@@ -22,7 +22,7 @@ pub(super) struct ReadySources {
 }
 
 impl ReadySources {
-    /// Plans ahead.
+    /// Prepares the sources.
     pub(super) fn new(knowledge: &KnowledgeBase, graph: &Graph) -> ReadySources {
         ReadySources::of(
             knowledge,
@@ -31,7 +31,7 @@ impl ReadySources {
         )
     }
 
-    /// As [`ReadySources::new`], from what stood ready in the knowledge base before, whose graph was `before`.
+    /// As [`ReadySources::new`], from the sources of the knowledge base before, whose graph was `before`.
     pub(super) fn carried_over(
         self,
         before: &Graph,
@@ -43,7 +43,7 @@ impl ReadySources {
         ReadySources::of(knowledge, graph, table)
     }
 
-    /// Makes ready what the plans of a table stand for.
+    /// Prepares the sources from the plans of a table.
     fn of(knowledge: &KnowledgeBase, graph: &Graph, table: Contingency) -> ReadySources {
         let ready = IdVec::filled(knowledge.needs().len(), |_| BTreeMap::new());
         let demands = IdVec::filled(knowledge.needs().len(), |need| Demands::of(knowledge, need));
@@ -88,7 +88,7 @@ impl ReadySources {
         ready
     }
 
-    /// The ways of a plan of the table that meet what a need demands; where others might that are not in it, those of a search.
+    /// The ways of a plan of the table that meet the need's demands; where the table may lack some, the ways that a search finds.
     fn planned(
         &self,
         knowledge: &KnowledgeBase,
@@ -114,7 +114,7 @@ impl ReadySources {
         }
     }
 
-    /// What can serve a need without what is lost and meets what it demands, best first.
+    /// The sources that meet the demands of a need without the lost elements, best first.
     pub(super) fn sources(
         &self,
         knowledge: &KnowledgeBase,
@@ -156,8 +156,7 @@ impl ReadySources {
         admitted_ways(knowledge, graph, variable, &lost.with(barred), requirements, contracts).into()
     }
 
-    /// What would serve a need without what is lost rather than anything that meets its demands, best first, each with the
-    /// reasons why it must not.
+    /// The ways better than any that meets the need's demands, best first, each with the reasons why it must not serve.
     ///
     /// Complexity: that of one search.
     pub(super) fn refused(
@@ -178,11 +177,11 @@ impl ReadySources {
     }
 }
 
-/// What a need demands of what serves it.
+/// The demands of a need.
 #[derive(Debug)]
 struct Demands {
     requirements: Requirements,
-    /// What falls short on its own: for the need it is as if it were lost.
+    /// Elements that fall short on their own: for the need, they are as good as lost.
     barred: Lost,
 }
 
@@ -198,7 +197,7 @@ fn needed(knowledge: &KnowledgeBase) -> impl Iterator<Item = VariableId> + '_ {
     knowledge.needs().iter().map(|need| need.variable)
 }
 
-/// Whether some substitution starts from what a lost signal carries.
+/// Whether some substitution starts from a variable that a lost signal carries.
 fn starts_from(knowledge: &KnowledgeBase, plan: &Plan, lost: &[SignalId]) -> bool {
     let starts = |variable| {
         plan.substitutions.iter().any(|(substitution, _)| substitution.sources.contains(&variable))
@@ -254,7 +253,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever is lost, what stands ready is what a search gives; after a change of structure, too.
+        /// After any loss, the ready sources are those that a search finds; after a change of structure, too.
         #[test]
         fn what_stands_ready_is_what_is_searched_for(
             equations in prop::collection::vec((0..6_usize, 1..6_usize, 1..6_usize), 1..6),

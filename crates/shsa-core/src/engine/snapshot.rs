@@ -1,4 +1,4 @@
-//! What must outlast the process: names, so that a changed knowledge base can go on with what is still the same.
+//! The state that outlasts the process, by names, so that a changed knowledge base can go on with unchanged elements.
 
 use crate::diagnosis::Record;
 use crate::interval::Interval;
@@ -9,18 +9,18 @@ use crate::time::{Time, Validity};
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What an engine knows that evidence alone would not bring back: [`Engine::snapshot`](super::Engine::snapshot) takes it,
-/// [`Engine::restore`](super::Engine::restore) goes on from it. The recent comparisons are not part of it: they come again.
-/// What takes minutes to come together is: a drift would begin anew, and its culprit would pass for sound meanwhile.
+/// The state of an engine that new evidence would not bring back at once: [`Engine::snapshot`](super::Engine::snapshot) takes it,
+/// [`Engine::restore`](super::Engine::restore) restores it. Recent comparisons are left out: they come again. Trends of minutes
+/// are included: otherwise a drift would begin anew, and its culprit would pass for sound meanwhile.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Snapshot {
-    /// When it was taken.
+    /// When the snapshot was taken.
     pub time: Time,
-    /// Everything that was ever accused.
+    /// Every component that was ever accused.
     pub verdicts: Vec<Remembered>,
     /// Signals that give no usable value, or have only just come back.
     pub absences: Vec<Missing>,
-    /// What has come together over many comparisons.
+    /// The trends of pairs over many comparisons.
     pub trends: Vec<Trending>,
     /// The orders in force.
     pub orders: Vec<Order>,
@@ -28,38 +28,38 @@ pub struct Snapshot {
     pub needs: Vec<Served>,
 }
 
-/// What was thought of a signal or a relation.
+/// The record of a signal or a relation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Remembered {
-    /// What it is about.
+    /// The component.
     pub subject: Subject,
-    /// The verdict with what decides how it ends.
+    /// The verdict, and the facts that decide how the verdict ends.
     pub record: Record,
-    /// The accusation as it was told, while it stands.
+    /// The accusation as it was reported, while the component is accused.
     pub accusation: Option<Accusation>,
 }
 
 /// An accusation that stands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Accusation {
-    /// When it was told.
+    /// When the accusation was reported.
     pub since: Time,
-    /// How the signal misbehaves, as far as it shows.
+    /// How the signal misbehaves, as far as that is known.
     pub symptom: Option<Symptom>,
-    /// What the signal shares with others that is blamed, by name.
+    /// The common cause that is blamed, by name.
     pub cause: Option<String>,
-    /// How probable it is, where that could be computed.
+    /// How probable the accusation is, where that could be computed.
     pub probability: Option<f64>,
     /// The evidence.
     pub because: Reasons,
 }
 
-/// A signal that gives no usable value, or did not until shortly before.
+/// A signal without a usable value, or with one only since shortly before.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Missing {
-    /// Its name.
+    /// The signal's name.
     pub signal: String,
-    /// What is wrong; `None` when it speaks again and is not trusted yet.
+    /// What is wrong; `None` when the signal gives values again and is not trusted yet.
     pub absence: Option<Absence>,
 }
 
@@ -68,24 +68,24 @@ pub struct Missing {
 pub struct Trending {
     /// The variable.
     pub variable: String,
-    /// The way that was compared, in words.
+    /// The compared way, in words.
     pub way: String,
-    /// The way that it was compared with.
+    /// The other way, in words.
     pub other: String,
-    /// The numbers.
+    /// The sums of the trend.
     pub record: TrendRecord,
 }
 
 /// How a need is served.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Served {
-    /// The name under which it is published.
+    /// The name under which the need is published.
     pub need: String,
-    /// The source in words, as events tell it; `None` while nothing serves it.
+    /// The source in words, as events report it; `None` while nothing serves the need.
     pub source: Option<String>,
-    /// When the last switch was.
+    /// When the last switch happened.
     pub switched: Option<Time>,
-    /// Whether it has been told that nothing serves it.
+    /// Whether an event has reported that nothing serves the need.
     pub unserved: bool,
     /// The last published number; `None` for a vector.
     pub last: Option<Published>,
@@ -94,10 +94,10 @@ pub struct Served {
 /// A number that was published.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Published {
-    /// When.
+    /// When the number was published.
     pub time: Time,
-    /// When it was true.
+    /// When the number was true.
     pub validity: Validity,
-    /// What it was, SI.
+    /// The number, SI.
     pub value: Interval,
 }

@@ -1,12 +1,12 @@
-//! Which ticks an engine is given between two inputs: the one rule that recorded and live runs share.
+//! The ticks that an engine is given between two inputs: one rule for recorded and live runs.
 
 use super::{Engine, Input};
 use crate::time::{Span, Time};
 
-/// The ticks that fall due until a moment, in their order.
+/// The ticks that are due until a moment, in their order.
 ///
-/// Whoever drives an engine gives it these before an input of that moment. Each is asked for after the one before it has been
-/// given, as that may have put off what was due or let something new fall due.
+/// The driver of an engine gives it these ticks before an input of that moment. Each tick is asked for after the one before has
+/// been given, as a tick may change the next deadline.
 ///
 /// ```
 /// use shsa_core::engine::{Engine, Input, Options, Ticks};
@@ -22,26 +22,26 @@ use crate::time::{Span, Time};
 /// ```
 #[derive(Clone, Copy, Debug)]
 pub struct Ticks {
-    /// The first moment whose ticks do not count.
+    /// Ticks from this moment on are not due yet.
     end: Time,
     last: Option<Time>,
 }
 
 impl Ticks {
-    /// Those before a moment: a recorded input of that moment goes in before its tick.
+    /// The ticks before a moment: a recorded input of that moment goes in before its tick.
     #[must_use]
     pub fn before(moment: Time) -> Ticks {
         Ticks { end: moment, last: None }
     }
 
-    /// Those up to a moment and at it: all that has come of a live run by now has gone in.
+    /// The ticks up to and at a moment: in a live run, every earlier input has gone in by now.
     #[must_use]
     pub fn up_to(now: Time) -> Ticks {
         Ticks { end: now + Span(1), last: None }
     }
 
-    /// The next one, if any; never the same moment twice, so that asking ends. For drivers that do more with each than
-    /// [`Engine::pass`] does, such as writing it to a journal.
+    /// The next tick, if any; never the same moment twice, so that the loop ends. For drivers that do more with each tick than
+    /// [`Engine::pass`], such as journalling.
     #[must_use]
     pub fn next(&mut self, engine: &Engine) -> Option<Time> {
         let due = engine.next_deadline().filter(|due| *due < self.end && self.last != Some(*due))?;
@@ -51,7 +51,7 @@ impl Ticks {
 }
 
 impl Engine {
-    /// Lets time pass: gives itself all these ticks.
+    /// Lets time pass: handles all these ticks.
     pub fn pass(&mut self, mut ticks: Ticks) {
         while let Some(due) = ticks.next(self) {
             self.handle(Input::Tick(due));

@@ -1,4 +1,4 @@
-//! Which ways of knowing can serve a need.
+//! The ways of knowing that can serve a need.
 
 use crate::assurance::Search;
 use crate::computation::Computation;
@@ -8,23 +8,23 @@ use crate::substitution::Way;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// How many substitutions, and ways, of one variable are considered for a need.
+/// At most this many substitutions, and ways, of one variable are considered for a need.
 pub(super) const MOST: usize = 32;
 
-/// How many choices of signals of one substitution are asked whether they meet what is demanded.
+/// At most this many choices of signals of one substitution are checked against the demands.
 const MOST_CHOICES: usize = 256;
 
 /// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
 
-/// A way of serving a need, with its utility.
+/// A way that can serve a need, with its utility.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Source {
     pub(super) way: Way,
     pub(super) utility: f64,
 }
 
-/// What nothing may rest on, ascending.
+/// Elements that no source may rest on, ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Lost {
     pub(super) signals: Vec<SignalId>,
@@ -33,7 +33,7 @@ pub(super) struct Lost {
 }
 
 impl Lost {
-    /// These and others.
+    /// The union of two sets of lost elements.
     pub(super) fn with(&self, barred: &Lost) -> Lost {
         fn joined<T: Ord + Copy>(one: &[T], other: &[T]) -> Vec<T> {
             let all: BTreeSet<T> = one.iter().chain(other).copied().collect();
@@ -46,8 +46,8 @@ impl Lost {
     }
 }
 
-/// The ways of knowing a variable that can run without what is lost and meet what is demanded, best utility first, then in
-/// file order; last those that only go on from the variable's own last value.
+/// The ways of knowing a variable that run without the lost elements and meet the demands, best utility first, then in file
+/// order; last the ways that only go on from the variable's own last value.
 pub(super) fn ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -61,7 +61,7 @@ pub(super) fn ways(
     })
 }
 
-/// The same of those that contracts admit, pruned inside the search.
+/// The ways among these that contracts admit, pruned inside the search.
 pub(super) fn admitted_ways(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -87,11 +87,10 @@ fn without(lost: &Lost) -> Options {
     }
 }
 
-/// The best ways of a plan's substitutions without some lost signals (ascending) that are admitted, each with its own utility,
-/// best first.
+/// The best admitted ways of a plan's substitutions without some lost signals (ascending), each with its own utility, best first.
 ///
-/// No way has a higher utility than its substitution, so the ways of the next ones need not be asked for when they
-/// cannot be among the best any more.
+/// No way has a higher utility than its substitution. So the search ends at a substitution that cannot be among the best any
+/// more.
 pub(super) fn ways_of(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -99,7 +98,7 @@ pub(super) fn ways_of(
     lost: &[SignalId],
     is_admitted: impl Fn(&Way) -> bool,
 ) -> Vec<Source> {
-    // What others say of an input is there to bear witness: the output of its fusion knows more.
+    // A prediction of an input serves as a witness only: the output of its fusion knows more.
     let serves = |signal| knowledge.is_available(signal) && !knowledge.is_prediction(signal);
     let may_use = |signal| serves(signal) && lost.binary_search(&signal).is_err();
     let appraisal = Appraisal::new(graph, lost);
@@ -109,7 +108,7 @@ pub(super) fn ways_of(
             break;
         }
         let mut choices = Way::choices(knowledge, substitution, may_use, MOST_CHOICES);
-        // The choices differ in their signals only: one can run when all can.
+        // The choices differ in their signals only: all of them can run, or none.
         if !choices.first().is_some_and(|way| Computation::can_run(knowledge, way)) {
             continue;
         }
@@ -127,8 +126,7 @@ pub(super) fn ways_of(
     sources
 }
 
-/// What a table of plans must hold so that [`ways`] can be taken from it. Counted: some tenths of a second and tens of
-/// megabytes at the most.
+/// The bounds of a table of plans for [`ways`]. Counted: some tenths of a second and tens of megabytes at the most.
 pub(super) fn preparation() -> Preparation {
     Preparation { count: MOST, limits: LIMITS, work_each: 200_000, work: 2_000_000, ..Preparation::default() }
 }

@@ -1,19 +1,19 @@
-//! Temperatures on a scale with a zero of its own (`degC`, `degF`) are points: two have a difference and no sum.
+//! Temperatures on a scale with its own zero (`degC`, `degF`) are points: two of them have a difference and no sum.
 //!
-//! Each value has a *weight*: how many times the zero of such a scale is in it. A temperature has 1, a difference of
-//! temperatures 0, `a + b` 2, `(a + b) / 2` 1 again. A value may be used where its weight is what the place takes; so
-//! means and weighted sums are temperatures, and a sum or a multiple is none. A quantity in K may be an absolute
-//! temperature or a difference: its weight is 0 or 1, as it is used.
+//! Each value has a *weight*: how many times it contains the zero of such a scale. A temperature has 1, a difference of
+//! temperatures 0, `a + b` 2, `(a + b) / 2` 1 again. A value may be used where its weight is the required one; so means and
+//! weighted sums are temperatures, and a sum or a multiple is not. A quantity in K may be an absolute temperature or a
+//! difference: its weight is 0 or 1, depending on its use.
 
 use super::measure::Measure;
 use crate::unit::Dimension;
 
 const TEMPERATURE: Dimension = Dimension::of([0, 0, 0, 0, 1, 0, 0, 0, 0]);
 
-/// What rounding may make of a sum of weights: 0.1 + 0.2 + 0.7 is no exact 1.
+/// The rounding error of a sum of weights: 0.1 + 0.2 + 0.7 is not exactly 1.
 const ROUNDING: f64 = 1e-9;
 
-/// How many times the zero of a temperature scale is in a value: at least `lo`, at most `hi` times.
+/// How many times a value contains the zero of a temperature scale: at least `lo`, at most `hi` times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Weight {
     pub(super) lo: f64,
@@ -21,16 +21,16 @@ pub(super) struct Weight {
 }
 
 impl Weight {
-    /// Of everything that is no temperature, and of differences of temperatures.
+    /// The weight of everything that is no temperature, and of differences of temperatures.
     pub(super) const DIFFERENCE: Weight = Weight { lo: 0.0, hi: 0.0 };
-    /// Of a temperature on a scale with a zero of its own.
+    /// The weight of a temperature on a scale with its own zero.
     pub(super) const POINT: Weight = Weight { lo: 1.0, hi: 1.0 };
-    /// Of what counts in K: an absolute temperature or a difference.
+    /// The weight of a quantity in K: an absolute temperature or a difference.
     const EITHER: Weight = Weight { lo: 0.0, hi: 1.0 };
-    /// Of what has no unit: it is not checked.
+    /// The weight of a value without a unit: it is not checked.
     pub(super) const UNKNOWN: Weight = Weight { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
 
-    /// What a value of this measure has when nothing more is known.
+    /// The weight of a value of this measure when nothing more is known.
     pub(super) fn of(measure: Measure) -> Weight {
         match measure {
             Measure::Unknown => Weight::UNKNOWN,
@@ -55,7 +55,7 @@ impl Weight {
         self.lo.is_finite() && self.hi.is_finite()
     }
 
-    /// Both at once; `None` when they exclude each other.
+    /// The intersection of two weights; `None` when they exclude each other.
     pub(super) fn and(self, other: Weight) -> Option<Weight> {
         let both = Weight { lo: self.lo.max(other.lo), hi: self.hi.min(other.hi) };
         (both.lo <= both.hi + ROUNDING * (1.0 + both.hi.abs())).then_some(both)
@@ -65,7 +65,7 @@ impl Weight {
         self.and(weight).is_some()
     }
 
-    /// Whether it is a value that something can have: a temperature, or a difference.
+    /// Whether it is a possible weight of a value: a temperature, or a difference.
     pub(super) fn is_proper(self) -> bool {
         self.may_be(Weight::POINT) || self.may_be(Weight::DIFFERENCE)
     }

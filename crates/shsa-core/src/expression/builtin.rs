@@ -37,7 +37,7 @@ pub(super) enum Builtin {
     MovingMean,
 }
 
-/// By name, with the number of arguments, at least and at most, and how it is written.
+/// By name: the least and largest number of arguments, and the notation.
 pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
     ("sqrt", Builtin::Sqrt, 1, 1, "sqrt(x)"),
     ("exp", Builtin::Exp, 1, 1, "exp(x)"),
@@ -75,7 +75,7 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
 
 const MANY: usize = 1_000;
 
-/// The functions of the language: each with its name and how it is written.
+/// The functions of the language: each name and its notation.
 pub fn functions() -> impl Iterator<Item = (&'static str, &'static str)> {
     FUNCTIONS.into_iter().map(|(name, .., usage)| (name, usage))
 }
@@ -83,7 +83,7 @@ pub fn functions() -> impl Iterator<Item = (&'static str, &'static str)> {
 /// Words with a meaning besides the functions.
 pub const WORDS: [&str; 7] = ["pi", "dt", "true", "false", "and", "or", "not"];
 
-/// Whether a variable, constant or function of a model cannot have this name, because it has a meaning in formulas.
+/// Whether a name has a meaning in formulas, so that no element of a model can have it.
 #[must_use]
 pub fn is_reserved(name: &str) -> bool {
     WORDS.contains(&name) || FUNCTIONS.iter().any(|(function, ..)| *function == name)

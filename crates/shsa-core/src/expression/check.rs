@@ -1,4 +1,4 @@
-//! Looks up the names of a formula, writes out the model's functions, and checks shapes and units at every node.
+//! Resolves the names of a formula, expands the model's functions, and checks shapes and units at every node.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -37,22 +37,22 @@ impl Typed {
     }
 }
 
-/// An operand that is checked, and where it stands.
+/// A checked operand and its place.
 #[derive(Clone, Copy)]
 pub(super) struct Operand<'o> {
     pub(super) typed: &'o Typed,
     pub(super) at: &'o Expr,
 }
 
-/// A function of the model that is being written out.
+/// A function of the model that is being expanded.
 pub(super) struct Call {
     pub(super) function: String,
-    /// Where it is called in the outermost text; `None` when the body itself is that text.
+    /// The place of the call in the outermost text; `None` when the body itself is that text.
     pub(super) place: Option<Range<usize>>,
     pub(super) parameters: Vec<(String, Typed)>,
 }
 
-/// What all functions written out may cost in visited and copied nodes.
+/// The largest number of visited and copied nodes for the expansion of all functions.
 const MAX_WORK: usize = 10 * MAX_NODES;
 
 pub(super) struct Checker<'a> {
@@ -80,7 +80,7 @@ impl<'a> Checker<'a> {
         problems
     }
 
-    /// Notes a problem; inside a function of the model at the place where it is called.
+    /// Reports a problem; a problem inside a function of the model at the place of the call.
     pub(super) fn report(&mut self, problem: Problem) {
         let call = self.calls.iter().find_map(|call| Some((call.place.clone()?, &call.function)));
         self.problems.push(match call {
@@ -107,7 +107,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// The measure, or unknown with a note why.
+    /// The measure; a misfit is reported and becomes unknown.
     pub(super) fn noted(&mut self, span: &Range<usize>, measure: Result<Measure, Misfit>) -> Measure {
         measure.unwrap_or_else(|misfit| {
             self.note(span, Some(misfit));
@@ -131,7 +131,7 @@ impl<'a> Checker<'a> {
         self.note(&expression.span, measure::expect(what, typed.measure, wanted, expression));
     }
 
-    /// Counts work; `None` and a problem when there has been too much of it.
+    /// Counts work; `None` and a problem when there is too much of it.
     fn spend(&mut self, span: &Range<usize>, work: usize) -> Option<()> {
         self.work = self.work.saturating_add(work);
         if self.work > MAX_WORK || self.depth > MAX_DEPTH {
@@ -158,7 +158,7 @@ impl<'a> Checker<'a> {
         Some(Typed::of(formula, measure))
     }
 
-    /// Looks up and checks a node; `None` when it has an error that forbids to check what is around it.
+    /// Resolves and checks a node; `None` when an error prevents checking the nodes around it.
     pub(super) fn resolve(&mut self, expression: &Expr) -> Option<Typed> {
         self.spend(&expression.span, 1)?;
         self.depth += 1;
@@ -187,7 +187,7 @@ impl<'a> Checker<'a> {
         if unit.is_affine() { typed.weighing(Weight::POINT) } else { typed }
     }
 
-    /// A factor of a unit behind the first may have been meant as a variable.
+    /// Warns of a factor of a unit behind the first one that may be meant as a variable.
     fn warn_of_shadow(&mut self, span: &Range<usize>, unit: &Unit) {
         let text = unit.to_string();
         let names =
@@ -271,7 +271,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// A function of the model with its arguments in the places of the parameters.
+    /// The expansion of a function of the model, with its arguments.
     fn written_out(&mut self, span: &Range<usize>, function: &Function, arguments: &[Expr]) -> Option<Typed> {
         let (name, parameters) = (&function.name, &function.parameters);
         if self.calls.iter().any(|call| call.function == *name) {
@@ -291,22 +291,22 @@ impl<'a> Checker<'a> {
         typed
     }
 
-    /// A number or a vector.
+    /// Checks that an expression is a number or a vector.
     pub(super) fn numeric(&mut self, what: &str, expression: &Expr) -> Option<Typed> {
         self.shaped(what, expression, &[Shape::Scalar, Shape::Vector], "a number")
     }
 
-    /// A number.
+    /// Checks that an expression is a number.
     pub(super) fn scalar(&mut self, what: &str, expression: &Expr) -> Option<Typed> {
         self.shaped(what, expression, &[Shape::Scalar], "a number")
     }
 
-    /// A vector.
+    /// Checks that an expression is a vector.
     pub(super) fn vector(&mut self, what: &str, expression: &Expr) -> Option<Typed> {
         self.shaped(what, expression, &[Shape::Vector], "a vector")
     }
 
-    /// True or false.
+    /// Checks that an expression is true or false.
     pub(super) fn truth(&mut self, what: &str, expression: &Expr) -> Option<Typed> {
         self.shaped(what, expression, &[Shape::Truth], "true or false")
     }
@@ -328,7 +328,7 @@ impl<'a> Checker<'a> {
         self.error(&expression.span, format!("{what} takes {name}, not {}", described(shape)), help)
     }
 
-    /// A number that is known now.
+    /// Checks that an expression is a constant number.
     pub(super) fn constant(&mut self, what: &str, expression: &Expr) -> Option<(Constant, Typed)> {
         let typed = self.scalar(what, expression)?;
         if let Some(constant) = simplified(typed.formula.clone()).as_constant() {
@@ -338,7 +338,7 @@ impl<'a> Checker<'a> {
         None
     }
 
-    /// A constant span of time: with a unit, or in seconds.
+    /// Checks that an expression is a constant span of time, with a unit or in seconds.
     pub(super) fn span(&mut self, what: &str, expression: &Expr) -> Option<Span> {
         let (Constant { value, .. }, Typed { measure, .. }) = self.constant(what, expression)?;
         if measure != PLAIN && measure != Measure::Zero {

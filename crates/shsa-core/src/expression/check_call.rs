@@ -1,4 +1,4 @@
-//! Checks the functions of the language: their arguments' shapes and units, and what they make of them.
+//! Checks the functions of the language: the shapes and units of their arguments and results.
 
 use alloc::format;
 use alloc::string::ToString;
@@ -130,7 +130,7 @@ impl<'a> Checker<'a> {
         Some(self.made(span, Formula::node(Operation::Select, arguments), measure)?.weighing(weight))
     }
 
-    /// One vector, or two and more numbers.
+    /// Checks a reduction of one vector, or of two and more numbers.
     fn reduce(
         &mut self,
         span: &Range<usize>,
@@ -192,7 +192,7 @@ impl<'a> Checker<'a> {
         Some(self.made(span, formula, vector.measure)?.weighing(vector.weight))
     }
 
-    /// A constant place in a vector.
+    /// Checks a constant index of a vector.
     fn place(&mut self, expression: &Expr) -> Option<u32> {
         let (Constant { value, .. }, Typed { measure, .. }) =
             self.constant("the end of a slice", expression)?;
@@ -257,7 +257,7 @@ impl<'a> Checker<'a> {
         Some(self.made(span, formula, measure)?.weighing(weight))
     }
 
-    /// A constant, or `inf` with its sign, which counts in every unit.
+    /// Checks a constant bound, or `inf` with its sign, which fits every unit.
     fn bound(&mut self, expression: &Expr, outermost: f64) -> Option<(f64, Option<Typed>)> {
         let (is_negative, of) = match &expression.node {
             Node::Prefix(Prefix::Minus, of) => (true, &**of),
@@ -325,7 +325,7 @@ impl<'a> Checker<'a> {
     }
 }
 
-/// What a function does with a vector.
+/// The reduction that a function is.
 fn reduction(function: Builtin) -> Option<Reduction> {
     Some(match function {
         Builtin::Min => Reduction::Min,
@@ -340,7 +340,7 @@ fn reduction(function: Builtin) -> Option<Reduction> {
     })
 }
 
-/// A reduction of listed numbers, as plain arithmetic where it is that, so that it can be solved.
+/// A reduction of listed numbers; plain arithmetic where possible, so that it can be solved.
 fn of_list(how: Reduction, formulas: Vec<Formula>) -> Formula {
     let count = formulas.len() as f64;
     let chain = |binary, formulas: Vec<Formula>| {
@@ -367,7 +367,7 @@ fn over_ln_10(formula: Formula) -> Formula {
     Formula::binary(Binary::Div, formula, Formula::constant(constant))
 }
 
-/// The formula over the previous values of its symbols; `None` when it depends on more than those.
+/// The formula over the previous values of its symbols; `None` when it depends on more than these.
 fn before(formula: &Formula) -> Option<Formula> {
     match formula.operation() {
         Operation::Symbol(symbol) => Some(Formula::previous(symbol, formula.shape())),

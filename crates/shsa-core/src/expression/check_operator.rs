@@ -1,5 +1,5 @@
-//! Checks operators: the shapes and units of what they join, and that temperatures are used as points: where only a
-//! difference has a meaning, where two must have the same zero.
+//! Checks operators: the shapes and units of their operands, and the use of temperatures: where only a difference has a meaning,
+//! and where two must have the same zero.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -17,7 +17,7 @@ use crate::unit::Dimension;
 use alloc::vec;
 
 impl Typed {
-    /// Its value when it is a plain number that is known now.
+    /// The value, when it is a constant plain number.
     fn factor(&self) -> Option<f64> {
         let is_plain = self.measure == PLAIN || self.measure == Measure::Zero;
         let constant = is_plain.then(|| simplified(self.formula.clone()).as_constant()).flatten();
@@ -80,7 +80,7 @@ impl<'a> Checker<'a> {
         }
     }
 
-    /// Both sides checked by `how`, so that the problems of both are found.
+    /// Checks both sides by `how`, so that the problems of both are found.
     pub(super) fn both(
         &mut self,
         what: &str,
@@ -188,7 +188,7 @@ impl<'a> Checker<'a> {
 }
 
 impl Checker<'_> {
-    /// The weight of a sum, difference, product or quotient; `None` where its measure says all.
+    /// The weight of a sum, difference, product or quotient; `None` where its measure determines it.
     pub(super) fn combined(&mut self, infix: Infix, left: Operand<'_>, right: Operand<'_>) -> Option<Weight> {
         let (own, other) = (left.typed.weight, right.typed.weight);
         let plain = |typed: &Typed| typed.measure == PLAIN;
@@ -216,7 +216,7 @@ impl Checker<'_> {
         }
     }
 
-    /// The weight of what a reduction makes of several numbers.
+    /// The weight of a reduction of several numbers.
     pub(super) fn reduced(
         &mut self,
         span: &Range<usize>,
@@ -242,7 +242,7 @@ impl Checker<'_> {
                 let mut weight = first.typed.weight;
                 for one in pairs {
                     weight = self.same_zero(span, name, first, one);
-                    // what counts in K says less about the others than a temperature does
+                    // a quantity in K tells less about the zero of the others than a temperature does
                     first = if first.typed.weight == weight { first } else { one };
                 }
                 weight
@@ -250,7 +250,7 @@ impl Checker<'_> {
         }
     }
 
-    /// Reports a temperature where only an amount has a meaning; the weight to go on with.
+    /// Reports a temperature where only a difference has a meaning; returns the weight to go on with.
     pub(super) fn want_difference(&mut self, what: &str, typed: &Typed, at: &Expr) -> Weight {
         if typed.weight.may_be(Weight::DIFFERENCE) {
             return typed.weight;
@@ -264,7 +264,7 @@ impl Checker<'_> {
         Weight::UNKNOWN
     }
 
-    /// Reports what is neither a temperature nor a difference.
+    /// Reports a value that is neither a temperature nor a difference.
     pub(super) fn want_proper(&mut self, typed: &Typed, at: &Expr) {
         if !typed.weight.is_proper() {
             self.improper(typed.weight, at);
@@ -286,7 +286,7 @@ impl Checker<'_> {
         Weight::UNKNOWN
     }
 
-    /// What both sides of `what` (`=`, `<`, `min`, ...) have in common.
+    /// The common weight of both sides of `what` (`=`, `<`, `min`, ...).
     pub(super) fn same_zero(
         &mut self,
         span: &Range<usize>,
@@ -319,7 +319,7 @@ impl Checker<'_> {
         common.unwrap_or(Weight::UNKNOWN)
     }
 
-    /// A `0` without a unit is 0 K, which nobody means beside a temperature in degC.
+    /// Warns of a `0` without a unit, which is 0 K, beside a temperature in degC.
     fn warn_of_zero(&mut self, other: &Typed, at: &Expr) {
         if !other.weight.may_be(Weight::DIFFERENCE) {
             let problem = Problem::warning(at.span.clone(), "`0` without a unit is 0 K here");
@@ -328,7 +328,7 @@ impl Checker<'_> {
     }
 }
 
-/// The first number in it that is written in degC or degF, and its difference in K.
+/// The first number that is written in degC or degF, and its difference in K.
 fn temperature_in(expression: &Expr) -> Option<(String, f64)> {
     match &expression.node {
         Node::Number(value, Some(unit)) if unit.offset != 0.0 && *value != 0.0 => {
@@ -340,7 +340,7 @@ fn temperature_in(expression: &Expr) -> Option<(String, f64)> {
     }
 }
 
-/// The number as a quotient with a small divisor, when it is one.
+/// The number as a quotient with a small divisor, if it is one.
 fn as_ratio(value: f64) -> Option<(i32, i32)> {
     let is_whole = |value: f64| (libm::round(value) - value).abs() < 1e-9 && value.abs() < 1000.0;
     (1..=12)
@@ -348,7 +348,7 @@ fn as_ratio(value: f64) -> Option<(i32, i32)> {
         .map(|under| (libm::round(value * f64::from(under)) as i32, under))
 }
 
-/// Whether it is a number written without a unit.
+/// Whether the expression is a number without a unit.
 fn is_bare(expression: &Expr) -> bool {
     match &expression.node {
         Node::Number(_, unit) => unit.is_none(),

@@ -1,4 +1,4 @@
-//! Formulas, equations and functions of the model, with all that is to be said about them.
+//! Checked formulas, equations and functions of the model, with their problems.
 
 use super::affine::Weight;
 use super::check::{Call, Checker, Operand, Typed};
@@ -11,25 +11,25 @@ use super::{Scope, Symbol};
 use crate::unit::Dimension;
 use alloc::vec::Vec;
 
-/// A formula with all that is to be said about it.
+/// A checked formula, with its problems.
 #[derive(Clone, Debug)]
 pub struct Checked {
     /// The formula, simplified; `None` when there is an error.
     pub formula: Option<Formula>,
-    /// The dimension of its value; `None` when it is not known, or when it fits every unit (a literal 0).
+    /// The dimension of its value; `None` when unknown, or when it fits every unit (a literal 0).
     pub dimension: Option<Dimension>,
     /// Every error and warning, in the order of the text.
     pub problems: Vec<Problem>,
 }
 
-/// An equation with all that is to be said about it.
+/// A checked equation, with its problems.
 #[derive(Clone, Debug)]
 pub struct CheckedEquation {
     /// Both sides, simplified; `None` when there is an error.
     pub sides: Option<(Formula, Formula)>,
-    /// The dimension of both sides; `None` when it is not known.
+    /// The dimension of both sides; `None` when unknown.
     pub dimension: Option<Dimension>,
-    /// Whether both sides are temperatures on a scale with a zero of its own, of which a share has no meaning.
+    /// Whether both sides are temperatures on a scale with its own zero: a relative error has no meaning for them.
     pub is_affine: bool,
     /// Every error and warning, in the order of the text.
     pub problems: Vec<Problem>,
@@ -37,7 +37,7 @@ pub struct CheckedEquation {
 
 /// Checks a formula.
 ///
-/// Time: linear in the formula with the model's functions written out, whose number of nodes is bounded.
+/// Time: linear in the formula with the model's functions expanded, whose number of nodes is bounded.
 #[must_use]
 pub fn check(expression: &Expr, scope: &dyn Scope) -> Checked {
     let mut checker = Checker::new(scope);
@@ -76,7 +76,7 @@ pub fn check_equation(equation: &Equation, scope: &dyn Scope) -> CheckedEquation
 
 /// Checks a function of the model by itself, with parameters of unknown unit, once as numbers and once as vectors.
 ///
-/// Returns the problems of the better try; those with the arguments' own units show where it is called.
+/// Returns the problems of the better try; problems with the units of arguments show at the calls.
 #[must_use]
 pub fn check_function(function: &Function, scope: &dyn Scope) -> Vec<Problem> {
     let with = |shape| {

@@ -13,7 +13,7 @@ use super::program::{
 };
 
 impl Program {
-    /// Compiles assignments, each of which may use the variables of those before it; the last one is the output.
+    /// Compiles assignments, each of which may use the variables of earlier ones; the last one is the output.
     ///
     /// `previous(x)` of a variable that the program computes becomes an input ([`InputKind::Previous`]); of any other
     /// variable the program keeps the value itself. Equal terms are computed once.
@@ -28,9 +28,9 @@ impl Program {
 
 struct Compiler {
     program: Program,
-    /// Where the value of an operation on registers is already.
+    /// The registers that hold the values of operations on registers.
     known: BTreeMap<(Operation, Vec<Register>), Register>,
-    /// The variables that the program computes, all of them, and those that it has so far.
+    /// All variables that the program computes, and those computed so far.
     outputs: Vec<Symbol>,
     assigned: BTreeMap<Symbol, Register>,
 }

@@ -1,4 +1,4 @@
-//! Evaluates programs: no allocation, time bounded by the program's size and the longest vector.
+//! Evaluates programs without allocation, in a time bounded by the program's size and the longest vector.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -11,7 +11,7 @@ use super::registers::{Operand, Vectors, each, each_two, get, set};
 use crate::interval::Truth;
 use crate::time::{Time, Validity};
 
-/// What goes into a program and comes out of it. A vector without elements is a missing one.
+/// An input or output of a program. A vector without elements counts as missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Value<'a, N> {
     /// One number, or `MISSING`.
@@ -21,7 +21,7 @@ pub enum Value<'a, N> {
 }
 
 impl<N: Number> Value<'_, N> {
-    /// Whether there is no value.
+    /// Whether the value is missing.
     #[must_use]
     pub fn is_missing(&self) -> bool {
         match self {
@@ -30,7 +30,7 @@ impl<N: Number> Value<'_, N> {
         }
     }
 
-    /// The number, when it is one; missing when it is a vector.
+    /// The number; missing for a vector.
     #[must_use]
     pub fn scalar(&self) -> N {
         match self {
@@ -40,32 +40,32 @@ impl<N: Number> Value<'_, N> {
     }
 }
 
-/// What an evaluation gives.
+/// The result of an evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Outcome<'a, N> {
-    /// The output; missing when something it needs is missing or a condition is not certainly true.
+    /// The output; missing when an input of it is missing or a condition is not certainly true.
     pub value: Value<'a, N>,
-    /// When it holds: the time of the evaluation, back to the oldest sample of a `derivative` or the begin of a
-    /// `moving_mean` in it.
+    /// The validity of the output: the time of the evaluation, back to the oldest sample of a `derivative` or the begin of a
+    /// `moving_mean`.
     pub valid: Validity,
 }
 
-/// All that a program remembers and works with; made by [`Program::new_state`].
+/// The memory and the registers of a program; made by [`Program::new_state`].
 #[derive(Clone, Debug)]
 pub struct State<N> {
     scalars: Vec<N>,
     truths: Vec<Truth>,
     vectors: Vectors<N>,
     histories: Vec<History<N>>,
-    /// For medians: two numbers per element.
+    /// Working memory for medians: two numbers per element.
     scratch: Vec<f64>,
     max_vector_len: usize,
     last: Option<Validity>,
 }
 
 impl<N> State<N> {
-    /// Makes room for vectors of this length, and keeps what is there. Allocates only when they are longer than all
-    /// before, for the next power of two then.
+    /// Makes room for vectors of this length, and keeps the contents. Allocates only when they are longer than all before, for
+    /// the next power of two then.
     pub fn make_room(&mut self, vector_len: usize)
     where
         N: Number,
@@ -77,7 +77,7 @@ impl<N> State<N> {
         }
     }
 
-    /// Forgets everything that was evaluated before, as a new state.
+    /// Forgets all earlier evaluations, like a new state.
     pub fn reset(&mut self, program: &Program)
     where
         N: Number,
@@ -96,7 +96,7 @@ impl<N> State<N> {
     }
 }
 
-/// The time of an evaluation.
+/// The times of an evaluation.
 #[derive(Clone, Copy)]
 struct Moment {
     at: Validity,
@@ -105,8 +105,8 @@ struct Moment {
 }
 
 impl Program {
-    /// All that evaluations need, allocated once: for vectors of up to `max_vector_len` elements (longer ones count as
-    /// missing) and up to `max_rate` evaluations a second (of more, the time operators skip some).
+    /// A new state, allocated once: for vectors of up to `max_vector_len` elements (longer ones count as missing) and up to
+    /// `max_rate` evaluations a second (of more, the time operators skip some).
     #[must_use]
     pub fn new_state<N: Number>(&self, max_vector_len: usize, max_rate: f64) -> State<N> {
         let stride = if self.vector_count > 0 { max_vector_len.max(self.longest_list) } else { 0 };
@@ -133,15 +133,15 @@ impl Program {
         state
     }
 
-    /// Evaluates the program on its inputs (see [`Program::inputs`]) at a time; an input that is not given, or has
-    /// another shape, is missing.
+    /// Evaluates the program on its inputs (see [`Program::inputs`]) at a time; an input that is not given, or has another shape,
+    /// counts as missing.
     ///
-    /// `previous_at` is when the inputs of kind `Previous` were valid: `dt` is then their age. A program without
-    /// such inputs takes `dt` since its own last evaluation. Where `dt` is not positive it is missing. An evaluation
-    /// at the time of the last one, or before it (by the middles of the validities), changes no memory.
+    /// `previous_at` is when the inputs of kind `Previous` were valid: `dt` is then their age. In a program without such inputs,
+    /// `dt` is the time since its last evaluation. A `dt` that is not positive is missing. An evaluation at the time of the last
+    /// one, or before it (by the middles of the validities), changes no memory.
     ///
-    /// Time: bounded by the number of operations times the longest vector (medians: times its logarithm); time
-    /// operators look at no more than 2048 samples each. Allocates nothing.
+    /// Time: bounded by the number of operations times the longest vector (medians: times its logarithm); time operators read at
+    /// most 2048 samples each. Allocates nothing.
     pub fn evaluate<'s, N: Number>(
         &self,
         state: &'s mut State<N>,
@@ -332,7 +332,7 @@ impl<N: Number> State<N> {
         }
     }
 
-    /// The element at an index, rounded down; over an interval of indices what any of them may be.
+    /// The element at an index, rounded down; for an interval of indices the hull of the possible elements.
     fn element(&self, vector: Register, index: Register) -> N {
         let (vector, index) = (self.vector(vector), self.scalar(index).bounds());
         if index.is_empty() || index.hi() < 0.0 {

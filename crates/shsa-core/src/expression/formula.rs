@@ -1,4 +1,4 @@
-//! A formula whose names are looked up: a tree over symbols, in coherent SI units, simplified.
+//! Resolved formulas: trees over symbols, in coherent SI units, simplified.
 
 use alloc::vec;
 use alloc::vec::Vec;
@@ -11,15 +11,15 @@ use super::operation::{Binary, Comparison, Constant, Operation, Unary};
 pub enum Shape {
     /// One number.
     Scalar,
-    /// Several numbers; how many is known when it is evaluated.
+    /// Several numbers; how many is known only at the evaluation.
     Vector,
     /// True, false or unknown.
     Truth,
 }
 
-/// The largest formula in nodes, functions of the model written out.
+/// The largest number of nodes of a formula, with the model's functions expanded.
 pub const MAX_NODES: usize = 10_000;
-/// The deepest formula in nodes from the root to a leaf.
+/// The largest number of nodes from the root to a leaf.
 pub const MAX_LEVELS: usize = 200;
 
 /// A formula over symbols in SI.
@@ -27,7 +27,7 @@ pub const MAX_LEVELS: usize = 200;
 pub struct Formula {
     operation: Operation,
     shape: Shape,
-    /// Nodes, and nodes on the longest way to a leaf.
+    /// The number of nodes, and of nodes on the longest path to a leaf.
     size: usize,
     levels: usize,
     arguments: Vec<Formula>,
@@ -66,7 +66,7 @@ impl Formula {
         Formula::node(Operation::Compare(comparison), vec![left, right])
     }
 
-    /// A node of an operation that is no symbol; the shape follows from the arguments, which the caller has checked.
+    /// A node of an operation other than a symbol; the shape follows from the arguments, which the caller has checked.
     pub(super) fn node(operation: Operation, arguments: Vec<Formula>) -> Formula {
         let is_vector = arguments.iter().any(|argument| argument.shape == Shape::Vector);
         let shape = match operation {
@@ -82,7 +82,7 @@ impl Formula {
         Formula { operation, shape, size, levels, arguments }
     }
 
-    /// The same for a value that wraps after a whole turn: an `atan2` in it goes on beyond pi.
+    /// The formula for a value that wraps after a whole turn: its `atan2` continues beyond pi.
     #[must_use]
     pub fn around(self) -> Formula {
         match self.operation {
@@ -98,13 +98,13 @@ impl Formula {
         }
     }
 
-    /// Several numbers as one vector, in this order; the caller gives scalars.
+    /// Several scalars as one vector, in this order.
     #[must_use]
     pub fn list(elements: Vec<Formula>) -> Formula {
         Formula::node(Operation::List, elements)
     }
 
-    /// The same with the elapsed time (`dt`) as a variable of its own, for who knows it better than a program does.
+    /// The formula with the elapsed time (`dt`) as a variable, for callers that know this time better than a program.
     #[must_use]
     pub fn with_elapsed(self, symbol: Symbol) -> Formula {
         if self.operation == Operation::Elapsed {
@@ -119,24 +119,24 @@ impl Formula {
         if self.arguments.is_empty() { self.clone() } else { Formula::node(self.operation, arguments) }
     }
 
-    /// Its root and what is below, to make another formula of.
+    /// The arguments of the root, for another formula.
     pub(super) fn into_arguments(self) -> Vec<Formula> {
         self.arguments
     }
 
-    /// What the root does.
+    /// The operation of the root.
     #[must_use]
     pub fn operation(&self) -> Operation {
         self.operation
     }
 
-    /// What the root does it with.
+    /// The arguments of the root.
     #[must_use]
     pub fn arguments(&self) -> &[Formula] {
         &self.arguments
     }
 
-    /// The kind of its value.
+    /// The kind of the value.
     #[must_use]
     pub fn shape(&self) -> Shape {
         self.shape
@@ -148,17 +148,17 @@ impl Formula {
         self.size
     }
 
-    /// The number of nodes on the longest way to a leaf.
+    /// The number of nodes on the longest path to a leaf.
     pub(super) fn levels(&self) -> usize {
         self.levels
     }
 
-    /// Whether it is within [`MAX_NODES`] and [`MAX_LEVELS`].
+    /// Whether the formula is within [`MAX_NODES`] and [`MAX_LEVELS`].
     pub(super) fn is_bounded(&self) -> bool {
         self.size <= MAX_NODES && self.levels <= MAX_LEVELS
     }
 
-    /// Its value in SI when it is a constant.
+    /// The value in SI, if the formula is a constant.
     #[must_use]
     pub fn as_constant(&self) -> Option<Constant> {
         match self.operation {
@@ -167,12 +167,12 @@ impl Formula {
         }
     }
 
-    /// Whether it is exactly this number.
+    /// Whether the formula is exactly this number.
     pub(super) fn is(&self, value: f64) -> bool {
         self.as_constant().is_some_and(|constant| constant.is(value))
     }
 
-    /// The variables whose present value it uses, each once, in the order of their first use.
+    /// The variables whose present value the formula uses, each once, in the order of their first use.
     #[must_use]
     pub fn symbols(&self) -> Vec<Symbol> {
         let mut symbols = Vec::new();
@@ -186,7 +186,7 @@ impl Formula {
         symbols
     }
 
-    /// The variables whose previous value it uses, each once, in the order of their first use.
+    /// The variables whose previous value the formula uses, each once, in the order of their first use.
     #[must_use]
     pub fn previous_symbols(&self) -> Vec<Symbol> {
         let mut symbols = Vec::new();
@@ -200,7 +200,7 @@ impl Formula {
         symbols
     }
 
-    /// Whether its value depends on more than the present values of its symbols.
+    /// Whether the value depends on more than the present values of its symbols.
     #[must_use]
     pub fn is_stateful(&self) -> bool {
         let mut found = false;
@@ -208,7 +208,7 @@ impl Formula {
         found
     }
 
-    /// Whether it compares the present value of a variable, or something made of it.
+    /// Whether the formula compares the present value of a variable, or a term with it.
     #[must_use]
     pub fn compares(&self, symbol: Symbol) -> bool {
         let mut found = false;
@@ -226,7 +226,7 @@ impl Formula {
         count
     }
 
-    /// Whether it holds a number that is uncertain beyond rounding, so that two copies of it may differ in value.
+    /// Whether the formula contains a number that is uncertain beyond rounding, so that two copies of it may differ in value.
     pub(super) fn is_uncertain(&self) -> bool {
         let mut found = false;
         self.visit(&mut |node| {
@@ -253,12 +253,12 @@ pub(super) fn whole_power(base: Formula, exponent: i32) -> Formula {
 }
 
 impl Operation {
-    /// Whether its value depends on more than its arguments' present values.
+    /// Whether the value depends on more than the arguments' present values.
     pub(super) fn is_stateful(self) -> bool {
         matches!(self, Operation::Previous(_) | Operation::Elapsed) || self.recalls()
     }
 
-    /// Whether it remembers samples of its argument.
+    /// Whether the operation keeps samples of its argument.
     pub(super) fn recalls(self) -> bool {
         matches!(
             self,

@@ -1,8 +1,7 @@
-//! What the time operators remember: samples of their argument, a bounded number of them.
+//! The memory of the time operators: samples of their argument, of a bounded number.
 //!
-//! A sample is not kept when it follows the last kept one too closely: so the room always reaches back over the
-//! whole window, however fast the samples come. Samples without a value are not kept. Evaluations at the time
-//! of the last one or before it change nothing.
+//! A sample that follows the last kept one too closely is not kept, so that the memory covers the whole window at any rate.
+//! Samples without a value are not kept. Evaluations at the time of the last one or before it change nothing.
 
 use alloc::vec::Vec;
 
@@ -24,7 +23,7 @@ struct Sample<N> {
 #[derive(Clone, Debug)]
 pub(super) struct History<N> {
     operation: Operation,
-    /// A ring: the oldest one stands at `start` once it is full.
+    /// A ring: the oldest sample is at `start` once the ring is full.
     samples: Vec<Sample<N>>,
     start: usize,
     room: usize,
@@ -33,23 +32,23 @@ pub(super) struct History<N> {
     sum: N,
 }
 
-/// What a time operator gives, and since when that holds.
+/// The result of a time operator, and since when it is valid.
 pub(super) struct Recalled<N> {
     pub(super) value: N,
     pub(super) since: Option<Time>,
 }
 
-/// The middle of a validity; every sample's time where one moment is wanted.
+/// The middle of a validity, as the time of a sample.
 pub(super) fn middle(at: Validity) -> Time {
     Time(at.from.0 / 2 + at.to.0 / 2 + (at.from.0 % 2 + at.to.0 % 2) / 2)
 }
 
-/// The seconds from one validity to a later one: between their middles, with what they may be at least and at most.
+/// The seconds from one validity to a later one: between their middles, with the least and largest possible time.
 pub(super) fn elapsed(from: Validity, to: Validity) -> Constant {
     let at_least = (to.from - from.to).seconds().max(0.0);
     let at_most = (to.to - from.from).seconds().max(0.0);
     let value = (middle(to) - middle(from)).seconds();
-    // nanoseconds to floating-point seconds rounds twice
+    // the conversion from nanoseconds to floating-point seconds rounds twice
     let bounds = Interval::new(at_least.next_down().next_down().max(0.0), at_most.next_up().next_up());
     Constant { value, bounds: Interval::hull(bounds, Interval::point(value)) }
 }
@@ -62,7 +61,7 @@ fn uncertainty(at: Validity) -> Constant {
 }
 
 impl<N: Number> History<N> {
-    /// Allocates all that it will need for samples at up to `rate` per second.
+    /// Allocates the memory for samples at up to `rate` per second.
     pub(super) fn new(operation: Operation, rate: f64) -> History<N> {
         let window = match operation {
             Operation::Derivative(window) | Operation::Delay(window) | Operation::MovingMean(window) => {
@@ -88,13 +87,13 @@ impl<N: Number> History<N> {
         self.sum = N::MISSING;
     }
 
-    /// The operator's value for its argument's value now; remembers that when it is newer than the last.
+    /// The operator's result for its argument's present value; stores the value when it is newer than the last.
     pub(super) fn recall(&mut self, value: N, at: Validity, is_new: bool) -> Recalled<N> {
         let recalled = match self.operation {
             Operation::Derivative(window) => self.derivative(value, at, window),
             Operation::Delay(span) => Recalled { value: self.delay(value, at, span), since: None },
             Operation::MovingMean(window) => {
-                // A mean is true of its window, as a difference quotient is.
+                // A mean is valid over its window, like a difference quotient.
                 Recalled { value: self.moving_mean(value, at, window), since: Some(at.from - window) }
             }
             _ => Recalled { value: self.integral(value, at, is_new), since: None },
@@ -119,7 +118,7 @@ impl<N: Number> History<N> {
         }
     }
 
-    /// How many of the oldest samples are so, where none that is newer than one that is not is. Complexity: O(log samples).
+    /// How many of the oldest samples meet a condition that no sample meets after one that does not. Complexity: O(log samples).
     fn first_ones(&self, is_so: impl Fn(&Sample<N>) -> bool) -> usize {
         let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
         match older.partition_point(&is_so) {
@@ -128,7 +127,7 @@ impl<N: Number> History<N> {
         }
     }
 
-    /// The sample with a number, the oldest being 0.
+    /// The sample of a number, counted from the oldest as 0.
     fn numbered(&self, number: usize) -> Option<&Sample<N>> {
         let place = self.start + number;
         let count = self.samples.len();
@@ -150,12 +149,12 @@ impl<N: Number> History<N> {
         Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
     }
 
-    /// The value a span ago: between the last sample before and the first one after.
+    /// The value a span ago: interpolated between the samples before and after that time.
     fn delay(&self, value: N, at: Validity, span: Span) -> N {
         let now = Sample { at, value };
         let kept = self.first_ones(|sample| middle(sample.at) < middle(at));
         let count = kept + usize::from(!value.is_missing());
-        // The sample of now comes after those that are kept.
+        // The present sample comes after the kept ones.
         let numbered = |number: usize| if number < kept { self.numbered(number) } else { Some(&now) };
         let first_ones = |is_so: &dyn Fn(Time) -> bool| match self.first_ones(|it| is_so(middle(it.at))) {
             older if older < kept => older,
@@ -171,7 +170,7 @@ impl<N: Number> History<N> {
         (before..=after).filter_map(numbered).fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
-    /// The mean of the values that are younger than the window, this one among them; there is none before a window is over.
+    /// The mean of the values within the window, including the present one; missing before the first window is over.
     fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
         let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
         let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
@@ -190,9 +189,9 @@ impl<N: Number> History<N> {
         sum.binary(Binary::Div, N::constant(count))
     }
 
-    /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their
-    /// hull; the lengths are those between the middles of the times, and the uncertainty of the first and the
-    /// last time counts with the value there.
+    /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their hull. The
+    /// lengths are those between the middles of the times; the uncertainty of the first and the last time counts with the values
+    /// there.
     fn integral(&mut self, value: N, at: Validity, is_new: bool) -> N {
         if value.is_missing() {
             return N::MISSING;

@@ -1,4 +1,4 @@
-//! Formulas put into each other: how large the result is is counted before it is made.
+//! Inlines formulas into each other; the size of the result is counted before it is made.
 
 use super::Symbol;
 use super::formula::{Formula, MAX_LEVELS, MAX_NODES};
@@ -8,11 +8,11 @@ use alloc::vec::Vec;
 use core::slice::Iter;
 
 impl Formula {
-    /// With the variables that `definitions` define replaced by their formulas, those in turn by the definitions
-    /// before them: one formula of a whole substitution.
+    /// Replaces the variables that `definitions` define by their formulas, in which earlier definitions are replaced in turn: the
+    /// result is one formula of a whole substitution.
     ///
-    /// A variable stays a variable where the result would leave [`MAX_NODES`] or [`MAX_LEVELS`]; the previous value of
-    /// a variable stays as it is. Time: O(n log d) for n nodes in d definitions, and linear in the result.
+    /// A variable stays where the result would exceed [`MAX_NODES`] or [`MAX_LEVELS`]; previous values of variables stay. Time:
+    /// O(n log d) for n nodes in d definitions, and linear in the result.
     #[must_use]
     pub fn inline(&self, definitions: &[(Symbol, &Formula)]) -> Formula {
         let mut outlines = Outlines { all: Vec::with_capacity(definitions.len()), known: BTreeMap::new() };
@@ -23,12 +23,12 @@ impl Formula {
     }
 }
 
-/// A formula with symbols that are to be replaced, and the size that it has then.
+/// A formula with symbols to replace, and its size afterwards.
 struct Outline<'a> {
     formula: &'a Formula,
     size: usize,
     levels: usize,
-    /// For each symbol, from left to right, the outline that takes its place; nothing after the last that has one.
+    /// For each symbol, from left to right, the outline that replaces it; ends with the last replaced symbol.
     parts: Vec<Option<usize>>,
 }
 
@@ -41,7 +41,7 @@ struct Outlines<'a> {
 impl<'a> Outlines<'a> {
     fn add(&mut self, symbol: Symbol, formula: &'a Formula) {
         let outline = self.of(formula);
-        // Another name for what is known is that, so that a chain of names needs no stack.
+        // A second name of a known outline is that outline, so that a chain of names needs no stack.
         let is_name = matches!(formula.operation(), Operation::Symbol(_));
         let named = outline.parts.first().copied().flatten().filter(|_| is_name);
         let at = named.unwrap_or(self.all.len());
@@ -49,7 +49,7 @@ impl<'a> Outlines<'a> {
         self.all.push(outline);
     }
 
-    /// Everything replaced if that stays bounded, else nothing.
+    /// The outline with all symbols replaced if that stays bounded, else with none.
     fn of(&self, formula: &'a Formula) -> Outline<'a> {
         let mut count = Count { room: MAX_NODES.saturating_sub(formula.size()), parts: Vec::new() };
         let (size, levels) = self.count(formula, &mut count);
@@ -59,7 +59,7 @@ impl<'a> Outlines<'a> {
         }
     }
 
-    /// Nodes and levels of what a formula becomes.
+    /// The nodes and levels of a formula after the replacement.
     fn count(&self, formula: &Formula, count: &mut Count) -> (usize, usize) {
         if let Operation::Symbol(symbol) = formula.operation() {
             let part = self.known.get(&symbol).and_then(|&at| Some((at, self.all.get(at)?)));
@@ -78,7 +78,7 @@ impl<'a> Outlines<'a> {
 }
 
 struct Count {
-    /// How many nodes may be put in.
+    /// The number of nodes that may be added.
     room: usize,
     parts: Vec<Option<usize>>,
 }
@@ -92,7 +92,7 @@ impl Outline<'_> {
     }
 }
 
-/// As deep as what is written: what is no name has a level of its own.
+/// As deep as the result: each node other than a name has its own level.
 fn written(formula: &Formula, parts: &mut Iter<Option<usize>>, outlines: &Outlines) -> Formula {
     if matches!(formula.operation(), Operation::Symbol(_)) {
         let part = parts.next().copied().flatten().and_then(|at| outlines.all.get(at));

@@ -21,7 +21,7 @@ pub(super) enum Token {
     End,
 }
 
-/// The longer ones first.
+/// The symbols, longer ones first.
 const SYMBOLS: [&str; 19] =
     ["..", "<=", ">=", "==", "!=", "<", ">", "=", "+", "-", "*", "/", "^", "(", ")", "[", "]", ",", "·"];
 
@@ -35,7 +35,7 @@ impl<'a> Lexer<'a> {
         Lexer { text, at: 0 }
     }
 
-    /// The next token and its place; `End` for ever after the last one.
+    /// The next token and its place; always `End` after the last one.
     pub(super) fn next(&mut self) -> Result<(Token, Range<usize>), Problem> {
         let rest = from(self.text, self.at);
         let start = self.at + rest.len() - rest.trim_start().len();
@@ -80,7 +80,7 @@ fn from(text: &str, at: usize) -> &str {
     text.get(at..).unwrap_or("")
 }
 
-/// The length of the text's beginning whose characters all fulfil `is`.
+/// The length of the leading characters that all fulfil `is`.
 fn length_while(text: &str, is: impl Fn(char) -> bool) -> usize {
     text.find(|c| !is(c)).unwrap_or(text.len())
 }
@@ -98,7 +98,7 @@ fn is_fraction(text: &str) -> bool {
     text.strip_prefix('.').is_some_and(|rest| digits(rest) > 0)
 }
 
-/// The number at the beginning and its unit, and the length of both.
+/// The leading number and its unit, and the length of both.
 fn number(text: &str) -> Result<(Token, usize), Problem> {
     let length = number_length(text);
     let value: f64 = text.get(..length).and_then(|digits| digits.parse().ok()).unwrap_or(f64::NAN);
@@ -128,7 +128,7 @@ fn number_length(text: &str) -> usize {
     }
 }
 
-/// Where the unit behind a number stands, when there is one.
+/// The place of the unit behind a number, if there is one.
 fn unit_extent(text: &str) -> Option<Range<usize>> {
     let start = blanks(text);
     let mut end = match from(text, start).strip_prefix("1/") {

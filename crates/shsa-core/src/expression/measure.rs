@@ -1,4 +1,4 @@
-//! The rules of units: what a formula's node counts, and which units fit together.
+//! The rules of units: the measure of a formula's node, and which units fit together.
 
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -7,14 +7,14 @@ use super::problem::{Problem, Severity};
 use super::syntax::{Expr, Node};
 use crate::unit::Dimension;
 
-/// What the value of a node counts.
+/// The unit of a node's value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Measure {
-    /// A variable without a unit is in it: fits everything, and is not checked further.
+    /// The value involves a variable without a unit: it fits everything, and is not checked.
     Unknown,
     /// A literal zero: fits everything.
     Zero,
-    /// This.
+    /// A known dimension.
     Known(Dimension),
 }
 
@@ -51,7 +51,7 @@ impl Measure {
         }
     }
 
-    /// Both through `with`; unknown when one is; an error when an exponent leaves its range.
+    /// Combines two measures through `with`; unknown when one is unknown; an error when an exponent leaves its range.
     pub(super) fn combine(
         self,
         other: Measure,
@@ -63,7 +63,7 @@ impl Measure {
         with(left, right).map(Measure::Known).ok_or_else(beyond)
     }
 
-    /// The power `over / under` in lowest terms; `Err` with a warning when that is no unit.
+    /// The power `over / under` in lowest terms; `Err` with a warning when the result is no unit.
     pub(super) fn power(self, over: i32, under: i32) -> Result<Measure, Misfit> {
         let Measure::Known(dimension) = self else { return Ok(self) };
         if dimension == Dimension::PLAIN {
@@ -86,7 +86,7 @@ fn beyond() -> Misfit {
     )
 }
 
-/// The common measure of two sides of `what` (`+`, `=`, `min`, ...), or why there is none.
+/// The common measure of two sides of `what` (`+`, `=`, `min`, ...), or the misfit.
 ///
 /// A warning comes with the measure to go on with.
 pub(super) fn common(what: &str, left: Measure, right: Measure) -> (Measure, Option<Misfit>) {
@@ -115,8 +115,8 @@ pub(super) fn common(what: &str, left: Measure, right: Measure) -> (Measure, Opt
     (Measure::Unknown, Some(Misfit::error(message, help)))
 }
 
-/// A limit that is written without a unit, as in `abs(acceleration) > 0.2`: read in SI, with a warning. An angle is
-/// no such case, as degrees are too easily meant.
+/// Warns of a limit without a unit, as in `abs(acceleration) > 0.2`, which is read in SI. Angles are excluded, as degrees are too
+/// easily meant.
 pub(super) fn bare_limit(left: Measure, right: Measure) -> Option<Misfit> {
     let (Measure::Known(left), Measure::Known(right)) = (left, right) else { return None };
     let dimension = if left == Dimension::PLAIN { right } else { left };
@@ -128,7 +128,7 @@ pub(super) fn bare_limit(left: Measure, right: Measure) -> Option<Misfit> {
     })
 }
 
-/// Units that differ in radians only: right in most formulas of turning wheels, so accepted with a warning.
+/// The warning for units that differ in radians only, which is right in most formulas of turning wheels.
 fn radians(what: &str, own: Dimension, other: Dimension, difference: i16) -> Misfit {
     let power =
         if difference.abs() == 1 { "1 rad".to_string() } else { format!("(1 rad)^{}", difference.abs()) };
@@ -140,7 +140,7 @@ fn radians(what: &str, own: Dimension, other: Dimension, difference: i16) -> Mis
     }
 }
 
-/// Whether a measure is the one that `what` takes, or why it is not.
+/// The misfit of a measure when `what` takes another measure.
 pub(super) fn expect(what: &str, measure: Measure, wanted: Dimension, expression: &Expr) -> Option<Misfit> {
     let Measure::Known(dimension) = measure else { return None };
     if dimension == wanted {

@@ -26,7 +26,7 @@
 //! weights are constants that sum to 1 are temperatures; `t + u`, `2 * t` and `t / u` are errors. `t - 0 degC` is the
 //! difference from the zero of the scale, `t - 0 K` the absolute temperature. What is declared in K may be both.
 //!
-//! What has no value (a missing input, the root of a negative number, a division by zero) makes the result have none.
+//! A missing input, the root of a negative number, or a division by zero has no value, and neither has the result.
 
 mod problem;
 mod syntax;
@@ -76,24 +76,24 @@ use crate::unit::Unit;
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Symbol(pub u32);
 
-/// What is declared of a variable.
+/// The declaration of a variable.
 #[derive(Clone, Debug)]
 pub struct Kind {
     /// A number or a vector; a truth is no variable.
     pub shape: Shape,
-    /// Its unit; `None` is not checked.
+    /// The unit; `None` is not checked.
     pub unit: Option<Unit>,
     /// The bounds that its values never leave, in SI.
     pub range: Option<Interval>,
-    /// Its value in SI when it is a constant; it is written out in formulas.
+    /// The value in SI of a constant; it replaces the name in formulas.
     pub constant: Option<Constant>,
 }
 
-/// What the checker asks of a model.
+/// The declarations that the checker reads from a model.
 pub trait Scope {
     /// The variable or constant of this name.
     fn symbol(&self, name: &str) -> Option<Symbol>;
-    /// What is declared of it.
+    /// The declaration of a variable or constant.
     fn kind(&self, symbol: Symbol) -> Kind;
     /// The model's function of this name.
     fn function(&self, name: &str) -> Option<&Function>;

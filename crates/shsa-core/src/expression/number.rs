@@ -1,4 +1,4 @@
-//! What a program computes with: plain numbers, intervals, and whatever else can do these operations.
+//! The numbers of programs: plain numbers, intervals, and other types with the same operations.
 
 use core::fmt::Debug;
 
@@ -8,20 +8,19 @@ use core::f64::consts::PI;
 
 /// A kind of number that a program can be evaluated over.
 ///
-/// All operations are total; what has no value is [`Number::MISSING`], and an operation on a missing number is
-/// missing.
+/// All operations are total; a result without a value is [`Number::MISSING`], and so is any operation on a missing number.
 pub trait Number: Copy + Debug + PartialEq {
     /// No value.
     const MISSING: Self;
 
-    /// Of a constant of the formula.
+    /// The number for a constant of the formula.
     fn constant(constant: Constant) -> Self;
 
-    /// A number as it comes from outside or from an operation, missing when it is no finite number.
+    /// A number from an input or an operation; missing when it is not finite.
     #[must_use]
     fn admitted(self) -> Self;
 
-    /// Whether it has no value.
+    /// Whether the number has no value.
     fn is_missing(self) -> bool;
 
     /// A function of one number.
@@ -32,35 +31,32 @@ pub trait Number: Copy + Debug + PartialEq {
     #[must_use]
     fn binary(self, function: Binary, other: Self) -> Self;
 
-    /// A question about two numbers; unknown when one is missing.
+    /// A comparison of two numbers; unknown when one is missing.
     fn compare(self, comparison: Comparison, other: Self) -> Truth;
 
-    /// What it may be when it may be either of two: missing when one is, and over plain numbers unless both are
-    /// the same.
+    /// A number that may be either of two: missing when one is, and over plain numbers unless both are the same.
     #[must_use]
     fn hull(self, other: Self) -> Self;
 
-    /// What it may be when it is one of these, of which none is missing; over plain numbers missing unless all are
-    /// the same.
+    /// A number that may be any of these, none of which is missing; over plain numbers missing unless all are the same.
     fn either_of(numbers: impl Iterator<Item = Self>) -> Self;
 
-    /// This, as far as it is known that the truth lies between it and another sample: the hull of both over
-    /// intervals, this one over plain numbers.
+    /// This number, for a truth between it and another sample: the hull of both over intervals, this one over plain numbers.
     #[must_use]
     fn covering(self, other: Self) -> Self;
 
-    /// The mean over a time from this sample to the next: the hull of both over intervals.
+    /// The mean over the time from this sample to the next: the hull of both over intervals.
     #[must_use]
     fn between(self, next: Self) -> Self;
 
-    /// The part of it within the bounds.
+    /// The part of the number within the bounds.
     #[must_use]
     fn within(self, bounds: Interval) -> Self;
 
-    /// The least and the greatest value that it may have; empty when missing.
+    /// The smallest and the largest possible value; empty when missing.
     fn bounds(self) -> Interval;
 
-    /// The median of numbers of which none is missing; missing when there is none.
+    /// The median of numbers none of which is missing; missing for an empty list.
     ///
     /// `scratch` has room for twice as many numbers. Time: n log n.
     fn median(numbers: impl Iterator<Item = Self>, scratch: &mut [f64]) -> Self;
@@ -111,7 +107,7 @@ impl Number for f64 {
             Binary::Sub => self - other,
             Binary::Mul => self * other,
             Binary::Div => self / other,
-            // `f64::min` would pass a missing number over
+            // `f64::min` would ignore a missing number
             Binary::Min => {
                 if self <= other || self.is_nan() {
                     self
@@ -129,7 +125,7 @@ impl Number for f64 {
             // pow(1, NaN) and pow(NaN, 0) are numbers
             Binary::Pow if self.is_nan() || other.is_nan() || self < 0.0 => f64::NAN,
             Binary::Pow => libm::pow(self, other),
-            // a zero has no sign: below the negative axis is where only a number below zero is
+            // a zero has no sign here: only a number below zero is below the negative axis
             Binary::Atan2 | Binary::Bearing => {
                 if self == 0.0 && other == 0.0 {
                     f64::NAN
@@ -184,7 +180,7 @@ impl Number for f64 {
     }
 }
 
-/// A whole power; powers up to the fourth by products, which is exact more often and always monotone.
+/// A whole power; powers up to the fourth by products, which are exact more often and always monotone.
 fn power(base: f64, exponent: i32) -> f64 {
     match exponent {
         3 => base * base * base,
@@ -284,7 +280,7 @@ impl Number for Interval {
         self
     }
 
-    /// The median rises with each of its arguments, so its bounds are the medians of the bounds.
+    /// The median is monotone in each of its arguments, so its bounds are the medians of the bounds.
     fn median(numbers: impl Iterator<Item = Interval>, scratch: &mut [f64]) -> Interval {
         let (lows, highs) = scratch.split_at_mut(scratch.len() / 2);
         let mut count = 0;
@@ -297,13 +293,13 @@ impl Number for Interval {
     }
 }
 
-/// The angle of a point, all of whose values lie beside each other on the circle.
+/// The angle of a point, as one continuous range on the circle.
 fn bearing(y: Interval, x: Interval) -> Interval {
     let is_cut = x.hi() < 0.0 && y.contains(0.0);
     if is_cut { (-y).atan2(-x) + Interval::new(PI, PI.next_up()) } else { y.atan2(x) }
 }
 
-/// Monotone: the root of the part that is not negative, and for odd degrees of the mirrored rest.
+/// Monotone: the root of the non-negative part, and for odd degrees the mirrored root of the rest.
 fn interval_root(radicand: Interval, degree: i32) -> Interval {
     let exponent = Interval::point(1.0) / Interval::point(f64::from(degree));
     let root = |part: Interval| part.intersection(Interval::new(0.0, f64::INFINITY)).powf(exponent);
@@ -319,7 +315,7 @@ fn median(numbers: impl Iterator<Item = f64>, scratch: &mut [f64]) -> f64 {
     middle(scratch, count)
 }
 
-/// The median of the first `count` numbers, which are sorted by this.
+/// The median of the first `count` numbers; sorts them.
 fn middle(numbers: &mut [f64], count: usize) -> f64 {
     let Some(numbers) = numbers.get_mut(..count) else { return f64::NAN };
     numbers.sort_unstable_by(f64::total_cmp);

@@ -6,7 +6,7 @@ use super::Symbol;
 use crate::interval::Interval;
 use crate::time::Span;
 
-/// What a node of a resolved formula does with its arguments.
+/// The operation of a node of a resolved formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Operation {
     /// A number in SI, possibly uncertain.
@@ -31,7 +31,7 @@ pub enum Operation {
     Or,
     /// It is not true.
     Not,
-    /// The second where the first is true, else the third; both when that is unknown.
+    /// The second argument where the first is true, the third where it is false; both when it is unknown.
     Select,
     /// Numbers to a vector.
     List,
@@ -41,7 +41,7 @@ pub enum Operation {
     Index,
     /// The elements from the first place to before the second; `u32::MAX` is the end.
     Slice(u32, u32),
-    /// The part within the bounds of the constant; nothing when there is none.
+    /// The part within the bounds of the constant; missing when there is none.
     Within(Constant),
     /// The mean rate of change over a span.
     Derivative(Span),
@@ -58,9 +58,9 @@ pub enum Operation {
 pub enum Unary {
     /// The negative.
     Neg,
-    /// Without the sign.
+    /// The magnitude.
     Abs,
-    /// The greatest whole number that is not greater.
+    /// The largest whole number that is not larger.
     Floor,
     /// The square.
     Sqr,
@@ -70,7 +70,7 @@ pub enum Unary {
     Power(i32),
     /// A root of degree three or more; odd roots of negative numbers are negative.
     Root(i32),
-    /// e to its power.
+    /// The exponential function.
     Exp,
     /// The natural logarithm.
     Ln,
@@ -107,13 +107,13 @@ pub enum Binary {
     Max,
     /// The angle of the point (second, first) to the first axis.
     Atan2,
-    /// The same for what wraps: around the negative axis it goes on beyond pi instead of being all angles.
+    /// The same for a value that wraps: around the negative axis it continues beyond pi instead of becoming all angles.
     Bearing,
     /// The length of the hypotenuse.
     Hypot,
 }
 
-/// Questions about two numbers.
+/// Comparisons of two numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Comparison {
     /// `<`
@@ -131,21 +131,21 @@ pub enum Reduction {
     Min,
     /// The greatest of the elements that have a value.
     Max,
-    /// The sum; nothing when an element has no value.
+    /// The sum; missing when an element has no value.
     Sum,
     /// The mean of the elements that have a value.
     Mean,
-    /// The root of the sum of squares; nothing when an element has no value.
+    /// The root of the sum of squares; missing when an element has no value.
     Norm,
     /// The median of the elements that have a value; the mean of the middle two when their number is even.
     Median,
     /// The number of elements that have a value.
     Count,
-    /// The hull of the elements that have a value; over plain numbers the only one that has, else nothing.
+    /// The hull of the elements that have a value; over plain numbers the only such element, else missing.
     Either,
 }
 
-/// A number in SI: the value to compute with over plain numbers, and the bounds to compute with over intervals.
+/// A number in SI: a nominal value for plain numbers, and bounds for intervals.
 #[derive(Clone, Copy, Debug)]
 pub struct Constant {
     /// The nominal value, within the bounds.
@@ -161,13 +161,13 @@ impl Constant {
         Constant { value, bounds: Interval::point(value) }
     }
 
-    /// Some number between the bounds; its middle over plain numbers.
+    /// A number between the bounds; their middle over plain numbers.
     #[must_use]
     pub fn between(bounds: Interval) -> Constant {
         Constant { value: bounds.midpoint(), bounds }
     }
 
-    /// Whether its bounds are one number, or nearly: no wider than rounding makes them.
+    /// Whether the bounds are no wider than rounding makes them.
     #[must_use]
     pub fn is_certain(self) -> bool {
         self.bounds.width() <= 1e-12 * self.value.abs()
@@ -184,7 +184,7 @@ impl Constant {
     }
 }
 
-// Compared bit by bit, so that constants can be keys; what is numerically equal but written otherwise may differ.
+// Compared bit by bit, so that constants can be keys; numerically equal constants may differ.
 impl Ord for Constant {
     fn cmp(&self, other: &Constant) -> Ordering {
         let pairs = self.parts().into_iter().zip(other.parts());

@@ -20,16 +20,15 @@ use crate::unit::Unit;
 pub const MAX_TEXT: usize = 20_000;
 /// The deepest nesting of brackets, signs and powers.
 ///
-/// This and the other limits of depth keep recursion, unoptimised, within 1 MB of stack.
+/// This and the other depth limits keep recursion, unoptimised, within 1 MB of stack.
 pub const MAX_NESTING: usize = 64;
-/// The deepest tree of a formula; operators in a row make a tree as deep as there are operators.
+/// The deepest tree of a formula; a row of operators makes a tree as deep as their number.
 pub const MAX_DEPTH: usize = 150;
 
 /// Reads a formula.
 ///
 /// # Errors
-/// The first place where the text is no formula, or where it is too long or too deep.
-/// Time and space are linear in the text.
+/// The first place where the text is no formula, or is too long or too deep. Time and space are linear in the text.
 pub fn parse_expression(text: &str) -> Result<Expr, Problem> {
     let mut parser = Parser::new(text)?;
     let expression = parser.expression(0, 0)?;
@@ -58,7 +57,7 @@ pub fn parse_equation(text: &str) -> Result<Equation, Problem> {
 /// With the body read by [`parse_expression`] it makes a [`Function`](super::Function).
 ///
 /// # Errors
-/// The place where the text is no head; names that are taken or doubled.
+/// The place where the text is no head; names that are reserved or repeated.
 pub fn parse_function_head(head: &str) -> Result<(String, Vec<String>), Problem> {
     let mut parser = Parser::new(head)?;
     let (name, place) = parser.name("the function's name")?;
@@ -79,7 +78,7 @@ pub fn parse_function_head(head: &str) -> Result<(String, Vec<String>), Problem>
 pub struct Quantity {
     /// The number as written.
     pub value: f64,
-    /// The unit behind it, if any.
+    /// The unit behind the number, if any.
     pub unit: Option<Unit>,
 }
 
@@ -106,7 +105,7 @@ const PRODUCT: u8 = 5;
 const SIGN: u8 = 6;
 const POWER: u8 = 7;
 
-/// The operator with its binding power, when the token is one.
+/// The operator of a token and its binding power.
 fn infix(token: &Token) -> Option<(Infix, u8)> {
     let written = match token {
         Token::Symbol("·") => "*",
@@ -157,7 +156,7 @@ impl<'a> Parser<'a> {
         Ok(())
     }
 
-    /// Takes the symbol if it comes next; whether it did.
+    /// Takes the symbol if it comes next; returns whether it did.
     fn take(&mut self, symbol: &str) -> Result<bool, Problem> {
         let found = matches!(&self.token, Token::Symbol(next) if *next == symbol);
         if found {
@@ -180,7 +179,7 @@ impl<'a> Parser<'a> {
         Problem::error(self.span.clone(), message)
     }
 
-    /// Nothing may follow.
+    /// Checks that nothing follows.
     fn end(&mut self) -> Result<(), Problem> {
         let problem = match &self.token {
             Token::End => return Ok(()),
@@ -192,7 +191,7 @@ impl<'a> Parser<'a> {
         Err(problem)
     }
 
-    /// A name behind a term: a misspelt unit, or a product without its sign.
+    /// The problem of a name behind a term: a misspelt unit, or a product without its sign.
     fn stray_name(&self, name: &str) -> Problem {
         let problem = self.unexpected("an operator is missing");
         match Unit::parse(name) {
@@ -234,7 +233,7 @@ impl<'a> Parser<'a> {
         if expression.depth() > MAX_DEPTH { Err(too_deep(expression.span)) } else { Ok(expression) }
     }
 
-    /// Operators that bind at least as strongly as `least`.
+    /// Reads operators that bind at least as strongly as `least`.
     fn expression(&mut self, least: u8, depth: usize) -> Result<Expr, Problem> {
         if depth > MAX_NESTING {
             return Err(too_deep(self.span.clone()));
@@ -288,7 +287,7 @@ impl<'a> Parser<'a> {
         Ok(of)
     }
 
-    /// What stands between `[` and `]`.
+    /// Reads an index or a slice between `[` and `]`.
     fn index(&mut self, of: Expr, depth: usize) -> Result<Node, Problem> {
         let is_open = matches!(self.token, Token::Symbol(".."));
         let from = if is_open { None } else { Some(Box::new(self.expression(0, depth + 1)?)) };

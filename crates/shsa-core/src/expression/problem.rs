@@ -1,29 +1,29 @@
-//! What is wrong with a formula, and where.
+//! Problems of formulas, with their places.
 
 use alloc::borrow::ToOwned;
 use alloc::string::String;
 use core::fmt;
 use core::ops::Range;
 
-/// Whether a problem forbids to use the formula.
+/// How far a problem prevents the use of the formula.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Severity {
-    /// It is used as it is; good to know.
+    /// The formula can be used; the note is for information.
     Note,
-    /// It can be used, but look at it.
+    /// The formula can be used, but deserves a look.
     Warning,
-    /// It cannot be used.
+    /// The formula cannot be used.
     Error,
 }
 
-/// One thing that is wrong with a formula: found by reading, checking, solving or compiling it.
+/// A problem of a formula: found by parsing, checking, solving or compiling it.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Problem {
     /// Whether it forbids to use the formula.
     pub severity: Severity,
-    /// Where, in bytes of the formula's text.
+    /// The place, in bytes of the formula's text.
     pub span: Range<usize>,
-    /// What is wrong, in one sentence without a full stop.
+    /// The problem, in one sentence without a full stop.
     pub message: String,
     /// What to do about it.
     pub help: Option<String>,
@@ -42,13 +42,13 @@ impl Problem {
         Problem { severity: Severity::Warning, ..Problem::error(span, message) }
     }
 
-    /// The same with advice.
+    /// Adds help to a problem.
     #[must_use]
     pub fn with_help(self, help: impl Into<String>) -> Problem {
         Problem { help: Some(help.into()), ..self }
     }
 
-    /// The same with the nearest known name as advice, when there is one.
+    /// Adds the nearest known name as help, when there is one.
     #[must_use]
     pub(super) fn with_nearest(self, nearest: Option<&str>) -> Problem {
         let help = nearest.map(|name| ["did you mean `", name, "`?"].concat());

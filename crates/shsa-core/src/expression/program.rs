@@ -1,4 +1,4 @@
-//! A flat program over registers: what formulas are compiled to, and what is evaluated again and again.
+//! A flat program over registers, compiled from formulas and evaluated repeatedly.
 
 use alloc::vec::Vec;
 
@@ -15,28 +15,28 @@ pub const MAX_INSTRUCTIONS: usize = 50_000;
 pub struct Assignment<'a> {
     /// The variable.
     pub symbol: Symbol,
-    /// What it is computed by; it may use the variables assigned before.
+    /// The formula of its value, which may use the variables assigned before.
     pub formula: &'a Formula,
-    /// What must certainly be true for the program to give anything; it may use this variable and those before.
+    /// The condition that must certainly be true for the program to have an output; it may use this variable and those before.
     pub condition: Option<&'a Formula>,
 }
 
-/// What a program must be given for every evaluation.
+/// An input of a program, for every evaluation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Input {
     /// The variable.
     pub symbol: Symbol,
-    /// Which of its values.
+    /// Which value of the variable.
     pub kind: InputKind,
 }
 
 /// Which value of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum InputKind {
-    /// Its present value.
+    /// The present value.
     Current,
-    /// Its last trusted value: the program computes the variable and refers to its `previous(..)` value, which need
-    /// not be the one that the program has computed itself.
+    /// The last trusted value: the program computes the variable and uses its `previous(..)` value, which need not be the one
+    /// that the program computed itself.
     Previous,
 }
 
@@ -56,8 +56,8 @@ pub(super) struct Instruction {
     pub(super) result: Register,
 }
 
-/// A value that the next evaluation sees as the previous one. It is kept apart from where it is seen, so that an
-/// evaluation can give it out, and one that comes late does not change it.
+/// A value that the next evaluation uses as the previous one. It is stored apart from its register of use, so that an evaluation
+/// can return it and a late evaluation does not change it.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Retained {
     pub(super) current: Register,
@@ -67,11 +67,11 @@ pub(super) struct Retained {
 
 pub(super) const NONE: Register = Register::Scalar(u32::MAX);
 
-/// Assignments compiled for evaluation; independent of the kind of number.
+/// Compiled assignments; independent of the kind of number.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Program {
     pub(super) inputs: Vec<Input>,
-    /// Where the inputs go, in the same order.
+    /// The registers of the inputs, in the same order.
     pub(super) input_registers: Vec<Register>,
     pub(super) constants: Vec<(u32, Constant)>,
     pub(super) truths: Vec<(u32, bool)>,
@@ -85,7 +85,7 @@ pub struct Program {
     pub(super) elapsed: Option<u32>,
     pub(super) conditions: Vec<Register>,
     pub(super) output: Register,
-    /// How many registers of each kind there are.
+    /// The number of registers of each kind.
     pub(super) scalar_count: u32,
     pub(super) vector_count: u32,
     pub(super) truth_count: u32,
@@ -93,14 +93,14 @@ pub struct Program {
 }
 
 impl Program {
-    /// What every evaluation must be given, in this order.
+    /// The inputs of every evaluation, in this order.
     #[must_use]
     pub fn inputs(&self) -> &[Input] {
         &self.inputs
     }
 
-    /// Whether another program computes the same from inputs that `rename` gives other symbols: then a state of that
-    /// one is a state of this one. Time: linear in the programs.
+    /// Whether another program computes the same after `rename` gives its inputs other symbols: then both programs can use the
+    /// same state. Time: linear in the programs.
     #[must_use]
     pub fn is_renamed(&self, other: &Program, rename: impl Fn(Symbol) -> Option<Symbol>) -> bool {
         let renamed = |input: &Input| rename(input.symbol).map(|symbol| Input { symbol, ..*input });
@@ -116,20 +116,20 @@ impl Program {
         self.instructions.len()
     }
 
-    /// Whether it only passes an input or a constant on.
+    /// Whether the program only passes on an input or a constant.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.instructions.is_empty()
     }
 
-    /// Whether an evaluation depends on those before it.
+    /// Whether an evaluation depends on earlier ones.
     #[must_use]
     pub fn is_stateful(&self) -> bool {
         !self.retained.is_empty() || !self.memories.is_empty() || self.elapsed.is_some()
     }
 
-    /// Whether it does the same operations whatever its inputs are: no condition, no choice between values, nothing left
-    /// out of a vector because it is missing. Then it may be evaluated for many inputs at once.
+    /// Whether the operations do not depend on the inputs: there is no condition, no choice between values, and no omission of
+    /// missing elements. Then many inputs may be evaluated at once.
     #[must_use]
     pub fn is_branch_free(&self) -> bool {
         let is_plain = |instruction: &Instruction| match instruction.operation {
@@ -141,13 +141,13 @@ impl Program {
         self.conditions.is_empty() && self.instructions.iter().all(is_plain)
     }
 
-    /// Whether a `derivative` is in it: the output tells how something changes.
+    /// Whether the program contains a `derivative`: its output is a rate.
     #[must_use]
     pub fn is_rate(&self) -> bool {
         self.memories.iter().any(|operation| matches!(operation, Operation::Derivative(_)))
     }
 
-    /// The longest stretch of time that a `derivative` or a `moving_mean` in it is the mean over; zero without one.
+    /// The longest window of a `derivative` or `moving_mean` in the program; zero without one.
     #[must_use]
     pub fn longest_window(&self) -> Span {
         let windows = self.memories.iter().map(|operation| match operation {
@@ -157,7 +157,7 @@ impl Program {
         windows.max().unwrap_or(Span::ZERO)
     }
 
-    /// How far back its time operators look at most; integrals, which never forget, are not counted.
+    /// How far back the time operators look; integrals, which never forget, do not count.
     #[must_use]
     pub fn looks_back(&self) -> Span {
         let spans = self.memories.iter().map(|operation| match operation {
@@ -167,7 +167,7 @@ impl Program {
         spans.max().unwrap_or(Span::ZERO)
     }
 
-    /// Whether it is given the last trusted value of a variable, so that `dt` is the age of that value.
+    /// Whether an input is the last trusted value of a variable, so that `dt` is the age of that value.
     pub(super) fn takes_previous(&self) -> bool {
         self.inputs.iter().any(|input| input.kind == InputKind::Previous)
     }

@@ -1,4 +1,4 @@
-//! The registers that a program computes in: vectors of one greatest length, and access by place.
+//! The registers of a program: numbers, truths, and vectors of one maximal length.
 
 use super::number::Number;
 use super::operation::Binary;
@@ -6,11 +6,11 @@ use super::program::Register;
 use alloc::vec;
 use alloc::vec::Vec;
 
-/// Vectors of one greatest length, one behind the other.
+/// Vectors of one maximal length, one behind the other.
 #[derive(Clone, Debug)]
 pub(super) struct Vectors<N> {
     pub(super) elements: Vec<N>,
-    /// 0 is missing.
+    /// The lengths; 0 for a missing vector.
     pub(super) lengths: Vec<usize>,
     pub(super) stride: usize,
 }
@@ -83,8 +83,8 @@ impl<N: Number> Vectors<N> {
         }
     }
 
-    /// Computes the elements of one vector from those before it. A vector's arguments always have lower numbers:
-    /// the compiler numbers the registers as it makes them.
+    /// Computes the elements of one vector from earlier ones. A vector's arguments always have lower numbers, as the compiler
+    /// numbers the registers in the order of computation.
     pub(super) fn compute(&mut self, place: u32, f: impl FnOnce(&Below<'_, N>, &mut [N]) -> usize) {
         let start = place as usize * self.stride;
         let Some((elements, own)) = self.elements.split_at_mut_checked(start) else { return };
@@ -95,7 +95,7 @@ impl<N: Number> Vectors<N> {
     }
 }
 
-/// The vectors with lower numbers than the one that is computed.
+/// The vectors with lower numbers than the computed one.
 pub(super) struct Below<'a, N> {
     elements: &'a [N],
     lengths: &'a [usize],
@@ -128,7 +128,7 @@ pub(super) fn set<T>(registers: &mut [T], place: u32, value: T) {
     }
 }
 
-/// Applies a function to every element; the number of elements.
+/// Applies a function to every element; returns the number of elements.
 pub(super) fn each<N: Number>(own: &mut [N], operand: Operand<'_, N>, f: impl Fn(N) -> N) -> usize {
     let Operand::Vector(numbers) = operand else { return 0 };
     for (element, number) in own.iter_mut().zip(numbers) {

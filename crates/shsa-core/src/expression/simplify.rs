@@ -1,10 +1,9 @@
-//! Makes formulas simpler where that makes intervals tighter, and folds constants.
+//! Simplifies formulas where that makes intervals tighter, and folds constants.
 //!
-//! Interval arithmetic takes two uses of a variable for two variables: `x - x` over `[0, 1]` is `[-1, 1]`. So equal
-//! terms of sums and equal factors of products are collected: `x - x` becomes `0 * x`, `x * x` the square, `x / x`
-//! becomes `x^0`. Both keep their variable, because the result has no value where the variable has none; `x^0` is 1
-//! also at 0, where `x / x` is not defined. A number that is uncertain (`plusminus`) is drawn anew at each of its
-//! places and never collected with another.
+//! Interval arithmetic treats two uses of a variable as two variables: `x - x` over `[0, 1]` is `[-1, 1]`. So equal terms of sums
+//! and equal factors of products are collected: `x - x` becomes `0 * x`, `x * x` the square, `x / x` becomes `x^0`. Both keep
+//! their variable, because the result has no value where the variable has none; `x^0` is 1 also at 0, where `x / x` is not
+//! defined. An uncertain number (`plusminus`) is independent at each of its places and never collected with another.
 
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
@@ -27,7 +26,7 @@ pub(super) fn simplified(formula: Formula) -> Formula {
     folded(&formula).unwrap_or_else(|| rewritten(formula))
 }
 
-/// The constant that an operation on constants gives; `None` when it gives none.
+/// The constant result of an operation on constants; `None` when there is none.
 fn folded(formula: &Formula) -> Option<Formula> {
     let constants: Option<Vec<Constant>> = formula.arguments().iter().map(Formula::as_constant).collect();
     let constant = match (formula.operation(), constants?.as_slice()) {
@@ -52,7 +51,7 @@ fn joined(value: f64, bounds: Interval) -> Option<Constant> {
     (value.is_finite() && bounds.is_bounded()).then_some(Constant { value, bounds })
 }
 
-/// The root rewritten, the arguments being simple already.
+/// Rewrites the root of a formula with simplified arguments.
 fn rewritten(formula: Formula) -> Formula {
     match (formula.operation(), formula.arguments()) {
         (Operation::Unary(unary), [of]) => of_one(unary, of).unwrap_or(formula),
@@ -102,7 +101,7 @@ fn of_not(of: &Formula) -> Option<Formula> {
     }
 }
 
-/// Without the zeros and ones that change nothing, and with signs drawn into sums.
+/// Removes zeros and ones without effect, and moves signs into sums.
 fn neutral(formula: Formula) -> Formula {
     let (Operation::Binary(binary), [left, right]) = (formula.operation(), formula.arguments()) else {
         return formula;
@@ -133,7 +132,7 @@ fn negative(formula: Formula) -> Formula {
     }
 }
 
-/// What a negated formula is the negative of.
+/// The argument of a negation.
 fn positive_of(formula: &Formula) -> Option<&Formula> {
     (formula.operation() == Operation::Unary(Unary::Neg)).then(|| formula.arguments().first()).flatten()
 }

@@ -1,8 +1,7 @@
 //! Solves an equation for a variable that occurs once in it: operation by operation from the root to the variable.
 //!
-//! Where an operation has several inverses, the bounds of what stands inside (from the declared ranges of the
-//! variables) tell which branches there are; several become `either(..)` of `within(..)`, over intervals
-//! the hull of those that can be.
+//! Where an operation has several inverses, the bounds of the inner term (from the declared ranges of the variables) select the
+//! possible branches; several branches become `either(..)` of `within(..)`, over intervals their hull.
 
 use alloc::format;
 use alloc::string::String;
@@ -26,12 +25,12 @@ const NOT_NEGATIVE: Interval = Interval::new(0.0, f64::INFINITY);
 
 /// The formula of `wanted` that follows from the equation.
 ///
-/// Uses of `wanted` inside `previous(..)` do not count: they are state. Where both sides use it, or one side several
-/// times, equal terms are collected first (`x + x = y` gives `y / 2`).
+/// Uses of `wanted` inside `previous(..)` do not count: they are state. Where both sides use `wanted`, or one side several times,
+/// equal terms are collected first (`x + x = y` gives `y / 2`).
 ///
 /// # Errors
-/// The first error of the equation; why it cannot be solved for `wanted`, at the place where `wanted` occurs.
-/// Time: linear in the size of the equation.
+/// The first error of the equation, or the reason why it cannot be solved for `wanted`, at the place of `wanted`. Time: linear in
+/// the size of the equation.
 pub fn solve(equation: &Equation, wanted: Symbol, scope: &dyn Scope) -> Result<Formula, Problem> {
     let checked = check_equation(equation, scope);
     let error = checked.problems.into_iter().find(|problem| problem.severity == Severity::Error);
@@ -99,7 +98,7 @@ impl Solver<'_> {
         }
     }
 
-    /// What the wanted variable in `side` must be for `side` to equal `target`.
+    /// The formula of the wanted variable for which `side` equals `target`.
     fn inverted(&self, side: &Formula, target: Formula) -> Result<Formula, Obstacle> {
         let (mut side, mut target) = (side, target);
         loop {
@@ -168,7 +167,7 @@ impl Solver<'_> {
         }
     }
 
-    /// `target` or its negative, as far as what stands inside can be either.
+    /// `target` or its negative, or both, by the bounds of the inner term.
     fn of_even(&self, of: &Formula, target: Formula) -> Result<Formula, Obstacle> {
         let range = self.bounds(of);
         if range.lo() >= 0.0 {
@@ -232,7 +231,8 @@ impl Solver<'_> {
         Ok(solved)
     }
 
-    /// Sine, cosine, tangent: the principal branch when the inside cannot leave it, else all that it can reach.
+    /// The inverse of sine, cosine or tangent: the principal branch if the inner term stays within it, else all possible
+    /// branches.
     fn of_wave(&self, unary: Unary, of: &Formula, target: Formula) -> Result<Formula, Obstacle> {
         let (inverse, principal) = match unary {
             Unary::Sin => (Unary::Asin, widened(-FRAC_PI_2, FRAC_PI_2)),
@@ -288,7 +288,7 @@ impl Solver<'_> {
         Ok(Formula::node(Operation::Reduce(Reduction::Either), vec![Formula::node(Operation::List, within)]))
     }
 
-    /// What a formula can be at most, as the declared ranges of its variables allow.
+    /// The bounds of a formula, from the declared ranges of its variables.
     fn bounds(&self, formula: &Formula) -> Interval {
         let below: Vec<Interval> = formula.arguments().iter().map(|argument| self.bounds(argument)).collect();
         match (formula.operation(), below.as_slice()) {
@@ -336,7 +336,7 @@ fn within(formula: Formula, range: Interval) -> Formula {
     Formula::node(Operation::Within(Constant::between(range)), vec![formula])
 }
 
-/// With room for the rounding of angles that are written in degrees.
+/// An interval with room for the rounding of angles written in degrees.
 fn widened(lo: f64, hi: f64) -> Interval {
     Interval::new(lo - 1e-9, hi + 1e-9)
 }

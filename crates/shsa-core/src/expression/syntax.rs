@@ -7,12 +7,12 @@ use core::ops::Range;
 
 use crate::unit::Unit;
 
-/// A formula as it was written; names are not looked up yet.
+/// A formula as it was written; names are not resolved yet.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Expr {
-    /// What it is.
+    /// The kind of node.
     pub node: Node,
-    /// Where it stands, in bytes of the text.
+    /// The place, in bytes of the text.
     pub span: Range<usize>,
     depth: usize,
 }
@@ -24,7 +24,7 @@ pub enum Node {
     Number(f64, Option<Unit>),
     /// A variable, a parameter, or a constant such as `pi`.
     Name(String),
-    /// A function and its arguments; `if` is one too.
+    /// A function and its arguments; `if` counts as one, too.
     Call(String, Vec<Expr>),
     /// A sign before a term.
     Prefix(Prefix, Box<Expr>),
@@ -77,7 +77,7 @@ pub enum Infix {
 }
 
 impl Infix {
-    /// As it is written.
+    /// The operator's notation.
     #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
@@ -97,7 +97,7 @@ impl Infix {
         }
     }
 
-    /// All that formulas are read with.
+    /// All operators of the parser.
     pub const ALL: [Infix; 13] = [
         Infix::Or,
         Infix::And,
@@ -116,7 +116,7 @@ impl Infix {
 }
 
 impl Prefix {
-    /// How it is written.
+    /// The operator's notation.
     #[must_use]
     pub const fn symbol(self) -> &'static str {
         match self {
@@ -125,7 +125,7 @@ impl Prefix {
         }
     }
 
-    /// All that formulas are read with.
+    /// All operators of the parser.
     pub const ALL: [Prefix; 2] = [Prefix::Minus, Prefix::Not];
 }
 
@@ -141,11 +141,11 @@ pub struct Equation {
 /// A function of the model: `name(parameters): body`.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Function {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// The names of its parameters, all different.
+    /// The names of the parameters, all different.
     pub parameters: Vec<String>,
-    /// What it computes from them; spans count in the body's text.
+    /// The formula of the result; spans count in the body's text.
     pub body: Expr,
 }
 
@@ -155,12 +155,12 @@ impl Expr {
         Expr { node, span, depth: deepest + 1 }
     }
 
-    /// The number of nodes on the longest way from here to a leaf.
+    /// The number of nodes on the longest path from here to a leaf.
     pub(super) fn depth(&self) -> usize {
         self.depth
     }
 
-    /// Where a name is used, in the order of the text.
+    /// The places of a name, in the order of the text.
     #[must_use]
     pub fn places_of(&self, name: &str) -> Vec<Range<usize>> {
         let own = matches!(&self.node, Node::Name(own) if own == name).then(|| self.span.clone());

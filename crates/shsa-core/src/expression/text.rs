@@ -7,7 +7,7 @@ use super::Symbol;
 use super::formula::Formula;
 use super::operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
 
-/// How strongly the root of a text binds; as in the parser.
+/// The binding powers of a text's root, as in the parser.
 const OR: u8 = 1;
 const AND: u8 = 2;
 const NOT: u8 = 3;
@@ -21,8 +21,8 @@ const ATOM: u8 = 9;
 impl Formula {
     /// The formula as text with the variables' names; its numbers are in SI.
     ///
-    /// The text can be read again, with the variables without units, and gives the same values up to the bounds of
-    /// rounded constants. Time and length are linear in the formula's size.
+    /// The text can be parsed again, with the variables without units, and gives the same values up to the bounds of rounded
+    /// constants. Time and length are linear in the formula's size.
     #[must_use]
     pub fn to_text(&self, name: &dyn Fn(Symbol) -> String) -> String {
         let mut writer = Writer { text: String::new(), name };
@@ -134,7 +134,7 @@ impl Writer<'_> {
     }
 
     fn call(&mut self, operation: Operation, arguments: &[Formula]) {
-        // a list stands only below a reduction, which writes it
+        // a list occurs only below a reduction, which writes it
         let arguments = match (operation, arguments) {
             (Operation::Reduce(_), [list]) if list.operation() == Operation::List => list.arguments(),
             _ => arguments,
@@ -169,7 +169,7 @@ impl Writer<'_> {
     }
 }
 
-/// How strongly the root binds.
+/// The binding power of the root.
 fn power(formula: &Formula) -> u8 {
     match formula.operation() {
         Operation::Or => OR,
@@ -198,7 +198,7 @@ fn number(constant: Constant) -> String {
 
 /// The shortest decimal that reads back as the same number.
 fn decimal(value: f64) -> String {
-    // a negative zero would read back as the negative of a term
+    // a negative zero would read back as the negation of a term
     let text = format!("{:?}", value + 0.0);
     match text.strip_suffix(".0") {
         Some(whole) => String::from(whole),

@@ -22,7 +22,7 @@ impl Add for Interval {
     /// `{x + y}`, the tightest bounds.
     #[inline]
     fn add(self, other: Interval) -> Interval {
-        // An empty operand ends as a lower bound above the upper one, or as not-a-number: empty again.
+        // An empty operand gives a lower bound above the upper one, or not-a-number: empty again.
         Interval::new(add_down(self.lo, other.lo), add_up(self.hi, other.hi))
     }
 }
@@ -46,7 +46,7 @@ impl Mul for Interval {
         if self.is_empty() || other.is_empty() {
             return Interval::EMPTY;
         }
-        // Choosing the factor first, instead of one branch for each, spares wrong guesses where signs are mixed.
+        // Choosing the factors first, instead of a branch for each case, avoids mispredicted branches where signs are mixed.
         let (a, b) = if other.lo >= 0.0 { (self, other) } else { (other, self) };
         if b.lo >= 0.0 {
             mul_by_non_negative(a, b)
@@ -62,7 +62,7 @@ impl Mul for Interval {
 
 /// `x * y`, for both with negative and positive numbers inside.
 ///
-/// Rare; out of line, the other cases are a quarter faster.
+/// Rare; out of line, as this makes the other cases a quarter faster.
 #[inline(never)]
 fn mul_through_zero(x: Interval, y: Interval) -> Interval {
     Interval {
@@ -145,7 +145,7 @@ impl Interval {
     /// `{|x|}`; exact.
     #[must_use]
     pub fn abs(self) -> Interval {
-        // Not-a-number for the empty interval, hence empty again.
+        // Not-a-number for the empty interval, which gives the empty interval again.
         Interval::new(self.mignitude(), self.magnitude())
     }
 

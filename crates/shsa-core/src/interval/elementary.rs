@@ -2,7 +2,7 @@
 
 use super::Interval;
 
-/// No negative number.
+/// All non-negative numbers.
 pub(super) const NON_NEGATIVE: Interval = Interval { lo: 0.0, hi: f64::INFINITY };
 /// One.
 pub(super) const ONE: Interval = Interval { lo: 1.0, hi: 1.0 };
@@ -35,8 +35,8 @@ impl Interval {
     }
 }
 
-/// What `libm` may have meant by `value`: its error is below one unit in the last place, which is two steps where
-/// the exponent changes.
+/// The enclosure of a result of `libm`: its error is below one unit in the last place, which is two steps where the exponent
+/// changes.
 pub(super) fn near(value: f64) -> Interval {
     Interval { lo: value.next_down().next_down(), hi: value.next_up().next_up() }
 }

@@ -15,8 +15,8 @@
 //!
 //! The sign of a zero bound carries no meaning.
 //!
-//! The methods of [`Interval`] stand in one file for each kind of operation, as each kind has its own argument why it encloses
-//! the true result.
+//! The methods of [`Interval`] are in one file for each kind of operation, as each kind has its own argument why it encloses the
+//! true result.
 
 mod rounding;
 mod arithmetic;
@@ -31,8 +31,8 @@ pub use truth::Truth;
 
 /// All real numbers from `lo` to `hi`, both included; or no number at all (empty).
 ///
-/// The bounds are never not-a-number: what has no value is the empty interval. An infinite bound means
-/// "unbounded": infinities themselves are no members.
+/// The bounds are never not-a-number: a missing value is the empty interval. An infinite bound means "unbounded": infinities
+/// themselves are no members.
 ///
 /// ```
 /// use shsa_core::interval::Interval;
@@ -47,7 +47,7 @@ pub struct Interval {
     hi: f64,
 }
 
-/// The larger of two bounds: without the care for not-a-number that [`f64::max`] takes, which no bound is.
+/// The larger of two bounds: unlike [`f64::max`], without a test for not-a-number, which no bound is.
 #[inline]
 fn larger(one: f64, other: f64) -> f64 {
     if one > other { one } else { other }
@@ -60,7 +60,7 @@ fn smaller(one: f64, other: f64) -> f64 {
 }
 
 impl Interval {
-    /// No number at all.
+    /// The empty interval.
     pub const EMPTY: Interval = Interval { lo: f64::INFINITY, hi: f64::NEG_INFINITY };
     /// Every real number.
     pub const ENTIRE: Interval = Interval { lo: f64::NEG_INFINITY, hi: f64::INFINITY };
@@ -69,7 +69,7 @@ impl Interval {
     #[inline]
     #[must_use]
     pub const fn new(lo: f64, hi: f64) -> Interval {
-        // As most often, and one question: between two bounds that differ there is a number.
+        // The most frequent case, with a single test: there is a number between two different bounds.
         if lo < hi || lo == hi && lo > f64::NEG_INFINITY && lo < f64::INFINITY {
             Interval { lo, hi }
         } else {
@@ -98,35 +98,35 @@ impl Interval {
         self.hi
     }
 
-    /// Whether there is no number in it.
+    /// Whether the interval is empty.
     #[inline]
     #[must_use]
     pub const fn is_empty(self) -> bool {
         self.lo > self.hi
     }
 
-    /// Whether both bounds are finite and there is a number in it.
+    /// Whether both bounds are finite and the interval is not empty.
     #[inline]
     #[must_use]
     pub const fn is_bounded(self) -> bool {
         self.lo > f64::NEG_INFINITY && self.hi < f64::INFINITY && self.lo <= self.hi
     }
 
-    /// Whether it holds exactly one number.
+    /// Whether the interval holds exactly one number.
     #[inline]
     #[must_use]
     pub const fn is_point(self) -> bool {
         self.lo == self.hi
     }
 
-    /// Whether `value` lies in it; never true for not-a-number and infinities.
+    /// Whether the interval contains `value`; never true for not-a-number and infinities.
     #[inline]
     #[must_use]
     pub const fn contains(self, value: f64) -> bool {
         self.lo <= value && value <= self.hi && value.is_finite()
     }
 
-    /// Whether every number of `other` lies in it; true when `other` is empty.
+    /// Whether the interval contains every number of `other`; true when `other` is empty.
     #[inline]
     #[must_use]
     pub const fn encloses(self, other: Interval) -> bool {
@@ -137,18 +137,18 @@ impl Interval {
     #[inline]
     #[must_use]
     pub fn overlaps(self, other: Interval) -> bool {
-        // The bounds of what is empty are beyond all others.
+        // The bounds of the empty interval are beyond all others.
         larger(self.lo, other.lo) <= smaller(self.hi, other.hi)
     }
 
-    /// The numbers in both.
+    /// The numbers in both intervals.
     #[inline]
     #[must_use]
     pub fn intersection(self, other: Interval) -> Interval {
         Interval::new(larger(self.lo, other.lo), smaller(self.hi, other.hi))
     }
 
-    /// The smallest interval that holds both.
+    /// The smallest interval that holds both intervals.
     #[inline]
     #[must_use]
     pub fn hull(self, other: Interval) -> Interval {
@@ -162,7 +162,7 @@ impl Interval {
         if self.is_empty() { 0.0 } else { rounding::add_up(self.hi, -self.lo) }
     }
 
-    /// The middle, rounded to nearest; not-a-number when empty, a member of the interval otherwise.
+    /// The middle, rounded to nearest; not-a-number when empty, otherwise a member of the interval.
     ///
     /// Unbounded on both sides: 0. Unbounded on one side: the largest finite number on that side.
     #[must_use]
@@ -181,21 +181,21 @@ impl Interval {
         (self.lo / 2.0 + self.hi / 2.0).clamp(f64::MIN, f64::MAX)
     }
 
-    /// The largest absolute value in it (infinite when unbounded); not-a-number when empty.
+    /// The largest absolute value (infinite when unbounded); not-a-number when empty.
     #[inline]
     #[must_use]
     pub fn magnitude(self) -> f64 {
         if self.is_empty() { f64::NAN } else { self.hi.max(-self.lo) }
     }
 
-    /// The smallest absolute value in it; not-a-number when empty.
+    /// The smallest absolute value; not-a-number when empty.
     #[inline]
     #[must_use]
     pub fn mignitude(self) -> f64 {
         if self.is_empty() { f64::NAN } else { self.lo.max(-self.hi).max(0.0) }
     }
 
-    /// How far apart the two are, rounded to nearest: 0 when they overlap, infinite when one is empty.
+    /// The distance of two intervals, rounded to nearest: 0 when they overlap, infinite when one is empty.
     #[must_use]
     pub fn distance(self, other: Interval) -> f64 {
         if self.is_empty() || other.is_empty() {
@@ -204,9 +204,9 @@ impl Interval {
         (other.lo - self.hi).max(self.lo - other.hi).max(0.0)
     }
 
-    /// Grown by `margin` on both sides (rounded outward); unchanged when empty.
+    /// The interval grown by `margin` on both sides (rounded outward); unchanged when empty.
     ///
-    /// A negative margin shrinks it, to empty in the end; a margin that is not a number gives empty.
+    /// A negative margin shrinks the interval, finally to empty; a margin that is not a number gives empty.
     #[must_use]
     pub fn widened(self, margin: f64) -> Interval {
         if self.is_empty() {

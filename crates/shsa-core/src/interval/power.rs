@@ -8,7 +8,7 @@ use super::rounding::{mul_down, mul_up, sqrt_down, sqrt_up};
 const SQUARES_MIN: f64 = 1e-140;
 /// Below this, a sum of two squares does not overflow.
 const SQUARES_MAX: f64 = 1e150;
-/// What brings larger and smaller numbers between the two; powers of two, so that scaling is exact.
+/// Factors that bring larger and smaller numbers into this range; powers of two, so that scaling is exact.
 const SHRINK: f64 = f64::from_bits((1023 - 600) << 52);
 const GROW: f64 = f64::from_bits((1023 + 600) << 52);
 
@@ -74,9 +74,9 @@ impl Interval {
 
     /// `{x^y}` for real exponents.
     ///
-    /// When the exponent is one whole number (of 32 bits), this is `powi`, defined for negative bases too.
-    /// Otherwise negative bases are left out, because `x^y` is a real number there only for some `y`; `0^y` is 0
-    /// for `y > 0`, 1 for `y = 0` (as in `powi`; IEEE 1788-2015 leaves it out) and not defined for `y < 0`.
+    /// For an exponent of one whole number (of 32 bits), this is `powi`, defined for negative bases too. Otherwise negative bases
+    /// are left out, because `x^y` is a real number there only for some `y`; `0^y` is 0 for `y > 0`, 1 for `y = 0` (as in `powi`;
+    /// IEEE 1788-2015 leaves it out) and not defined for `y < 0`.
     #[must_use]
     pub fn powf(self, exponent: Interval) -> Interval {
         if let Some(whole) = exponent.as_whole() {
@@ -92,7 +92,7 @@ impl Interval {
         }
     }
 
-    /// The whole number that it is.
+    /// The whole number of a point interval.
     fn as_whole(self) -> Option<i32> {
         let whole = self.lo as i32;
         (self.is_point() && f64::from(whole) == self.lo).then_some(whole)
@@ -114,8 +114,8 @@ fn hypot_at(x: f64, y: f64) -> Interval {
     (x.sqr() + y.sqr()).sqrt() * Interval::point(back)
 }
 
-/// `base^exponent` rounded down, for a base not below 0: the better one of two lower bounds, of which the chain
-/// of products is exact for small powers and `libm`'s is closer for large ones.
+/// `base^exponent` rounded down, for a base not below 0: the better of two lower bounds. The chain of products is exact for small
+/// powers, and `libm` is closer for large ones.
 fn power_down(base: f64, exponent: u32) -> f64 {
     let chain = product_chain(base, exponent, mul_down);
     if exponent <= 2 { chain } else { chain.max(near(libm::pow(base, f64::from(exponent))).lo) }
@@ -167,7 +167,7 @@ fn power_at_corners(x: Interval, y: Interval) -> Interval {
     }
 }
 
-/// The enclosure of `x^y` at one corner, where the limit stands for what is not defined.
+/// The enclosure of `x^y` at one corner, with the limit where the power is not defined.
 fn power_at(x: f64, y: f64) -> Interval {
     // Adding zero turns a negative zero, which has negative powers, into a positive one.
     let value = libm::pow(x + 0.0, y);

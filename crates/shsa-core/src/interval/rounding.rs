@@ -1,13 +1,13 @@
 //! Single operations on f64 rounded down or up, without switching the processor's rounding mode.
 //!
-//! Each computes the result rounded to nearest, then the exact sign of the rounding error, and steps to the
-//! neighbour only when the error asks for it. So exact results stay exact, and the bounds are the best ones.
+//! Each operation computes the result rounded to nearest, then the exact sign of the rounding error, and steps to the neighbour
+//! only where needed. So exact results stay exact, and the bounds are the tightest.
 
 /// `a + b` rounded down. Both infinite with opposite signs: not-a-number.
 #[inline]
 pub(super) fn add_down(a: f64, b: f64) -> f64 {
     let (sum, error) = two_sum(a, b);
-    // An error that is not a number (an overflow) steps too, back from infinity or on as not-a-number.
+    // A not-a-number error (an overflow) steps too, back from infinity or on as not-a-number.
     let keeps = (error >= 0.0) | (sum == f64::NEG_INFINITY);
     let step = i64::from(!keeps);
     stepped(sum, if sum < 0.0 { step } else { -step })
@@ -77,7 +77,7 @@ fn up(Nearest { value, excess }: Nearest) -> f64 {
 
 /// The neighbour of `value` that is larger (`step` 1) or smaller (-1) in magnitude, or itself (0).
 ///
-/// No branch: rounding errors are random, and a processor guesses their sign wrong every other time.
+/// Branch-free: rounding errors are random, so a branch would be mispredicted half of the time.
 #[inline]
 fn stepped(value: f64, step: i64) -> f64 {
     f64::from_bits(value.to_bits().wrapping_add_signed(step))
@@ -107,7 +107,7 @@ fn product(a: f64, b: f64) -> Nearest {
 #[inline]
 fn quotient(a: f64, b: f64) -> Nearest {
     let value = a / b;
-    // Whether the quotient times the divisor falls short of the dividend tells where the quotient lies.
+    // The quotient's error has the sign of what the quotient times the divisor lacks of the dividend.
     match normal_excess(value, b, a) {
         Some(excess) => Nearest { value, excess: -excess },
         None => quotient_at_edge(a, b),
@@ -155,7 +155,7 @@ fn quotient_at_edge(a: f64, b: f64) -> Nearest {
 const FRACTION_BITS: u32 = 52;
 const IMPLICIT_BIT: u64 = 1 << FRACTION_BITS;
 const EXPONENT_MASK: u64 = 0x7ff;
-/// What the biased exponents of two factors exceed that of their product by, when mantissas are whole numbers.
+/// The sum of two biased exponents exceeds that of the product by this, when mantissas are whole numbers.
 const PRODUCT_BIAS: u64 = 1023 + FRACTION_BITS as u64;
 
 /// `|a * b| - |c|` in units of the last place of the exact product, when `c` is near `a * b` and all three are

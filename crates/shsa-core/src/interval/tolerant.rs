@@ -1,8 +1,8 @@
-//! What several intervals say together of which some lie.
+//! Fault-tolerant combination of several intervals, some of which are wrong.
 //!
-//! Of n candidates of which f lie, the truth lies in the intervals of n - f at least. What lies between the smallest and the
-//! largest of such values is the fault-tolerant interval (K. Marzullo, "Tolerating failures of continuous-valued sensors",
-//! 1990, doi:10.1145/128733.128735); of two candidates it is the hull of both.
+//! If f of n candidates are faulty, the truth lies in at least n - f intervals. The range from the smallest to the largest such
+//! value is the fault-tolerant interval (K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990,
+//! doi:10.1145/128733.128735); of two candidates it is the hull of both.
 
 use super::Interval;
 
@@ -12,7 +12,7 @@ pub fn holding(all: &[Interval], value: f64) -> usize {
     all.iter().filter(|it| it.lo() <= value && value <= it.hi()).count()
 }
 
-/// From the smallest to the largest value that lies in so many of the intervals; `None` where none does, or none is asked.
+/// From the smallest to the largest value that lies in at least `count` of the intervals; `None` for none, or for a `count` of 0.
 ///
 /// Time: the square of the number of intervals; allocates nothing.
 #[must_use]
@@ -20,7 +20,7 @@ pub fn tolerant(all: &[Interval], count: usize) -> Option<Interval> {
     if count == 0 {
         return None;
     }
-    // Where the number of intervals about a value grows, one begins there; where it falls, one ends there.
+    // The number of intervals around a value grows only where one begins, and falls only where one ends.
     let is_held = |value: &f64| holding(all, *value) >= count;
     let lo = all.iter().map(|it| it.lo()).filter(is_held).reduce(f64::min)?;
     let hi = all.iter().map(|it| it.hi()).filter(is_held).reduce(f64::max)?;
@@ -49,7 +49,7 @@ mod tests {
     }
 
     proptest! {
-        /// As long as so many hold the truth, the interval does; and it is never wider than the hull of all.
+        /// The interval holds the truth while `count` intervals do, and is never wider than the hull of all.
         #[test]
         fn it_holds_the_truth_while_so_many_do(
             sound in prop::collection::vec((0.0..2.0_f64, 0.0..2.0_f64), 1..6),

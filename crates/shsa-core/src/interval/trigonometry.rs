@@ -3,7 +3,7 @@
 use super::Interval;
 use super::elementary::{near, near_or_zero};
 
-/// What sine and cosine reach.
+/// The range of sine and cosine.
 const UNIT: Interval = Interval { lo: -1.0, hi: 1.0 };
 /// Pi; its nearest f64 lies below it.
 const PI: Interval = Interval { lo: core::f64::consts::PI, hi: core::f64::consts::PI.next_up() };
@@ -13,14 +13,14 @@ const HALF_PI: Interval =
 /// Quarter turns in a radian; the nearest f64 lies above it.
 const QUARTERS: Interval =
     Interval { lo: core::f64::consts::FRAC_2_PI.next_down(), hi: core::f64::consts::FRAC_2_PI };
-/// From here on, quarter turns are not counted: f64 has no fractions left to tell them apart.
+/// Beyond this, quarter turns are not counted, as f64 has no fractions there.
 const QUARTERS_MAX: f64 = 1e15;
 
 impl Interval {
     /// `{sin x}`, within -1 and 1; exactly 0 at 0.
     ///
-    /// A point is enclosed closely at any magnitude. A wider interval gives `[-1, 1]` when its bounds are beyond
-    /// some 1e15; from about 1e8 on, a crest near a bound may be counted in.
+    /// A point is enclosed closely at any magnitude. A wider interval gives `[-1, 1]` when its bounds are beyond about 1e15; from
+    /// about 1e8 on, a crest near a bound may be included.
     #[must_use]
     pub fn sin(self) -> Interval {
         self.wave(1, |x| near_or_zero(libm::sin(x)))
@@ -56,7 +56,7 @@ impl Interval {
     /// `{acos x, -1 <= x <= 1}`, from 0 to pi; exactly 0 at 1.
     #[must_use]
     pub fn acos(self) -> Interval {
-        // The arc cosine falls, so it is taken as a rising function of -x.
+        // The arc cosine is decreasing, so it is computed as an increasing function of -x.
         let mirrored = -self.intersection(UNIT);
         mirrored.increasing(|x| near_or_zero(libm::acos(-x))).intersection(Interval { lo: 0.0, hi: PI.hi })
     }
@@ -104,8 +104,7 @@ impl Interval {
         }
     }
 
-    /// Whether a whole number that leaves `remainder` when divided by `modulus` lies in it; true when that cannot
-    /// be told.
+    /// Whether the interval contains a whole number that leaves `remainder` when divided by `modulus`; true when that is unclear.
     fn meets(self, remainder: i64, modulus: i64) -> bool {
         if !(self.lo > -QUARTERS_MAX && self.hi < QUARTERS_MAX) {
             return true;
@@ -117,7 +116,7 @@ impl Interval {
     }
 }
 
-/// `atan2` for `y` not below 0, both not empty: falls with `x`; rises with `y` right of the y axis, else falls.
+/// `atan2` for `y` not below 0, both not empty: decreasing in `x`; increasing in `y` right of the y axis, else decreasing.
 fn angles_above(y: Interval, x: Interval) -> Interval {
     if y.hi == 0.0 {
         return angles_on_axis(x);
@@ -139,7 +138,7 @@ fn angle(y: f64, x: f64) -> Interval {
     if y == 0.0 && x >= 0.0 {
         return Interval { lo: 0.0, hi: 0.0 };
     }
-    // Adding zero turns a negative zero, which would mean the other side of the cut, into a positive one.
+    // Adding zero turns a negative zero, which would be on the other side of the cut, into a positive one.
     let wide = near(libm::atan2(y + 0.0, x + 0.0));
     Interval { lo: wide.lo.next_down(), hi: wide.hi.next_up() }
 }

@@ -1,40 +1,40 @@
-//! Comparisons of intervals, answered as far as the intervals allow.
+//! Comparisons of intervals in three-valued logic.
 
 use core::ops::Not;
 
 use super::Interval;
 
-/// The answer to a question about numbers that are known as intervals only (Kleene's three values).
+/// The truth of a statement about numbers that are known as intervals only (Kleene's three values).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Truth {
-    /// Holds for no choice of members.
+    /// The statement holds for no choice of members.
     False,
-    /// Holds for some choices and not for others, or there is nothing to choose (an empty interval).
+    /// The statement holds for some choices and not for others, or an interval is empty.
     Unknown,
-    /// Holds for every choice of members.
+    /// The statement holds for every choice of members.
     True,
 }
 
 impl Truth {
-    /// True when both are, false when one is.
+    /// Conjunction: true when both are true, false when one is false.
     #[must_use]
     pub fn and(self, other: Truth) -> Truth {
         self.min(other)
     }
 
-    /// True when one is, false when both are.
+    /// Disjunction: true when one is true, false when both are false.
     #[must_use]
     pub fn or(self, other: Truth) -> Truth {
         self.max(other)
     }
 
-    /// Whether it is certainly true.
+    /// Whether the statement is certainly true.
     #[must_use]
     pub fn is_true(self) -> bool {
         self == Truth::True
     }
 
-    /// Whether it is certainly false.
+    /// Whether the statement is certainly false.
     #[must_use]
     pub fn is_false(self) -> bool {
         self == Truth::False
@@ -61,7 +61,7 @@ impl From<bool> for Truth {
 impl Not for Truth {
     type Output = Truth;
 
-    /// True when false and false when true.
+    /// Negation: true for false and false for true.
     fn not(self) -> Truth {
         match self {
             Truth::False => Truth::True,
@@ -71,34 +71,34 @@ impl Not for Truth {
     }
 }
 
-/// Comparisons of members, not of sets: `x.lt(y)` is true when every member of `x` lies below every member of `y`.
-/// IEEE 1788-2015 answers `true` for empty intervals; here they are evidence of nothing, so unknown.
+/// Comparisons of members, not of sets: `x.lt(y)` is true when every member of `x` lies below every member of `y`. IEEE 1788-2015
+/// answers `true` for empty intervals; here they are no evidence, so the answer is unknown.
 impl Interval {
-    /// Whether the one is below the other.
+    /// Whether this number is below the other.
     #[must_use]
     pub fn lt(self, other: Interval) -> Truth {
         self.compared(other, self.hi < other.lo, self.lo >= other.hi)
     }
 
-    /// Whether the one is below the other or equal.
+    /// Whether this number is below the other or equal.
     #[must_use]
     pub fn le(self, other: Interval) -> Truth {
         self.compared(other, self.hi <= other.lo, self.lo > other.hi)
     }
 
-    /// Whether the one is above the other.
+    /// Whether this number is above the other.
     #[must_use]
     pub fn gt(self, other: Interval) -> Truth {
         other.lt(self)
     }
 
-    /// Whether the one is above the other or equal.
+    /// Whether this number is above the other or equal.
     #[must_use]
     pub fn ge(self, other: Interval) -> Truth {
         other.le(self)
     }
 
-    /// Whether the two are the same number; true for two equal points only.
+    /// Whether both are the same number; true for two equal points only.
     ///
     /// Called as a method on values; `==` compares bounds instead.
     #[must_use]

@@ -1,8 +1,8 @@
-//! A model that is changed while it is in use: every change is checked like a file, and is made whole or not at all.
+//! Changes of a model in use: every change is checked like a file, and is made whole or not at all.
 //!
-//! A [`Model`] keeps the draft that its knowledge base was built from. Edits go into a copy of the draft, which is
-//! built again; only without errors does the new knowledge base take the place of the old one, with a higher version. What
-//! needs no check against other elements goes straight in: availability and properties.
+//! A [`Model`] keeps the draft that its knowledge base was built from. Edits go into a copy of the draft, which is built again.
+//! Only without errors does the new knowledge base replace the old one, with a higher version. Changes of availability and
+//! properties need no check against other elements and are made directly.
 
 mod apply;
 
@@ -21,27 +21,27 @@ use alloc::vec::Vec;
 pub enum Section {
     /// Physical quantities.
     Variables,
-    /// Names with a value.
+    /// Named values.
     Constants,
     /// Formulas with parameters.
     Functions,
     /// How variables determine each other.
     Relations,
-    /// What carries variables.
+    /// Signals on the bus.
     Signals,
     /// Signals that are computed from others by estimation.
     Fusions,
-    /// What must stay available, by the names of the variables: all needs of one; or, to be removed, by the name under which
-    /// one is published.
+    /// Variables that must stay available, by name: all needs of a variable; to remove a single need, the name of its
+    /// publication.
     Needs,
-    /// What others run on.
+    /// Platforms that services run on.
     Platform,
-    /// What those who take part guarantee and demand, by their names.
+    /// Guarantees and demands, by the names of the contracts.
     Contracts,
 }
 
 impl Section {
-    /// What one element of it is called.
+    /// The word for one element of the section.
     #[must_use]
     pub fn singular(self) -> &'static str {
         match self {
@@ -62,46 +62,46 @@ impl Section {
 #[derive(Clone, Debug)]
 #[expect(clippy::large_enum_variant, reason = "edits come a few at a time, and are soon gone")]
 pub enum Edit {
-    /// Adds a variable, or replaces the one of its name.
+    /// Adds a variable, or replaces that of the same name.
     Variable(VariableDraft),
-    /// Adds a constant, or replaces the one of its name.
+    /// Adds a constant, or replaces that of the same name.
     Constant(Text, Bounds),
-    /// Adds a function (its head and its formula), or replaces the one of its name.
+    /// Adds a function (its head and its formula), or replaces that of the same name.
     Function(Text, Text),
-    /// Adds a relation, or replaces the one of its name.
+    /// Adds a relation, or replaces that of the same name.
     Relation(RelationDraft),
-    /// Adds a signal, or replaces the one of its name.
+    /// Adds a signal, or replaces that of the same name.
     Signal(SignalDraft),
-    /// Adds a fusion, or replaces the one of its name.
+    /// Adds a fusion, or replaces that of the same name.
     Fusion(FusionDraft),
-    /// Adds a need, or replaces all of its variable.
+    /// Adds a need, or replaces all needs of its variable.
     Need(NeedDraft),
-    /// Adds needs, all of one variable, or replaces all that it has.
+    /// Adds needs of one variable, or replaces all needs of that variable.
     Needs(Vec<NeedDraft>),
-    /// Adds something that others run on, or replaces the one of its name.
+    /// Adds a platform, or replaces that of the same name.
     Platform(ContractDraft),
-    /// Adds a contract, or replaces the one of its name.
+    /// Adds a contract, or replaces that of the same name.
     Contract(ContractDraft),
-    /// Rates substitutions otherwise; as usual when `None`.
+    /// Sets how substitutions are rated; `None` restores the default.
     Utility(Option<UtilityDraft>),
     /// Removes the element of this name; an error when there is none.
     Remove(Section, Text),
-    /// Sets one property of a variable, relation or signal, or takes it away.
+    /// Sets or removes one property of a variable, relation or signal.
     Property {
-        /// Where the element is.
+        /// The element's section.
         section: Section,
-        /// Its name.
+        /// The element's name.
         element: Text,
-        /// Of the property.
+        /// The property's name.
         name: Text,
-        /// A number; none takes the property away.
+        /// The number; `None` removes the property.
         value: Option<Text>,
     },
     /// Allows or forbids the use of a signal.
     Available(Text, bool),
 }
 
-/// A model in use: the draft is what it says, the knowledge base what was built from it.
+/// A model in use: its draft, and the knowledge base built from the draft.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
     draft: Draft,
@@ -109,33 +109,33 @@ pub struct Model {
 }
 
 impl Model {
-    /// Builds a model, and gives its warnings.
+    /// Builds a model, and returns its warnings.
     ///
     /// # Errors
-    /// Everything that is wrong, warnings included.
+    /// All problems, warnings included.
     pub fn new(draft: Draft) -> Result<(Model, Vec<Diagnostic>), Vec<Diagnostic>> {
         let (knowledge, found) = checked(&draft)?;
         Ok((Model { draft, knowledge }, found))
     }
 
-    /// What it says.
+    /// The draft.
     #[must_use]
     pub fn draft(&self) -> &Draft {
         &self.draft
     }
 
-    /// What was built from it.
+    /// The knowledge base built from the draft.
     #[must_use]
     pub fn knowledge(&self) -> &KnowledgeBase {
         &self.knowledge
     }
 
-    /// Makes all of these changes, in their order, and gives the warnings about the model as it is then.
+    /// Makes these changes, in their order, and returns the warnings about the new model.
     ///
-    /// Signals that stay stay as available as they were. Time: that of [`build()`] on the whole draft.
+    /// Signals keep their availability. Time: that of [`build()`] on the whole draft.
     ///
     /// # Errors
-    /// Everything that is wrong with the edits, or with the model as it were then; nothing has changed then.
+    /// All problems of the edits, or of the new model; then nothing has changed.
     pub fn edit(&mut self, edits: &[Edit]) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
         let mut draft = self.draft.clone();
         let mut problems = draft.apply(edits);
@@ -150,10 +150,10 @@ impl Model {
         Ok(problems)
     }
 
-    /// Takes another model over, and gives its warnings; signals of the same name stay as available as they were.
+    /// Replaces the model by another one, and returns its warnings; signals of the same name keep their availability.
     ///
     /// # Errors
-    /// Everything that is wrong with it; nothing has changed then.
+    /// All problems of the other model; then nothing has changed.
     pub fn replace(&mut self, draft: Draft) -> Result<Vec<Diagnostic>, Vec<Diagnostic>> {
         let (knowledge, found) = checked(&draft)?;
         let next = knowledge.available_as(&self.knowledge);
@@ -166,18 +166,18 @@ impl Model {
         self.draft = draft;
     }
 
-    /// Allows or forbids the use of a signal; the version changes when this does. Time: O(1).
+    /// Allows or forbids the use of a signal; a change raises the version. Time: O(1).
     pub fn set_available(&mut self, signal: SignalId, available: bool) {
         self.knowledge.set_available(signal, available);
     }
 
-    /// Sets a property, or takes it away; the version changes when this does. Time: logarithmic in the element's properties.
+    /// Sets or removes a property; a change raises the version. Time: logarithmic in the element's properties.
     ///
     /// # Errors
-    /// What is wrong with the number, in words; nothing has changed then.
+    /// The problem of the number, in words; then nothing has changed.
     pub fn set_property(&mut self, element: Element, name: &str, value: Option<f64>) -> Result<(), String> {
         self.knowledge.set_property(element, name, value)?;
-        // A knowledge base without errors has left nothing out: its elements stand where they stand in the draft.
+        // A knowledge base without errors has left nothing out: its elements have the places of the draft.
         let Some(properties) = properties_at(&mut self.draft, element) else { return Ok(()) };
         let text = |text: String| Text { text, ..Text::default() };
         put_property(properties, &text(name.to_string()), value.map(|value| text(format!("{value}"))));

@@ -1,8 +1,8 @@
-//! Contracts: what those who take part guarantee, on which conditions, what they demand of others, and what they observe.
+//! Contracts: guarantees, their conditions, demands of others, and evidence.
 //!
-//! A contract is the conditional safety certificate of a signal's producer, of a relation, of who needs a variable, of a
-//! platform, or of this program itself (Schneider and Trapp 2013, doi:10.1145/2491465.2491467). Who meets whose demands
-//! depends on the flow of information: see [`assurance`](crate::assurance).
+//! A contract is the conditional safety certificate of a signal's producer, of a relation, of the consumer of a variable, of a
+//! platform, or of this program itself (Schneider and Trapp 2013, doi:10.1145/2491465.2491467). Which guarantees meet which
+//! demands depends on the flow of information: see [`assurance`](crate::assurance).
 
 use super::ids::{IdVec, NeedId, RelationId, SignalId, VariableId, id};
 use super::properties::{INTEGRITY, Properties};
@@ -18,47 +18,47 @@ id! {
     pub ContractId
 }
 
-/// The type of service that platforms give, and that is asked of them.
+/// The type of service that platforms give, and that others demand of them.
 pub const PLATFORM: &str = "platform";
-/// The type of service that who uses a variable gives: how it uses it, and what it does then.
+/// The type of service of a variable's consumer: how it uses the variable, and how it reacts.
 pub const CONSUMER: &str = "consumer";
-/// The type of service of this program, which computes relations; the name of its contract.
+/// The type of service of this program, which computes relations; also the name of its contract.
 pub const HEALER: &str = "shsa";
 
-/// The scale that the property `integrity` and the key of needs stand for.
+/// The scale of the property `integrity` and of the key of needs.
 pub const INTEGRITY_SCALE: &str = "asil";
 
-/// Who has a contract.
+/// The subject of a contract.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Subject {
     /// The producer of a signal.
     Signal(SignalId),
     /// A relation, where it is part of a substitute.
     Relation(RelationId),
-    /// Who needs a variable.
+    /// The consumer of a variable.
     Need(NeedId),
-    /// Something that others run on.
+    /// A platform that services run on.
     Platform,
     /// This program.
     Healer,
 }
 
-/// What one of those who take part guarantees, demands and observes.
+/// The guarantees, demands and evidence of one subject.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Contract {
-    /// Of the subject, as the model names it.
+    /// The subject's name in the model.
     pub name: String,
-    /// Whose it is.
+    /// The subject.
     pub subject: Subject,
-    /// What it runs on.
+    /// The platform that the subject runs on.
     pub runs_on: Option<ContractId>,
-    /// The best first.
+    /// Guarantees, the best first.
     pub gives: Vec<Given>,
-    /// Of others.
+    /// Demands of others.
     pub asks: Vec<Asked>,
-    /// At run time.
+    /// Evidence at run time.
     pub evidence: Vec<Watched>,
-    /// What is done while it can give nothing; of a need.
+    /// What happens to a need while no guarantee holds.
     pub policy: Policy,
 }
 
@@ -67,11 +67,11 @@ pub struct Contract {
 pub struct Given {
     /// Unique in its contract.
     pub name: String,
-    /// What is guaranteed.
+    /// The guaranteed statement.
     pub statement: Statement,
-    /// When it holds.
+    /// When the guarantee holds.
     pub when: Condition,
-    /// Two of what it asks (by their places) whose redundancy is claimed to raise the level.
+    /// Two demands (by their places) whose redundancy is claimed to raise the level.
     pub redundant: Option<[usize; 2]>,
 }
 
@@ -80,34 +80,33 @@ pub struct Given {
 pub struct Asked {
     /// Unique in its contract, among demands and evidence.
     pub name: String,
-    /// What is demanded.
+    /// The demanded statement.
     pub statement: Statement,
-    /// Of whom.
+    /// The party that the demand asks.
     pub of: Party,
 }
 
-/// Who is asked.
+/// The party that a demand asks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Party {
-    /// Who provides a variable in the flow of now: a signal or a relation.
+    /// The present provider of a variable: a signal or a relation.
     Provider(VariableId),
-    /// The producer of a signal, in the flow or not.
+    /// The producer of a signal, whether in use or not.
     Producer(SignalId),
     /// A platform, or this program.
     Contract(ContractId),
-    /// Everybody who uses what is given.
+    /// All consumers of the given variable.
     Consumers,
 }
 
-/// When a guarantee holds; leaves by their places in the contract. Without negation, so that what holds only grows with what
-/// is assumed to hold.
+/// When a guarantee holds; leaves are places in the contract. There is no negation: more assumptions never make a condition fail.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Condition {
-    /// All of them; of none it holds.
+    /// Conjunction; true without parts.
     All(Vec<Condition>),
-    /// One of them; of none it does not hold.
+    /// Disjunction; false without parts.
     Any(Vec<Condition>),
-    /// So many of them.
+    /// At least this many parts hold.
     AtLeast(u32, Vec<Condition>),
     /// A demand is met.
     Asked(usize),
@@ -116,7 +115,7 @@ pub enum Condition {
 }
 
 impl Condition {
-    /// Tells every leaf, as often as it occurs.
+    /// Visits every leaf, as often as it occurs.
     pub fn leaves(&self, tell: &mut dyn FnMut(&Condition)) {
         match self {
             Condition::All(parts) | Condition::Any(parts) | Condition::AtLeast(_, parts) => {
@@ -127,51 +126,51 @@ impl Condition {
     }
 }
 
-/// A piece of evidence: what is observed, and where it must lie.
+/// A piece of evidence: a measured quantity, and where it must lie.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Watched {
     /// Unique in its contract, among demands and evidence.
     pub name: String,
-    /// What is observed.
+    /// The source of the quantity.
     pub source: EvidenceSource,
-    /// Where it must lie, SI; `None` where it is simply so or not.
+    /// Where the quantity must lie, SI; `None` for evidence that is true or false.
     pub within: Option<Interval>,
-    /// For how long an observation counts; `None` is until the next one.
+    /// For how long an observation counts; `None`: until the next one.
     pub max_age: Option<Span>,
 }
 
-/// Where evidence comes from.
+/// The source of evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum EvidenceSource {
     /// From a signal.
     Signal(SignalId, Measure),
-    /// From what serves the need: the values of the substitution in use.
+    /// From the source that serves the need: the values of the substitution in use.
     Source(Measure),
-    /// Somebody says so: a manual check.
+    /// From an operator: a manual check.
     Told,
 }
 
-/// What can be measured of a signal, or of what serves a need.
+/// A quantity of a signal, or of the source of a need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Measure {
     /// Observations a second.
     Rate,
-    /// How old the newest value is, in seconds.
+    /// The age of the newest value, in seconds.
     Age,
-    /// How wide the newest value is, SI.
+    /// The width of the newest value, SI.
     Width,
-    /// The share of comparisons in which it agreed with the others.
+    /// The share of comparisons with agreement.
     Agreement,
-    /// The share of time in which it gave a value.
+    /// The share of time with a value.
     Availability,
     /// The newest value, SI.
     Value,
-    /// Whether it is healthy: a truth, not a number.
+    /// Whether it is healthy: true or false, not a number.
     Verdict,
 }
 
 impl Measure {
-    /// Every measure with the word for it in models.
+    /// Every measure and its name in models.
     pub const NAMES: [(&'static str, Measure); 7] = [
         ("rate", Measure::Rate),
         ("age", Measure::Age),
@@ -182,27 +181,27 @@ impl Measure {
         ("verdict", Measure::Verdict),
     ];
 
-    /// The word for it in models.
+    /// The measure's name in models.
     #[must_use]
     pub fn name(self) -> &'static str {
         Measure::NAMES.iter().find(|(_, measure)| *measure == self).map_or("", |(name, _)| name)
     }
 }
 
-/// What is done with a need that nothing admissible serves.
+/// What happens to a need without an admissible source.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Policy {
-    /// Nothing goes out: at once where a contract refuses, after the need's `max_age` where it is not known yet.
+    /// Nothing is published: at once where a contract refuses, after the need's `max_age` where evidence is unknown.
     #[default]
     Stop,
-    /// The next lower guarantee is given, as long as there is one.
+    /// The next lower guarantee is given, while there is one.
     Degrade,
-    /// It goes out all the same, and is told.
+    /// Values are published all the same, with a warning.
     Warn,
 }
 
 impl Policy {
-    /// Every policy with the word for it in models.
+    /// Every policy and its name in models.
     pub const NAMES: [(&'static str, Policy); 3] =
         [("stop", Policy::Stop), ("degrade", Policy::Degrade), ("warn", Policy::Warn)];
 }
@@ -211,13 +210,13 @@ impl Policy {
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contracts {
     rows: IdVec<ContractId, Contract>,
-    /// Of whom there is one; platforms and this program are found by name.
+    /// The contract of each subject; platforms and this program are found by name.
     of: BTreeMap<Subject, ContractId>,
     scales: Scales,
 }
 
 impl Contracts {
-    /// Of checked rows; of two with one subject the first is its contract.
+    /// The contracts of checked rows; of two with one subject the first counts.
     #[must_use]
     pub fn new(rows: IdVec<ContractId, Contract>) -> Contracts {
         let mut of = BTreeMap::new();
@@ -227,13 +226,13 @@ impl Contracts {
         Contracts { rows, of, scales: Scales::standard() }
     }
 
-    /// Whether there is none.
+    /// Whether there is no contract.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.rows.is_empty()
     }
 
-    /// All of them.
+    /// All contracts.
     #[must_use]
     pub fn rows(&self) -> &IdVec<ContractId, Contract> {
         &self.rows
@@ -245,14 +244,14 @@ impl Contracts {
         &self.scales
     }
 
-    /// The contract of somebody who is no platform. O(log contracts).
+    /// The contract of a subject other than a platform. O(log contracts).
     #[must_use]
     pub fn of(&self, subject: Subject) -> Option<ContractId> {
         self.of.get(&subject).copied()
     }
 
-    /// The highest level that a signal without a contract gives: its property `integrity` on the scale of ISO 26262, `A` to
-    /// `D` as 1 to 4; none without it.
+    /// The highest level that a signal without a contract gives: its property `integrity` on the scale of ISO 26262, `A` to `D`
+    /// as 1 to 4; none without the property.
     #[must_use]
     pub fn integrity(&self, signal: &Properties) -> Option<Level> {
         let scale = self.scales.named(INTEGRITY_SCALE)?;
@@ -261,7 +260,7 @@ impl Contracts {
         rank.map(|rank| Level { scale, rank })
     }
 
-    /// Whether a relation without a contract passes a level on that all of its inputs give: not above its own `integrity`.
+    /// Whether a relation without a contract passes on a level that all of its inputs give: not above its own `integrity`.
     #[must_use]
     pub fn passes_on(&self, relation: &Properties, level: Level) -> bool {
         let own = relation.get(INTEGRITY);
@@ -270,7 +269,7 @@ impl Contracts {
         })
     }
 
-    /// The contract of who needs a variable. O(log contracts).
+    /// The contract of the consumer of a need. O(log contracts).
     #[must_use]
     pub fn of_need(&self, need: NeedId) -> Option<&Contract> {
         self.of(Subject::Need(need)).map(|id| &self.rows[id])

@@ -1,4 +1,4 @@
-//! Whether a level that a file claims for two redundant sources is one that the standards allow.
+//! Checks whether the standards allow a level that a contract claims for two redundant sources.
 //!
 //! This only checks a claim. No level follows from redundancy by itself: each of the two must suffice on its own, they must be
 //! compared, and they must be shown independent. The mean of two sources is no decomposition.
@@ -8,56 +8,56 @@ use super::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet};
 use crate::statement::{Level, Scales};
 use alloc::vec::Vec;
 
-/// One level that is claimed for two parts.
+/// A level that is claimed for two parts together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Claim {
-    /// What the two are said to reach together.
+    /// The level claimed for both together.
     pub original: Level,
-    /// What each reaches on its own.
+    /// The level of each on its own.
     pub parts: [Level; 2],
 }
 
-/// What is known of the two parts.
+/// The facts about the two parts.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Redundancy {
-    /// Whether each meets the requirement on its own.
+    /// Whether each part meets the requirement on its own.
     pub each_suffices: bool,
-    /// Whether they are compared with each other, and a difference is acted on.
+    /// Whether the parts are compared, and a difference has a consequence.
     pub are_compared: bool,
-    /// What both rest on.
+    /// The common causes of both parts.
     pub in_common: Vec<Common>,
 }
 
-/// Something that two sources share, so that they can fail together.
+/// A dependence of two sources, because of which they can fail together.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Common {
     /// A signal.
     Signal(SignalId),
     /// A common cause: a device, a supply, a clock.
     Cause(CauseId),
-    /// What both run on.
+    /// The platform that both run on.
     Platform(ContractId),
 }
 
-/// Why a claim does not stand.
+/// An objection to a claim.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Objection {
     /// The levels are of different scales.
     OtherScale,
     /// The scale has no rule of decomposition.
     NoRule,
-    /// The parts reach less, or nothing of the scale.
+    /// The parts reach only this level, or none of the scale.
     TooLow(Level),
-    /// One of them does not suffice on its own.
+    /// A part does not suffice on its own.
     Insufficient,
-    /// They are not compared.
+    /// The parts are not compared.
     NotCompared,
-    /// They are not independent.
+    /// The parts are not independent.
     Dependent(Vec<Common>),
 }
 
 impl Claim {
-    /// Everything that speaks against the claim; nothing when it stands.
+    /// All objections to the claim; empty for a valid claim.
     #[must_use]
     pub fn objections(&self, scales: &Scales, redundancy: &Redundancy) -> Vec<Objection> {
         let [one, other] = self.parts;
@@ -78,7 +78,7 @@ impl Claim {
     }
 }
 
-/// The level that two sufficiently independent parts may be claimed to reach; `None` where no standard says.
+/// The highest level that two independent parts may claim together; `None` where no standard has a rule.
 ///
 /// ASIL (ISO 26262-9:2018, 5): QM 0, A 1, B 2, C 3, D 4 add up. SIL (IEC 61508-2:2010, 7.4.3): two of capability N count as
 /// N + 1, once. PL (ISO 13849-1) and DAL have rules about architectures, not about pairs.
@@ -98,8 +98,7 @@ pub fn level_of_pair(scales: &Scales, one: Level, other: Level) -> Option<Level>
     Some(Level { scale: one.scale, rank: rank.min(top) })
 }
 
-/// What two sets of signals share by what the knowledge base says: signals, those included from which signals are derived, and
-/// causes of failing together.
+/// The common elements of two sets of signals in the knowledge base: signals, including origins, and common causes.
 ///
 /// Time: linear in the signals of all causes.
 #[must_use]
@@ -112,7 +111,7 @@ pub fn in_common(knowledge: &KnowledgeBase, one: &SignalSet, other: &SignalSet) 
     signals.chain(causes.map(|(id, _)| Common::Cause(id))).collect()
 }
 
-/// What two sets of signals share, what their producers run on included.
+/// The common elements of two sets of signals, including the platforms of their producers.
 #[must_use]
 pub fn dependence(
     knowledge: &KnowledgeBase,
@@ -135,7 +134,7 @@ pub fn dependence(
     common
 }
 
-/// The signals and all from which they are derived; of those that are one measurement, one.
+/// The signals and all their origins, one signal for each measurement.
 fn grounds(knowledge: &KnowledgeBase, signals: &SignalSet) -> SignalSet {
     let mut all = signals.clone();
     signals.iter().for_each(|signal| all.extend(&knowledge.origins(signal)));

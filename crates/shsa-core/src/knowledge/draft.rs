@@ -1,4 +1,4 @@
-//! A model as it is written: pieces of text, each with its place, before anything is checked.
+//! A model as it is written: pieces of text with their places, before any check.
 
 mod fusion;
 
@@ -11,8 +11,8 @@ pub use fusion::{FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDr
 
 /// A range of bytes in the source that a draft was read from.
 ///
-/// The core only orders and hands back places; who made the draft knows the file behind them. A draft that was
-/// made by a program may leave all places at their default.
+/// The core only orders and returns places; the maker of the draft knows the file. A draft made by a program may leave all places
+/// at their default.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Place {
     /// The first byte.
@@ -21,12 +21,12 @@ pub struct Place {
     pub to: u32,
 }
 
-/// A piece of a model and where it stands.
+/// A piece of a model and its place.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Text {
-    /// What is written, without quotes.
+    /// The text, without quotes.
     pub text: String,
-    /// Where.
+    /// The place of the text.
     pub place: Place,
 }
 
@@ -39,13 +39,13 @@ impl From<&Text> for Place {
 /// One value, or the lowest and the highest.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Bounds {
-    /// `0.5 m`, or plus-minus that.
+    /// `0.5 m`, or plus-minus this amount.
     One(Text),
     /// `[0 m, 2 m]`.
     Two(Text, Text),
 }
 
-/// Names with their numbers, in file order.
+/// Names and their numbers, in file order.
 pub type PropertyDrafts = Vec<(Text, Text)>;
 
 /// A model before it is checked, in file order.
@@ -53,21 +53,21 @@ pub type PropertyDrafts = Vec<(Text, Text)>;
 pub struct Draft {
     /// Physical quantities.
     pub variables: Vec<VariableDraft>,
-    /// Names and their values: a number, a quantity such as `2.67 m`, or the bounds of one.
+    /// Names and their values: a number, a quantity such as `2.67 m`, or two bounds.
     pub constants: Vec<(Text, Bounds)>,
     /// Heads such as `clamp01(x)` and their formulas.
     pub functions: Vec<(Text, Text)>,
     /// How variables determine each other.
     pub relations: Vec<RelationDraft>,
-    /// What carries variables.
+    /// Signals on the bus.
     pub signals: Vec<SignalDraft>,
     /// Signals that are computed from others by estimation.
     pub fusions: Vec<FusionDraft>,
-    /// What must stay available.
+    /// Variables that must stay available.
     pub needs: Vec<NeedDraft>,
-    /// What others run on, each with its contract.
+    /// Platforms that services run on, each with its contract.
     pub platform: Vec<ContractDraft>,
-    /// What signals, relations, needs and this program guarantee and demand.
+    /// Guarantees and demands of signals, relations, needs and this program.
     pub contracts: Vec<ContractDraft>,
     /// The figure of merit; `norm` when absent.
     pub utility: Option<UtilityDraft>,
@@ -76,11 +76,11 @@ pub struct Draft {
 /// How substitutions are rated.
 #[derive(Clone, Debug)]
 pub enum UtilityDraft {
-    /// One that is known by name.
+    /// A predefined utility.
     Named(Text),
-    /// Formulas of the model's own.
+    /// The model's own formulas.
     Own {
-        /// The key, for what is wrong with all of it.
+        /// The key, as the place of problems of the whole.
         at: Text,
         /// `product` (when absent), `sum` or `minimum`.
         aggregate: Option<Text>,
@@ -88,16 +88,16 @@ pub enum UtilityDraft {
         relation: Option<Text>,
         /// A formula over the properties of a signal, and `rate` and `delay` in SI.
         signal: Option<Text>,
-        /// A formula over how a way ran: `agreement`, `error`, `width`, `availability`.
+        /// A formula over the record of a way: `agreement`, `error`, `width`, `availability`.
         way: Option<Text>,
-        /// Values of properties where they are not given, and of figures of a way that are not known.
+        /// Default values of properties, and of figures of a way without evidence.
         defaults: PropertyDrafts,
     },
 }
 
-/// A model that is read a piece at a time: of a large one, no piece is kept longer than it takes to check it.
+/// A model that is read a piece at a time: no piece of a large model is kept after its check.
 ///
-/// Each list may be read more than once, and gives the same pieces then, in file order.
+/// Each list may be read more than once, and gives the same pieces each time, in file order.
 pub trait Source {
     /// Gives all variables.
     fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft));
@@ -113,16 +113,16 @@ pub trait Source {
     fn fusions(&mut self, take: &mut dyn FnMut(&FusionDraft));
     /// Gives all needs.
     fn needs(&mut self, take: &mut dyn FnMut(&NeedDraft));
-    /// What others run on.
+    /// Gives all platforms.
     fn platform(&mut self) -> Vec<ContractDraft>;
-    /// What signals, relations, needs and this program guarantee and demand.
+    /// Gives all contracts.
     fn contracts(&mut self) -> Vec<ContractDraft>;
-    /// The figure of merit.
+    /// Gives the utility.
     fn utility(&mut self) -> Option<UtilityDraft>;
 }
 
 impl Draft {
-    /// Everything that a source has.
+    /// The draft of all pieces of a source.
     #[must_use]
     pub fn of(source: &mut dyn Source) -> Draft {
         let mut draft = Draft { utility: source.utility(), ..Draft::default() };
@@ -185,7 +185,7 @@ pub struct VariableDraft {
     pub range: Option<(Text, Text)>,
     /// Largest rate of change, as a number in the variable's unit a second or as a quantity.
     pub max_rate: Option<Text>,
-    /// The turn after which its values are the same again, as a number in the variable's unit or as a quantity.
+    /// The turn after which the values repeat, as a number in the variable's unit or as a quantity.
     pub wraps: Option<Text>,
     /// Named numbers.
     pub properties: PropertyDrafts,
@@ -196,11 +196,11 @@ pub struct VariableDraft {
 pub struct RelationDraft {
     /// Unique among relations.
     pub name: Text,
-    /// What it says.
+    /// The relation's content.
     pub body: BodyDraft,
-    /// The variables that it may be solved for; all that it can be when absent.
+    /// The variables to solve the relation for; all possible ones when absent.
     pub directions: Option<Vec<Text>>,
-    /// A condition over its variables that must hold for the result to count.
+    /// A condition over the relation's variables that must hold for the result to count.
     pub condition: Option<Text>,
     /// By how much the left side may differ from the right: a number in the unit of the left side, a quantity,
     /// or bounds.
@@ -209,65 +209,64 @@ pub struct RelationDraft {
     pub properties: PropertyDrafts,
 }
 
-/// What a relation says.
+/// The content of a relation.
 #[derive(Clone, Debug)]
 pub enum BodyDraft {
     /// Two formulas with `=` between them.
     Equation(Text),
-    /// Only who determines whom: it can be planned and analysed, not run.
+    /// Only inputs and outputs: the relation can be planned and analysed, not run.
     Structure {
-        /// What it may produce.
+        /// The variables that the relation may produce.
         outputs: Vec<Text>,
-        /// What it may read: for one output, all of them but that output.
+        /// The variables that the relation may read: for one output, all of them but that output.
         inputs: Vec<Text>,
     },
 }
 
-/// Something on the bus that carries a variable.
+/// A signal on the bus that carries a variable.
 #[derive(Clone, Debug, Default)]
 pub struct SignalDraft {
     /// Unique among signals.
     pub name: Text,
-    /// What it carries.
+    /// The variable that the signal carries.
     pub variable: Option<Text>,
-    /// Where it is found; its name when absent.
+    /// Where the signal is found; its name when absent.
     pub source: Option<Text>,
-    /// What that tells of its measurement, by who knows how such texts are written.
+    /// The parts of the source's text, from the module that knows the notation.
     pub source_parts: SourceParts,
-    /// What its values come in, or a multiple of it such as `-1 m/s`; the variable's unit when absent.
+    /// The unit of the values, or a multiple of one such as `-1 m/s`; the variable's unit when absent.
     pub unit: Option<Text>,
-    /// What each reading is multiplied by to be a value in its unit; 1 when absent.
+    /// The factor from a reading to a value in the signal's unit; 1 when absent.
     pub scale: Option<Text>,
-    /// What is added to that, as a number in its unit or as a quantity; 0 when absent.
+    /// The amount added to that, as a number in the signal's unit or as a quantity; 0 when absent.
     pub offset: Option<Text>,
     /// A frequency such as `10 Hz`.
     pub rate: Option<Text>,
     /// Plus-minus (`0.15`, `5 cm`, `2 %`, `0.3 + 1 %`), or lowest and highest.
     pub value_error: Option<Bounds>,
-    /// Standard deviation of its noise: a number in the signal's unit, or a quantity.
+    /// Standard deviation of the noise: a number in the signal's unit, or a quantity.
     pub noise: Option<Text>,
     /// Plus-minus (`50 ms`), or lowest and highest.
     pub time_error: Option<Bounds>,
-    /// How old its content is at its time stamp.
+    /// How much older the content is than the time stamp.
     pub delay: Option<Text>,
-    /// How long a time each value is the mean over, around the moment that it tells about.
+    /// How long a time each value is the mean over, around the moment of the value.
     pub mean_over: Option<Text>,
-    /// How long it may be silent, or `none`.
+    /// How long the signal may be silent, or `none`.
     pub timeout: Option<Text>,
-    /// Lowest and highest possible reading, as numbers in the signal's unit or as quantities; within its variable's.
+    /// Lowest and highest possible reading, as numbers in the signal's unit or as quantities; within the variable's range.
     pub range: Option<(Text, Text)>,
-    /// Largest rate of change, as a number in the signal's unit a second or as a quantity, or `none`; its variable's when
-    /// absent.
+    /// Largest rate of change, as a number in the signal's unit a second or as a quantity, or `none`; the variable's when absent.
     pub max_rate: Option<Text>,
     /// Longest time from the time stamp to the reception, or `none`.
     pub max_delay: Option<Text>,
-    /// How long its values may stay exactly the same, or `none`.
+    /// How long readings may stay exactly the same, or `none`.
     pub frozen_after: Option<Text>,
     /// `true` when a value stands until the next one, or `false`.
     pub hold: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
-    /// What it shares with other signals (a device, a clock, a power supply), each with the probability that it fails.
+    /// Common causes (a device, a clock, a power supply) that the signal shares with others, each with its prior probability.
     pub shares: Vec<(Text, Option<Text>)>,
     /// Named numbers.
     pub properties: PropertyDrafts,
@@ -276,9 +275,9 @@ pub struct SignalDraft {
 /// A variable that must stay available.
 #[derive(Clone, Debug, Default)]
 pub struct NeedDraft {
-    /// Which.
+    /// The variable.
     pub variable: Text,
-    /// The name under which it is published; `/healed/<variable>` when absent.
+    /// The name of the publication; `/healed/<variable>` when absent.
     pub signal: Option<Text>,
     /// How old a published value may be.
     pub max_age: Option<Text>,
@@ -288,7 +287,7 @@ pub struct NeedDraft {
     pub integrity: Option<Text>,
     /// How often values must come: a frequency such as `5 Hz`.
     pub min_rate: Option<Text>,
-    /// `hull`, `last` or `withhold`: what goes out while all that could serve it is suspect.
+    /// `hull`, `last` or `withhold`: what is published while every source is suspect.
     pub when_unsure: Option<Text>,
     /// Least time between two voluntary switches.
     pub hold: Option<Text>,
@@ -298,24 +297,24 @@ pub struct NeedDraft {
     pub blend: Option<Text>,
     /// By what share another source must be better: a number or a percentage.
     pub hysteresis: Option<Text>,
-    /// `engine` or `process`: where its substitutes are computed.
+    /// `engine` or `process`: where substitutes are computed.
     pub isolation: Option<Text>,
 }
 
-/// What somebody guarantees, demands and observes.
+/// The contract of a signal, a relation, a need, a platform, or `shsa`.
 #[derive(Clone, Debug, Default)]
 pub struct ContractDraft {
-    /// Of a signal, a relation, a need, a platform, or `shsa`.
+    /// The name of the subject.
     pub name: Text,
-    /// The platform that it runs on.
+    /// The platform that the subject runs on.
     pub runs_on: Option<Text>,
-    /// `stop`, `degrade` or `warn`: what is done with a need that nothing admissible serves.
+    /// `stop`, `degrade` or `warn`: what happens to a need without an admissible source.
     pub policy: Option<Text>,
-    /// The best first.
+    /// Guarantees, the best first.
     pub gives: Vec<GuaranteeDraft>,
-    /// Of others.
+    /// Demands of others.
     pub asks: Vec<DemandDraft>,
-    /// Names, and what is observed, such as `age at most 300 ms`.
+    /// Names and the observed quantity, such as `age at most 300 ms`.
     pub evidence: Vec<(Text, Text)>,
 }
 
@@ -324,19 +323,19 @@ pub struct ContractDraft {
 pub struct GuaranteeDraft {
     /// Unique in its contract.
     pub name: Text,
-    /// The variable that it is about, where a relation may produce several.
+    /// The variable of the statement, where a relation may produce several.
     pub of: Option<Text>,
     /// A level such as `SIL 2`; none when absent.
     pub level: Option<Text>,
-    /// Names of what is asked and observed, joined by `and`, `or` and `2 of (..)`; all of them when absent.
+    /// Names of demands and evidence, joined by `and`, `or` and `2 of (..)`; all of them when absent.
     pub when: Option<Text>,
-    /// Two of what is asked that are claimed to be redundant.
+    /// Two demands that are claimed to be redundant.
     pub redundant: Option<Vec<Text>>,
     /// Names and their bounds, such as `error` and `at most 0.5 m`.
     pub properties: Vec<(Text, Text)>,
 }
 
-/// A statement that is asked of somebody else.
+/// A statement that is demanded of another party.
 #[derive(Clone, Debug, Default)]
 pub struct DemandDraft {
     /// Unique in its contract, among demands and evidence.
@@ -349,16 +348,16 @@ pub struct DemandDraft {
     pub properties: Vec<(Text, Text)>,
 }
 
-/// What is wrong in a draft, and where.
+/// A problem of a draft, and its place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Diagnostic {
     /// An error keeps the model from being used.
     pub severity: Severity,
-    /// The piece of text that it is about.
+    /// The piece of text with the problem.
     pub place: Place,
-    /// The bytes of that text that it is about; all when `None`.
+    /// The bytes of that text with the problem; all when `None`.
     pub span: Option<Range<usize>>,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub message: String,
     /// What to write instead.
     pub help: Option<String>,

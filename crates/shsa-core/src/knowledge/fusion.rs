@@ -1,6 +1,6 @@
-//! Fusions: signals that estimators compute from others, checked.
+//! Checked fusions: signals that estimators compute from others.
 //!
-//! The core knows what they are derived from and when to trust them; how they are computed, `shsa-estimate` knows.
+//! The core knows the inputs of fusions, and when to trust their outputs; `shsa-estimate` computes them.
 
 use super::draft::Place;
 use super::ids::SignalId;
@@ -15,21 +15,21 @@ use core::fmt;
 /// How a fusion estimates.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FusionMethod {
-    /// The moving average of what the inputs say.
+    /// The moving average of the inputs.
     Average,
-    /// The moving median.
+    /// The moving median of the inputs.
     Median,
     /// The average weighted by the inputs' variances.
     Confidence,
     /// Marzullo's fault-tolerant interval.
     Marzullo,
-    /// Schmid's, which is continuous.
+    /// Schmid's fault-tolerant interval, which is continuous.
     Schmid,
     /// The estimate of Brooks and Iyengar.
     BrooksIyengar,
     /// The Kalman filter; formulas that are not linear are linearised.
     Kalman,
-    /// The extended Kalman filter: the same, by the name that tells of formulas that are not linear.
+    /// The extended Kalman filter: the same filter, under the name for nonlinear formulas.
     ExtendedKalman,
     /// The unscented Kalman filter.
     UnscentedKalman,
@@ -42,7 +42,7 @@ pub enum FusionMethod {
 }
 
 impl FusionMethod {
-    /// Every method with its word.
+    /// Every method and its name in models.
     pub const NAMES: [(&str, FusionMethod); 12] = [
         ("average", FusionMethod::Average),
         ("median", FusionMethod::Median),
@@ -58,13 +58,13 @@ impl FusionMethod {
         ("particle", FusionMethod::Particle),
     ];
 
-    /// Its word.
+    /// The method's name in models.
     #[must_use]
     pub fn name(self) -> &'static str {
         FusionMethod::NAMES.iter().find(|(_, method)| *method == self).map_or("", |(name, _)| name)
     }
 
-    /// Whether it looks at what is measured only, not at the model of how the states go on.
+    /// Whether the method uses the measurements only, without a model of the states.
     #[must_use]
     pub fn is_direct(self) -> bool {
         matches!(
@@ -84,32 +84,32 @@ impl FusionMethod {
 pub struct Fusion {
     /// Unique among fusions.
     pub name: String,
-    /// Where its parts stand in the model.
+    /// The places of its parts in the model.
     pub places: FusionPlaces,
-    /// How it estimates.
+    /// The method.
     pub method: FusionMethod,
-    /// What is estimated.
+    /// The estimated quantities.
     pub states: Vec<FusionState>,
     /// The signals that set the control inputs.
     pub controls: Vec<SignalId>,
-    /// What measures the states.
+    /// The measurements of the states.
     pub inputs: Vec<FusionInput>,
     /// The new signals.
     pub outputs: Vec<FusionOutput>,
-    /// Signals that say what an input would measure, by others: witnesses about it.
+    /// Signals that predict inputs from the other inputs: witnesses about those inputs.
     pub predictions: Vec<FusionPrediction>,
-    /// Its settings.
+    /// The settings.
     pub settings: FusionSettings,
 }
 
-/// Where the parts of a fusion stand in the model that it was read from: no part of what it says, so all are equal.
+/// The places of the parts of a fusion in the model. They are not part of its meaning, so all places compare as equal.
 #[derive(Clone, Default)]
 pub struct FusionPlaces {
-    /// Its name.
+    /// The place of the fusion's name.
     pub name: Place,
-    /// The names of its states.
+    /// The places of the states' names.
     pub states: Vec<Place>,
-    /// The names of its inputs.
+    /// The places of the inputs' names.
     pub inputs: Vec<Place>,
 }
 
@@ -130,80 +130,80 @@ impl fmt::Debug for FusionPlaces {
 pub struct FusionState {
     /// Unique in its fusion.
     pub name: String,
-    /// For people; `None` when neither it nor a variable of its name has one.
+    /// The unit for display; `None` where neither the state nor a variable of its name has one.
     pub unit: Option<Unit>,
-    /// The turn after which its values are the same again, SI.
+    /// The turn after which the values repeat, SI.
     pub turn: Option<f64>,
-    /// What it is at first, SI.
+    /// The initial value, SI.
     pub initial: f64,
-    /// Standard deviation of that, SI.
+    /// Standard deviation of the initial value, SI.
     pub spread: f64,
-    /// Standard deviation of what the transition does not know, SI, in a second: it grows with the root of time.
+    /// Standard deviation of the state's unmodelled change in a second, SI; grows with the root of time.
     pub noise: Formula,
-    /// What it is `dt` later; over states, controls and `dt`.
+    /// The state `dt` later; over states, controls and `dt`.
     pub transition: Formula,
 }
 
-/// What measures the states.
+/// A measurement of the states.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusionInput {
-    /// A measured signal.
+    /// The measured signal.
     pub signal: SignalId,
-    /// What it measures.
+    /// The measured quantity, as a formula.
     pub measures: Formula,
-    /// Standard deviation of its noise, SI; `None` takes that of the signal, else what its errors say.
+    /// Standard deviation of the noise, SI; `None`: the signal's noise, else its errors.
     pub noise: Option<Formula>,
-    /// The turn after which its values are the same again, SI.
+    /// The turn after which the values repeat, SI.
     pub turn: Option<f64>,
 }
 
-/// What an input would measure, by the inputs that are left.
+/// A prediction of an input from other inputs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusionPrediction {
-    /// The new signal.
+    /// The signal of the prediction.
     pub signal: SignalId,
-    /// Of which input, by its place.
+    /// The place of the predicted input.
     pub input: usize,
-    /// The inputs that are left out, by their places, ascending; that input is among them.
+    /// The places of the inputs that are left out, ascending; the predicted input is among them.
     pub without: Vec<usize>,
-    /// Whether the others see no more than how it changes, so that the prediction begins from what was known with it: then it is
-    /// derived from that input, too, and no witness for it.
+    /// Whether the other inputs see only how the input changes, so that the prediction starts from the input's earlier values:
+    /// then it is derived from the input, and no witness about it.
     pub is_anchored: bool,
 }
 
 /// A new signal.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FusionOutput {
-    /// Which.
+    /// The signal.
     pub signal: SignalId,
     /// Its value.
     pub value: Formula,
-    /// The share of probability within its interval, above 0 and below 1.
+    /// The probability that the interval holds the truth, above 0 and below 1.
     pub confidence: f64,
-    /// The turn after which its values are the same again, and the least one of them, SI.
+    /// The turn after which the values repeat, and the smallest of them, SI.
     pub turn: Option<(f64, f64)>,
 }
 
-/// How a fusion takes measurements in.
+/// The settings of a fusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FusionSettings {
     /// Time between two estimates; one with every input when `None`.
     pub period: Option<Span>,
     /// How far behind the newest measurement a late one still counts.
     pub horizon: Span,
-    /// How many moments are kept for that.
+    /// The number of moments kept for late measurements.
     pub moments: usize,
-    /// After how long without a measurement nothing is known.
+    /// After how long without a measurement the estimate is unknown.
     pub unknown_after: Span,
     /// The share of healthy measurements that count; `None` takes all.
     pub gate: Option<f64>,
-    /// How many inputs may lie, for fusion of intervals.
+    /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: usize,
-    /// How many values a moving average or median goes over.
+    /// The number of values of a moving average or median.
     pub window: usize,
-    /// How many particles there are.
+    /// The number of particles.
     pub particles: usize,
-    /// Of the particles' random numbers.
+    /// The seed of the particles' random numbers.
     pub seed: u64,
 }
 
@@ -214,7 +214,7 @@ impl KnowledgeBase {
         &self.fusions
     }
 
-    /// The same with these fusions; they must name only its signals.
+    /// Replaces the fusions; they must name only signals of the knowledge base.
     #[must_use]
     pub fn with_fusions(self, fusions: Vec<Fusion>) -> KnowledgeBase {
         let outputs = fusions.iter().flat_map(|fusion| &fusion.outputs).map(|output| output.signal);
@@ -224,26 +224,26 @@ impl KnowledgeBase {
         KnowledgeBase { fusions, fused, computed, ..self }
     }
 
-    /// Whether a signal is computed by a fusion, and not found on any bus.
+    /// Whether a fusion computes a signal, so that it is on no bus.
     #[must_use]
     pub fn is_computed(&self, signal: SignalId) -> bool {
         self.computed.contains(signal)
     }
 
-    /// Whether a signal tells what an input of a fusion would measure, by the others.
+    /// Whether a signal predicts an input of a fusion from the other inputs.
     #[must_use]
     pub fn is_prediction(&self, signal: SignalId) -> bool {
         self.is_computed(signal) && !self.is_fused(signal)
     }
 
-    /// Whether a signal is an output of a fusion: it leaves suspects out, and is there without some of what it is derived from.
+    /// Whether a signal is an output of a fusion, which leaves suspects out and so outlasts the loss of some origins.
     #[must_use]
     pub fn is_fused(&self, signal: SignalId) -> bool {
         self.fused.contains(signal)
     }
 
-    /// The signals without any of which a signal is lost: as [`KnowledgeBase::origins`], but one that is fused only rests on
-    /// itself, as its estimator leaves suspects out.
+    /// The signals whose loss loses a signal: its [origins](KnowledgeBase::origins), but for an output of a fusion only itself,
+    /// as its estimator leaves suspects out.
     #[must_use]
     pub fn foundations(&self, signal: SignalId) -> SignalSet {
         if !self.fused.is_empty() && self.is_fused(signal) {

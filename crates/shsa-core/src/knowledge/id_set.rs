@@ -19,13 +19,13 @@ pub type SignalSet = IdSet<SignalId>;
 pub type RelationSet = IdSet<RelationId>;
 
 impl<I: Id> IdSet<I> {
-    /// Without elements; equal sets are equal however they were made.
+    /// The empty set; equal sets have equal words, however they were made.
     #[must_use]
     pub const fn new() -> IdSet<I> {
         IdSet { words: Vec::new(), kind: PhantomData }
     }
 
-    /// Adds an element; whether it was not in it.
+    /// Adds an element; returns whether it was new.
     pub fn insert(&mut self, id: I) -> bool {
         let (word, bit) = place(id);
         if self.words.len() <= word {
@@ -37,7 +37,7 @@ impl<I: Id> IdSet<I> {
         is_new
     }
 
-    /// Takes an element out.
+    /// Removes an element.
     pub fn remove(&mut self, id: I) {
         let (word, bit) = place(id);
         if let Some(bits) = self.words.get_mut(word) {
@@ -46,27 +46,27 @@ impl<I: Id> IdSet<I> {
         self.trim();
     }
 
-    /// The last word is never 0.
+    /// Keeps the last word from being 0.
     fn trim(&mut self) {
         while self.words.last() == Some(&0) {
             self.words.pop();
         }
     }
 
-    /// Whether an element is in it.
+    /// Whether the set contains an element.
     #[must_use]
     pub fn contains(&self, id: I) -> bool {
         let (word, bit) = place(id);
         self.words.get(word).is_some_and(|bits| bits & bit != 0)
     }
 
-    /// Whether an element is in both.
+    /// Whether two sets have an element in common.
     #[must_use]
     pub fn meets(&self, other: &IdSet<I>) -> bool {
         self.words.iter().zip(&other.words).any(|(a, b)| a & b != 0)
     }
 
-    /// Whether all elements of `other` are in it.
+    /// Whether the set contains all elements of `other`.
     #[must_use]
     pub fn covers(&self, other: &IdSet<I>) -> bool {
         other.iter().all(|id| self.contains(id))
@@ -82,7 +82,7 @@ impl<I: Id> IdSet<I> {
         }
     }
 
-    /// Keeps the elements that are in another set, too.
+    /// Keeps the elements of both sets.
     pub fn intersect(&mut self, other: &IdSet<I>) {
         self.words.truncate(other.words.len());
         for (bits, kept) in self.words.iter_mut().zip(&other.words) {
@@ -91,14 +91,14 @@ impl<I: Id> IdSet<I> {
         self.trim();
     }
 
-    /// How many elements are not in another set.
+    /// The number of elements that are not in another set.
     #[must_use]
     pub fn count_outside(&self, other: &IdSet<I>) -> usize {
         let others = other.words.iter().chain(core::iter::repeat(&0));
         self.words.iter().zip(others).map(|(bits, others)| (bits & !others).count_ones() as usize).sum()
     }
 
-    /// The elements that are in one of two sets only.
+    /// The elements of exactly one of two sets.
     #[must_use]
     pub fn difference(&self, other: &IdSet<I>) -> IdSet<I> {
         let (long, short) = if self.words.len() < other.words.len() { (other, self) } else { (self, other) };
@@ -110,24 +110,24 @@ impl<I: Id> IdSet<I> {
         apart
     }
 
-    /// How many elements there are.
+    /// The number of elements.
     #[must_use]
     pub fn len(&self) -> usize {
         self.words.iter().map(|bits| bits.count_ones() as usize).sum()
     }
 
-    /// Whether there is none.
+    /// Whether the set is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.words.is_empty()
     }
 
-    /// Its elements, ascending.
+    /// The elements, ascending.
     pub fn iter(&self) -> impl Iterator<Item = I> + '_ {
         self.iter_from(0)
     }
 
-    /// Its elements from an index on, ascending.
+    /// The elements from an index on, ascending.
     pub fn iter_from(&self, start: usize) -> impl Iterator<Item = I> + '_ {
         let first = start / 64;
         let words = self.words.iter().enumerate().skip(first);

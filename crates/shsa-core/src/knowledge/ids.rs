@@ -9,7 +9,7 @@ use core::ops::{Index, IndexMut};
 pub trait Id: Copy + Ord {
     /// The id of the element at `index`.
     fn from_index(index: usize) -> Self;
-    /// Where the element stands.
+    /// The element's place.
     fn index(self) -> usize;
 }
 
@@ -53,7 +53,7 @@ impl VariableId {
     }
 }
 
-/// A vector whose elements are found by their own kind of id.
+/// A vector indexed by its own kind of id.
 ///
 /// Only [`IdVec::push`] makes ids, so an id of this vector always finds its element.
 #[derive(Clone, Debug, PartialEq)]
@@ -63,7 +63,7 @@ pub struct IdVec<I, T> {
 }
 
 impl<I: Id, T> IdVec<I, T> {
-    /// Without elements.
+    /// An empty vector.
     #[must_use]
     pub const fn new() -> Self {
         IdVec { items: Vec::new(), kind: PhantomData }
@@ -74,34 +74,34 @@ impl<I: Id, T> IdVec<I, T> {
         IdVec { items: (0..count).map(I::from_index).map(make).collect(), kind: PhantomData }
     }
 
-    /// Appends an element and gives its id.
+    /// Appends an element and returns its id.
     pub fn push(&mut self, item: T) -> I {
         self.items.push(item);
         I::from_index(self.items.len() - 1)
     }
 
-    /// Without elements, with room for some.
+    /// An empty vector with room for some elements.
     #[must_use]
     pub fn with_capacity(capacity: usize) -> Self {
         IdVec { items: Vec::with_capacity(capacity), kind: PhantomData }
     }
 
-    /// Makes room for so many more elements.
+    /// Reserves room for more elements.
     pub fn reserve(&mut self, additional: usize) {
         self.items.reserve(additional);
     }
 
-    /// Drops all elements, and keeps their room.
+    /// Removes all elements, and keeps the room.
     pub fn clear(&mut self) {
         self.items.clear();
     }
 
-    /// Takes the last element.
+    /// Removes and returns the last element.
     pub fn pop(&mut self) -> Option<T> {
         self.items.pop()
     }
 
-    /// Keeps the elements for whose ids `keep` says so; those behind a dropped one get other ids.
+    /// Keeps the elements whose ids `keep` accepts; elements after a dropped one get other ids.
     pub(super) fn retain(&mut self, mut keep: impl FnMut(I) -> bool) {
         let mut at = 0;
         self.items.retain(|_| {
@@ -110,13 +110,13 @@ impl<I: Id, T> IdVec<I, T> {
         });
     }
 
-    /// How many elements there are.
+    /// The number of elements.
     #[must_use]
     pub fn len(&self) -> usize {
         self.items.len()
     }
 
-    /// Whether there is none.
+    /// Whether the vector is empty.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.items.is_empty()
@@ -132,7 +132,7 @@ impl<I: Id, T> IdVec<I, T> {
         self.items.iter()
     }
 
-    /// All elements, in order, to change.
+    /// All elements, in order, mutable.
     pub fn iter_mut(&mut self) -> core::slice::IterMut<'_, T> {
         self.items.iter_mut()
     }
@@ -142,13 +142,13 @@ impl<I: Id, T> IdVec<I, T> {
         self.items.iter().enumerate().map(|(index, item)| (I::from_index(index), item))
     }
 
-    /// The elements of a range of ids; none if there are not so many.
+    /// The elements of a range of ids; empty for a range beyond the end.
     #[must_use]
     pub fn slice(&self, range: core::ops::Range<usize>) -> &[T] {
         self.items.get(range).unwrap_or_default()
     }
 
-    /// The element of an id that may be of another vector.
+    /// The element of an id that may belong to another vector.
     #[must_use]
     pub fn find(&self, id: I) -> Option<&T> {
         self.items.get(id.index())

@@ -1,25 +1,24 @@
-//! Elements by their names.
+//! An index of elements by their names.
 
 use super::ids::Id;
 use alloc::vec::Vec;
 
-/// Finds elements by name. It holds no names: who asks says what each element is called.
+/// Finds elements by name. The index holds no names: the caller gives the name of each element.
 ///
-/// Sorted by a hash of the name, then the name, then the id, with a directory of the hash's first bits. A lookup takes
-/// constant time for usual names, and logarithmic time in the elements whatever the names are: there is nothing to
-/// gain from names with the same hash. Nothing is ever listed in the order of the hash. Twelve to sixteen bytes an
-/// element.
+/// Sorted by a hash of the name, then the name, then the id, with a directory of the hash's first bits. A lookup takes constant
+/// time for usual names, and logarithmic time at worst, so that names with equal hashes cannot slow it down. No list is in the
+/// order of the hash. Twelve to sixteen bytes an element.
 #[derive(Clone, Debug)]
 pub(crate) struct Index<I> {
-    /// Where the entries begin whose hash has these first bits.
+    /// The first entry of each prefix of the hash.
     starts: Vec<u32>,
-    /// By how many bits a hash is shifted for the directory.
+    /// How far a hash is shifted right for the directory.
     shift: u32,
     entries: Vec<(u32, I)>,
 }
 
 impl<I: Id> Index<I> {
-    /// Of the ids up to `count` with their names. Time: `n log n` for `n` elements.
+    /// The index of the ids below `count`, by their names. Time: `n log n` for `n` elements.
     pub(crate) fn new<'n>(count: usize, name: impl Fn(I) -> &'n str) -> Self {
         let mut entries: Vec<(u32, I)> =
             (0..count).map(I::from_index).map(|id| (hash(name(id)), id)).collect();
@@ -51,7 +50,7 @@ impl<I: Id> Index<I> {
         (hash == key && name(id) == wanted).then_some(id)
     }
 
-    /// The elements whose name an element before them has, each with the first of that name.
+    /// The elements whose name an earlier element has, each with the first element of that name.
     pub(crate) fn repeated<'n>(&self, name: impl Fn(I) -> &'n str) -> Vec<(I, I)> {
         let mut found = Vec::new();
         let mut first: Option<(u32, I)> = None;
@@ -72,7 +71,7 @@ impl<I: Id> Default for Index<I> {
     }
 }
 
-/// Fowler, Noll and Vo's hash 1a, with the bits mixed, as the directory reads the first ones.
+/// The hash 1a of Fowler, Noll and Vo, mixed so that its first bits are usable for the directory.
 fn hash(name: &str) -> u32 {
     let add = |hash: u64, byte: u8| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3);
     let hash = name.bytes().fold(0xcbf2_9ce4_8422_2325, add);
@@ -87,7 +86,7 @@ mod tests {
     use alloc::format;
     use alloc::string::String;
 
-    /// Compared with a map of names.
+    /// Compares the index with a map of names.
     #[track_caller]
     fn check(names: &[String]) {
         let name = |id: VariableId| names[id.index()].as_str();

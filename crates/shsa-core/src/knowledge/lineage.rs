@@ -1,10 +1,10 @@
-//! What of a knowledge base lives on in the one that takes its place: elements are matched by their names.
+//! Maps the elements of a knowledge base to those of its successor, by name.
 
 use super::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, VariableId};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-/// Where the elements of an old knowledge base stand in a new one.
+/// The places of the elements of an old knowledge base in a new one.
 #[derive(Clone, Debug)]
 pub struct Lineage {
     variables: IdVec<VariableId, Option<VariableId>>,
@@ -42,19 +42,19 @@ impl Lineage {
         self.variables.find(old).copied().flatten()
     }
 
-    /// The relation of the same name; it may say something else now.
+    /// The relation of the same name; its content may differ.
     #[must_use]
     pub fn relation(&self, old: RelationId) -> Option<RelationId> {
         self.relations.find(old).copied().flatten()
     }
 
-    /// The signal of the same name; it may come from elsewhere now.
+    /// The signal of the same name; its source may differ.
     #[must_use]
     pub fn namesake(&self, old: SignalId) -> Option<SignalId> {
         self.namesakes.find(old).copied().flatten()
     }
 
-    /// The signal of the same name from the same source; its values may mean something else now.
+    /// The signal of the same name and source; the meaning of its values may differ.
     #[must_use]
     pub fn source(&self, old: SignalId) -> Option<SignalId> {
         self.sources.find(old).copied().flatten()
@@ -67,13 +67,13 @@ impl Lineage {
         self.signals.find(old).copied().flatten()
     }
 
-    /// The need of the same variable, which still has its dimension and shape; the limits may differ.
+    /// The need of the same variable with the same dimension and shape; the limits may differ.
     #[must_use]
     pub fn need(&self, old: NeedId) -> Option<NeedId> {
         self.needs.find(old).copied().flatten()
     }
 
-    /// Whether every variable, relation and signal that lasts has the id that it had.
+    /// Whether every remaining variable, relation and signal keeps its id.
     #[must_use]
     pub fn keeps_ids(&self) -> bool {
         keep(&self.variables) && keep(&self.relations) && keep(&self.namesakes)
@@ -96,7 +96,7 @@ impl Lineage {
             && one.limits.range == other.limits.range
     }
 
-    /// The need of a variable that has one; of several, those with the same name of publication are the same.
+    /// Matches the needs of a variable; of several, those with the same name of publication.
     fn matched_needs(&self, old: &KnowledgeBase, new: &KnowledgeBase) -> IdVec<NeedId, Option<NeedId>> {
         let mut open: BTreeMap<VariableId, Vec<NeedId>> = BTreeMap::new();
         let mut counts: BTreeMap<VariableId, usize> = BTreeMap::new();
@@ -129,13 +129,13 @@ fn keep<I: Id>(matches: &IdVec<I, Option<I>>) -> bool {
     matches.enumerate().all(|(id, new)| new.is_none_or(|new| new == id))
 }
 
-/// How many elements a walk over two lists passes over to be in step again.
+/// At most this many elements are skipped to bring two lists back into step.
 const AHEAD: usize = 8;
 
-/// For each old element the new one of the same name.
+/// For each old element, the new element of the same name.
 ///
-/// Most elements of a changed model follow each other as before, so both lists are gone through side by side, from both
-/// ends; only what lies between is looked up by its name. Time: O(n), and O(k log k) for k in between.
+/// Most elements of a changed model keep their order, so both lists are compared side by side, from both ends; only elements in
+/// between are looked up by name. Time: O(n), and O(k log k) for k in between.
 fn matched<I: Id, T>(old: &IdVec<I, T>, new: &IdVec<I, T>, name: impl Fn(&T) -> &str) -> IdVec<I, Option<I>> {
     let old_name = |at: usize| old.find(I::from_index(at)).map(&name);
     let new_name = |at: usize| new.find(I::from_index(at)).map(&name);

@@ -1,7 +1,7 @@
 //! The knowledge base: variables, relations, signals and needs, built only through checks.
 //!
-//! Everything is found by dense ids in file order. Cycles and relations that are usable in several directions
-//! are ordinary. What can change at run time is the availability of signals; every change bumps the version.
+//! Elements are found by dense ids in file order. Cycles, and relations usable in several directions, are allowed. The
+//! availability of signals and the properties can change at run time; every change raises the version.
 
 mod ids;
 mod rows;
@@ -63,13 +63,13 @@ use alloc::vec::Vec;
 pub struct Relation {
     /// Unique in the model.
     pub name: String,
-    /// Every variable that may be read, ascending. For one output, all of them but that output are needed.
+    /// The variables that may be read, ascending. An output is computed from all of them except itself.
     pub inputs: Vec<VariableId>,
-    /// Every variable that may be produced, ascending.
+    /// The variables that may be produced, ascending.
     pub outputs: Vec<VariableId>,
     /// The formula of each output, in the order of `outputs`; empty for a relation that is structure only.
     pub formulas: Vec<Formula>,
-    /// What must certainly hold for the result to count.
+    /// The condition that must certainly hold for the result to count.
     pub condition: Option<Formula>,
     /// The equation as written in the model; empty for structure only.
     pub text: String,
@@ -78,7 +78,7 @@ pub struct Relation {
 }
 
 impl Relation {
-    /// What must be known to produce `output`, ascending.
+    /// The variables that `output` is computed from, ascending.
     pub fn needs(&self, output: VariableId) -> impl Iterator<Item = VariableId> + '_ {
         self.inputs.iter().copied().filter(move |&input| input != output)
     }
@@ -99,7 +99,7 @@ pub struct KnowledgeBase {
     needs: IdVec<NeedId, Need>,
     causes: IdVec<CauseId, Cause>,
     fusions: Vec<Fusion>,
-    /// Their outputs, and all signals that they compute.
+    /// The outputs of fusions, and all signals that fusions compute.
     fused: SignalSet,
     computed: SignalSet,
     utility: Utility,
@@ -133,8 +133,7 @@ impl KnowledgeBase {
         &self.signals
     }
 
-    /// What a need is called where needs go by their variables: its variable, or, where that has several needs, the name under
-    /// which it is published. O(needs).
+    /// The short name of a need: its variable, or its name of publication where the variable has several needs. O(needs).
     #[must_use]
     pub fn need_name(&self, need: NeedId) -> &str {
         let Some(named) = self.needs.find(need) else { return "" };
@@ -145,7 +144,7 @@ impl KnowledgeBase {
         }
     }
 
-    /// The needs that a name means: the one that is published under it, else all of the variable of this name. O(needs).
+    /// The needs of a name: the need published under it, else all needs of the variable of this name. O(needs).
     #[must_use]
     pub fn needs_named(&self, name: &str) -> Vec<NeedId> {
         let published = self.needs.enumerate().find(|(_, need)| need.signal == name).map(|(id, _)| id);
@@ -166,7 +165,7 @@ impl KnowledgeBase {
         &self.causes
     }
 
-    /// The same with these common causes; they must name only its signals, ascending.
+    /// Replaces the common causes; they must name only signals of the knowledge base, ascending.
     #[must_use]
     pub fn with_causes(self, causes: IdVec<CauseId, Cause>) -> KnowledgeBase {
         KnowledgeBase { causes, ..self }
@@ -178,31 +177,31 @@ impl KnowledgeBase {
         &self.utility
     }
 
-    /// The same with substitutions rated by `utility`.
+    /// Replaces the rating of substitutions.
     #[must_use]
     pub fn with_utility(self, utility: Utility) -> KnowledgeBase {
         KnowledgeBase { utility, ..self }
     }
 
-    /// What those who take part guarantee and demand.
+    /// The guarantees and demands of all subjects.
     #[must_use]
     pub fn contracts(&self) -> &Contracts {
         &self.contracts
     }
 
-    /// The same with these contracts; they must name only its elements.
+    /// Replaces the contracts; they must name only elements of the knowledge base.
     #[must_use]
     pub fn with_contracts(self, contracts: Contracts) -> KnowledgeBase {
         KnowledgeBase { contracts, ..self }
     }
 
-    /// Grows by one with every change.
+    /// The version, which every change raises by one.
     #[must_use]
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// The same as the one that takes the place of another of this version.
+    /// The knowledge base as the successor of another of this version.
     #[must_use]
     pub fn succeeding(self, version: u64) -> KnowledgeBase {
         KnowledgeBase { version: self.version.max(version.saturating_add(1)), ..self }
@@ -226,7 +225,7 @@ impl KnowledgeBase {
         self.available[signal]
     }
 
-    /// Allows or forbids the use of a signal; the version changes when this does.
+    /// Allows or forbids the use of a signal; a change raises the version.
     pub fn set_available(&mut self, signal: SignalId, available: bool) {
         if self.available[signal] != available {
             self.available[signal] = available;
@@ -234,13 +233,13 @@ impl KnowledgeBase {
         }
     }
 
-    /// Sets a property of an element, or takes it away; the version changes when this does.
+    /// Sets or removes a property of an element; a change raises the version.
     ///
-    /// Complexity: logarithmic in the element's properties; O(model) with formulas of the model's own as utility, which may
-    /// read the property anywhere.
+    /// Complexity: logarithmic in the element's properties; O(model) where the model has formulas of its own as utility, which
+    /// may read the property anywhere.
     ///
     /// # Errors
-    /// What is wrong with the number, in words; nothing has changed then.
+    /// The problem of the number, in words; then nothing has changed.
     pub fn set_property(&mut self, element: Element, name: &str, value: Option<f64>) -> Result<(), String> {
         if let Some(sense) = value.and_then(|value| build::senseless(name, value)) {
             return Err(String::from(sense));
@@ -256,7 +255,7 @@ impl KnowledgeBase {
         Ok(())
     }
 
-    /// Gives the number that it had.
+    /// Returns the previous number.
     fn put_property(&mut self, element: Element, name: &str, value: Option<f64>) -> Option<f64> {
         let properties = match element {
             Element::Variable(id) => &mut self.variables[id].properties,
@@ -269,7 +268,7 @@ impl KnowledgeBase {
         }
     }
 
-    /// The same with the signals as available as those of the same name in another knowledge base.
+    /// The knowledge base with the availability of signals of the same name in another one.
     #[must_use]
     pub fn available_as(mut self, other: &KnowledgeBase) -> KnowledgeBase {
         let withdrawn: BTreeSet<&str> = other
@@ -290,7 +289,7 @@ impl KnowledgeBase {
             || self.carriers(variable).iter().any(|&signal| self.available[signal])
     }
 
-    /// A signal with all that it is derived from, transitively.
+    /// The origins of a signal: itself, and all signals that it is derived from, transitively.
     #[must_use]
     pub fn origins(&self, signal: SignalId) -> SignalSet {
         let mut all = SignalSet::new();
@@ -304,13 +303,13 @@ impl KnowledgeBase {
         all
     }
 
-    /// The signal that stands for all that come from the same field of the same source: one measurement, one witness.
+    /// The signal that represents all signals from the same field of the same source, as one measurement and one witness.
     #[must_use]
     pub fn witness(&self, signal: SignalId) -> SignalId {
         self.witnesses.of(signal)
     }
 
-    /// Signals with those in place of them that stand for the same measurement.
+    /// The signals that represent these signals.
     #[must_use]
     pub fn as_witnesses(&self, signals: SignalSet) -> SignalSet {
         match self.witnesses.is_empty() {
@@ -319,7 +318,7 @@ impl KnowledgeBase {
         }
     }
 
-    /// Signals with all others that are the same measurements.
+    /// These signals, and all others of the same measurements.
     #[must_use]
     pub fn with_same(&self, mut signals: SignalSet) -> SignalSet {
         let of = |&(first, same): &(SignalId, SignalId)| signals.contains(first).then_some(same);
@@ -340,10 +339,10 @@ impl KnowledgeBase {
         self.signals.enumerate().find(|(_, signal)| signal.name == name).map(|(id, _)| id)
     }
 
-    /// Puts checked parts together; the one constructor, used by the checks and by structure generators.
+    /// The only constructor, used by the checks and by structure generators, from checked parts.
     ///
-    /// Relations and signals must name only ids of `variables`; inputs and outputs are sorted here. Signals from the
-    /// same field of the same source, or from an element of it, become derived from each other.
+    /// Relations and signals must name only ids of `variables`; inputs and outputs are sorted here. Signals from the same field
+    /// of the same source, or from an element of it, become derived from each other.
     #[must_use]
     pub fn from_parts(
         variables: IdVec<VariableId, Variable>,

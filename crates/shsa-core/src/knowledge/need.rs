@@ -1,4 +1,4 @@
-//! Needs: which variables must stay available, and what may serve them.
+//! Needs: the variables that must stay available, and the demands on their sources.
 
 use super::ids::VariableId;
 use crate::time::Span;
@@ -7,35 +7,35 @@ use alloc::string::String;
 /// A variable that must stay available.
 #[derive(Clone, Debug)]
 pub struct Need {
-    /// The variable that is needed.
+    /// The needed variable.
     pub variable: VariableId,
-    /// The name under which it is published.
+    /// The name of the publication.
     pub signal: String,
     /// How old a published value may be.
     pub max_age: Span,
     /// How wide a published interval may be, SI.
     pub max_width: Option<f64>,
-    /// The least integrity level of all that serves it, `A` to `D`.
+    /// The least integrity level of the sources, `A` to `D`.
     pub integrity: Option<char>,
-    /// The least rate of the signals that serve it, observations a second.
+    /// The least rate of the sources' signals, observations a second.
     pub min_rate_hz: Option<f64>,
-    /// What goes out while all that could serve it is suspect.
+    /// What is published while every source is suspect.
     pub when_unsure: WhenUnsure,
-    /// How switching behaves.
+    /// The switching between sources.
     pub switching: Switching,
-    /// Whether its substitutes are to be computed in processes of their own, where the system has such.
+    /// Whether substitutes are computed in processes of their own, where the system has such.
     pub is_isolated: bool,
 }
 
-/// What serves a need while all of its sources are suspect: one of them lies, and nothing tells which.
+/// What is published for a need while every source is suspect: one source is faulty, and the faulty one is unknown.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum WhenUnsure {
-    /// All that enough of the candidates hold possible, as an interval: the truth is in it. Usual where a largest width is
+    /// The interval of what enough of the candidates hold possible, which holds the truth. The default where a largest width is
     /// stated.
     Hull,
     /// The last trusted value, until it is too old.
     Last,
-    /// Nothing. Usual where no largest width is stated.
+    /// Nothing. The default where no largest width is stated.
     #[default]
     Withhold,
 }
@@ -44,7 +44,7 @@ impl WhenUnsure {
     /// Every choice.
     pub const ALL: [WhenUnsure; 3] = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold];
 
-    /// The word for it in models.
+    /// The choice's name in models.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -55,10 +55,10 @@ impl WhenUnsure {
     }
 }
 
-/// Where substitutes of a need are computed, as models name it, and whether that is in processes of their own.
+/// The places where substitutes are computed, by their names in models, and whether that is a process of its own.
 pub const ISOLATIONS: [(&str, bool); 2] = [("engine", false), ("process", true)];
 
-/// Integrity levels with their numbers in the property `integrity`, the highest last.
+/// Integrity levels and their numbers in the property `integrity`, the highest last.
 pub const INTEGRITY_LEVELS: [(&str, f64); 4] = [("A", 1.0), ("B", 2.0), ("C", 3.0), ("D", 4.0)];
 
 /// The number of an integrity level.
@@ -76,7 +76,7 @@ pub struct Switching {
     pub probation: Span,
     /// How long the output moves from the old source to the new one; zero switches at once.
     pub blend: Span,
-    /// By how much better the utility of a trusted source must be to leave a healthy one, as a share.
+    /// By what share the utility of a trusted source must be better to leave a healthy one.
     pub hysteresis: f64,
 }
 

@@ -1,7 +1,7 @@
-//! Models in parts, one for each subsystem say: a part is taken out with all that it needs, and parts are joined again.
+//! Models in parts, for example one for each subsystem: takes out a part with all that it needs, and joins parts again.
 //!
-//! What is given twice must say the same: other blanks, other digits (`1.0` and `1`) and other units of the same amount
-//! are no difference. Only a variable may be described in pieces: what one part leaves open, another one may say.
+//! A repeated description must have the same meaning: blanks, digits (`1.0` and `1`) and units of the same amount may differ.
+//! Only a variable may be described in pieces, which complete each other.
 
 mod fields;
 
@@ -17,24 +17,24 @@ use fields::{
     relation_fields, signal_fields, utility_fields, variable_fields,
 };
 
-/// Two parts that say different things about one name.
+/// Two parts that contradict each other about one name.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Contradiction {
     /// The name in the later part.
     pub place: Place,
     /// The name in the earlier part.
     pub earlier: Place,
-    /// What is different, in one line.
+    /// The difference, in one line.
     pub message: String,
 }
 
-/// Puts parts together, in their order; what several of them give in the same words is there once.
+/// Joins parts, in their order; equal descriptions are kept once.
 ///
-/// Places tell the parts apart: where they come from different files, who reads them makes the places different.
-/// Time: O(n log n) in the elements.
+/// Places tell the parts apart: for parts from different files, the reader makes the places different. Time: O(n log n) in the
+/// elements.
 ///
 /// # Errors
-/// Every contradiction between two parts. Whether the whole makes sense is for [`build()`](super::build()) to say.
+/// Every contradiction between two parts. [`build()`](super::build()) checks the whole.
 pub fn join(parts: &[Draft]) -> Result<Draft, Vec<Contradiction>> {
     let mut joint = Joint::default();
     for part in parts {
@@ -44,15 +44,15 @@ pub fn join(parts: &[Draft]) -> Result<Draft, Vec<Contradiction>> {
     if found.is_empty() { Ok(joint.whole) } else { Err(found) }
 }
 
-/// The part of a model that these names make: variables, constants, functions, relations, signals and needs, and all that
-/// they need to be understood.
+/// The part of a model with these names (of variables, constants, functions, relations, signals and needs), and all elements that
+/// these refer to.
 ///
-/// A relation brings the variables, constants and functions that it names, a signal its variable and the signals that
-/// it is derived from, a need its variable. A variable brings what carries it and needs it. Elements stay in file
-/// order, so joining parts that cover all names gives the whole. Time: O(n log n) in the length of the draft.
+/// A relation brings the variables, constants and functions that it names; a signal brings its variable and the signals that it
+/// is derived from; a need brings its variable. A variable brings its signals and needs. Elements stay in file order, so joining
+/// parts that cover all names gives the whole. Time: O(n log n) in the length of the draft.
 ///
 /// # Errors
-/// The names that nothing in the model has.
+/// The names that are not in the model.
 pub fn part(draft: &Draft, names: &[&str]) -> Result<Draft, Vec<String>> {
     let wanted: BTreeSet<&str> = names.iter().copied().collect();
     let known: BTreeSet<&str> = all_names(draft).map(|(_, name)| name).collect();
@@ -113,7 +113,7 @@ fn about_variables(draft: &Draft, wanted: &BTreeSet<&str>) -> Vec<(Section, usiz
     signals.chain(needs.map(|(at, _)| (Section::Needs, at))).collect()
 }
 
-/// Tells every name that an element needs to be understood, with the sections where it may be.
+/// Visits every name that an element refers to, with its possible sections.
 fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMut(Section, &'d str)) {
     let mut formula = |text: &'d Text| {
         for word in text.text.split(|c: char| !c.is_alphanumeric() && c != '_') {
@@ -168,7 +168,7 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
     }
 }
 
-/// Whom a contract is about, what it runs on, whom it asks, and the signals that it observes.
+/// Visits the names of a contract: its subject, its platform, the parties of its demands, and the observed signals.
 fn of_contract<'d>(contract: &'d ContractDraft, mut tell: impl FnMut(Section, &'d str)) {
     let asked = contract.asks.iter().filter_map(|asked| asked.of.as_ref());
     let observed = contract.evidence.iter().flat_map(|(_, text)| text.text.split([' ', ',']));
@@ -202,14 +202,14 @@ fn taken_out(draft: &Draft, taken: &BTreeSet<(Section, usize)>) -> Draft {
     }
 }
 
-/// What has been joined so far.
+/// The joined parts.
 #[derive(Default)]
 struct Joint {
     whole: Draft,
     ledger: Ledger,
 }
 
-/// Which names there are, where they stand, and what does not fit.
+/// The places of names, and the contradictions.
 #[derive(Default)]
 struct Ledger {
     places: BTreeMap<(Section, String), usize>,
@@ -244,7 +244,7 @@ impl Joint {
 }
 
 impl Ledger {
-    /// Where a name stands already; else it is noted that it will stand at `next`.
+    /// The place of a known name; a new name gets the place `next`.
     fn place(&mut self, section: Section, name: &str, next: usize) -> Option<usize> {
         let key = (section, name.to_string());
         let known = self.places.get(&key).copied();
@@ -275,7 +275,7 @@ impl Ledger {
         }
     }
 
-    /// Several parts may need one variable, each under a name of its own.
+    /// Several parts may need one variable, each under its own name.
     fn need(&mut self, whole: &mut Vec<NeedDraft>, part: &[NeedDraft]) {
         let published = |it: &NeedDraft| it.signal.as_ref().map(|name| name.text.clone());
         for need in part {

@@ -1,4 +1,4 @@
-//! The texts of a draft one by one, to move their places: drafts of several files keep theirs apart so.
+//! Moves the places of a draft, so that places of several files stay apart.
 
 use super::draft::{
     BodyDraft, Bounds, ContractDraft, Draft, NeedDraft, Place, PropertyDrafts, Text, UtilityDraft,
@@ -6,7 +6,7 @@ use super::draft::{
 use alloc::vec::Vec;
 
 impl Draft {
-    /// The same with every place this many bytes further: as if so much other text stood before it.
+    /// The draft with every place moved by this many bytes, as if that much text stood before it.
     #[must_use]
     pub fn moved(mut self, by: u32) -> Draft {
         self.texts(&mut |text| {
@@ -16,7 +16,7 @@ impl Draft {
         self
     }
 
-    /// Where all of its texts stand.
+    /// The places of all texts.
     #[must_use]
     pub fn places(&self) -> Vec<Place> {
         let mut places = Vec::new();
@@ -24,7 +24,7 @@ impl Draft {
         places
     }
 
-    /// Changes every text.
+    /// Visits every text, to change it.
     fn texts(&mut self, each: &mut dyn FnMut(&mut Text)) {
         for it in &mut self.variables {
             each(&mut it.name);

@@ -5,35 +5,35 @@ use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::ops::Index;
 
-/// The property that tells how exact a variable or signal is: a share.
+/// The property for the accuracy of a variable or signal: a share.
 pub const ACCURACY: &str = "accuracy";
-/// The property that tells what a relation costs; 1 where it is not given.
+/// The property for the cost of a relation; 1 where it is not given.
 pub const COST: &str = "cost";
-/// The property that tells the integrity level of a signal or relation.
+/// The property for the integrity level of a signal or relation.
 pub const INTEGRITY: &str = "integrity";
-/// The property that tells how probable a fault of a signal or relation is.
+/// The property for the prior probability of a fault of a signal or relation.
 pub const PRIOR: &str = "prior";
 
-/// The properties that mean something without a utility of the model's own.
+/// The properties with a meaning of their own, beside a model's utility.
 pub const PROPERTIES: [&str; 4] = [ACCURACY, COST, INTEGRITY, PRIOR];
 
 /// A lower probability of a fault counts as none.
 pub const NEGLIGIBLE: f64 = 1e-6;
 
-/// How many places are reserved for a list that says how long it is.
+/// At most this many places are reserved for a list of known length.
 const MOST_RESERVED: usize = 8;
 
 /// Named numbers of an element, such as `accuracy` or `cost`, ascending by name.
 ///
-/// Most elements have none, one or two of them, and few names are all that a model uses: equal names may share their
-/// text ([`Properties::insert`] with an `Arc<str>`), and an element without properties allocates nothing.
+/// Most elements have at most two of them, and a model uses few names: equal names may share their text ([`Properties::insert`]
+/// with an `Arc<str>`), and an element without properties allocates nothing.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Properties {
     numbers: Vec<(Arc<str>, f64)>,
 }
 
 impl Properties {
-    /// Without numbers.
+    /// No properties.
     #[must_use]
     pub const fn new() -> Properties {
         Properties { numbers: Vec::new() }
@@ -51,7 +51,7 @@ impl Properties {
         self.get(PRIOR).copied()
     }
 
-    /// Sets the number of a name; gives the one that it had.
+    /// Sets the number of a name; returns the previous one.
     pub fn insert(&mut self, name: impl Into<Arc<str>>, number: f64) -> Option<f64> {
         let name = name.into();
         match self.place(&name) {
@@ -64,12 +64,12 @@ impl Properties {
         }
     }
 
-    /// Takes a name out; gives the number that it had.
+    /// Removes a name; returns its number.
     pub fn remove(&mut self, name: &str) -> Option<f64> {
         self.place(name).ok().map(|at| self.numbers.remove(at).1)
     }
 
-    /// Whether there is a number of a name.
+    /// Whether a name has a number.
     #[must_use]
     pub fn contains_key(&self, name: &str) -> bool {
         self.place(name).is_ok()
@@ -80,13 +80,13 @@ impl Properties {
         self.numbers.iter().map(|(name, _)| &**name)
     }
 
-    /// How many there are.
+    /// The number of properties.
     #[must_use]
     pub fn len(&self) -> usize {
         self.numbers.len()
     }
 
-    /// Whether there is none.
+    /// Whether there are no properties.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.numbers.is_empty()
@@ -105,17 +105,17 @@ impl Properties {
 impl Index<&str> for Properties {
     type Output = f64;
 
-    /// The number of a name; not a number when there is none.
+    /// The number of a name; NaN for an unknown name.
     fn index(&self, name: &str) -> &f64 {
         self.get(name).unwrap_or(&f64::NAN)
     }
 }
 
 impl<N: Into<Arc<str>>> FromIterator<(N, f64)> for Properties {
-    /// Of several numbers of one name, the last one counts.
+    /// The last of several numbers of one name counts.
     fn from_iter<T: IntoIterator<Item = (N, f64)>>(numbers: T) -> Properties {
         let numbers = numbers.into_iter();
-        // As many as there can be, where that is known: most lists have one or two.
+        // Reserves exactly, where the length is known: most lists have one or two elements.
         let mut sorted = Vec::with_capacity(numbers.size_hint().1.map_or(0, |most| most.min(MOST_RESERVED)));
         sorted.extend(numbers.map(|(name, number)| (name.into(), number)));
         sorted.sort_by(|(a, _): &(Arc<str>, f64), (b, _)| a.cmp(b));
@@ -136,7 +136,7 @@ impl<N: Into<Arc<str>>, const COUNT: usize> From<[(N, f64); COUNT]> for Properti
     }
 }
 
-/// Equal names of a model, so that their text is kept once.
+/// The names of a model, so that each text is kept once.
 #[derive(Debug, Default)]
 pub(super) struct SharedNames {
     known: BTreeSet<Arc<str>>,

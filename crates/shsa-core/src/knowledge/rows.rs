@@ -1,10 +1,10 @@
-//! Lists of different lengths in one vector, one list an id.
+//! Lists of different lengths in one vector, one list for each id.
 
 use super::ids::Id;
 use alloc::vec::Vec;
 use core::marker::PhantomData;
 
-/// A list for each id: four bytes an id and the items, without an allocation each.
+/// A list for each id, in four bytes an id and the items, without an allocation for each list.
 #[derive(Clone, Debug)]
 pub(crate) struct Rows<I, T> {
     starts: Vec<u32>,
@@ -13,9 +13,9 @@ pub(crate) struct Rows<I, T> {
 }
 
 impl<I: Id, T: Id> Rows<I, T> {
-    /// The second of each pair in the list of the first, in the order of the pairs; `count` lists.
+    /// Groups pairs: the list of an id has the second of each of its pairs, in their order; `count` lists.
     ///
-    /// Time and space: linear in lists and pairs; the pairs are gone through twice.
+    /// Time and space: linear in lists and pairs; iterates twice over the pairs.
     pub(crate) fn grouped(count: usize, pairs: impl Iterator<Item = (I, T)> + Clone) -> Self {
         let mut starts = Vec::from([0]);
         starts.resize(count + 1, 0_u32);
@@ -50,7 +50,7 @@ impl<I: Id, T> Rows<I, T> {
         self.starts.push(self.items.len() as u32);
     }
 
-    /// The list of an id; empty for an id of another kind of rows.
+    /// The list of an id; empty for an unknown id.
     pub(crate) fn row(&self, id: I) -> &[T] {
         self.between(self.bounds(id))
     }
@@ -66,7 +66,7 @@ impl<I: Id, T> Rows<I, T> {
         self.items.get(start as usize..end as usize).unwrap_or_default()
     }
 
-    /// The list of an id, to change its items.
+    /// The list of an id, mutable.
     pub(crate) fn row_mut(&mut self, id: I) -> &mut [T] {
         let (start, end) = self.bounds(id);
         self.items.get_mut(start as usize..end as usize).unwrap_or_default()

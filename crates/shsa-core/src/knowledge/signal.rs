@@ -1,4 +1,4 @@
-//! Signals: what carries a variable, how its readings become values, and what several of them share.
+//! Signals: the observations of a variable, their scaling, and common causes of several signals.
 
 use super::ids::{SignalId, VariableId};
 use super::properties::Properties;
@@ -23,7 +23,7 @@ pub struct ValueError {
 /// How the readings of a signal become values in its unit: `scale * reading + offset`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scaling {
-    /// Finite and not 0; below 0 it turns the direction round.
+    /// Finite and not 0; a negative scale reverses the direction.
     pub scale: f64,
     /// Finite, in the signal's unit.
     pub offset: f64,
@@ -50,80 +50,80 @@ impl Scaling {
     }
 }
 
-/// What no reading of a sound signal goes beyond, its errors allowed for; `None` where nothing is known.
+/// The limits of a sound signal's readings, including its errors; `None` where no limit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingLimits {
-    /// Possible values, SI: those of its variable, and within them its own. Of numbers, not of vectors.
+    /// Possible values, SI: within the range of the variable and the signal's own. For scalars only.
     pub range: Option<Interval>,
-    /// Largest rate of change, SI a second: its own, else its variable's. Of numbers, not of vectors.
+    /// Largest rate of change, SI a second: the signal's own, else the variable's. For scalars only.
     pub max_rate: Option<f64>,
-    /// Longest time from the time stamp to the reception: as declared, else its delay and its timeout together where the
-    /// model gives a delay.
+    /// Longest time from the time stamp to the reception: as declared, else delay and timeout together where the model gives a
+    /// delay.
     pub max_delay: Option<Span>,
-    /// How long its readings may stay exactly the same while they keep coming.
+    /// How long readings may stay exactly the same while they keep coming.
     pub frozen_after: Option<Span>,
-    /// The turn after which its variable's values are the same again, SI; see [`Variable::wraps`](super::Variable::wraps).
+    /// The turn after which the variable's values repeat, SI; see [`Variable::wraps`](super::Variable::wraps).
     pub turn: Option<f64>,
 }
 
-/// What the text that says where a signal is found tells of its measurement: ranges of that text's bytes.
+/// The parts of a source's text, as ranges of its bytes.
 ///
-/// How the text is written is for those to know who read recordings and middleware, and who make this of it. By default the
-/// text is the name of one measurement: two signals with the same text are one.
+/// Only the readers of recordings and middleware know the notation; they make these parts. By default the text names one
+/// measurement: two signals with the same text are one measurement.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct SourceParts {
-    /// Under which name the messages come that have the measurement in them; the whole text when `None`.
+    /// The name of the messages that contain the measurement; the whole text when `None`.
     pub topic: Option<Range<usize>>,
-    /// What is equal of two signals that carry the same measurement; the whole text when `None`.
+    /// The part that is equal for two signals of the same measurement; the whole text when `None`.
     pub measurement: Option<Range<usize>>,
-    /// What is equal to the measurements of which this one is an element, the innermost first.
+    /// The measurements that contain this one as an element, the innermost first.
     pub lists: Vec<Range<usize>>,
 }
 
-/// Something on the bus that carries a variable.
+/// A signal on the bus that carries a variable.
 #[derive(Clone, Debug)]
 pub struct Signal {
     /// Unique in the model.
     pub name: String,
-    /// What it carries.
+    /// The variable that the signal carries.
     pub variable: VariableId,
-    /// Where it is found, in the words of who reads recordings and middleware.
+    /// Where the signal is found, in the notation of the readers of recordings and middleware.
     pub source: String,
-    /// What that tells of its measurement.
+    /// The parts of `source`.
     pub source_parts: SourceParts,
-    /// What its values come in: its own unit or else the variable's; `None` when the model gives neither.
+    /// The unit of the values: the signal's own, else the variable's; `None` when the model gives neither.
     pub unit: Option<Unit>,
-    /// How its readings become values in that unit; `None` when they are.
+    /// The scaling from readings to values; `None` when readings are values.
     pub scaling: Option<Scaling>,
-    /// Observations a second; `None` when it comes when it comes.
+    /// Observations a second; `None` for an irregular signal.
     pub rate_hz: Option<f64>,
-    /// Error of its values.
+    /// The error of the values.
     pub value_error: ValueError,
-    /// Standard deviation of the noise of its values, SI; `None` when nothing is known of it but the bounds of
-    /// `value_error`: only what is declared here lets statistics over many comparisons accuse.
+    /// Standard deviation of the noise of the values, SI; `None` where only the bounds of `value_error` are known. Trends over
+    /// many comparisons accuse only where this is declared.
     pub noise: Option<f64>,
-    /// Lowest and highest error of its time stamps.
+    /// Lowest and highest error of the time stamps.
     pub time_error: (Span, Span),
-    /// How much older the content is than its time stamp says.
+    /// How much older the content is than the time stamp.
     pub delay: Span,
-    /// How long a time each of its values is the mean over, half of it before and half after the moment that time stamp and
-    /// delay say; zero of a value that is true at that moment.
+    /// How long a time each value is the mean over, half of it before and half after the moment of the value; zero for a value of
+    /// one moment.
     pub mean_over: Span,
-    /// How long it may say nothing before it counts as silent; `None` when it is never silent.
+    /// How long a silence counts as absence; `None` when no silence does.
     pub timeout: Option<Span>,
     /// Whether a value stands until the next one: it is asked for now and then, and what it says again between two answers is no
     /// new measurement.
     pub holds: bool,
     /// What its readings can be.
     pub limits: ReadingLimits,
-    /// Signals that it is computed from: it is no independent witness about them.
+    /// The signals that this signal is computed from: it is no independent witness about them.
     pub derived_from: Vec<SignalId>,
-    /// Named numbers for the utility; `prior` is the probability that it is faulty.
+    /// Named numbers for the utility; `prior` is the probability of a fault.
     pub properties: Properties,
 }
 
 impl Signal {
-    /// One of which nothing is known but what it carries.
+    /// A signal with default settings.
     #[must_use]
     pub fn new(name: String, variable: VariableId) -> Signal {
         Signal {
@@ -159,31 +159,31 @@ impl Signal {
         self.part(self.source_parts.topic.as_ref())
     }
 
-    /// The same text for all signals that carry the same measurement.
+    /// The text that all signals of the same measurement share.
     pub(super) fn measurement(&self) -> &str {
         self.part(self.source_parts.measurement.as_ref())
     }
 
-    /// The measurements of which its own is an element, the innermost first.
+    /// The measurements that contain this signal's as an element, the innermost first.
     pub(super) fn lists(&self) -> impl Iterator<Item = &str> {
         self.source_parts.lists.iter().map(|list| self.part(Some(list)))
     }
 
-    /// A part of the text of its source; all of it where that has no such part.
+    /// A part of the source's text; the whole text without such a part.
     fn part(&self, range: Option<&Range<usize>>) -> &str {
         range.and_then(|range| self.source.get(range.clone())).unwrap_or(&self.source)
     }
 }
 
-/// What several signals share: a device, a clock, a power supply. When it fails, they all may be wrong at once
+/// A common cause that several signals share: a device, a clock, a power supply. When it fails, all of them may be wrong at once
 /// (a common cause failure).
 #[derive(Clone, Debug, PartialEq)]
 pub struct Cause {
     /// Unique in the model.
     pub name: String,
-    /// Who shares it, ascending.
+    /// The signals that share the cause, ascending.
     pub signals: Vec<SignalId>,
-    /// The probability that it is faulty.
+    /// The probability that the cause is faulty.
     pub prior: f64,
 }
 

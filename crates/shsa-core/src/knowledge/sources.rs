@@ -1,38 +1,38 @@
-//! Which signals carry the same measurement, found by where they come from: never by what they are called.
+//! Finds signals of the same measurement by their sources, never by their names.
 //!
-//! Two signals from the same field of the same messages are one measurement, whatever they are converted to; an element of a
-//! list is a part of the list. Each is derived from the other as far as evidence goes, so that none bears witness for the
-//! other. What a source is made of, [its parts](super::SourceParts) say.
+//! Two signals from the same field of the same messages are one measurement, whatever their conversion; an element of a list is a
+//! part of the list. Each is derived from the other for the evidence, so that neither is a witness about the other. [The
+//! parts](super::SourceParts) of a source tell these cases apart.
 
 use super::index::Index;
 use super::{IdVec, Signal, SignalId};
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// A signal that was found to be derived from another.
+/// A signal that is derived from another because of its source.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Found {
     pub(super) signal: SignalId,
     pub(super) origin: SignalId,
-    /// Whether it is the same measurement; else it is a part of it.
+    /// Whether both are the same measurement; else the signal is a part of the other.
     pub(super) is_same: bool,
 }
 
-/// Signals that are one witness.
+/// Signals that are one witness together.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Witnesses {
-    /// The signal that stands for each that has the same source, ascending by the second.
+    /// Pairs of a representing signal and another of the same source, ascending by the second.
     same: Vec<(SignalId, SignalId)>,
 }
 
 impl Witnesses {
-    /// The signal that stands for this one.
+    /// The signal that represents this one.
     pub(super) fn of(&self, signal: SignalId) -> SignalId {
         let found = self.same.binary_search_by_key(&signal, |&(_, same)| same);
         found.ok().and_then(|at| self.same.get(at)).map_or(signal, |&(first, _)| first)
     }
 
-    /// Each signal that another stands for, behind that one.
+    /// Pairs of a representing signal and another of the same source.
     pub(super) fn all(&self) -> &[(SignalId, SignalId)] {
         &self.same
     }
@@ -42,8 +42,8 @@ impl Witnesses {
     }
 }
 
-/// Adds to each signal what it is found to be derived from, unless the model says so already or it would go round in a
-/// circle. Time: n log n for n signals, and their derivations for each that is found.
+/// Adds the found origins to each signal, except where the model names them already or a cycle would follow. Time: n log n for n
+/// signals, and their derivations for each found signal.
 pub(super) fn derive(signals: &mut IdVec<SignalId, Signal>) -> (Witnesses, Vec<Found>) {
     let measurement = |id: SignalId| signals[id].measurement();
     let index = Index::new(signals.len(), measurement);
@@ -79,7 +79,7 @@ pub(super) fn derive(signals: &mut IdVec<SignalId, Signal>) -> (Witnesses, Vec<F
     (witnesses, found)
 }
 
-/// Whether a signal is derived from another, over whichever others.
+/// Whether a signal is derived from another, directly or not.
 fn is_from(signals: &IdVec<SignalId, Signal>, signal: SignalId, origin: SignalId) -> bool {
     let (mut open, mut seen) = (Vec::from([signal]), BTreeSet::new());
     while let Some(next) = open.pop() {

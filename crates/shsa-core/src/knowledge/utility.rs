@@ -1,8 +1,8 @@
-//! How a model rates substitutions: what stands under `utility:`.
+//! The rating of substitutions by a model: the key `utility`.
 //!
-//! A formula rates each relation (and each signal) from its properties, and an aggregate makes one number of the
-//! ratings of a substitution. The aggregates can only get worse as relations are added, provided that every rating
-//! lies in the aggregate's range, which [`Utility::check`] proves with intervals: only then are the searches right.
+//! A formula rates each relation (and each signal) from its properties, and an aggregate combines the ratings of a substitution.
+//! No aggregate gets better by more relations, provided that every rating lies in the aggregate's range, which [`Utility::check`]
+//! proves with intervals. The searches are right only then.
 
 mod check;
 
@@ -34,19 +34,19 @@ pub enum Utility {
 /// Formulas of a model that rate relations and signals.
 #[derive(Clone, Debug, PartialEq)]
 pub struct OwnUtility {
-    /// How ratings make the utility of a substitution.
+    /// How the ratings of a substitution are combined.
     pub aggregate: Aggregate,
-    /// Rates a relation that is used for an output; all are rated best without it.
+    /// Rates a relation that is used for an output; without it, every relation has the best rating.
     pub relation: Option<Rating>,
-    /// Rates a signal that a substitution starts from; all are rated best without it.
+    /// Rates a signal that a substitution starts from; without it, every signal has the best rating.
     pub signal: Option<Rating>,
-    /// Rates a way of knowing from how it ran; all are rated best without it. Searches do not know of it: it orders what
-    /// they have found, when a source is chosen.
+    /// Rates a way of knowing from its record; without it, every way has the best rating. Searches do not use it: it orders their
+    /// results when a source is chosen.
     pub way: Option<Rating>,
 }
 
 impl Aggregate {
-    /// A utility with one more rating; a rating without a value is the worst, one out of range counts as its bound.
+    /// The utility with one more rating; a rating without a value counts as the worst, one out of range as its bound.
     #[must_use]
     pub fn with(self, utility: f64, rating: f64) -> f64 {
         let range = self.range();
@@ -60,7 +60,7 @@ impl Aggregate {
     }
 }
 
-/// How the ratings of a substitution's relations and signals make its utility.
+/// How the ratings of a substitution's relations and signals are combined.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Aggregate {
     /// The product of ratings in [0, 1].
@@ -73,7 +73,7 @@ pub enum Aggregate {
 }
 
 impl Aggregate {
-    /// All, with their names in models.
+    /// All aggregates, with their names in models.
     pub const NAMES: [(&'static str, Aggregate); 3] =
         [("product", Aggregate::Product), ("sum", Aggregate::Sum), ("minimum", Aggregate::Minimum)];
 
@@ -86,7 +86,7 @@ impl Aggregate {
         }
     }
 
-    /// What ratings may be.
+    /// The range of ratings.
     #[must_use]
     pub fn range(self) -> Interval {
         match self {
@@ -101,46 +101,46 @@ impl Aggregate {
 pub struct Rating {
     /// As written in the model.
     pub text: String,
-    /// What [`Rating::facts`] go into.
+    /// The compiled formula over [`Rating::facts`].
     pub(super) program: Program,
-    /// What the formula reads, in the order of the program's inputs.
+    /// The inputs of the program, in its order.
     pub(super) facts: Vec<Fact>,
 }
 
-/// Something that a formula of a utility may read.
+/// A fact that a formula of a utility may read.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Fact {
-    /// How many variables a relation needs.
+    /// The number of variables that a relation needs.
     Inputs,
-    /// How many of them are not provided.
+    /// The number of these variables that are not provided.
     Unprovided,
-    /// The product of the accuracies of those inputs that have one.
+    /// The product of the accuracies of those inputs that have an accuracy.
     InputAccuracy,
     /// Observations a second of a signal.
     Rate,
     /// How old a signal's content is at its time stamp, in seconds.
     Delay,
-    /// A property, and what it is where it is not given.
+    /// A property, and its default.
     Property(String, Option<f64>),
-    /// How a way ran, and what counts while that is not known.
+    /// A figure of a way's record, and its default without evidence.
     Figure(Figure, Option<f64>),
 }
 
-/// Something that is known about a way from how it ran.
+/// A figure of the record of a way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Figure {
-    /// The share of comparisons in which it agreed with independent ways.
+    /// The share of comparisons in which the way agreed with independent ways.
     Agreement,
-    /// Its mean distance from them, SI.
+    /// The mean distance from independent ways, SI.
     Error,
-    /// The mean width of its values, SI.
+    /// The mean width of the values, SI.
     Width,
-    /// The share of time in which it gave a value.
+    /// The share of time with a value.
     Availability,
 }
 
 impl Figure {
-    /// All, with their names in formulas.
+    /// All figures, with their names in formulas.
     pub const NAMES: [(&'static str, Figure); 4] = [
         ("agreement", Figure::Agreement),
         ("error", Figure::Error),
@@ -148,7 +148,7 @@ impl Figure {
         ("availability", Figure::Availability),
     ];
 
-    /// What it may be.
+    /// The range of the figure.
     #[must_use]
     pub fn range(self) -> Interval {
         match self {
@@ -157,8 +157,8 @@ impl Figure {
         }
     }
 
-    /// What it counts as while it is not known, where a model says nothing: a share is then as good as a coin, better than
-    /// what has been proven wrong more often than right, and worse than the contrary. For a distance there is no such number.
+    /// The default of a figure without evidence: for a share 0.5, better than proven more often wrong than right, and worse than
+    /// the contrary. A distance has no such default.
     #[must_use]
     pub fn unknown(self) -> Option<f64> {
         match self {
@@ -176,19 +176,19 @@ impl Fact {
     pub const OF_SIGNALS: [(&'static str, Fact); 2] = [("rate", Fact::Rate), ("delay", Fact::Delay)];
 }
 
-/// What a utility may know about a relation that is used for one output, beside its properties.
+/// The facts about a relation that is used for one output, beside its properties.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Inputs<N = f64> {
-    /// How many variables it needs.
+    /// The number of variables that it needs.
     pub count: N,
-    /// How many of them are not provided.
+    /// The number of these variables that are not provided.
     pub unprovided: N,
-    /// The product of the accuracies of those that have one.
+    /// The product of the accuracies of those variables that have an accuracy.
     pub accuracy: N,
 }
 
 impl Rating {
-    /// Missing where a fact is, or where the formula has no value.
+    /// Missing where a fact is missing, or the formula has no value.
     fn value<N: Number>(&self, fact: impl FnMut(&Fact) -> N) -> N {
         let facts: Vec<Value<N>> = self.facts.iter().map(fact).map(Value::Scalar).collect();
         let now = Validity { from: Time::default(), to: Time::default() };
@@ -230,7 +230,7 @@ impl Rating {
         })
     }
 
-    /// What the rating of a way may be that it must not, however the way runs.
+    /// The range of a way's rating, if that exceeds the allowed one for some record.
     pub(super) fn outside_for_ways(&self, aggregate: Aggregate) -> Option<String> {
         let range = aggregate.range();
         let value = self.of_way(|figure, _| figure.range());
@@ -245,7 +245,7 @@ fn property(properties: &Properties, name: &str, otherwise: Option<f64>) -> f64 
 }
 
 impl Utility {
-    /// How ratings make the utility of a substitution.
+    /// How the ratings of a substitution are combined.
     #[must_use]
     pub fn aggregate(&self) -> Aggregate {
         match self {
@@ -254,13 +254,13 @@ impl Utility {
         }
     }
 
-    /// Whether signals are rated, too.
+    /// Whether signals are rated.
     #[must_use]
     pub fn rates_signals(&self) -> bool {
         matches!(self, Utility::Own(own) if own.signal.is_some())
     }
 
-    /// The numbers that the rating of a relation reads from its properties: [`f64::NAN`] for one that is missing.
+    /// The numbers that the rating of a relation reads from its properties: [`f64::NAN`] for a missing one.
     #[must_use]
     pub fn properties_of(&self, properties: &Properties) -> Vec<f64> {
         match self {
@@ -272,8 +272,7 @@ impl Utility {
         }
     }
 
-    /// Rates a relation with these numbers ([`Utility::properties_of`]) for an output. Where a formula has no value it
-    /// is [`f64::NAN`].
+    /// Rates a relation with these numbers ([`Utility::properties_of`]) for an output; [`f64::NAN`] where a formula has no value.
     #[must_use]
     pub fn of_relation(&self, properties: &[f64], inputs: &Inputs) -> f64 {
         match self {
@@ -285,8 +284,7 @@ impl Utility {
         }
     }
 
-    /// Sorts signals by their ratings, the best first, of equals by their accuracy, where one that has none comes last;
-    /// those that are the same in both stay in their order.
+    /// Sorts signals by their ratings, the best first; equals by their accuracy, without an accuracy last; then in their order.
     pub(crate) fn sort_signals(&self, knowledge: &KnowledgeBase, signals: &mut [SignalId]) {
         let accuracy = |signal: &SignalId| {
             let properties = &knowledge.signals()[*signal].properties;
@@ -305,13 +303,13 @@ impl Utility {
         }
     }
 
-    /// Whether ways are rated by how they ran, too.
+    /// Whether ways are rated by their records.
     #[must_use]
     pub fn rates_ways(&self) -> bool {
         matches!(self, Utility::Own(own) if own.way.is_some())
     }
 
-    /// Rates a way by how it ran; `figure` tells what is known of that.
+    /// Rates a way by its record; `figure` gives the known figures.
     #[must_use]
     pub fn of_way(&self, figure: impl Fn(Figure) -> Option<f64>) -> f64 {
         match self {

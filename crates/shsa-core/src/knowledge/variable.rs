@@ -1,4 +1,4 @@
-//! Variables: physical quantities, and how the values of those that wrap are shown.
+//! Variables: physical quantities, and how wrapping values are shown.
 
 use super::properties::Properties;
 use crate::circle;
@@ -12,12 +12,12 @@ pub enum Shape {
     /// One number.
     #[default]
     Scalar,
-    /// A list of numbers whose length the observations decide.
+    /// A list of numbers; the observations decide its length.
     Vector,
 }
 
 impl Shape {
-    /// All, with their names in models.
+    /// All shapes, with their names in models.
     pub const NAMES: [(&'static str, Shape); 2] = [("scalar", Shape::Scalar), ("vector", Shape::Vector)];
 }
 
@@ -26,7 +26,7 @@ impl Shape {
 pub struct Variable {
     /// Unique in the model.
     pub name: String,
-    /// What values are read and shown in; `None` when the model does not say. Inside, values are coherent SI.
+    /// The unit in which values are read and shown; `None` when the model gives none. Inside, values are coherent SI.
     pub unit: Option<Unit>,
     /// One number or a list.
     pub shape: Shape,
@@ -34,19 +34,19 @@ pub struct Variable {
     pub range: Option<Interval>,
     /// Largest rate of change, SI units a second: how fast the uncertainty of an old value grows.
     pub max_rate: Option<f64>,
-    /// The turn after which its values are the same again, SI, above 0; `None` of what does not wrap. Of numbers, not of vectors.
+    /// The turn after which the values repeat, SI, above 0; `None` if they do not wrap. For scalars only.
     pub wraps: Option<f64>,
-    /// The value, in SI, when it never changes: a constant is always provided.
+    /// The value of a constant, SI: a constant is always provided.
     pub constant: Option<Interval>,
     /// Named numbers for the utility.
     pub properties: Properties,
 }
 
-/// By what share a range may differ from a turn and still span one: 360 deg and 6.283 rad are both written.
+/// By what share a range may differ from a turn and still span one: both 360 deg and 6.283 rad are in use.
 const SPANS_A_TURN: f64 = 1e-3;
 
 impl Variable {
-    /// Where the turn begins in which its values are shown: at its range where that spans one turn, else at 0.
+    /// Where the turn of shown values begins: at the lower end of a range that spans one turn, else at 0.
     #[must_use]
     pub fn turn_begins(&self) -> f64 {
         let spans_one = |range: &Interval| {
@@ -55,14 +55,14 @@ impl Variable {
         self.range.filter(spans_one).map_or(0.0, Interval::lo)
     }
 
-    /// A value of it, SI, as it is shown and published: within one turn where it wraps, by its middle.
+    /// A value as it is shown and published, SI: a wrapping value is moved so that its middle lies in the shown turn.
     #[must_use]
     pub fn brought_back(&self, value: Interval) -> Interval {
         self.wraps.map_or(value, |turn| circle::brought_back(value, self.turn_begins(), turn))
     }
 
-    /// What its readings may be: where its range spans a turn, one turn more to either side, as sensors count from
-    /// different points.
+    /// The range of readings: a range that spans a turn is extended by one turn on either side, as sensors count from different
+    /// points.
     #[must_use]
     pub fn readable(&self) -> Option<Interval> {
         let wide = |range: Interval, turn: f64| range.width() >= turn * (1.0 - SPANS_A_TURN);

@@ -1,4 +1,4 @@
-//! What a monitor is told about its past: that evidence no longer counts, or what there was before the start.
+//! Amendments to a monitor's past: evidence that no longer counts, and state from before the start.
 
 use super::{Absence, Monitor, TrendRecord, WayIndex};
 use crate::knowledge::SignalId;
@@ -6,7 +6,7 @@ use crate::time::Time;
 use alloc::collections::BTreeMap;
 
 impl Monitor {
-    /// Forgets the comparisons of some pairs, given by their places; what comes later counts. O(all pairs).
+    /// Forgets the comparisons of some pairs, given by their places; later ones count. O(all pairs).
     pub fn forget_pairs(&mut self, places: &[usize]) {
         for &place in places {
             if let Some(pair) = self.pairs.get_mut(place) {
@@ -18,7 +18,7 @@ impl Monitor {
         self.index.renew(&self.pairs);
     }
 
-    /// Goes on with what many comparisons had shown before the start, by the two ways of each pair. O(n log n) in pairs.
+    /// Restores the trends of pairs, by the two ways of each pair. O(n log n) in pairs.
     pub fn recall_trends(&mut self, records: &BTreeMap<(WayIndex, WayIndex), TrendRecord>, now: Time) {
         for pair in &mut self.pairs {
             if let Some(record) = records.get(&(pair.way, pair.other)) {
@@ -28,19 +28,20 @@ impl Monitor {
         self.index.renew(&self.pairs);
     }
 
-    /// Forgets what the readings of a signal have shown by themselves; between two moments.
+    /// Forgets the detector state of a signal; to be called between two moments.
     pub fn forget_readings(&mut self, signal: SignalId) {
         self.detectors.forget(signal);
         self.ports[signal].set_gate(false);
         self.ports[signal].come_home();
     }
 
-    /// The readings of a signal are trusted again where they are.
+    /// Accepts the present level of a signal's readings as sound.
     pub fn trust_readings(&mut self, signal: SignalId) {
         self.ports[signal].come_home();
     }
 
-    /// A signal was absent before the start: it counts as that until it speaks, and its absence is no news.
+    /// Sets a signal absent from before the start: the signal stays absent until its first value, and this absence is not
+    /// reported.
     pub fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
         self.timeouts.expect_absent(signal, absence);
     }

@@ -1,4 +1,4 @@
-//! Sets the monitor up: which ways are compared with which, and how often.
+//! Sets the monitor up: chooses which ways are compared with each other, and how often.
 
 use super::consensus::Consensus;
 use super::index::Index;
@@ -15,13 +15,13 @@ use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
 
-/// Fewest and most samples in a history.
+/// Least and largest number of samples in a history.
 const CAPACITY: (usize, usize) = (16, 4_096);
 
 /// Samples in a history of a signal whose rate is not declared.
 const CAPACITY_WITHOUT_RATE: usize = 256;
 
-/// So many moments at most wait until all inputs of a way are known there.
+/// At most this many moments of a way wait until all its inputs are known there.
 const MOST_LATE: usize = 64;
 
 impl Monitor {
@@ -84,7 +84,7 @@ impl Monitor {
                 let (slow, fast) = by_slowness((at, one), (after, other));
                 self.pairs.push(pair(knowledge, slow, fast, options));
                 if hides_in_time(knowledge, slow.1, fast.1) {
-                    // What the errors of time of one way hide shows in the samples of the other.
+                    // Time errors of one way may hide a single bad value: then the moments of the other way are compared, too.
                     self.pairs.push(pair(knowledge, fast, slow, options));
                 }
             }
@@ -102,17 +102,17 @@ impl Monitor {
     }
 }
 
-/// Up to so many ways of one variable are all compared with each other.
+/// Up to this many ways of one variable are all compared with each other.
 pub const ALL_PAIRS: usize = 32;
 
-/// Of more ways, each is compared with those that stand so far from it in the list, which is taken for a ring: every way has
-/// twelve others, enough to outvote them, and no two faults share many of them.
+/// Of more ways, each is compared with those at these distances in the list, taken as a ring. So every way has twelve others,
+/// enough to outvote it, and no two faults share many of them.
 pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
 
-/// Which ways are compared: all pairs of each variable where there are few, each with some others where there are
-/// [many](ALL_PAIRS); but the same signals and relations only once, in whichever variable. No way is left out.
-/// Two that rest on the same signals are compared only where a relation with a declared prior probability of a fault is in one of
-/// them: then that is what the comparison is about.
+/// The pairs to compare: all pairs of each variable with few ways; some pairs where there are [many](ALL_PAIRS). The same signals
+/// and relations are compared only once, in whichever variable. No way is left out. Two ways that rest on the same signals are
+/// compared only where one of them has a relation with a declared prior probability of a fault: the comparison is about that
+/// relation.
 ///
 /// Arguments: each way with the signals that it [rests on](rests_on). Returns places in `ways`, the smaller one first,
 /// ascending. Complexity: O(p log p) for p pairs, which are at most `16 n` for n ways.
@@ -145,7 +145,7 @@ pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(
     pairs
 }
 
-/// Whether two ways of one variable, each with the signals that it rests on, say something about each other.
+/// Whether two ways of one variable, each with the signals that it rests on, can contradict each other.
 #[must_use]
 pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (&Way, &SignalSet)) -> bool {
     let may_fail = |relation: &RelationId| {
@@ -153,7 +153,7 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (
     };
     let fallible =
         |way: &Way| way.substitution.relations().into_iter().filter(may_fail).collect::<Vec<RelationId>>();
-    // What is fused from a signal agrees with it by its making, or leaves it out.
+    // The output of a fusion agrees with its own inputs by construction, or leaves them out.
     let is_fused = |way: &Way| way.inputs().any(|signal| knowledge.is_fused(signal));
     let is_made_of_it = (is_fused(one.0) || is_fused(other.0)) && one.1.meets(other.1);
     !is_made_of_it && (one.1 != other.1 || fallible(one.0) != fallible(other.0))
@@ -210,8 +210,8 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     }
 }
 
-/// The signals of a way with all that they are derived from: when one of them is lost, so is the way. Of signals from the
-/// same source, the one that stands for them.
+/// The signals of a way and all their origins: a loss of any of them loses the way. Signals from the same source are replaced by
+/// the one that represents the source.
 #[must_use]
 pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
@@ -221,8 +221,8 @@ pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     knowledge.as_witnesses(all)
 }
 
-/// The signals of a way that its value is computed from, with all that they are derived from: what only a condition reads is
-/// left out, as its size does not reach the output. Of signals from the same source, the one that stands for them.
+/// The signals that the value of a way is computed from, and all their origins, without the signals that only conditions read:
+/// these do not change the size of the output. Signals from the same source are replaced by the one that represents the source.
 #[must_use]
 pub fn sized_by(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     let needed = computed_from(knowledge, way);
@@ -235,7 +235,7 @@ pub fn sized_by(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     knowledge.as_witnesses(all)
 }
 
-/// The variables that the value of a way is computed from, itself included.
+/// The variables that the value of a way is computed from, including the way's own variable.
 fn computed_from(knowledge: &KnowledgeBase, way: &Way) -> Vec<VariableId> {
     let mut needed = Vec::from([way.substitution.sink]);
     for step in way.substitution.steps.iter().rev() {
@@ -252,7 +252,7 @@ fn computed_from(knowledge: &KnowledgeBase, way: &Way) -> Vec<VariableId> {
     needed
 }
 
-/// What a comparison speaks about: the same signals and relations in another variable say the same again.
+/// What a comparison is about: the same relations and signals, compared in another variable, add nothing.
 fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
     let mut relations = one.substitution.relations();
     relations.extend(other.substitution.relations());
@@ -264,10 +264,10 @@ fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
     (relations, signals)
 }
 
-/// The slower way of two first: a comparison is made at its moments.
+/// Sorts two ways, the slower one first: comparisons are made at its moments.
 ///
 /// The slower way is the one whose outputs are means over a longer time, or are rarer. Of equals it is the one with the larger
-/// lag, as the other one has delivered by then; else the later one in file order, as the other value of its row is there then.
+/// lag, as the other one has delivered by then; else the later one in file order, as the other value of its row is known then.
 fn by_slowness<'w>(
     one: (usize, &'w WatchedWay),
     other: (usize, &'w WatchedWay),
@@ -276,13 +276,13 @@ fn by_slowness<'w>(
         let timing = way.computation.timing();
         (timing.mean_over + timing.period.unwrap_or(Span::ZERO), timing.lag)
     };
-    // What rests on constants alone has no moments.
+    // A way that rests on constants alone has no moments.
     let is_slow = other.1.constant.is_some() || slowness(one.1) > slowness(other.1);
     if is_slow && one.1.constant.is_none() { (one, other) } else { (other, one) }
 }
 
-/// Whether the times of several values of the slower way are the same within their errors: one of them alone is hidden by
-/// those around it, and the samples of the other way tell of it.
+/// Whether a time error spans several periods of the slower way: a single bad value is hidden by its neighbours then, and shows
+/// only at the moments of the other way.
 fn hides_in_time(knowledge: &KnowledgeBase, slow: &WatchedWay, fast: &WatchedWay) -> bool {
     let uncertainty = |way: &WatchedWay| {
         let error = |signal: SignalId| knowledge.signals()[signal].time_error;
@@ -306,7 +306,7 @@ fn pair(
     let other = fast.1.computation.timing();
     let mut signals = slow.1.rests_on.clone();
     signals.extend(&fast.1.rests_on);
-    // What the faster one is waited for.
+    // The time for which a comparison waits for the faster way.
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
     let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
     let window = Window::new(options.debounce, timing.period, lag);
@@ -324,7 +324,7 @@ fn pair(
     }
 }
 
-/// What is declared of the noise of all signals that two ways read.
+/// The declared noise of all signals that two ways read.
 fn noise(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> Noise {
     let (one, other) = (one.computation.way(), other.computation.way());
     let of = |signal: SignalId| knowledge.signals()[signal].noise;
@@ -338,7 +338,7 @@ fn noise(knowledge: &KnowledgeBase, one: &WatchedWay, other: &WatchedWay) -> Noi
     both.map_or_else(|| Noise::Declared(shares.fold(0.0, f64::max)), Noise::Known)
 }
 
-/// The deviation of a signal's noise as a share of its error; 0 where that depends on its value.
+/// The deviation of a signal's noise as a share of its error; 0 where the error depends on the value.
 fn share_of_noise(signal: &Signal) -> f64 {
     let error = 0.5 * (signal.value_error.hi - signal.value_error.lo);
     signal.noise.filter(|_| error > 0.0).map_or(0.0, |noise| noise / error)

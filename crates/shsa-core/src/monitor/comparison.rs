@@ -1,7 +1,7 @@
-//! Makes the comparisons: each output of the slower of two ways with what the faster one says about its moment.
+//! Makes the comparisons: each output of the slower of two ways with the faster way's value for the same moment.
 //!
-//! Where the faster way does not tell yet what was at that moment, the comparison waits for it. So two ways are compared at
-//! moments about which both say something, and what nothing bounds is not extrapolated.
+//! Where the faster way has no value for that moment yet, the comparison waits. So two ways are compared at moments for which
+//! both have a value, and nothing is extrapolated without a bound.
 
 use super::consensus::Consensus;
 use super::index::Index;
@@ -11,13 +11,13 @@ use crate::alignment::{Known, Sample};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 
-/// The comparisons of one moment of reception.
+/// The comparisons made at one moment of reception.
 pub(super) struct Round<'m> {
     pub(super) ways: &'m [WatchedWay],
     pub(super) pairs: &'m mut [Residual],
     pub(super) consensus: &'m mut Consensus,
     pub(super) index: &'m mut Index,
-    /// For each way, the pairs that wait for an output of it.
+    /// For each way, the pairs that wait for an output of this way.
     pub(super) awaited: &'m mut [Vec<u32>],
     pub(super) now: Time,
     /// Whether a relationship has changed.
@@ -25,7 +25,7 @@ pub(super) struct Round<'m> {
 }
 
 impl Round<'_> {
-    /// Compares an output with all that its way is compared with, as far as that is known.
+    /// Compares an output in all pairs of its way whose other value is known.
     #[inline]
     pub(super) fn compare(&mut self, fresh: &Fresh) {
         let Fresh { way, validity, ref measured } = *fresh;
@@ -40,7 +40,7 @@ impl Round<'_> {
                 waits = true;
                 continue;
             }
-            // As most often, and not by way of what is not known.
+            // The most frequent case, without the detour by [`Known`].
             let newest = if is_of_moment { other.newest_about(validity) } else { None };
             let known = match newest {
                 Some(known) => known,
@@ -58,7 +58,7 @@ impl Round<'_> {
             };
             self.consensus.hear(number as usize, &known);
             if !is_of_moment {
-                // Means are dear, and may be heard again when all others have spoken.
+                // Means are expensive, and the consensus needs them again when all ways have a value.
                 pair.known = Some((validity, known));
             }
             let guessed = guessed(pair, other, known, validity);
@@ -75,7 +75,7 @@ impl Round<'_> {
         }
     }
 
-    /// Makes the comparisons that have waited for an output of a way.
+    /// Makes the comparisons that wait for an output of a way.
     #[inline]
     pub(super) fn catch_up(&mut self, way: WayIndex) {
         let place = way.0 as usize;
@@ -89,7 +89,7 @@ impl Round<'_> {
         }
     }
 
-    /// Compares the outputs of a pair that have waited, oldest first; whether all are done.
+    /// Compares the waiting outputs of a pair, oldest first; returns whether all are done.
     fn compare_due(&mut self, number: u32) -> bool {
         let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
         let (slow, fast) = (pair.way, pair.other);
@@ -127,7 +127,7 @@ impl Round<'_> {
         true
     }
 
-    /// Once all that an output was to be compared with has spoken, they are heard together.
+    /// Rates an output in the consensus once all ways that it is compared with have a value.
     fn rate_late(&mut self, way: WayIndex, watched: &WatchedWay, measured: &Measured, sample: &Sample) {
         let pairs = &*self.pairs;
         let of_way =
@@ -150,13 +150,13 @@ impl Round<'_> {
     }
 }
 
-/// What is known beside an output, around its best guess where statistics go by that.
+/// The value beside an output, with the best guess as its middle where the trend goes by noise.
 #[inline]
 fn guessed(pair: &Residual, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
     if pair.trend.goes_by_noise() { known.with_guess(other.guess(moment)) } else { known }
 }
 
-/// Keeps a list in ascending order, so that it does not matter who began to wait first.
+/// Inserts in ascending order, so that it does not matter which pair began to wait first.
 pub(super) fn insert(list: &mut Vec<u32>, number: u32) {
     if let Err(at) = list.binary_search(&number) {
         list.insert(at, number);

@@ -1,10 +1,10 @@
-//! What the ways that are known at one moment say together, and how each of them stands to that.
+//! The consensus of the ways that have a value at one moment, and how far each way agrees with it.
 //!
-//! The consensus of a moment is an interval from the upper median of the lower bounds to the lower median of the upper
-//! ones: of two ways what they have in common, of more what a minority of liars cannot move out of the others' reach
-//! (after K. Marzullo, "Tolerating failures of continuous-valued sensors", 1990, DOI 10.1145/128733.128735). It holds
-//! when more than half of the ways overlap it. Ways that rest on the same signals have one vote. Two say
-//! nothing about which one of them is off, so a way that is often compared with two others is only compared there.
+//! The consensus of a moment is the interval from the upper median of the lower bounds to the lower median of the upper bounds:
+//! for two ways their intersection; for more, an interval that a faulty minority cannot move out of the others' reach (after K.
+//! Marzullo, "Tolerating failures of continuous-valued sensors", 1990, DOI 10.1145/128733.128735). It holds when more than half
+//! of the ways overlap it. Ways that rest on the same signals have one vote. Two votes do not tell which way is off, so a way
+//! that is often compared with two others is rated only there.
 
 use super::reliability::{Figures, Memory, Reliability};
 use super::trend::Measured;
@@ -17,42 +17,42 @@ use alloc::vec::Vec;
 /// Most votes about a moment.
 const MOST_VOTES: usize = 64;
 
-/// As many times within the memory three votes must be compared for two to count for nothing.
+/// A way is rated with three or more votes only, if these come at least this often within the memory.
 const OFTEN: i64 = 20;
 
-/// What a way is when values of a moment are compared.
+/// The role of a way in the comparisons of a moment.
 #[derive(Clone, Copy, Debug)]
 struct Seat {
     way: WayIndex,
-    /// Its vote, as a bit; 0 when it has none.
+    /// The way's vote, as a bit; 0 without a vote.
     vote: u64,
-    /// The votes of ways that share no signal with it, as bits: without one of them it is not compared.
+    /// The votes of ways that share no signal with this way, as bits: without one of them this way is not rated.
     independent: u64,
-    /// Whether there are moments, often enough, at which three votes or more are compared with it.
+    /// Whether three or more votes are often compared with this way.
     has_majorities: bool,
 }
 
-/// What a way says about the moment at work.
+/// The value of a way at the present moment.
 #[derive(Clone, Copy, Debug)]
 struct Heard {
     seat: Seat,
     measured: Measured,
-    /// Whether it agrees with the consensus, once there is one.
+    /// Whether the value agrees with the consensus, once there is one.
     agrees: bool,
 }
 
-/// The records of all ways, and the values of the moment at work.
+/// The records of all ways, and the values of the present moment.
 #[derive(Debug)]
 pub(super) struct Consensus {
     records: Vec<Reliability>,
-    /// All ways by what they know.
+    /// All ways by their variables.
     of_variable: Vec<(VariableId, WayIndex)>,
-    /// The seat of each way when it delivers.
+    /// The seat of each way in the comparisons of its own outputs.
     own: Vec<Seat>,
-    /// For each pair, the seat of the other way when the pair's way delivers; none where nothing ever follows from it.
+    /// For each pair, the seat of the other way in the comparisons of the pair's way; `None` where no rating follows.
     others: Vec<Option<Seat>>,
     heard: Vec<Heard>,
-    /// The votes that were heard, as bits, and their bounds.
+    /// The present votes, as bits, and their bounds.
     present: u64,
     lows: Vec<f64>,
     highs: Vec<f64>,
@@ -60,7 +60,7 @@ pub(super) struct Consensus {
 }
 
 impl Consensus {
-    /// Before the first value. Complexity: O(pairs times the ways that each way is compared with).
+    /// The consensus before the first value. Complexity: O(pairs times the ways that each way is compared with).
     pub(super) fn new(ways: &[WatchedWay], pairs: &[Residual], memory: Memory) -> Consensus {
         let record = |way: &WatchedWay| Reliability::new(way.computation.timing().period, memory);
         let nobody = Seat { way: WayIndex(u32::MAX), vote: 0, independent: 0, has_majorities: false };
@@ -107,14 +107,14 @@ impl Consensus {
         }
     }
 
-    /// From the first moment on every way could give values.
+    /// Begins the records at the first moment, from which on every way could give values.
     pub(super) fn begin(&mut self, now: Time) {
         if !core::mem::replace(&mut self.is_started, true) {
             self.records.iter_mut().for_each(|record| record.begin(now));
         }
     }
 
-    /// The value of the other way of a pair whose way delivers.
+    /// Takes the value of the other way of a pair.
     #[inline]
     pub(super) fn hear(&mut self, pair: usize, known: &Measured) {
         if let Some(&Some(seat)) = self.others.get(pair)
@@ -134,7 +134,7 @@ impl Consensus {
         }
     }
 
-    /// Nothing is heard of the next moment yet.
+    /// Clears the values of the moment.
     #[inline]
     fn clear(&mut self) {
         self.heard.clear();
@@ -143,7 +143,7 @@ impl Consensus {
         self.present = 0;
     }
 
-    /// A way has delivered, and all that it is compared with has been heard. O(k log k) for k of them.
+    /// Rates an output for which all other values are known. O(k log k) for k values.
     #[inline]
     pub(super) fn settle(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
@@ -154,7 +154,7 @@ impl Consensus {
         }
     }
 
-    /// A way has delivered, and not all that it is compared with has been heard.
+    /// Notes an output for which some other values are not known yet.
     #[inline]
     pub(super) fn postpone(&mut self, way: WayIndex, now: Time) {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
@@ -163,7 +163,7 @@ impl Consensus {
         self.clear();
     }
 
-    /// All that a value is compared with has been heard, which came before.
+    /// Rates an earlier output for which all other values are known now.
     pub(super) fn rate_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if !self.heard.is_empty() {
             self.settle_heard(way, value, now);
@@ -178,7 +178,7 @@ impl Consensus {
         self.clear();
     }
 
-    /// Compares all that was heard with its consensus.
+    /// Rates the values of the moment by their consensus.
     fn rate(&mut self, now: Time) {
         let Consensus { heard, present, lows, highs, records, .. } = self;
         let is_told = present.count_ones() > 2;
@@ -202,12 +202,12 @@ impl Consensus {
         from_first.take_while(move |(known, _)| *known == variable).map(|(_, way)| *way)
     }
 
-    /// What is known about a way from how it ran; nothing about one of another monitor.
+    /// The record of a way; empty for a way of another monitor.
     pub(super) fn figures(&self, way: WayIndex, now: Time) -> Figures {
         self.records.get(way.0 as usize).map_or(Figures::default(), |record| record.figures(now))
     }
 
-    /// Goes on from the records before a change of the model; `same` tells which way of the new monitor one of the old is.
+    /// Takes over the records before a change of the model; `same` maps the old ways to the new ones.
     pub(super) fn inherit(&mut self, old: &Consensus, same: &[Option<WayIndex>], now: Time) {
         for (before, way) in old.records.iter().zip(same) {
             let record = way.and_then(|way| self.records.get_mut(way.0 as usize));
@@ -220,8 +220,8 @@ impl Consensus {
     }
 }
 
-/// The seats of ways that are compared at one moment: votes go to those with the fewest signals first, so that there are
-/// many, and then by order.
+/// The seats of ways that are compared at one moment: ways with the fewest signals vote first, so that there are many votes;
+/// equals go by order.
 fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
     let nothing = SignalSet::new();
     let rests_on = |way: WayIndex| ways.get(way.0 as usize).map_or(&nothing, |way| &way.rests_on);
@@ -248,7 +248,7 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
     members.iter().map(seat).collect()
 }
 
-/// Leaves out the seats of moments at which two votes are heard and all that hear them are told more at other moments.
+/// Removes the seats of moments with at most two votes where every way is rated at other moments.
 fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]) {
     for (way, own) in ways.iter().zip(own) {
         let places = || way.triggers.iter().map(|&pair| pair as usize);
@@ -263,7 +263,7 @@ fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]
     }
 }
 
-/// Notes who agrees with what may be the consensus: how many votes that are.
+/// Notes which values overlap a possible consensus; returns how many votes they are.
 fn supporters(heard: &mut [Heard], agreed: Interval) -> usize {
     let mut count = 0;
     for Heard { seat, measured, agrees } in heard {
@@ -273,7 +273,7 @@ fn supporters(heard: &mut [Heard], agreed: Interval) -> usize {
     count
 }
 
-/// The consensus of values with these bounds and its middle; `None` where the medians leave nothing between them.
+/// The consensus of values with these bounds, and its middle; `None` where the medians leave no interval.
 fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
     let lo = ranked(lows, lows.len() / 2)?;
     let hi = ranked(highs, highs.len().checked_sub(1)? / 2)?;
@@ -281,7 +281,7 @@ fn consensus(lows: &mut [f64], highs: &mut [f64]) -> Option<(Interval, f64)> {
     (!agreed.is_empty()).then(|| (agreed, agreed.midpoint()))
 }
 
-/// The number of a rank among finite ones, 0 for the smallest. Few are ranked without a sort, as they mostly are few.
+/// The number of a rank among finite numbers, 0 for the smallest. A few numbers, the usual case, are ranked without a sort.
 fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
     match (&*numbers, rank) {
         (&[one, other], 0) => Some(ordered(one, other).0),
@@ -298,21 +298,21 @@ fn ranked(numbers: &mut [f64], rank: usize) -> Option<f64> {
     }
 }
 
-/// The middle one of three numbers.
+/// The median of three numbers.
 #[inline]
 fn median(one: f64, other: f64, third: f64) -> f64 {
     let (small, large) = ordered(one, other);
     ordered(small, ordered(large, third).0).1
 }
 
-/// The two in the middle of four numbers, the smaller first.
+/// The two middle ones of four numbers, the smaller first.
 #[inline]
 fn ordered_inner(a: f64, b: f64, c: f64, d: f64) -> (f64, f64) {
     let ((a, b), (c, d)) = (ordered(a, b), ordered(c, d));
     ordered(ordered(a, c).1, ordered(b, d).0)
 }
 
-/// Two numbers, the smaller first.
+/// Sorts two numbers.
 #[inline]
 fn ordered(one: f64, other: f64) -> (f64, f64) {
     if one < other { (one, other) } else { (other, one) }
@@ -342,7 +342,7 @@ mod tests {
     }
 
     proptest! {
-        /// Whatever a minority says, the consensus lies among what the others say.
+        /// Whatever a minority gives, the consensus lies among the values of the others.
         #[test]
         fn a_minority_cannot_move_the_consensus_away(
             right in prop::collection::vec((-1.0..0.0_f64, 0.0..1.0_f64), 2..9),
@@ -358,7 +358,7 @@ mod tests {
                 right.iter().map(|value| value.1).fold(f64::NEG_INFINITY, f64::max),
             );
             prop_assert!(hull.0 <= agreed.hi() && agreed.lo() <= hull.1, "{agreed:?} {hull:?}");
-            // All that is right has 0 in common, so of the right ones alone it is always agreed on.
+            // All right intervals contain 0, so the right ones alone always agree.
             if wrong.is_empty() {
                 prop_assert!(agreed.contains(0.0));
             }

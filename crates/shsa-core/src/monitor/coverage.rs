@@ -4,24 +4,24 @@ use super::{Monitor, Residual, WayIndex};
 use crate::knowledge::{KnowledgeBase, SignalId, VariableId};
 use crate::substitution::Way;
 
-/// So few chances to be compared say nothing.
+/// Fewer possible comparisons than this prove nothing.
 const TOO_FEW: u64 = 20;
 
-/// One comparison in so many that could have been made is rare.
+/// Fewer than one in this many possible comparisons is rare.
 const RARE: u64 = 10;
 
-/// How often two ways were compared.
+/// How often the two ways of a pair were compared.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Coverage {
     /// The slower way.
     pub way: WayIndex,
-    /// The faster one.
+    /// The faster way.
     pub other: WayIndex,
-    /// How often.
+    /// The number of comparisons made.
     pub made: u64,
-    /// How often they could have been: how many values came of the signal of both that came least often.
+    /// The number of possible comparisons: the values of the rarest signal of both ways.
     pub possible: u64,
-    /// Whether a relation of one of them holds only under a condition.
+    /// Whether a relation of one of the ways holds only under a condition.
     pub is_conditional: bool,
 }
 
@@ -43,7 +43,7 @@ impl Coverage {
 }
 
 impl Monitor {
-    /// The index of a signal of a variable by itself, when it is watched. O(ways of the variable).
+    /// The way that is a signal of a variable alone, where it is watched. O(ways of the variable).
     #[must_use]
     pub fn find_direct(&self, variable: VariableId, signal: SignalId) -> Option<WayIndex> {
         let is_it = |index: &WayIndex| {
@@ -52,7 +52,7 @@ impl Monitor {
         self.consensus.knowing(variable).find(is_it)
     }
 
-    /// How often each pair was compared, in their order. Complexity: O(pairs times the signals of their ways).
+    /// The coverage of each pair, in their order. Complexity: O(pairs times the signals of their ways).
     pub fn coverage<'a>(&'a self, knowledge: &'a KnowledgeBase) -> impl Iterator<Item = Coverage> + 'a {
         self.pairs.iter().map(|pair| self.coverage_of(knowledge, pair))
     }
@@ -72,7 +72,7 @@ impl Monitor {
         }
     }
 
-    /// How many values came of the signal of both ways that came least often.
+    /// The number of values of the rarest signal of both ways.
     pub(super) fn chances(&self, pair: &Residual) -> u64 {
         let ways = [pair.way, pair.other].into_iter().filter_map(|way| self.way(way));
         let inputs = ways.flat_map(|way| way.computation.way().inputs());

@@ -1,9 +1,9 @@
-//! Detectors that look at one signal alone: invalid, out of range, too fast, frozen, stamped by a wrong clock, out of order,
-//! late. All work alike: a signal is faulty when enough of its recent moments of reception show the symptom.
+//! Detectors that test one signal alone: invalid, out of range, too fast, frozen, stamped by a wrong clock, out of order, late.
+//! All work alike: a signal is faulty when enough of its recent moments of reception show the symptom.
 //!
-//! A single bad reading is no fault, but single jumps that come again and again are. For as long as a signal may be silent, it
-//! may also give nothing but impossible values. A moment of reception counts once, and is bad when any of its readings is
-//! bad, so the order within a moment does not matter. A fault ends when a whole window shows no symptom.
+//! A single bad reading is no fault, but recurring single jumps are. For as long as a signal may be silent, all its readings may
+//! also be impossible. A moment of reception counts once, and is bad when any of its readings is bad, so the order within a
+//! moment does not matter. A fault ends when a whole window shows no symptom.
 
 mod moment;
 
@@ -16,7 +16,7 @@ use crate::time::{Span, Time};
 use alloc::vec::Vec;
 use moment::Moment;
 
-/// What is detected; of several at once, the first explains the others best.
+/// The detected symptoms; of several at once, the first explains the others best.
 const DETECTED: [Symptom; 7] = [
     Symptom::Invalid,
     Symptom::OutOfRange,
@@ -30,41 +30,40 @@ const DETECTED: [Symptom; 7] = [
 /// The place of [`Symptom::TooFast`] in [`DETECTED`].
 const TOO_FAST: usize = 2;
 
-/// What was seen is stale after this many periods without a reading.
+/// Earlier readings are forgotten after this many periods without a reading.
 const STALE_PERIODS: i64 = 6;
 
-/// Single outliers that come again and again are a fault, too, although most readings are sound: each of them alone is kept
-/// out and forgotten. They are when they are this share of the readings of late,
+/// Recurring single outliers are a fault although each of them alone is dropped: from this share of the recent readings on.
 const RECURRING: f64 = 0.04;
-/// and so many of them,
+/// Recurring single outliers are a fault from this number among the recent readings on.
 const FEWEST_RECURRING: f64 = 4.5;
-/// over at least so long, as what shakes a vehicle is over then, and
+/// Outliers are counted over at least this time: shocks of a vehicle are shorter.
 const RECURS_OVER: Span = Span::from_millis(5_000);
-/// so many readings.
+/// Outliers are counted among at least this many readings.
 const RECURS_AMONG: f64 = 64.0;
-/// A smaller share of single outliers is none.
+/// A smaller share of single outliers counts as none.
 const NONE_RECURRING: f64 = 1e-3;
 
-/// What a reading shows, in numbers.
+/// The evidence of a reading, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Evidence {
-    /// It was no value.
+    /// The reading was no value.
     Invalid(Defect),
     /// The value, SI.
     OutOfRange(Interval),
     /// The two values and the time between them.
     TooFast(Jump),
-    /// By how much its time stamp went back.
+    /// By how much the time stamp went back.
     OutOfOrder(Span),
-    /// Time from its stamp to its reception.
+    /// The time from the time stamp to the reception.
     Late(Span),
     /// For how long the readings have been exactly the same.
     Frozen(Span),
-    /// What its stamps are off by.
+    /// The error of the time stamps.
     WrongClock(Misdated),
 }
 
-/// How many moments of reception are looked at, and how many bad ones make a fault.
+/// A fault is at least `k` bad ones among the last `n` moments of reception.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Rule {
     n: u32,
@@ -74,15 +73,15 @@ struct Rule {
 /// A fault that a signal's own readings show.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fault {
-    /// What kind it is.
+    /// The kind of the fault.
     pub symptom: Symptom,
-    /// What the reading that decided it shows; of several at one moment, the worst.
+    /// The evidence of the reading that completed the fault; of several at one moment, the worst.
     pub evidence: Evidence,
-    /// In how many of how many recent moments of reception.
+    /// The number of bad moments of reception, and among how many recent ones.
     pub count: (u32, u32),
 }
 
-/// A change of what a signal's own readings show.
+/// A fault of a signal's own readings that begins or ends.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// The signal.
@@ -103,12 +102,12 @@ struct Detector {
     last: Option<Time>,
     lifetime: Option<Span>,
     fault: Option<Symptom>,
-    /// The share of single outliers among the readings of late, and among how many that is; whether the fault is that they
-    /// come again and again.
+    /// The share of single outliers among the recent readings, the number of these readings, and whether the present fault is
+    /// recurring outliers.
     outliers: f64,
     memory: f64,
     recurs: bool,
-    /// Where the readings of this moment are gathered.
+    /// The place of this moment's readings in [`Detectors::moments`].
     moment: Option<u32>,
 }
 
@@ -116,13 +115,13 @@ struct Detector {
 #[derive(Clone, Debug)]
 pub struct Detectors {
     list: IdVec<SignalId, Detector>,
-    /// What is gathered of this moment; only of signals that show, or have shown, a symptom.
+    /// The readings of this moment; only of signals that show, or have shown, a symptom.
     moments: Vec<(SignalId, Moment)>,
     findings: Vec<Finding>,
 }
 
 impl Detectors {
-    /// For the signals of a knowledge base.
+    /// The detectors of the signals of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, debounce: Debounce) -> Detectors {
         let count = knowledge.signals().len();
@@ -134,7 +133,7 @@ impl Detectors {
         }
     }
 
-    /// Goes on from the detectors before a change, for the signals whose readings mean the same.
+    /// Takes over the state before a change of the model, for the signals whose readings mean the same.
     pub fn inherit(&mut self, old: &Detectors, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(detector) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
@@ -145,22 +144,22 @@ impl Detectors {
         }
     }
 
-    /// Forgets what the readings of a signal have shown; between two moments.
+    /// Forgets the readings of a signal; to be called between two moments.
     pub(super) fn forget(&mut self, signal: SignalId) {
         let detector = &mut self.list[signal];
         (detector.bits, detector.shows, detector.seen, detector.fault) =
             ([0; DETECTED.len()], false, 0, None);
     }
 
-    /// Notes what a port says about a reading.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// Notes how a port has received a reading.
+    // Called with every observation from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub fn observe(&mut self, signal: SignalId, reception: &Reception, now: Time) {
         let detector = &mut self.list[signal];
         if reception.is_sound() && detector.is_quiet() {
             detector.count(now);
         } else {
-            // A copy, so that what is sound need not be in memory.
+            // A copy, so that a sound reception need not be in memory.
             self.gather(signal, *reception);
         }
     }
@@ -177,13 +176,13 @@ impl Detectors {
         }
     }
 
-    /// Whether something has been noted that is not settled.
+    /// Whether noted readings are not settled yet.
     #[must_use]
     pub fn is_pending(&self) -> bool {
         !self.moments.is_empty()
     }
 
-    /// Takes together what has been noted of this moment, and opens and closes the gates of the ports.
+    /// Evaluates the readings of this moment, and opens and closes the gates of the ports.
     pub fn settle(&mut self, ports: &mut IdVec<SignalId, Port>, now: Time) {
         self.findings.clear();
         if self.moments.is_empty() {
@@ -199,13 +198,13 @@ impl Detectors {
         }
     }
 
-    /// What the last settled moment has changed, by signal.
+    /// The findings of the last settled moment, by signal.
     #[must_use]
     pub fn findings(&self) -> &[Finding] {
         &self.findings
     }
 
-    /// What a signal's own readings show now.
+    /// The present fault of a signal's own readings.
     #[must_use]
     pub fn fault(&self, signal: SignalId) -> Option<Symptom> {
         self.list[signal].fault
@@ -235,7 +234,7 @@ impl Detector {
         }
     }
 
-    /// Forgets what is before the windows.
+    /// Forgets moments before the windows.
     fn keep_window(&mut self) {
         for (bits, rule) in self.bits.iter_mut().zip(&self.rules) {
             *bits &= u64::MAX >> (64 - rule.n.clamp(1, 64));
@@ -243,12 +242,12 @@ impl Detector {
         self.shows = self.bits != [0; DETECTED.len()];
     }
 
-    /// The jumps in the window.
+    /// The jumps in the window, as bits.
     fn jumps(&self) -> u64 {
         self.bits.get(TOO_FAST).copied().unwrap_or(0)
     }
 
-    /// What share of single outliers is a fault.
+    /// The share of single outliers that is a fault.
     fn most_outliers(&self) -> f64 {
         RECURRING.max(FEWEST_RECURRING / self.memory)
     }
@@ -258,7 +257,7 @@ impl Detector {
         self.moment.is_none() && self.fault.is_none() && !self.shows
     }
 
-    /// Counts a moment once, and forgets what is stale.
+    /// Counts a moment once, and forgets outdated moments.
     fn count(&mut self, now: Time) {
         let Some(last) = self.last.replace(now) else {
             self.seen = 1;
@@ -276,7 +275,7 @@ impl Detector {
         }
     }
 
-    /// Takes a moment in: the fault that begins (`Some(Some)`) or is over (`Some(None)`).
+    /// Evaluates a moment: returns a fault that begins (`Some(Some)`), or that a fault is over (`Some(None)`).
     fn take(&mut self, moment: &Moment, now: Time) -> Option<Option<Fault>> {
         self.moment = None;
         self.count(now);
@@ -285,7 +284,7 @@ impl Detector {
             *bits = *bits << 1 | u64::from(evidence.is_some());
         }
         self.keep_window();
-        // A jump after a sound reading may be an outlier; when it is not over with the next reading, it was none.
+        // A jump after a sound reading counts as an outlier; if the next reading jumps, too, it was none.
         match self.jumps() & 7 {
             0b001 | 0b101 => self.outliers += 1.0 / self.memory,
             0b011 => self.outliers = (self.outliers - 1.0 / self.memory).max(0.0),
@@ -307,7 +306,7 @@ impl Detector {
         Some(None)
     }
 
-    /// The fault that a bad moment decides.
+    /// The fault that a bad moment completes.
     fn decided(&self, at: usize, evidence: Evidence) -> Option<Fault> {
         let (count, rule) = (self.bits.get(at)?.count_ones(), self.rules.get(at)?);
         let symptom = *DETECTED.get(at)?;
@@ -320,7 +319,7 @@ impl Detector {
         (at == TOO_FAST && self.outliers >= self.most_outliers()).then(recurring)
     }
 
-    /// Whether the gate of the port must be open: jumps are the rule, or have been in this window.
+    /// Whether the port's gate must be open: jumps are frequent, or the fault is jumps and the window still has one.
     fn is_open(&self) -> bool {
         let jumps = self.jumps().count_ones();
         let is_rule = self.rules.get(TOO_FAST).is_some_and(|rule| jumps >= rule.k);
@@ -328,10 +327,10 @@ impl Detector {
     }
 }
 
-/// By symptom, in the order of [`DETECTED`].
+/// The rules by symptom, in the order of [`DETECTED`].
 fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DETECTED.len()] {
     let (n, k) = debounce.window(period.unwrap_or(debounce.span));
-    // As many as may be absent altogether; where more of them follow each other, the timeout tells.
+    // As many impossible readings as may be missing altogether are no fault; the timeout detects longer runs.
     let absent = signal.timeout.zip(period).map_or(0, |(timeout, period)| timeout.0 / period.0.max(1));
     let silent = u32::try_from(absent).unwrap_or(u32::MAX);
     let impossible = match silent {
@@ -341,13 +340,13 @@ fn rules(signal: &Signal, period: Option<Span>, debounce: Debounce) -> [Rule; DE
             k: k.max(silent.saturating_add(1)),
         },
     };
-    // Of two readings that have changed places, only one goes back.
+    // Of two swapped readings only one goes back.
     let swapped = Rule { n, k: (k / 2).max(2).min(k) };
-    // After a stall, what has been waiting comes late once.
+    // After a stall, the held-up readings are late once.
     let late = Rule { n, k: (n * 3).div_ceil(4).max(k) };
-    // What has been the same for so long is frozen now, and is not with the first reading that moves.
+    // A frozen reading has been the same for long already: one shows the fault, and the first that differs ends it.
     let still = Rule { n: 1, k: 1 };
-    // What has been held up may come at once; a clock is wrong for longer.
+    // Held-up readings may come at once; a wrong clock shows in most readings of a second.
     let in_second = period.map_or(0, |period| Span::from_millis(1_000).0 / period.0.max(1));
     let second = u32::try_from(in_second).unwrap_or(u32::MAX).clamp(4, 64);
     let misdated = Rule { n: second, k: (second * 3).div_ceil(4) };

@@ -1,4 +1,4 @@
-//! How long a signal has said the same, and how long it usually does.
+//! How long a signal has repeated its value, and how long it usually does.
 
 use crate::interval::Interval;
 use crate::time::{Span, Time};
@@ -13,15 +13,15 @@ pub struct Frozen {
     usual: Span,
 }
 
-/// Fewer readings of the same value are no standstill, and neither is
+/// Fewer equal readings are no standstill.
 const FEWEST: u32 = 4;
-/// less than so many times the usual time between two changes.
+/// A standstill lasts longer than this multiple of the usual time between two changes.
 const LONGER: i64 = 3;
-/// The mean goes over about so many changes.
+/// The mean is taken over about this many changes.
 const MEMORY: i64 = 8;
 
 impl Frozen {
-    /// Takes a reading in.
+    /// Takes in a reading.
     pub fn record(&mut self, value: Interval, time: Time) {
         match self.value {
             Some(before) if before == value => self.readings = self.readings.saturating_add(1),
@@ -36,19 +36,19 @@ impl Frozen {
         self.value = Some(value);
     }
 
-    /// Whether it has stood still since before `moment`, and for longer than usual by `now`.
+    /// Whether the signal has stood still since before `moment`, and for longer than usual by `now`.
     #[must_use]
     pub fn is_still_since(&self, moment: Time, now: Time) -> bool {
         self.readings >= FEWEST && self.since <= moment && now - self.since > self.usual.times(LONGER)
     }
 
-    /// Whether it has ever changed.
+    /// Whether the value has ever changed.
     #[must_use]
     pub fn has_moved(&self) -> bool {
         self.usual > Span::ZERO
     }
 
-    /// Since when it says the same.
+    /// Since when the value has been the same.
     #[must_use]
     pub fn since(&self) -> Time {
         self.since

@@ -1,22 +1,22 @@
-//! Where to look among ways and pairs: what speaks about a signal or a variable, and what may speak against one.
+//! Indices of ways and pairs by signal and variable, and of the pairs that may accuse a signal.
 
 use super::{Residual, WatchedWay, WayIndex};
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId};
 use alloc::vec::Vec;
 
-/// Places in the monitor's lists, so that a question costs what it is about and not all that there is.
+/// Places in the monitor's lists, so that a query costs only its results.
 #[derive(Debug, Default)]
 pub(super) struct Index {
     /// The pairs that rest on a signal, ascending.
     of_signal: IdVec<SignalId, Vec<u32>>,
     /// The ways of knowing a variable, ascending.
     of_variable: IdVec<VariableId, Vec<WayIndex>>,
-    /// The pairs in which something has disagreed of late, ascending.
+    /// The pairs with a recent disagreement or a trend, ascending.
     restless: Vec<u32>,
 }
 
 impl Index {
-    /// With room for every pair, so that nothing is allocated later. O(signals + variables + what pairs rest on).
+    /// An index with room for every pair, so that nothing is allocated later. O(signals + variables + signals of all pairs).
     pub(super) fn new(knowledge: &KnowledgeBase, ways: &[WatchedWay], pairs: &[Residual]) -> Index {
         let mut of_signal = IdVec::filled(knowledge.signals().len(), |_: SignalId| Vec::new());
         for (at, pair) in pairs.iter().enumerate() {
@@ -31,14 +31,14 @@ impl Index {
         index
     }
 
-    /// Looks at all pairs again.
+    /// Updates the restless pairs from all pairs.
     pub(super) fn renew(&mut self, pairs: &[Residual]) {
         self.restless.clear();
         let restless = pairs.iter().enumerate().filter(|(_, pair)| pair.is_restless());
         self.restless.extend(restless.map(|(at, _)| number(at)));
     }
 
-    /// A pair has become restless, or calm. O(log n + n) for n restless pairs.
+    /// Notes that a pair has become restless, or calm. O(log n + n) for n restless pairs.
     pub(super) fn note(&mut self, pair: u32, is_restless: bool) {
         match self.restless.binary_search(&pair) {
             Ok(at) if !is_restless => drop(self.restless.remove(at)),

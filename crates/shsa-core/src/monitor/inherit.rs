@@ -1,4 +1,4 @@
-//! A monitor goes on from the one before a change of the knowledge base: what is the same keeps what it knows.
+//! A monitor goes on from the one before a change of the knowledge base: unchanged elements keep their state.
 
 use super::comparison::insert;
 use super::{Monitor, Residual, WatchedWay, WayIndex};
@@ -7,19 +7,19 @@ use crate::time::Time;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-/// What a monitor has taken over from the one before.
+/// The state that a monitor has taken over from the one before.
 #[derive(Clone, Debug, Default)]
 pub struct Inheritance {
-    /// For each way of the old monitor, the same one of the new; `None` where it is gone or computes something else.
+    /// For each way of the old monitor, the same way of the new one; `None` where it is gone or computes something else.
     ways: Vec<Option<WayIndex>>,
-    /// The signals of all comparisons that go on.
+    /// The signals of all pairs that go on.
     pub compared: SignalSet,
-    /// Whether every comparison goes on.
+    /// Whether every pair goes on.
     pub is_whole: bool,
 }
 
 impl Inheritance {
-    /// The way that goes on from one of the old monitor.
+    /// The way that goes on from a way of the old monitor.
     #[must_use]
     pub fn way(&self, old: WayIndex) -> Option<WayIndex> {
         self.ways.get(old.0 as usize).copied().flatten()
@@ -27,10 +27,10 @@ impl Inheritance {
 }
 
 impl Monitor {
-    /// Takes over the ports of signals that mean the same, the silences, what their readings show, the outputs of ways that compute the same, and
+    /// Takes over the ports, absences and detectors of signals that mean the same, the outputs of ways that compute the same, and
     /// the recent comparisons of pairs of these. Time: O(n log n) in signals, ways and pairs, and their samples.
     ///
-    /// Call it between two moments: nothing may wait to be compared.
+    /// To be called between two moments: nothing may wait to be compared.
     pub fn inherit(&mut self, old: Monitor, lineage: &Lineage, now: Time) -> Inheritance {
         self.timeouts.inherit(&old.timeouts, lineage, now);
         self.detectors.inherit(&old.detectors, lineage);

@@ -1,14 +1,14 @@
 //! Compares all ways of knowing a variable as observations come, and watches each signal for silence and impossible values.
 //!
-//! Each output of the slower of two ways is compared with what the faster way says about the same moment, as soon as it says
-//! something: the hull of its samples on both sides, or its nearest sample where the model bounds how fast the plant changes.
-//! A slower way that is a difference quotient over a window is the mean of the derivative, and is compared with the mean of the
-//! other way over the window. Disjoint intervals disagree. A residual is in conflict when enough of its recent comparisons
-//! disagree ([`Debounce`]).
+//! Each output of the slower of two ways is compared with the faster way's value for the same moment, as soon as that is known:
+//! the hull of its samples on both sides, or its nearest sample where the model bounds how fast the plant changes. A slower way
+//! that is a difference quotient over a window is the mean of the derivative, and is compared with the mean of the other way over
+//! the window. Disjoint intervals disagree. A residual is in conflict when enough of its recent comparisons disagree
+//! ([`Debounce`]).
 //!
-//! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does
-//! not matter. The cost of an observation is that of the ways that it completes and their pairs; nothing is
-//! allocated and nothing grows with history.
+//! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does not matter. The
+//! cost of an observation is that of the ways that it completes and their pairs; nothing is allocated and nothing grows with
+//! history.
 
 mod symptom;
 mod trend;
@@ -52,14 +52,14 @@ use comparison::Round;
 use consensus::Consensus;
 use index::Index;
 
-/// Settings of the comparisons; the defaults are sound.
+/// Settings of the comparisons; the defaults are safe.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Options {
     /// How many single disagreements make a conflict, and how many bad readings of a signal a fault.
     pub debounce: Debounce,
-    /// What makes one of many comparisons that agree.
+    /// The settings of the trend detectors.
     pub trends: TrendOptions,
-    /// How long it is remembered how ways have run.
+    /// How long the records of ways count.
     pub memory: Memory,
 }
 
@@ -73,21 +73,21 @@ pub struct Monitor {
     frozen: IdVec<SignalId, Frozen>,
     ways: Vec<WatchedWay>,
     pairs: Vec<Residual>,
-    /// How each way has done.
+    /// The record of each way.
     consensus: Consensus,
     index: Index,
-    /// Ways that a signal completes.
+    /// For each signal, the ways that its observation completes.
     completes: IdVec<SignalId, Vec<WayIndex>>,
-    /// Ways that read a signal beside their trigger.
+    /// For each signal, the ways that read it beside their trigger.
     joins: IdVec<SignalId, Vec<WayIndex>>,
-    /// Observations of this moment that complete a way.
+    /// The ways that observations of this moment complete, with their moments.
     pending: Vec<(WayIndex, Validity)>,
-    /// Ways that have waited for an observation of this moment, and how many wait.
+    /// Ways that have waited for an observation of this moment, and the number of waiting ways.
     resumed: Vec<WayIndex>,
     waiting: usize,
-    /// For each way, the pairs that wait for an output of it.
+    /// For each way, the pairs that wait for an output of this way.
     awaited: Vec<Vec<u32>>,
-    /// Outputs of this moment.
+    /// The outputs of this moment.
     fresh: Vec<Fresh>,
 }
 
@@ -100,7 +100,7 @@ struct Fresh {
 }
 
 impl Monitor {
-    /// Takes an observation in; what it completes is compared by [`Monitor::settle`].
+    /// Takes in an observation; [`Monitor::settle`] makes the comparisons that it completes.
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation, now: Time) -> Observed {
         let signal = observation.signal;
         let description = &knowledge.signals()[signal];
@@ -151,13 +151,13 @@ impl Monitor {
         self.timeouts.pass(now, report);
     }
 
-    /// Whether observations wait to be taken together.
+    /// Whether observations of this moment are not settled yet.
     #[must_use]
     pub fn is_pending(&self) -> bool {
         !self.pending.is_empty() || self.detectors.is_pending()
     }
 
-    /// Compares what the observations of this moment complete. Returns whether a relationship has changed.
+    /// Makes the comparisons that the observations of this moment complete. Returns whether a relationship has changed.
     pub fn settle(&mut self, now: Time) -> bool {
         self.detectors.settle(&mut self.ports, now);
         self.consensus.begin(now);
@@ -169,7 +169,7 @@ impl Monitor {
         round.changed
     }
 
-    /// Ways that wait for this signal are tried again.
+    /// Resumes the ways that wait for an observation of this signal.
     fn resume(&mut self, signal: SignalId) {
         let waits = |way: &&WayIndex| self.ways.get(way.0 as usize).is_some_and(|way| !way.late.is_empty());
         self.resumed.extend(self.joins[signal].iter().filter(waits));
@@ -177,7 +177,7 @@ impl Monitor {
 
     fn evaluate(&mut self) {
         self.fresh.clear();
-        // Observations of one moment may have come in any order; what comes of them goes by file order, as they mostly did.
+        // Observations of one moment come in any order; results go by file order, in which most observations come.
         if !self.pending.is_sorted_by(|one, other| one.0 < other.0) {
             self.pending.sort_unstable_by_key(|(way, validity)| (*way, validity.to, validity.from));
         }
@@ -196,7 +196,7 @@ impl Monitor {
                 continue;
             }
             if way.late.len() == way.late.capacity() {
-                // What has waited for so long is not told any more.
+                // The oldest waiting moment is given up.
                 way.late.pop_front();
             }
             way.late.push_back(validity);
@@ -207,7 +207,7 @@ impl Monitor {
         }
     }
 
-    /// Evaluates ways at the moments that have waited, oldest first.
+    /// Evaluates ways at their waiting moments, oldest first.
     fn evaluate_late(&mut self) {
         let Monitor { resumed, fresh, ways, ports, waiting, .. } = self;
         resumed.sort_unstable();
@@ -228,8 +228,7 @@ impl Monitor {
         }
     }
 
-    /// How a signal misbehaves that comparisons speak against: what most of those in conflict look like, of those that
-    /// `counts`.
+    /// The symptom of an accused signal: frozen, or the most frequent character of its pairs in conflict that `counts` accepts.
     #[must_use]
     pub fn symptom(&self, signal: SignalId, now: Time, counts: impl Fn(&Residual) -> bool) -> Symptom {
         let against = |pair: &&Residual| pair.relationship(now) == ResidualState::Conflict && counts(pair);
@@ -249,7 +248,7 @@ impl Monitor {
         most.map_or(Symptom::Inconsistent, |(_, symptom)| symptom)
     }
 
-    /// How much later than its time stamps say a signal tells things, by the comparisons in conflict that it explains.
+    /// How late a signal is beside its time stamps, from its first pair in conflict that a shift in time explains.
     #[must_use]
     pub fn skew(&self, signal: SignalId, now: Time) -> Option<Span> {
         let skew = |pair: &Residual| {
@@ -261,25 +260,25 @@ impl Monitor {
         against.into_iter().find_map(skew)
     }
 
-    /// All ways of knowing under watch.
+    /// All watched ways.
     #[must_use]
     pub fn ways(&self) -> &[WatchedWay] {
         &self.ways
     }
 
-    /// A way of an index that this monitor gave.
+    /// The way of an index.
     #[must_use]
     pub fn way(&self, index: WayIndex) -> Option<&WatchedWay> {
         self.ways.get(index.0 as usize)
     }
 
-    /// How a way has done, as far as it was watched: its running agreement, error and availability.
+    /// The record of a way while it was watched: its running agreement, error and availability.
     #[must_use]
     pub fn figures(&self, way: WayIndex, now: Time) -> Figures {
         self.consensus.figures(way, now)
     }
 
-    /// The index of a way, when it is watched. O(log n) in all ways, and linear in those of the same variable.
+    /// The index of a way, where it is watched. O(log n) in all ways, and linear in those of the same variable.
     #[must_use]
     pub fn find(&self, way: &Way) -> Option<WayIndex> {
         let is_it =
@@ -287,18 +286,18 @@ impl Monitor {
         self.consensus.knowing(way.substitution.sink).find(is_it)
     }
 
-    /// All pairs under watch.
+    /// All watched pairs.
     #[must_use]
     pub fn residuals(&self) -> &[Residual] {
         &self.pairs
     }
 
-    /// The pairs that rest on a signal, in their order: those in which it is compared. O(of these).
+    /// The pairs that rest on a signal, in their order. O(of these).
     pub fn pairs_of(&self, signal: SignalId) -> impl Iterator<Item = &Residual> {
         self.index.of_signal(signal).iter().filter_map(|&at| self.pairs.get(at as usize))
     }
 
-    /// The pairs in which something has disagreed of late, in their order: all that are undecided or in conflict, or may
+    /// The pairs with a recent disagreement or a trend, in their order: all pairs that are undecided or in conflict, or may
     /// become so without another disagreement. O(of these).
     pub fn restless(&self) -> impl Iterator<Item = &Residual> {
         self.index.restless().iter().filter_map(|&at| self.pairs.get(at as usize))
@@ -316,26 +315,26 @@ impl Monitor {
         &self.ports
     }
 
-    /// Since when a signal says the same.
+    /// The last change of a signal's value.
     #[must_use]
     pub fn frozen(&self, signal: SignalId) -> Frozen {
         self.frozen[signal]
     }
 
-    /// What is wrong with the readings of each signal in themselves.
+    /// The detectors of each signal's own readings.
     #[must_use]
     pub fn detectors(&self) -> &Detectors {
         &self.detectors
     }
 
-    /// Who is silent.
+    /// The timeouts of all signals.
     #[must_use]
     pub fn timeouts(&self) -> &Timeouts {
         &self.timeouts
     }
 
-    /// How many ways contradict and support a value of a variable right now, without debouncing; ways that rest
-    /// on the same signals as the value have no vote.
+    /// How many ways contradict and support a value of a variable right now, without debouncing; ways that rest on the same
+    /// signals as the value have no vote.
     #[must_use]
     pub fn votes(
         &self,
@@ -363,10 +362,10 @@ impl Monitor {
     }
 }
 
-/// What became of an observation.
+/// How the monitor has handled an observation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Observed {
-    /// Whether it was taken in.
+    /// Whether the observation was accepted.
     pub kept: bool,
     /// Whether it says again what stands.
     pub repeated: bool,
@@ -374,25 +373,25 @@ pub struct Observed {
     pub change: Option<Change>,
 }
 
-/// What the other ways say about a value.
+/// The votes of the other ways on a value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Votes {
-    /// Ways whose value overlaps.
+    /// Ways whose value overlaps the value.
     pub supporting: u32,
-    /// Ways whose value does not.
+    /// Ways whose value does not overlap it.
     pub contradicting: u32,
-    /// Ways that have said something else lately, and cannot say what was at that very moment.
+    /// Ways whose recent values do not overlap it, while their value at that very moment is not known.
     pub doubting: u32,
 }
 
 impl Votes {
-    /// Whether more ways contradict than support: the value is not to be used.
+    /// Whether more ways contradict than support: the value must not be used.
     #[must_use]
     pub fn is_contradicted(self) -> bool {
         self.contradicting > self.supporting
     }
 
-    /// Whether more ways contradict or doubt than support: another value is to be preferred.
+    /// Whether more ways contradict or doubt than support: another value is preferable.
     #[must_use]
     pub fn is_doubted(self) -> bool {
         self.contradicting + self.doubting > self.supporting

@@ -1,5 +1,5 @@
-//! How a way of knowing has done lately: how often it agreed with the others, how far it was from them, and how much of
-//! the time it gave a value.
+//! The recent record of a way of knowing: how often it agreed with the others, how far it was from them, and how much of the time
+//! it gave a value.
 
 mod fading;
 mod presence;
@@ -9,44 +9,44 @@ use crate::time::{Span, Time};
 use fading::Fading;
 use presence::Presence;
 
-/// How long the past counts where nothing else is said.
+/// The default time constant of the memory.
 const MEMORY: Span = Span(60_000_000_000);
 
-/// A slow way is remembered for this many of its periods at least: fewer comparisons prove nothing.
+/// The memory of a slow way is at least this many of its periods: fewer comparisons prove nothing.
 const LEAST_PERIODS: i64 = 20;
 
-/// As many comparisons must be remembered before a share of them is a figure.
+/// A figure needs at least this many remembered comparisons.
 const LEAST_COMPARED: f64 = 3.0;
 
-/// How long ways are remembered.
+/// The time constant of the memory of records.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Memory(
-    /// The time after which something counts 1/e of what it did.
+    /// The time after which evidence has 1/e of its weight.
     pub Span,
 );
 
 impl Default for Memory {
-    /// A minute.
+    /// The default: a minute.
     fn default() -> Memory {
         Memory(MEMORY)
     }
 }
 
-/// What is known about a way from how it ran. What has no evidence is `None`: never good, never bad.
+/// The record of a way in figures. A figure without evidence is `None`: neither good nor bad.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Figures {
-    /// The share of comparisons, 0 to 1, in which it agreed with the consensus of independent ways.
+    /// The share of comparisons, 0 to 1, in which the way agreed with the consensus of independent ways.
     pub agreement: Option<f64>,
-    /// The mean distance of its middle from the middle of that consensus, SI.
+    /// The mean distance of the value's middle from the middle of that consensus, SI.
     pub error: Option<f64>,
-    /// The mean width of its values, SI.
+    /// The mean width of the values, SI.
     pub width: Option<f64>,
-    /// The share of time, 0 to 1, in which it gave a value.
+    /// The share of time, 0 to 1, in which the way gave a value.
     pub availability: Option<f64>,
 }
 
 impl Figures {
-    /// One of them.
+    /// The figure of a kind.
     #[must_use]
     pub fn get(&self, figure: Figure) -> Option<f64> {
         match figure {
@@ -58,11 +58,10 @@ impl Figures {
     }
 }
 
-/// The running figures of one way: some sums, each comparison and each value changes them in O(1).
+/// The running figures of one way: sums that each comparison and each value update in O(1).
 ///
-/// Exponentially weighted in time, and started without bias: a share is of what has been seen, not of what could have
-/// been (as Adam corrects its means, Kingma and Ba, "Adam: A Method for Stochastic Optimization", 2015,
-/// arXiv:1412.6980).
+/// Exponentially weighted in time without initial bias: a share is of the observed time only (like the bias correction of Adam,
+/// Kingma and Ba, "Adam: A Method for Stochastic Optimization", 2015, arXiv:1412.6980).
 #[derive(Clone, Copy, Debug)]
 pub struct Reliability {
     comparisons: Fading,
@@ -78,7 +77,7 @@ pub struct Reliability {
 }
 
 impl Reliability {
-    /// Of a way that gives a value every `period`, if that is declared.
+    /// The record of a way that gives a value every `period`, if that is declared.
     #[must_use]
     pub fn new(period: Option<Span>, memory: Memory) -> Reliability {
         let memory = memory.0.max(period.unwrap_or(Span::ZERO).times(LEAST_PERIODS));
@@ -94,7 +93,7 @@ impl Reliability {
         }
     }
 
-    /// Goes on from the record of the same way before a change of the model.
+    /// Takes over the record of the same way before a change of the model.
     pub(super) fn inherit(&mut self, old: Reliability) {
         let new = *self;
         *self = old;
@@ -102,19 +101,19 @@ impl Reliability {
         self.presence.adopt(&new.presence);
     }
 
-    /// From this moment on the way could give values.
+    /// Begins the record: from this moment on the way could give values.
     pub fn begin(&mut self, now: Time) {
         self.presence.begin(now);
     }
 
-    /// Takes in that it has given a value.
+    /// Notes that the way has given a value.
     #[inline]
     pub fn deliver(&mut self, now: Time) {
         self.presence.deliver(now);
     }
 
-    /// Takes a comparison in: whether it agreed with the others, how far it was from their consensus where they had one
-    /// (SI), and how wide its value was (SI).
+    /// Notes a comparison: whether the value agreed with the consensus, how far it was from the consensus if there was one (SI),
+    /// and how wide it was (SI).
     #[inline]
     pub fn compare(&mut self, agrees: bool, distance: Option<f64>, width: f64, now: Time) {
         let factor = self.last_compared.map_or(1.0, |last| self.comparisons.over(now - last));
@@ -128,7 +127,7 @@ impl Reliability {
         self.last_compared = Some(now);
     }
 
-    /// What it says at a moment that is not before the last comparison or value.
+    /// The figures at a moment that is not before the last comparison or value.
     #[must_use]
     pub fn figures(&self, now: Time) -> Figures {
         let factor = self.last_compared.map_or(0.0, |last| self.comparisons.at(now - last));
@@ -195,7 +194,7 @@ mod tests {
         for period in [Some(TENTH), None] {
             let mut record = Reliability::new(period, Memory(Span(1_000_000_000_000)));
             record.begin(at(0));
-            // A second there, a second gone; a value holds for two periods.
+            // One second with values, one without; a value holds for two periods.
             (0..400).filter(|n| n / 10 % 2 == 0).for_each(|n| record.deliver(at(n)));
             let share = record.figures(at(400)).availability.unwrap();
             assert!((share - 11.0 / 20.0).abs() < 0.02, "{period:?}: {share}");
@@ -203,7 +202,7 @@ mod tests {
     }
 
     proptest! {
-        /// The sums say what the weighted means of the whole past say.
+        /// The sums equal the weighted means of the whole past.
         #[test]
         fn running_figures_are_weighted_means(
             past in prop::collection::vec((1..50_i64, any::<bool>(), prop::option::of(0.0..9.0_f64)), 40..80),
@@ -233,7 +232,7 @@ mod tests {
             }
         }
 
-        /// Asking does not change, and asking between two values is as asking at their times.
+        /// A query changes nothing, and a query between two values is right for its time.
         #[test]
         fn availability_is_the_weighted_share_of_time(
             gaps in prop::collection::vec(1..40_i64, 1..60), memory in 20..200_i64,

@@ -1,4 +1,4 @@
-//! Two ways of knowing the same variable, and how they have compared lately.
+//! Residuals: two ways of knowing the same variable, and their recent comparisons.
 
 use super::trend::{Measured, Tendency, Trend};
 use super::window::{ResidualState, Window};
@@ -6,22 +6,22 @@ use crate::interval::Interval;
 use crate::knowledge::SignalSet;
 use crate::time::{Span, Time, Validity};
 
-/// Which way of knowing: an index into the monitor's ways.
+/// The index of a way of knowing in the monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct WayIndex(pub u32);
 
-/// The comparison in which two ways last disagreed.
+/// The latest comparison in which two ways disagreed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Disagreement {
-    /// When it was.
+    /// When the ways disagreed.
     pub time: Time,
-    /// The value of the way that was compared, SI.
+    /// The value of the slower way, SI.
     pub value: Interval,
-    /// The value of the other way at the same moment, SI.
+    /// The value of the faster way at the same moment, SI.
     pub other: Interval,
 }
 
-/// An agreement at this share of the tolerance, or beyond it, may soon be none.
+/// From this share of the tolerance on, an agreement may soon be a disagreement.
 const CLOSE: f64 = 0.75;
 
 /// Two ways of knowing one variable.
@@ -31,36 +31,36 @@ pub struct Residual {
     pub way: WayIndex,
     /// The faster way, brought to the moment of the slower one.
     pub other: WayIndex,
-    /// The signals that both rest on: one of these is faulty when the two disagree.
+    /// The signals that both ways rest on: one of these is faulty when the two disagree.
     pub signals: SignalSet,
     /// The recent comparisons.
     pub window: Window,
-    /// What many comparisons say together.
+    /// The trend over many comparisons.
     pub trend: Trend,
     /// The last disagreement.
     pub disagreement: Option<Disagreement>,
-    /// The first moment at which the slower way has said something that the faster one has not yet.
+    /// The first moment of the slower way for which the faster way has no value yet.
     pub(super) due: Option<Time>,
-    /// What the faster way was known to have said about a moment of the slower one, where that may be asked again.
+    /// The faster way's value at a moment of the slower one, kept for the consensus.
     pub(super) known: Option<(Validity, Measured)>,
-    /// How many comparisons were made.
+    /// The number of comparisons made.
     pub made: u64,
-    /// How many could have been made before the pair was watched.
+    /// The number of comparisons that were possible before the pair was watched.
     pub(super) before: u64,
 }
 
-/// What a comparison has changed.
+/// What a comparison changes in a pair.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct ResidualRecord {
-    /// Whether the relationship is another one, or is sure now.
+    /// Whether the relationship has changed or has become sure.
     pub(super) changed: bool,
-    /// Whether the pair [is restless](Pair::is_restless) now, where it was the other way before.
+    /// Whether the pair [is restless](Residual::is_restless), where that has changed.
     pub(super) restless: Option<bool>,
 }
 
 impl Residual {
-    /// Takes a comparison in.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// Takes in a comparison.
+    // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn record(
         &mut self,
@@ -75,7 +75,7 @@ impl Residual {
         let (before, is_surer) = if disagrees || was_restless {
             self.look_closely(disagrees, value, other, now)
         } else {
-            // As most often: nothing has disagreed of late, and nothing does now.
+            // The most frequent case: no recent disagreement, and none now.
             self.trend.relax();
             (self.window.record(false, false, now), false)
         };
@@ -88,8 +88,8 @@ impl Residual {
         }
     }
 
-    /// Takes in whether two values disagree where one does, or did of late; what the comparisons said before, and whether they
-    /// have become [sure](Residual::is_sure).
+    /// Takes in a comparison where the values disagree, or did recently. Returns the relationship before, and whether it has
+    /// become [sure](Residual::is_sure).
     #[inline(never)]
     fn look_closely(
         &mut self,
@@ -115,32 +115,30 @@ impl Residual {
         (before, !was_sure && self.is_sure())
     }
 
-    /// Whether what its comparisons say against each other is no chance: a bound that is left is a proof, but of noise two outliers
-    /// may come together.
+    /// Whether a conflict cannot be chance: a value beyond its bound is a proof, but with noise two outliers may coincide.
     pub(crate) fn is_sure(&self) -> bool {
         self.window.is_sure() || self.trend.tendency().is_alarm()
     }
 
-    /// What its comparisons say now, each on its own and together.
+    /// The present relationship, from single comparisons and their trend.
     #[must_use]
     pub fn relationship(&self, now: Time) -> ResidualState {
         together(self.window.relationship(now), self.trend.tendency())
     }
 
-    /// Whether one of its recent comparisons disagrees, or something comes together over many: without that it is neither
-    /// undecided nor in conflict.
+    /// Whether a recent comparison disagrees, or a trend shows: without these the pair is neither undecided nor in conflict.
     pub(super) fn is_restless(&self) -> bool {
         self.window.is_restless() || self.trend.tendency() != Tendency::Calm
     }
 
-    /// When what they say against each other began, or together was enough to count.
+    /// When the single disagreements began, or when the trend became an alarm.
     #[must_use]
     pub fn onset(&self, now: Time) -> Time {
         let single = self.window.relationship(now);
         if single == self.relationship(now) { self.window.onset() } else { self.trend.raised() }
     }
 
-    /// The same of the first of the conflicts that have come and gone since then, where there were such.
+    /// The onset of the first of the recurrent conflicts that led to this one, where there were such; else [`Self::onset`].
     #[must_use]
     pub fn recurs_since(&self, now: Time) -> Time {
         match self.window.relationship(now) {
@@ -149,13 +147,13 @@ impl Residual {
         }
     }
 
-    /// Whether something comes together that may become a conflict.
+    /// Whether a trend shows that may become a conflict.
     #[must_use]
     pub fn is_building(&self) -> bool {
         self.trend.tendency() == Tendency::Building
     }
 
-    /// Whether the last comparison agrees with so little to spare that the next ones may disagree.
+    /// Whether the last comparison agrees so barely that the next one may disagree.
     #[must_use]
     pub fn is_close(&self) -> bool {
         self.trend.last_share() > CLOSE
@@ -171,7 +169,7 @@ impl Residual {
     }
 }
 
-/// What single comparisons say, and what comes together over many.
+/// The relationship from single comparisons and the tendency of their trend.
 #[inline]
 fn together(single: ResidualState, tendency: Tendency) -> ResidualState {
     match (single, tendency) {

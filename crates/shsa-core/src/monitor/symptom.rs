@@ -1,31 +1,31 @@
-//! How a faulty signal misbehaves: what its detector saw.
+//! Symptoms: how a faulty signal misbehaves.
 
-/// The kind of a fault, as far as it shows. Each has its own detector and evidence.
+/// The kind of a fault, as far as it is known. Each kind has its own detector and evidence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Symptom {
-    /// Nothing comes.
+    /// No readings come.
     Silent,
     /// Values come later than the declared delay allows.
     Late,
     /// Values come in another order than they were taken.
     OutOfOrder,
-    /// What comes is no number, infinite or of a wrong shape.
+    /// Readings are not numbers, are infinite or have a wrong shape.
     Invalid,
-    /// Values lie outside of what is possible for the variable.
+    /// Values lie outside of the variable's possible range.
     OutOfRange,
     /// Values change faster than the variable can.
     TooFast,
-    /// Time stamps are not those of the moments at which values were taken: far off, or standing still.
+    /// Time stamps do not show when values were taken: the stamps are far off, or stand still.
     WrongClock,
-    /// Values stay the same: for longer than they may, or although related signals move.
+    /// Values stay the same for longer than they may, or although related signals move.
     Frozen,
-    /// Values disagree with what other signals imply.
+    /// Values disagree with those that other signals imply.
     Inconsistent,
-    /// The difference from what other signals imply builds up slowly.
+    /// The difference from the values that other signals imply grows slowly.
     Drifting,
     /// Values scatter more than the declared error.
     Noisy,
-    /// Values tell of moments other than their time stamps say.
+    /// Values belong to moments other than their time stamps.
     Skewed,
 }
 
@@ -46,7 +46,7 @@ impl Symptom {
         Symptom::Skewed,
     ];
 
-    /// What it is called in files and on screens.
+    /// The symptom's name in files and on screens.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {

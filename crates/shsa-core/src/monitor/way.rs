@@ -1,4 +1,4 @@
-//! A way of knowing under watch: its recent outputs, and what they say about the moments of others.
+//! A watched way of knowing: its recent outputs, and its values at the moments of other ways.
 
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
@@ -14,44 +14,44 @@ use alloc::vec::Vec;
 /// A way of knowing under watch, with its recent outputs.
 #[derive(Debug)]
 pub struct WatchedWay {
-    /// What computes it.
+    /// The computation of the way's value.
     pub computation: Computation,
-    /// The signals that it rests on, with those that they are derived from.
+    /// The signals that the way rests on, and all their origins.
     pub rests_on: SignalSet,
-    /// Those of them that only conditions of its relations read: their size does not reach the output.
+    /// Signals among these that only conditions of relations read: their size does not reach the output.
     pub conditions: SignalSet,
-    /// Its recent outputs.
+    /// The recent outputs.
     pub outputs: History,
     /// The newest output, where it was taken in here.
     pub(super) measured: Option<Measured>,
     pub(super) reach: Reach,
-    /// The turn after which the variable's values are the same again, SI; `None` of what does not wrap.
+    /// The turn after which the variable's values repeat, SI; `None` if the variable does not wrap.
     pub(super) turn: Option<f64>,
-    /// Whether its outputs are true at moments, and not over windows or always.
+    /// Whether outputs are true at moments, and not over windows or always.
     pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
     pub(super) constant: Option<Interval>,
     /// Pairs that compare when this way delivers.
     pub(super) triggers: Vec<u32>,
-    /// Moments at which it is to be evaluated once all its inputs are known there, oldest first.
+    /// Moments at which the way is evaluated once all its inputs are known there, oldest first.
     pub(super) late: VecDeque<Validity>,
 }
 
 impl WatchedWay {
-    /// The variable that it knows.
+    /// The variable that the way knows.
     #[must_use]
     pub fn variable(&self) -> VariableId {
         self.computation.way().substitution.sink
     }
 
-    /// Whether its value is computed from what a signal says; a condition alone does not do that.
+    /// Whether the value is computed from a signal's values; a condition alone does not count.
     #[must_use]
     pub fn is_sized_by(&self, signal: SignalId) -> bool {
         self.rests_on.contains(signal) && !self.conditions.contains(signal)
     }
 
-    /// Takes an output in; it is among the fresh ones unless it had come before.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// Takes in an output; it is a fresh output unless the history refuses it.
+    // Called with every output from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn take(&mut self, index: WayIndex, sample: Sample, fresh: &mut Vec<Fresh>) {
         let sample = match self.turn {
@@ -72,7 +72,7 @@ impl WatchedWay {
         fresh.push(Fresh { way: index, validity: sample.validity, measured });
     }
 
-    /// An output in the turn of the one before it; one that is a whole turn wide says nothing.
+    /// An output in the turn nearest to the one before; `None` for an output that is a whole turn wide.
     #[inline(never)]
     fn unwrapped(&self, sample: Sample, turn: f64) -> Option<Sample> {
         let before = self.outputs.before(sample.validity).map_or(sample.value, |before| before.value);
@@ -80,15 +80,15 @@ impl WatchedWay {
         (value.width() < turn).then_some(Sample { value, ..sample })
     }
 
-    /// A value of the same variable in the turn that is nearest to another, where it wraps: what is compared with that.
+    /// A value in the turn nearest to another one, where the variable wraps: this is what is compared.
     #[inline]
     #[must_use]
     pub fn in_turn(&self, value: Interval, beside: Interval) -> Interval {
         self.turn.map_or(value, |turn| circle::nearest(value, beside, turn))
     }
 
-    /// What its outputs say about a moment: see [`History::about`]. Where each output is true of a window, the moment has the
-    /// hull of all windows that hold it, once there are windows on both sides of it.
+    /// The value at a moment: see [`History::about`]. Where each output is true of a window, the hull of all windows that hold
+    /// the moment, once there are windows on both sides.
     #[inline]
     #[must_use]
     pub fn about(&self, moment: Validity) -> Known {
@@ -125,15 +125,15 @@ impl WatchedWay {
         Some(measured.widened(margin))
     }
 
-    /// How far its outputs say something.
+    /// How far from an output its value counts.
     #[inline]
     fn near_reach(&self) -> Reach {
         let max_gap = if self.reach.max_gap == Span::MAX { self.max_gap() } else { self.reach.max_gap };
         Reach { max_gap, ..self.reach }
     }
 
-    /// What it says about an output of the slower way that it is compared with: where that one is a mean over a time, the mean
-    /// over that, else its outputs brought to that moment.
+    /// The value beside an output of the slower way: the mean over the same time where that output is a mean, else the value at
+    /// its moment.
     #[inline]
     #[must_use]
     pub fn beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
@@ -144,7 +144,7 @@ impl WatchedWay {
         }
     }
 
-    /// The best guess of its value at a moment, where its outputs lie around it: what statistics go by.
+    /// The best guess of the value at a moment between outputs, for statistics.
     #[must_use]
     pub fn guess(&self, moment: Validity) -> Option<f64> {
         if self.turn.is_some() || self.constant.is_some() || self.mean_over() > Span::ZERO {
@@ -153,13 +153,12 @@ impl WatchedWay {
         self.outputs.line_at(moment.centre())
     }
 
-    /// What its present outputs say about a value of this moment that is about to be used, without waiting for more; and
-    /// whether that is certain.
+    /// The value of the present outputs at a moment, without waiting for more, and whether the value is certain.
     #[inline]
     #[must_use]
     pub fn vote(&self, moment: Validity) -> Option<(Interval, bool)> {
         if self.computation.is_windowed() {
-            // A mean over a time is none of its moments.
+            // A mean over a time is no value of a moment.
             return None;
         }
         if let Some(known) = self.newest_about(moment) {
@@ -170,8 +169,8 @@ impl WatchedWay {
         certain.map(|value| (value, true)).or_else(|| roughly().map(|value| (value, false)))
     }
 
-    /// The mean over the time of an output of the slower way, or that of as long a time around the same moment: no mean of means.
-    /// Three quarters of a time count as all of it, and an eighth as next to it.
+    /// The mean beside an output of the slower way: over the same time; or, where outputs are means already, the output over as
+    /// long a time around the same moment. 3/4 of a time count as all of it, and 1/8 as next to it.
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
         let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
         if self.reach.stands {
@@ -185,7 +184,7 @@ impl WatchedWay {
                 return Known::Later;
             }
             let max_gap = self.max_gap().max(Span(usual.0 / 8));
-            // Where the slower one's window has only begun there is none as short.
+            // A window of the slower way that has only begun is too short to compare.
             let is_whole = stretch.length() > most;
             let centred = || self.outputs.centred_at(moment, self.time_error(), max_gap);
             return Known::or_never(is_whole.then(centred).flatten());
@@ -195,14 +194,14 @@ impl WatchedWay {
         }
         let period = self.computation.timing().period;
         if period.is_none_or(|period| period.times(2) > stretch.length()) {
-            // Of what comes too rarely for a mean, the values there are.
+            // Outputs too rare for a mean: the values around are used.
             let mean = self.outputs.mean_over(stretch).filter(|_| period.is_none());
             return mean.map_or_else(|| self.outputs.around(stretch, self.max_gap()), Known::Value);
         }
         Known::or_never(self.outputs.mean_over(stretch))
     }
 
-    /// The time over which an output of this validity is the mean.
+    /// The time over which an output of this validity is a mean.
     fn stretch(&self, validity: Validity) -> Validity {
         if self.computation.is_windowed() {
             return validity;
@@ -211,7 +210,7 @@ impl WatchedWay {
         Validity { from: validity.from - half, to: validity.to + half }
     }
 
-    /// How wrong the time of an output may be, to either side of its middle.
+    /// The time error of an output, to either side of its middle.
     fn time_error(&self) -> Span {
         match self.outputs.newest(0) {
             Some(newest) if !self.computation.is_windowed() => Span(newest.validity.length().0 / 2),
@@ -224,8 +223,8 @@ impl WatchedWay {
         self.computation.timing().mean_over
     }
 
-    /// What is known beside an output of the slower way, in the same turn, with its middle and width, which are not found again
-    /// for each way that compares with it.
+    /// The value beside an output of the slower way, in the same turn, with middle and width; those of the newest output are
+    /// reused.
     #[inline]
     pub(super) fn measure(&self, value: Interval, beside: Interval) -> Measured {
         let value = self.in_turn(value, beside);
@@ -242,7 +241,7 @@ impl WatchedWay {
             .map(|reading| reading.value)
     }
 
-    /// How far away an output still tells something: two periods, as declared or else as the last two came.
+    /// How far from an output its value counts: two periods, as declared or else as between the last two outputs.
     pub(super) fn max_gap(&self) -> Span {
         match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
             (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),

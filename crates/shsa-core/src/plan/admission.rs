@@ -1,13 +1,13 @@
-//! What has to agree to a substitution beside the requirements: contracts, say, whose answer depends on the evidence of now.
+//! A check of substitutions beside the requirements, such as contracts, whose answer depends on the present evidence.
 
 use crate::substitution::{Step, Substitution};
 use core::fmt::Debug;
 
-/// Decides which substitutions are answers. The same question has the same answer as long as a search lasts.
+/// Decides which substitutions are answers. An answer must stay the same for as long as a search lasts.
 pub trait Admission: Debug + Sync {
-    /// Whether something that takes these steps, which are in their order of computation, may be admitted: it must not deny
-    /// it where a substitution with these steps and perhaps more is admitted. A search leaves out all that follows from steps
-    /// that may not, so the sharper this is, the shorter it takes.
+    /// Whether a substitution with these steps (in their order of computation) and perhaps more may be admitted; must be true
+    /// where one of them is admitted. A search prunes everything that follows from other steps, so sharper answers make it
+    /// faster.
     fn may_admit(&self, steps: &[Step]) -> bool;
 
     /// Whether a substitution is admitted.

@@ -1,11 +1,10 @@
-//! The exact search: substitutions in the order of their utility, as many as are asked for, without finding all.
+//! The exact search: the best substitutions in the order of their utility, without finding all.
 //!
-//! A* over partial substitutions (Hart, Nilsson, Raphael 1968, doi:10.1109/TSSC.1968.300136). The variables that
-//! a partial substitution needs are decided breadth first, so each substitution is built in exactly one way; the
-//! bound is what the decided relations weigh plus what the undecided places must weigh at least
-//! ([`Subproblem`] says why). On trees the bound is exact, and the first answer is read off it. On graphs
-//! with shared variables the best substitution is NP-hard to find (it is the delete relaxation of planning:
-//! Bylander 1994, doi:10.1016/0004-3702(94)90081-7), hence the limits.
+//! A* over partial substitutions (Hart, Nilsson, Raphael 1968, doi:10.1109/TSSC.1968.300136). The variables of a partial
+//! substitution are decided breadth first, so each substitution is built in exactly one way; the bound is the weight of the
+//! decided relations plus the lower bounds of the undecided places ([`Subproblem`] explains them). On trees the bound is exact,
+//! and the first answer is read off it. On graphs with shared variables the best substitution is NP-hard to find (it is the
+//! delete relaxation of planning: Bylander 1994, doi:10.1016/0004-3702(94)90081-7), hence the limits.
 
 mod open;
 
@@ -24,29 +23,29 @@ use crate::substitution::Substitution;
 use alloc::boxed::Box;
 use alloc::vec::Vec;
 
-/// A search that gives one substitution after another, best first.
+/// A search that returns one substitution after another, best first.
 ///
-/// Ties are broken by fewer relations, then by file order: of the first variables, breadth first from the root,
-/// that two substitutions know in different ways, the one whose relation stands earlier in the model is first
-/// (and a variable's own signals are before its relations).
+/// Ties are broken by fewer relations, then by file order. The order considers the first variable, breadth first from the root,
+/// that two substitutions know in different ways: the relation that is earlier in the model comes first, and a variable's own
+/// signals come before its relations.
 #[derive(Debug)]
 pub struct BestFirst<'a> {
     graph: &'a Graph,
     root: VariableId,
-    /// With the scope of the search.
+    /// The working memory, with the subproblem.
     scratch: Held<'a>,
-    /// Made when the first answer cannot be read off the scope, or a second one is wanted.
+    /// The open states; made when the first answer cannot be read off, or a second one is wanted.
     open: Option<Box<Open>>,
     limits: Limits,
-    /// Decisions that were read off.
+    /// The decisions of the answer that was read off.
     read: u64,
     found: usize,
     stop: Option<StopReason>,
-    /// What must be met along substitutions.
+    /// The requirements along substitutions.
     paths: Option<Box<Paths<'a>>>,
-    /// What has to agree to an answer.
+    /// The additional check of answers.
     admission: Option<&'a dyn Admission>,
-    /// What the caller keeps, in states.
+    /// The answers that the caller keeps, in states.
     kept: usize,
     /// The utility of the answer that was read off.
     rated: Option<f64>,
@@ -59,7 +58,7 @@ impl<'a> BestFirst<'a> {
         BestFirst::over(Held::Own(Box::default()), graph, root, options, limits)
     }
 
-    /// As [`BestFirst::new`], in the working memory of searches before it.
+    /// As [`BestFirst::new`], in the working memory of earlier searches.
     #[must_use]
     pub fn with_scratch(
         scratch: &'a mut Scratch,
@@ -100,9 +99,9 @@ impl<'a> BestFirst<'a> {
         }
     }
 
-    /// Starts a search for ways of knowing `root` that meet requirements; what cannot meet them is pruned inside the
-    /// search. Complexity: O(model) for the requirements to single signals, and O(n log n) for each expansion of n
-    /// decisions with others.
+    /// Starts a search for ways of knowing `root` that meet requirements; substitutions that cannot meet them are pruned inside
+    /// the search. Complexity: O(model) for the requirements on single signals, and O(n log n) for each expansion of n decisions
+    /// with others.
     #[must_use]
     pub fn meeting(
         knowledge: &'a KnowledgeBase,
@@ -116,7 +115,7 @@ impl<'a> BestFirst<'a> {
         BestFirst::new(graph, root, &options, limits).along_paths(knowledge, requirements, options)
     }
 
-    /// With the requirements along substitutions, for a search that was begun with these, narrowed options.
+    /// Adds the requirements along substitutions to a search that was started with these, narrowed options.
     pub(super) fn along_paths(
         mut self,
         knowledge: &'a KnowledgeBase,
@@ -130,13 +129,13 @@ impl<'a> BestFirst<'a> {
         self
     }
 
-    /// Only what is admitted is an answer, and what cannot be admitted is pruned inside the search.
+    /// Restricts the answers to admitted ones; what cannot be admitted is pruned inside the search.
     #[must_use]
     pub fn admitted_by(self, admission: &'a dyn Admission) -> BestFirst<'a> {
         BestFirst { admission: Some(admission), ..self }
     }
 
-    /// Whether anything but the graph decides what is an answer.
+    /// Whether more than the graph restricts the answers.
     fn is_restricted(&self) -> bool {
         self.paths.is_some() || self.admission.is_some()
     }
@@ -145,51 +144,50 @@ impl<'a> BestFirst<'a> {
         &self.scratch.get().subproblem
     }
 
-    /// Where an answer can be put.
+    /// An empty answer, to be filled.
     pub(super) fn blank(&self) -> Substitution {
         Substitution { sink: self.root, steps: Vec::new(), sources: Vec::new() }
     }
 
-    /// Counts answers that the caller keeps into the limit of states.
+    /// Counts answers that the caller keeps towards the limit of states.
     pub(super) fn keep(&mut self, states: usize) {
         self.kept += states;
     }
 
-    /// How many ways of computing a variable the search may have to look at: what it costs to begin, and to find
-    /// [`BestFirst::any`].
+    /// The number of ways of computing variables that the search may visit: the cost of its start, and of [`BestFirst::any`].
     #[must_use]
     pub fn reach(&self) -> usize {
         self.subproblem().count()
     }
 
-    /// How many partial and complete substitutions were dropped as they cannot meet the requirements.
+    /// The number of partial and complete substitutions dropped because they cannot meet the requirements.
     #[must_use]
     pub fn pruned(&self) -> u64 {
         self.open.as_ref().map_or(0, |open| open.pruned)
     }
 
-    /// A search of its own over the same scope, from the beginning.
+    /// A search of its own over the same subproblem, from the start.
     pub(super) fn begin(&self) -> Open {
         Open::new(self.subproblem())
     }
 
-    /// Deals out what is open.
+    /// Distributes the open states.
     pub(super) fn deal(&self, open: Open, parts: usize) -> Vec<Open> {
         let with = |frontier| Open { frontier, ..self.begin() };
         let mut dealt: Vec<Open> = open.frontier.deal(parts).into_iter().map(with).collect();
         if let Some(first) = dealt.first_mut() {
-            // What was done so far is counted once.
+            // Past expansions and answers count once.
             (first.expanded, first.given) = (open.expanded, open.given);
         }
         dealt
     }
 
-    /// Why it gives nothing more, if so.
+    /// The reason why the search gives nothing more, if it does not.
     pub(super) fn stopped(&self) -> Option<StopReason> {
         self.stop
     }
 
-    /// What a search stands at, once everything is decided.
+    /// The substitution of complete decisions.
     pub(super) fn substitution(&self, open: &Open) -> Substitution {
         self.graph.substitution(self.root, open.decisions.steps(self.subproblem()))
     }
@@ -201,19 +199,19 @@ impl<'a> BestFirst<'a> {
         subproblem.root().is_none().then_some(StopReason::Complete)
     }
 
-    /// Why the last call of `next` gave nothing; [`StopReason::Found`] while there may be more.
+    /// Why the last call of `next` returned nothing; [`StopReason::Found`] while there may be more.
     #[must_use]
     pub fn stop(&self) -> StopReason {
         self.stop.unwrap_or(StopReason::Found(self.found))
     }
 
-    /// How many decisions were taken, those that were taken up again after a jump included.
+    /// The number of decisions, including repeated ones after a jump.
     #[must_use]
     pub fn expanded(&self) -> u64 {
         self.read + self.open.as_ref().map_or(0, |open| open.expanded)
     }
 
-    /// No substitution that is still to come has a higher utility; the lowest of all when none can come.
+    /// An upper bound of the utility of further substitutions; the lowest utility when there are none.
     #[must_use]
     pub fn bound(&self) -> f64 {
         let scale = self.graph.scale();
@@ -223,16 +221,16 @@ impl<'a> BestFirst<'a> {
             Some(StopReason::Complete) => scale.worst(),
             Some(StopReason::NotMonotone) => scale.best(),
             _ => match (self.rated, &self.open) {
-                // What is to come is not better than what was read off.
+                // Further answers are not better than the one that was read off.
                 (Some(utility), None) => utility,
                 _ => open().map_or(scale.worst(), |bound| scale.utility(bound)),
             },
         }
     }
 
-    /// A substitution that is valid, but perhaps not the best: for when a limit leaves nothing better.
+    /// A valid substitution, perhaps not the best: for a search that a limit ends without an answer.
     ///
-    /// It is the best one on trees. Complexity: O(n log n) for n inputs that can be reached.
+    /// On trees it is the best one. Complexity: O(n log n) for n inputs that can be reached.
     #[must_use]
     pub fn any(&self) -> Option<(Substitution, f64)> {
         if self.stop == Some(StopReason::NotMonotone) {
@@ -253,7 +251,7 @@ impl<'a> BestFirst<'a> {
         (substitution, self.graph.scale().utility(decisions.bound()))
     }
 
-    /// The best substitution of a scope that tells it at once; its utility.
+    /// The best substitution of a subproblem without a search; returns its utility.
     fn read_off(&mut self, answer: &mut Substitution) -> Option<f64> {
         let Scratch { subproblem, reading, .. } = self.scratch.get_mut();
         let weight = subproblem.lower_bound(subproblem.root()?);
@@ -286,7 +284,7 @@ impl<'a> BestFirst<'a> {
         found
     }
 
-    /// Takes the first open state: opens those after it, or stands at an answer.
+    /// Takes the first open state: opens its successors, or reaches an answer.
     pub(super) fn advance(&self, open: &mut Open) -> Progress {
         let Some(state) = open.frontier.pop() else { return Progress::End };
         let subproblem = self.subproblem();
@@ -306,7 +304,7 @@ impl<'a> BestFirst<'a> {
         }
     }
 
-    /// Whether something that follows from the decisions made may meet the requirements.
+    /// Whether some completion of the decisions may meet the requirements.
     fn may_meet(&self, decisions: &Decisions) -> bool {
         if !self.is_restricted() {
             return true;
@@ -324,9 +322,9 @@ impl<'a> BestFirst<'a> {
 }
 
 impl BestFirst<'_> {
-    /// As `next`, with the substitution in the place of one that is not needed any more; the utility.
+    /// As `next`, in the memory of a substitution that is no longer needed; returns the utility.
     ///
-    /// When it gives `None` what stands in that place has no meaning.
+    /// After `None`, the contents of `answer` have no meaning.
     pub fn next_into(&mut self, answer: &mut Substitution) -> Option<f64> {
         if self.stop.is_some() {
             return None;
@@ -335,7 +333,7 @@ impl BestFirst<'_> {
             self.read_off(answer)
         } else {
             if self.found == 1 && self.open.is_none() && !self.is_restricted() {
-                // The search begins with what was read off, and decides it again.
+                // The search finds the answer that was read off again, so its decisions count once.
                 self.read = 0;
                 self.search();
             }
@@ -352,7 +350,7 @@ impl BestFirst<'_> {
 impl Iterator for BestFirst<'_> {
     type Item = (Substitution, f64);
 
-    /// The next best substitution and its utility; `None` tells that [`BestFirst::stop`] has a reason.
+    /// The next best substitution and its utility; after `None`, [`BestFirst::stop`] tells the reason.
     fn next(&mut self) -> Option<Self::Item> {
         let mut answer = self.blank();
         self.next_into(&mut answer).map(|utility| (answer, utility))

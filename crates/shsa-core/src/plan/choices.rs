@@ -1,5 +1,4 @@
-//! What the searches of the thesis share: the choices that a variable has, what decisions weigh together, and the
-//! substitution that they make.
+//! Common parts of the searches of the thesis: the choices of a variable, the weight of decisions, and their substitution.
 
 use super::Plan;
 use super::graph::{Graph, Options, View};
@@ -14,13 +13,13 @@ use alloc::vec::Vec;
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Choice {
     pub(super) relation: Option<RelationId>,
-    /// What it costs, if the relation is not used already.
+    /// The weight, if the relation is not used already.
     pub(super) weight: Weight,
-    /// What it costs at least: a relation that is used already for another output may be paid for there.
+    /// The smallest weight: a relation that is used already for another output may be counted there.
     pub(super) least: Weight,
 }
 
-/// The relation that is chosen for each variable, `None` where none is (yet).
+/// The chosen relation of each variable; `None` where none is chosen (yet).
 pub(super) type Chosen = IdVec<VariableId, Option<RelationId>>;
 
 /// The choices of every variable in a search from one root.
@@ -53,15 +52,15 @@ impl<'a> Choices<'a> {
         self.view.graph().scale()
     }
 
-    /// The answer to a graph that must not be searched.
+    /// The answer for a graph that must not be searched.
     pub(super) fn refusal(&self) -> Option<Plan> {
         let bound = self.scale().best();
         let plan = Plan { substitutions: Vec::new(), stop: StopReason::NotMonotone, expanded: 0, bound };
         (!self.view.graph().is_monotone()).then_some(plan)
     }
 
-    /// The choices of a variable: its own signals first, then relations in file order. What needs the root is left
-    /// out, as the root would be needed for itself.
+    /// The choices of a variable: its own signals first, then relations in file order. Relations that read the root are left out,
+    /// as the root would depend on itself.
     pub(super) fn of(&self, variable: VariableId) -> impl Iterator<Item = Choice> + '_ {
         let is_root = variable == self.root;
         let status = self.view.status(variable);
@@ -79,8 +78,7 @@ impl<'a> Choices<'a> {
         as_it_comes.then_some(own).into_iter().chain(relations)
     }
 
-    /// Whether a variable below the root has to be decided: a provided one is used as it comes, which is a decision
-    /// only where it has a weight.
+    /// Whether a variable below the root must be decided: the use of a provided one is a decision only where it has a weight.
     fn is_open(&self, variable: VariableId) -> bool {
         self.substitute_provided || self.view.graph().rates_signals() || !self.view.is_provided(variable)
     }
@@ -95,7 +93,7 @@ impl<'a> Choices<'a> {
         inputs.iter().copied().filter(move |&input| input != output)
     }
 
-    /// The variables that have to be decided after a choice for `output`, in the order of the relation's inputs.
+    /// The variables to decide after a choice for `output`, in the order of the relation's inputs.
     pub(super) fn opened(
         &self,
         output: VariableId,
@@ -110,8 +108,8 @@ impl<'a> Choices<'a> {
         substitution.steps.iter().any(|step| self.view.graph().has_several_outputs(step.relation))
     }
 
-    /// The substitution of the root that complete decisions make: a depth-first walk that lists a step after all
-    /// that it reads. Complexity: O(s log s) for s inputs of its relations.
+    /// The substitution of the root from complete decisions: a depth-first walk that lists a step after those that it reads.
+    /// Complexity: O(s log s) for s inputs of its relations.
     pub(super) fn substitution(&self, chosen: &Chosen) -> Substitution {
         let mut steps = Vec::new();
         let mut done = BTreeSet::new();
@@ -130,7 +128,7 @@ impl<'a> Choices<'a> {
         self.view.graph().substitution(self.root, steps)
     }
 
-    /// What complete decisions weigh together.
+    /// The weight of complete decisions.
     pub(super) fn weight(&self, chosen: &Chosen) -> Weight {
         let mut load = Load::new(self.scale());
         let mut needed = Vec::from([self.root]);
@@ -143,7 +141,7 @@ impl<'a> Choices<'a> {
         load.weight()
     }
 
-    /// The decisions breadth first from the root, each variable where it is first needed: what ties look at.
+    /// The decisions breadth first from the root, each variable where it is first needed; for breaking ties.
     pub(super) fn file_order(&self, chosen: &Chosen) -> Vec<Option<RelationId>> {
         let mut needed = Vec::from([self.root]);
         let mut seen = BTreeSet::from([self.root]);
@@ -156,7 +154,7 @@ impl<'a> Choices<'a> {
     }
 }
 
-/// What decisions weigh together. A relation that is used for several outputs counts once, with its worst rating.
+/// The weight of decisions. A relation that is used for several outputs counts once, with its worst rating.
 #[derive(Debug)]
 pub(super) struct Load {
     scale: Scale,
@@ -164,7 +162,7 @@ pub(super) struct Load {
     charged: BTreeMap<RelationId, Weight>,
 }
 
-/// What a load was before a choice was added.
+/// A load before a choice was added.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Before {
     weight: Weight,
@@ -192,7 +190,7 @@ impl Load {
         before
     }
 
-    /// Takes back the last choice that was added.
+    /// Takes back the choice that was added last.
     pub(super) fn take_back(&mut self, choice: Choice, before: Before) {
         self.weight = before.weight;
         let Some(relation) = choice.relation.filter(|_| choice.least < choice.weight) else { return };

@@ -1,4 +1,4 @@
-//! The partial substitution that a search stands at: decisions that can be taken and taken back.
+//! The partial substitution of a search: decisions that can be made and taken back.
 
 use super::subproblem::{ChoiceId, Place, SharedRelation, Subproblem};
 use super::utility::Weight;
@@ -6,7 +6,7 @@ use crate::knowledge::{IdVec, RelationId};
 use crate::substitution::Step;
 use alloc::vec::Vec;
 
-/// What to restore when a decision is taken back.
+/// The state to restore when a decision is taken back.
 #[derive(Clone, Copy, Debug)]
 struct Frame {
     places: u32,
@@ -15,15 +15,15 @@ struct Frame {
     choice: ChoiceId,
 }
 
-/// A place that needs another, in a list that belongs to the other.
+/// A place that needs another, in the list of the needed place.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     above: Place,
     next: Option<u32>,
 }
 
-/// Decisions from the root on, breadth first: the places that are needed, in the order in which they were first
-/// needed, of which the first ones are decided.
+/// Decisions breadth first from the root: the needed places, in the order in which they were first needed; the first ones of them
+/// are decided.
 #[derive(Debug)]
 pub(super) struct Decisions {
     places: Vec<Place>,
@@ -31,18 +31,18 @@ pub(super) struct Decisions {
     chosen: IdVec<Place, Option<ChoiceId>>,
     needed: IdVec<Place, bool>,
     charged: IdVec<SharedRelation, Weight>,
-    /// Decided weights, and hopes of what is needed but undecided.
+    /// The decided weights, and the lower bounds of needed, undecided places.
     bound: Weight,
     links: Vec<Link>,
-    /// The decided places that need each place; kept only where cycles are possible.
+    /// The decided places that need each place; only where cycles are possible.
     above: IdVec<Place, Option<u32>>,
-    /// The places that the next place is needed for, itself among them.
+    /// The places that depend on the next place, including itself.
     over: IdVec<Place, bool>,
     over_list: Vec<Place>,
 }
 
 impl Decisions {
-    /// Before the first decision.
+    /// The decisions before the first one.
     pub(super) fn new(subproblem: &Subproblem) -> Decisions {
         let cyclic = if subproblem.is_cyclic() { subproblem.len() } else { 0 };
         let mut decisions = Decisions {
@@ -65,12 +65,12 @@ impl Decisions {
         decisions
     }
 
-    /// What is to be decided next; `None` when nothing is.
+    /// The next place to decide; `None` when all are decided.
     pub(super) fn next(&self) -> Option<Place> {
         self.places.get(self.frames.len()).copied()
     }
 
-    /// No completion weighs less. Of a complete substitution it is the weight.
+    /// A lower bound of the weight of completions; for a complete substitution its weight.
     pub(super) fn bound(&self) -> Weight {
         self.bound
     }
@@ -91,7 +91,7 @@ impl Decisions {
         })
     }
 
-    /// What a choice adds: a relation that is used for a second output counts once, with its worse rating.
+    /// The additional weight of a choice: a relation that is used for a second output counts once, with its worse rating.
     fn extra(&self, subproblem: &Subproblem, choice: ChoiceId) -> Weight {
         let weight = subproblem.choice(choice).weight;
         subproblem
@@ -146,7 +146,7 @@ impl Decisions {
         self.bound = frame.bound;
     }
 
-    /// Marks everything that `place` is needed for, so that [`Decisions::closes_cycle`] can tell.
+    /// Marks all places that depend on `place`, for [`Decisions::closes_cycle`].
     pub(super) fn look_up_from(&mut self, subproblem: &Subproblem, place: Place) {
         if !subproblem.is_cyclic() {
             return;
@@ -169,12 +169,12 @@ impl Decisions {
         }
     }
 
-    /// Whether a choice needs something that the place which was looked up from is needed for.
+    /// Whether a choice needs a place that depends on the place of [`Decisions::look_up_from`].
     pub(super) fn closes_cycle(&self, subproblem: &Subproblem, choice: ChoiceId) -> bool {
         subproblem.is_cyclic() && subproblem.inputs(choice).iter().any(|&input| self.over[input])
     }
 
-    /// The relations in use, ascending, if another assignment of outputs could use the same ones.
+    /// The used relations, ascending, if another assignment of outputs could use the same ones.
     pub(super) fn ambiguous_relations(&self, subproblem: &Subproblem) -> Option<Vec<RelationId>> {
         let relations = || self.frames.iter().filter_map(|frame| subproblem.choice(frame.choice).relation);
         if !relations().any(|relation| subproblem.is_ambiguous(relation)) {
@@ -186,8 +186,7 @@ impl Decisions {
         Some(relations)
     }
 
-    /// The steps of the substitution, once everything is decided: a depth-first walk that lists a step after all that
-    /// it reads.
+    /// The steps of complete decisions: a depth-first walk that lists a step after those that it reads.
     pub(super) fn steps(&self, subproblem: &Subproblem) -> Vec<Step> {
         let mut steps = Vec::with_capacity(self.frames.len());
         let mut done = IdVec::filled(subproblem.len(), |_: Place| false);

@@ -1,16 +1,15 @@
 //! Höftberger's search: depth first through the relations, all substitutions or the first one.
 //!
-//! Höftberger, Obermaisser, "Ontology-based runtime reconfiguration of distributed embedded real-time systems",
-//! ISORC 2013, doi:10.1109/ISORC.2013.6913214, as Ratasich describes it ("Self-Healing Cyber-Physical Systems",
-//! TU Wien 2019, ch. 6). From a variable it goes through each of its relations to their inputs, until all that is
-//! read is provided.
+//! Höftberger, Obermaisser, "Ontology-based runtime reconfiguration of distributed embedded real-time systems", ISORC 2013,
+//! doi:10.1109/ISORC.2013.6913214, as Ratasich describes it ("Self-Healing Cyber-Physical Systems", TU Wien 2019, ch. 6). From a
+//! variable it follows each of its relations to their inputs, until all that is read is provided.
 //!
-//! The public program of the thesis combines the answers of the inputs as if they were trees. Here decisions are
-//! taken one after another and taken back, and so
-//! * it ends on cycles: a relation that reads a variable which is being computed is no choice for it;
+//! The public program of the thesis combines the answers of the inputs as if they were trees. Here decisions are made one after
+//! another and taken back, and so
+//! * the search ends on cycles: a relation that reads a variable under computation is no choice for that variable;
 //! * a variable that is needed twice is decided once: never two relations for one variable;
-//! * no answer comes twice: decisions are taken in an order that follows from those before, so each substitution is
-//!   reached in one way only; of several that differ only in what a relation is used for, the best stays.
+//! * no answer comes twice: the order of decisions follows from those before, so each substitution is reached in one way
+//!   only; of several that differ only in the outputs of a relation, the best stays.
 
 use super::Plan;
 use super::choices::{Before, Choice, Choices, Chosen, Load};
@@ -21,7 +20,7 @@ use super::utility::Weight;
 use crate::knowledge::{IdVec, VariableId};
 use alloc::vec::Vec;
 
-/// How many substitutions a depth-first search takes.
+/// Which substitutions a depth-first search returns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Take {
     /// The first that is found, which need not be the best.
@@ -32,9 +31,9 @@ pub enum Take {
 
 /// The substitutions of `root`, found depth first; with [`Take::All`] in the order of [`exhaustive`](super::exhaustive()).
 ///
-/// When a limit is reached, those that were found so far are in the plan, and [`Plan::bound`] is what the branches
-/// that are left can be worth at most. [`Limits::states`] counts the decisions on the way and those of the answers
-/// that are kept. Complexity: exponential.
+/// When a limit is reached, the plan has the substitutions found so far, and [`Plan::bound`] is an upper bound of the utility in
+/// the remaining branches. [`Limits::states`] counts the present decisions and those of the kept answers. Complexity:
+/// exponential.
 #[must_use]
 pub fn depth_first(graph: &Graph, root: VariableId, options: &Options, take: Take, limits: Limits) -> Plan {
     let choices = Choices::new(graph, root, options);
@@ -44,26 +43,26 @@ pub fn depth_first(graph: &Graph, root: VariableId, options: &Options, take: Tak
     Search::new(choices).run(take, limits)
 }
 
-/// Where a variable stands.
+/// The state of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Unknown,
-    /// A relation is chosen, and its inputs are being looked for.
+    /// A relation is chosen, and its inputs are being decided.
     Open,
-    /// It and all that it needs are decided.
+    /// The variable and all that it needs are decided.
     Known,
 }
 
-/// What is to be done next; a list that several branches share.
+/// The next task, in a list that several branches share.
 #[derive(Clone, Copy, Debug)]
 struct Task {
     variable: VariableId,
-    /// The variable's inputs are known now, and so is the variable.
+    /// Whether the variable's inputs are known now, and so is the variable.
     close: bool,
     next: Option<u32>,
 }
 
-/// A decision, with what to restore when it is taken back.
+/// A decision, and the state to restore when it is taken back.
 #[derive(Debug)]
 struct Frame {
     variable: VariableId,
@@ -71,7 +70,7 @@ struct Frame {
     /// The next choice to try.
     next: usize,
     taken: Option<(Choice, Before)>,
-    /// What is to be done after this variable.
+    /// The task after this variable.
     after: Option<u32>,
     tasks: usize,
     known: usize,
@@ -85,13 +84,13 @@ struct Search<'a> {
     load: Load,
     frames: Vec<Frame>,
     tasks: Vec<Task>,
-    /// What is to be done now.
+    /// The present task.
     now: Option<u32>,
-    /// The variables that became known, in order.
+    /// The variables that have become known, in order.
     known: Vec<VariableId>,
     answers: Vec<Answer>,
     expanded: u64,
-    /// What the answers count in [`Limits::states`].
+    /// The size of the answers in [`Limits::states`].
     kept: usize,
 }
 
@@ -148,7 +147,7 @@ impl<'a> Search<'a> {
         Plan { substitutions: in_order(scale, self.answers), stop, expanded: self.expanded, bound }
     }
 
-    /// No substitution that was not found weighs less: it goes on from the open branch, or by a choice that was not
+    /// A lower bound of the weight of the remaining substitutions: they continue the open branch, or take a choice that was not
     /// tried.
     fn bound(&self, branch_is_open: bool) -> Option<Weight> {
         let scale = self.choices.scale();
@@ -164,7 +163,7 @@ impl<'a> Search<'a> {
         self.now.and_then(|now| self.tasks.get(now as usize)).copied()
     }
 
-    /// Does one task; gives `false` when everything has been tried.
+    /// Does one task; returns `false` when everything has been tried.
     fn work(&mut self, task: Task) -> bool {
         let variable = task.variable;
         if !task.close && self.states[variable] == State::Unknown {
@@ -193,7 +192,7 @@ impl<'a> Search<'a> {
         });
     }
 
-    /// Takes the next choice of the last decision that has one left; `false` when none has.
+    /// Takes the next choice of the last decision that has one left; returns `false` when none has.
     fn try_next(&mut self) -> bool {
         while let Some(mut frame) = self.frames.pop() {
             self.take_back(&mut frame);
@@ -210,7 +209,7 @@ impl<'a> Search<'a> {
         false
     }
 
-    /// What is being computed stands on the way from the root to here; what is known needs nothing of that.
+    /// Open variables are those on the path from the root to here; a known variable depends on none of these.
     fn closes_cycle(&self, variable: VariableId, choice: Choice) -> bool {
         self.choices.opened(variable, choice.relation).any(|input| self.states[input] == State::Open)
     }

@@ -1,4 +1,4 @@
-//! The oracle: every substitution, by trying everything; slow, simple, and apart from the other searches.
+//! The oracle: finds every substitution by trying everything; slow, simple, and independent of the other searches.
 
 use super::Plan;
 use super::graph::Options;
@@ -9,13 +9,13 @@ use crate::substitution::Substitution;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
-/// How each variable that is needed is known: by a relation, or (`None`) by its own signals.
+/// The way in which each needed variable is known: by a relation, or (`None`) by its own signals.
 type Decisions = BTreeMap<VariableId, Option<RelationId>>;
 
 /// All substitutions of `root`, best first; ties as in [`BestFirst`](super::BestFirst).
 ///
-/// With a limit it gives those that were found so far. Each step goes through all its decisions again, and they count
-/// again; of states, each counts with its decisions. Complexity: exponential.
+/// At a limit it returns the substitutions found so far. Each step repeats all its decisions, which count again; a state counts
+/// with its decisions. Complexity: exponential.
 #[must_use]
 pub fn exhaustive(knowledge: &KnowledgeBase, root: VariableId, options: &Options, limits: Limits) -> Plan {
     let scale = Scale(knowledge.utility().aggregate());
@@ -63,7 +63,7 @@ fn with(decisions: &Decisions, variable: VariableId, way: Option<RelationId>) ->
     decisions
 }
 
-/// A substitution with all that the order looks at.
+/// A substitution with all that its order depends on.
 #[derive(PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Answer {
     pub(super) weight: Weight,
@@ -72,7 +72,7 @@ pub(super) struct Answer {
     pub(super) substitution: Substitution,
 }
 
-/// Sorts, and keeps the first of those that use the same relations.
+/// Sorts answers, and keeps the first of those that use the same relations.
 pub(super) fn in_order(scale: Scale, mut answers: Vec<Answer>) -> Vec<(Substitution, f64)> {
     answers.sort();
     let mut seen = BTreeSet::new();
@@ -87,7 +87,7 @@ struct Search<'a> {
 }
 
 impl Search<'_> {
-    /// The decisions so far as a substitution whose undecided variables are sources; `None` when they are cyclic.
+    /// The present decisions as a substitution whose undecided variables are sources; `None` when they are cyclic.
     fn substitution(&self, decisions: &Decisions) -> Option<Substitution> {
         let relations = decisions.iter().filter_map(|(&variable, &way)| Some((variable, way?))).collect();
         Substitution::from_choice(self.knowledge, self.root, &relations)

@@ -1,8 +1,8 @@
-//! The open end of a search: which partial substitution comes next.
+//! The open states of a search, and their order.
 //!
-//! Partial substitutions form a tree of decisions. The lightest bound comes first; among equal bounds the one
-//! whose decisions come first in file order. Those of the current bound are a stack that is walked depth first,
-//! which is exactly that order; the heavier ones wait in a heap.
+//! Partial substitutions form a tree of decisions. The lightest bound comes first; among equal bounds, the one whose decisions
+//! come first in file order. The states of the current bound are a stack that is walked depth first, which is exactly that order;
+//! heavier ones wait in a heap.
 
 use super::subproblem::ChoiceId;
 use super::utility::Weight;
@@ -11,7 +11,7 @@ use alloc::collections::BinaryHeap;
 use alloc::vec::Vec;
 use core::cmp::{Ordering, Reverse};
 
-/// A partial substitution: its last decision, after those of another.
+/// A partial substitution: a decision after those of another one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct StateId(u32);
 
@@ -27,8 +27,8 @@ impl Id for StateId {
 #[derive(Clone, Copy, Debug)]
 struct State {
     before: StateId,
-    /// A state further back, such that any state back can be found in O(log depth) (Myers, "An applicative
-    /// random-access stack", 1983, doi:10.1016/0020-0190(83)90106-0).
+    /// An earlier state, such that any earlier one can be found in O(log depth) (Myers, "An applicative random-access stack",
+    /// 1983, doi:10.1016/0020-0190(83)90106-0).
     far_before: StateId,
     depth: u32,
     choice: ChoiceId,
@@ -44,7 +44,7 @@ pub(super) struct Frontier {
 }
 
 impl Frontier {
-    /// With the state before the first decision open.
+    /// The frontier with only the state before the first decision.
     pub(super) fn new(bound: Weight) -> Frontier {
         let mut states = IdVec::new();
         let start = StateId(0);
@@ -57,7 +57,7 @@ impl Frontier {
         Frontier { states, waiting: BinaryHeap::new(), current: Vec::from([open]), bound }
     }
 
-    /// Deals what is open out to so many others, the lightest first.
+    /// Distributes the open states to several frontiers, the lightest first.
     pub(super) fn deal(self, parts: usize) -> Vec<Frontier> {
         let mut open: Vec<(Weight, StateId)> =
             self.current.iter().map(|&state| (self.bound, state)).collect();
@@ -74,12 +74,12 @@ impl Frontier {
         (0..parts).map(frontier).collect()
     }
 
-    /// How many states are open.
+    /// The number of open states.
     pub(super) fn open_count(&self) -> usize {
         self.current.len() + self.waiting.len()
     }
 
-    /// How many states there are, open or not.
+    /// The number of states, open or not.
     pub(super) fn len(&self) -> usize {
         self.states.len()
     }
@@ -98,7 +98,7 @@ impl Frontier {
         self.current.pop()
     }
 
-    /// Opens a state; those after the same one must come in reverse file order.
+    /// Opens a state; successors of one state must come in reverse file order.
     pub(super) fn push(&mut self, before: StateId, choice: ChoiceId, bound: Weight) {
         let far = self.states[before].far_before;
         let farther = self.states[far].far_before;
@@ -106,7 +106,7 @@ impl Frontier {
         let jump = depth(before) - depth(far) == depth(far) - depth(farther);
         let far_before = if jump { farther } else { before };
         let state = self.states.push(State { before, far_before, depth: depth(before) + 1, choice });
-        // A bound below the current one comes of hopes that were better informed higher up.
+        // A bound below the current one occurs because an earlier lower bound was tighter.
         if bound <= self.bound {
             self.current.push(state);
         } else {
@@ -130,7 +130,7 @@ impl Frontier {
         self.current = current;
     }
 
-    /// How many decisions lead to a state.
+    /// The number of decisions of a state.
     pub(super) fn depth(&self, state: StateId) -> usize {
         self.states[state].depth as usize
     }

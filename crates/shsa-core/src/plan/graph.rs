@@ -1,4 +1,4 @@
-//! A knowledge base as the searches read it: flat arrays, built once, and a view of it without what is forbidden.
+//! A knowledge base prepared for searches: flat arrays, built once, and a view without forbidden elements.
 
 mod lasting;
 mod update;
@@ -13,14 +13,14 @@ use crate::knowledge::{
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
 
-/// What the searches know about a variable.
+/// The facts about a variable that searches use.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Status {
-    /// Known without a relation.
+    /// Whether the variable is known without a relation.
     pub(super) provided: bool,
-    /// Its own property, else the best of its usable signals.
+    /// The variable's own property, else the best of its usable signals.
     pub(super) accuracy: Option<f64>,
-    /// What using it as it comes weighs: the lightest of its usable signals.
+    /// The weight of using the variable as it is provided: the smallest of its usable signals.
     pub(super) weight: Weight,
 }
 
@@ -41,33 +41,33 @@ struct Carrier {
 
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct RelationFacts {
-    /// Whether it can produce several variables.
+    /// Whether the relation can produce several variables.
     pub(super) several_outputs: bool,
-    /// Whether it can be used only once in a substitution: each of its outputs needs all the others.
+    /// Whether the relation can be used only once in a substitution: each of its outputs needs all the others.
     pub(super) exclusive: bool,
 }
 
-/// A relation that can produce a variable, with what a walk asks about it: so it need not look elsewhere.
+/// A relation that can produce a variable, with the facts that a walk needs.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Producer {
     pub(super) relation: RelationId,
-    /// Where its inputs begin and end.
+    /// The bounds of its inputs.
     inputs: (u32, u32),
     pub(super) facts: RelationFacts,
-    /// With the signals that are available in the knowledge base.
+    /// The weight with the available signals of the knowledge base.
     pub(super) weight: Weight,
 }
 
-/// The structure of a knowledge base and the weights of its relations, ready to be searched.
+/// The structure of a knowledge base and the weights of its relations, prepared for searches.
 ///
-/// It holds the availability of signals at the time it was made: [`Graph::version`] tells whether that is still so.
+/// A graph holds the availability of signals at the time of its making: [`Graph::version`] tells whether that is current.
 #[derive(Clone, Debug)]
 pub struct Graph {
     version: u64,
     monotone: bool,
     utility: Utility,
     variables: IdVec<VariableId, VariableFacts>,
-    /// Of the status of each variable what is asked most.
+    /// The most requested part of each variable's status.
     provided: IdVec<VariableId, bool>,
     relations: IdVec<RelationId, RelationFacts>,
     /// The numbers that the rating of each relation reads.
@@ -104,41 +104,41 @@ impl Graph {
         graph
     }
 
-    /// The version of the knowledge base that it was made of.
+    /// The version of the knowledge base that the graph was made from.
     #[must_use]
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// Whether more relations never raise the utility; the searches refuse a graph for which this does not hold.
+    /// Whether additional relations never raise the utility; searches refuse a graph for which this does not hold.
     #[must_use]
     pub fn is_monotone(&self) -> bool {
         self.monotone
     }
 
-    /// How many variables it has.
+    /// The number of variables.
     #[must_use]
     pub fn variables(&self) -> usize {
         self.variables.len()
     }
 
-    /// How many relations it has.
+    /// The number of relations.
     #[must_use]
     pub fn relations(&self) -> usize {
         self.relations.len()
     }
 
-    /// How many signals it has.
+    /// The number of signals.
     pub(super) fn signals(&self) -> usize {
         self.carried.len()
     }
 
-    /// How its weights are joined.
+    /// How weights are joined.
     pub(super) fn scale(&self) -> Scale {
         Scale(self.utility.aggregate())
     }
 
-    /// Whether using a variable as it comes has a weight.
+    /// Whether using a provided variable has a weight.
     pub(super) fn rates_signals(&self) -> bool {
         self.utility.rates_signals()
     }
@@ -181,7 +181,7 @@ impl Graph {
     fn add_producers(&mut self, knowledge: &KnowledgeBase) {
         let mut all = Rows::default();
         for variable in knowledge.variables().ids() {
-            // A relation that names an output twice stands there twice, side by side.
+            // A relation that names an output twice is listed twice in a row.
             let mut last = None;
             let relations = knowledge.producers(variable).iter().copied();
             all.push(relations.filter(|&relation| last.replace(relation) != Some(relation)).map(
@@ -211,7 +211,7 @@ impl Graph {
         self.scale().relation(self.utility.of_relation(self.properties.row(relation), &inputs))
     }
 
-    /// The substitution that consists of steps in their order of computation.
+    /// The substitution of steps in their order of computation.
     pub(super) fn substitution(&self, sink: VariableId, steps: Vec<Step>) -> Substitution {
         let mut outputs: Vec<VariableId> = steps.iter().map(|step| step.output).collect();
         outputs.sort_unstable();
@@ -228,22 +228,22 @@ impl Graph {
         Substitution { sink, steps, sources }
     }
 
-    /// What a signal carries; `None` for one of another knowledge base.
+    /// The variable of a signal; `None` for a signal of another knowledge base.
     pub(super) fn carried(&self, signal: SignalId) -> Option<VariableId> {
         self.carried.find(signal).copied()
     }
 
-    /// The signals that carry a variable and are available, ascending.
+    /// The available signals of a variable, ascending.
     pub(super) fn usable_carriers(&self, variable: VariableId) -> impl Iterator<Item = SignalId> + '_ {
         self.carriers.row(variable).iter().filter(|carrier| carrier.available).map(|carrier| carrier.signal)
     }
 
-    /// All that `relation` reads, ascending, for whichever output.
+    /// All inputs of a relation, ascending, for whichever output.
     pub(super) fn inputs(&self, relation: RelationId) -> &[VariableId] {
         self.inputs.row(relation)
     }
 
-    /// As [`Graph::inputs`], of a relation whose place is known.
+    /// As [`Graph::inputs`], for a relation whose bounds are known.
     pub(super) fn inputs_of(&self, producer: &Producer) -> &[VariableId] {
         self.inputs.between(producer.inputs)
     }
@@ -270,12 +270,12 @@ fn status(facts: &VariableFacts, carriers: &[Carrier], forbidden: &[SignalId]) -
     }
 }
 
-/// What is asked of a search, beside the variable.
+/// The options of a search, beside the variable.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Options {
-    /// Provided variables may be substituted, too; without it they are always used as they come.
+    /// Whether provided variables may be substituted, too; otherwise they are always used as provided.
     pub substitute_provided: bool,
-    /// Leaves out the empty substitution, the root's own signals.
+    /// Whether to leave out the empty substitution, the root's own signals.
     pub without_empty: bool,
     /// Signals that must not be used, in any order.
     pub forbidden_signals: Vec<SignalId>,
@@ -283,10 +283,10 @@ pub struct Options {
     pub forbidden_relations: Vec<RelationId>,
 }
 
-/// A graph without what is forbidden. Making one costs nothing in the size of the graph.
+/// A graph without forbidden elements. Making one costs nothing in the size of the graph.
 pub(super) struct View<'a> {
     graph: &'a Graph,
-    /// Variables that the forbidden signals carry, ascending, as they are without them.
+    /// The variables that the forbidden signals carry, ascending, with their status without them.
     changed: Vec<(VariableId, Status)>,
     forbidden: Vec<RelationId>,
 }
@@ -334,7 +334,7 @@ impl<'a> View<'a> {
         self.graph.producers.row(variable).iter().filter(allowed)
     }
 
-    /// The weight of a relation for an output, as it is without the forbidden signals.
+    /// The weight of a relation for an output, without the forbidden signals.
     #[inline]
     pub(super) fn weight(&self, producer: &Producer, output: VariableId) -> Weight {
         if self.changed.is_empty() { producer.weight } else { self.changed_weight(producer, output) }

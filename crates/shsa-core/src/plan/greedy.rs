@@ -1,4 +1,4 @@
-//! A substitution that is quickly found, for when a limit stops the exact search before its first answer.
+//! A substitution that is found quickly, for an exact search that a limit ends before its first answer.
 
 use super::subproblem::{ChoiceId, Place, Subproblem};
 use super::utility::Weight;
@@ -6,11 +6,11 @@ use crate::knowledge::IdVec;
 use alloc::collections::BinaryHeap;
 use core::cmp::Reverse;
 
-/// The choice of each place that would be best if nothing could be shared; following them never closes a cycle,
-/// since the inputs of each are known before it.
+/// The choice of each place that is best if nothing is shared. These choices never form a cycle, since the inputs of each are
+/// known before it.
 ///
-/// Knuth's generalisation of Dijkstra's algorithm (1977, doi:10.1016/0020-0190(77)90002-3). Complexity:
-/// O(s log s) for s inputs of the scope.
+/// Knuth's generalisation of Dijkstra's algorithm (1977, doi:10.1016/0020-0190(77)90002-3). Complexity: O(s log s) for s inputs
+/// of the subproblem.
 pub(super) fn choices(subproblem: &Subproblem) -> IdVec<Place, Option<ChoiceId>> {
     let users = subproblem.users();
     let outputs = subproblem.outputs();

@@ -1,11 +1,11 @@
-//! How much a search may do, counted so that runs repeat, and why it ended.
+//! Limits of a search, counted so that runs repeat, and the reasons for its end.
 
-/// What a search may spend. Never time: the same search always ends at the same place.
+/// The limits of a search. Never time: the same search always ends at the same place.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Limits {
-    /// How many decisions may be taken; one that is taken up again after a jump to another branch counts again.
+    /// The largest number of decisions; a decision that is repeated after a jump to another branch counts again.
     pub expansions: u64,
-    /// How many partial substitutions may be kept (16 bytes each, 32 more while one waits for its turn).
+    /// The largest number of partial substitutions kept (16 bytes each, and 32 more for a waiting one).
     pub states: usize,
 }
 
@@ -21,8 +21,7 @@ impl Default for Limits {
     }
 }
 
-/// What an answer that is kept counts in [`Limits::states`], by its decisions and sources: four take as much memory as
-/// a state.
+/// The size of a kept answer in [`Limits::states`], from its decisions and sources: four of them take the memory of a state.
 pub(super) fn states(decisions: usize) -> usize {
     1 + decisions / 4
 }
@@ -32,14 +31,14 @@ pub(super) fn states(decisions: usize) -> usize {
 pub enum StopReason {
     /// There is no further substitution.
     Complete,
-    /// The caller has as many as it asked for; there may be more.
+    /// The caller has the requested number of answers; there may be more.
     Found(usize),
     /// [`Limits::expansions`] is reached.
     LimitExpansions,
     /// [`Limits::states`] is reached.
     LimitStates,
-    /// The utility could rise with more relations ([`check`](crate::knowledge::Utility::check) tells where), so that no
-    /// order of search would be right: nothing was searched.
+    /// The utility could rise with additional relations ([`check`](crate::knowledge::Utility::check) tells where), so that no
+    /// order of search is right: nothing was searched.
     NotMonotone,
 }
 

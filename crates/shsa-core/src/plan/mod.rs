@@ -1,8 +1,8 @@
-//! Searches for substitutions: which relations compute a variable best from what can be trusted.
+//! Searches for substitutions: which relations compute a variable best from trusted sources.
 //!
-//! [`exhaustive()`] tries everything and is the oracle; [`BestFirst`] gives the best ones first and stops when the
-//! caller has enough. Beside them stand the searches of the thesis: [`depth_first()`], [`ontology()`] (ORR), and
-//! [`property_guided()`] (SH-PGSA). Those that find all answer with the same substitutions in the same order.
+//! [`exhaustive()`] tries everything and is the oracle; [`BestFirst`] returns the best substitutions first and stops when the
+//! caller has enough. The other searches are those of the thesis: [`depth_first()`], [`ontology()`] (ORR), and
+//! [`property_guided()`] (SH-PGSA). All complete searches return the same substitutions in the same order.
 
 pub mod utility;
 mod limits;
@@ -42,23 +42,23 @@ use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::substitution::Substitution;
 use alloc::vec::Vec;
 
-/// What a search has found.
+/// The result of a search.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     /// Substitutions with their utilities, best first.
     pub substitutions: Vec<(Substitution, f64)>,
-    /// Why there are no more.
+    /// The reason for the end of the search.
     pub stop: StopReason,
-    /// How many decisions were taken.
+    /// The number of decisions taken.
     pub expanded: u64,
-    /// No substitution that is missing here has a higher utility; the lowest of all when none is missing.
+    /// An upper bound of the utility of missing substitutions; the lowest utility when none is missing.
     pub bound: f64,
 }
 
 /// The `count` best substitutions of `root`, by [`BestFirst`].
 ///
-/// When a limit is reached before the first one, it is [`BestFirst::any`]: an answer is proven to be the best
-/// when its utility is not below [`Plan::bound`].
+/// When a limit is reached before the first answer, the plan has that of [`BestFirst::any`]. An answer is proven best when its
+/// utility is not below [`Plan::bound`].
 #[must_use]
 pub fn best(graph: &Graph, root: VariableId, options: &Options, count: usize, limits: Limits) -> Plan {
     Plan::of(&mut BestFirst::new(graph, root, options, limits), count)
@@ -79,7 +79,7 @@ pub fn best_meeting(
 }
 
 impl Plan {
-    /// The first `count` answers of a search that was just begun; as [`best`].
+    /// The first `count` answers of a new search; as [`best`].
     #[must_use]
     pub fn of(search: &mut BestFirst, count: usize) -> Plan {
         let mut plan = Plan::default();
@@ -87,7 +87,7 @@ impl Plan {
         plan
     }
 
-    /// As [`Plan::of`], in the memory of a plan that is not needed any more.
+    /// As [`Plan::of`], in the memory of a plan that is no longer needed.
     pub fn refill(&mut self, search: &mut BestFirst, count: usize) {
         let mut found = 0;
         while found < count {
@@ -110,7 +110,7 @@ impl Plan {
 }
 
 impl Default for Plan {
-    /// Nothing was searched for.
+    /// A plan without a search.
     fn default() -> Plan {
         Plan { substitutions: Vec::new(), stop: StopReason::Found(0), expanded: 0, bound: f64::INFINITY }
     }

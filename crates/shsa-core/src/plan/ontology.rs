@@ -1,14 +1,12 @@
 //! Ontology-based runtime reconfiguration (ORR): the first relation that leads to provided inputs, one answer.
 //!
-//! Höftberger, Obermaisser, "Ontology-based runtime reconfiguration of distributed embedded real-time systems",
-//! ISORC 2013, doi:10.1109/ISORC.2013.6913214. It does not look at properties: the answer is a substitution, not the
-//! best one.
+//! Höftberger, Obermaisser, "Ontology-based runtime reconfiguration of distributed embedded real-time systems", ISORC 2013,
+//! doi:10.1109/ISORC.2013.6913214. The search ignores properties: the answer is a substitution, not the best one.
 //!
-//! The public program of the thesis takes relations in the order of a hash set, stops with an exception when a nested
-//! search fails, and never tries a variable a second time, although it may have failed only because it was needed
-//! for itself there. Here relations are tried in file order, a relation whose inputs cannot be had makes room for
-//! the next one, and a failure is forgotten when it may have been for such a reason: so there is an answer whenever
-//! there is a substitution.
+//! The public program of the thesis takes relations in the order of a hash set, stops with an exception when a nested search
+//! fails, and never tries a variable a second time, even if it failed only because it was needed for itself. Here relations are
+//! tried in file order, the next relation is tried when the inputs of one cannot be provided, and a failure that may have such a
+//! reason is forgotten: so there is an answer whenever there is a substitution.
 
 use super::Plan;
 use super::choices::{Choice, Choices, Chosen};
@@ -19,10 +17,10 @@ use crate::knowledge::{IdVec, VariableId};
 use crate::substitution::Substitution;
 use alloc::vec::Vec;
 
-/// One substitution of `root`: of every variable the first relation in file order whose inputs can be had.
+/// One substitution of `root`: for every variable the first relation in file order whose inputs can be provided.
 ///
-/// [`Plan::bound`] is what the best relation of the root alone is worth: no substitution is better. Complexity:
-/// O(v r) for v variables and r inputs of relations; O(r) without cycles.
+/// [`Plan::bound`] is the utility of the best relation of the root alone: no substitution is better. Complexity: O(v r) for v
+/// variables and r inputs of relations; O(r) without cycles.
 #[must_use]
 pub fn ontology(graph: &Graph, root: VariableId, options: &Options, limits: Limits) -> Plan {
     let choices = Choices::new(graph, root, options);
@@ -39,26 +37,26 @@ pub fn ontology(graph: &Graph, root: VariableId, options: &Options, limits: Limi
     Plan { substitutions, stop, expanded: search.expanded, bound }
 }
 
-/// Where a variable stands.
+/// The state of a variable.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum State {
     Unknown,
     Open,
     Known,
-    /// Not to be had from what is open now.
+    /// Not computable while the present variables are open.
     Failed,
 }
 
-/// A variable that is being looked for.
+/// A variable that is being searched.
 #[derive(Debug)]
 struct Frame {
     variable: VariableId,
     choices: Vec<Choice>,
-    /// The choice that is tried.
+    /// The choice under trial.
     at: usize,
     /// The inputs of that choice, the next one last.
     inputs: Vec<VariableId>,
-    /// How many failures there were before.
+    /// The number of failures before.
     failed: usize,
 }
 
@@ -67,7 +65,7 @@ struct Search<'a> {
     states: IdVec<VariableId, State>,
     chosen: Chosen,
     frames: Vec<Frame>,
-    /// Variables that have failed and could do so because of one that is open, in order.
+    /// The failed variables that may have failed because of an open one, in order.
     failed: Vec<VariableId>,
     expanded: u64,
 }
@@ -103,7 +101,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Looks at the next input of the last open variable.
+    /// Visits the next input of the last open variable.
     fn step(&mut self, mut frame: Frame) {
         let Some(&choice) = frame.choices.get(frame.at) else { return self.fail(frame.variable) };
         let Some(&input) = frame.inputs.last() else { return self.succeed(&frame, choice) };
@@ -129,7 +127,7 @@ impl<'a> Search<'a> {
         self.begin(Frame { variable, choices, at: 0, inputs: Vec::new(), failed: self.failed.len() });
     }
 
-    /// Begins with the choice that a frame stands at.
+    /// Begins with the present choice of a frame.
     fn begin(&mut self, mut frame: Frame) {
         frame.inputs.clear();
         if let Some(choice) = frame.choices.get(frame.at) {
@@ -139,13 +137,13 @@ impl<'a> Search<'a> {
         self.frames.push(frame);
     }
 
-    /// A variable fails as long as what was open when it was tried is open or has failed, too.
+    /// A failure is valid while every variable that was open then is open or has failed.
     fn fail(&mut self, variable: VariableId) {
         self.states[variable] = State::Failed;
         self.failed.push(variable);
     }
 
-    /// What has failed since the variable was opened may have failed for want of it, and can be tried again.
+    /// Variables that failed since this one was opened may have failed because of it, and can be tried again.
     fn succeed(&mut self, frame: &Frame, choice: Choice) {
         self.states[frame.variable] = State::Known;
         self.chosen[frame.variable] = choice.relation;
@@ -154,7 +152,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What every substitution but the one that was found weighs at least.
+    /// A lower bound of the weight of every substitution other than the found one.
     fn bound(&self, stop: StopReason, found: Option<&Substitution>) -> Option<Weight> {
         if stop == StopReason::Complete {
             return None;

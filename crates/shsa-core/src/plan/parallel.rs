@@ -1,10 +1,9 @@
-//! The exact search in several parts that can run at the same time, with the same result for any number of threads.
+//! The exact search in several parts that can run in parallel, with the same result for any number of threads.
 //!
-//! The first decisions are taken by one search; what is then open is dealt out. The parts work in rounds of a fixed
-//! number of expansions. After each round all that was found is put together, and no part goes on where it cannot
-//! beat the last of the wanted answers any more. What a round does depends on nothing but its beginning, so neither
-//! the answers nor the expansions depend on who ran it, when, or beside what. The core starts no threads: the caller
-//! runs the parts, `std::thread::scope` will do.
+//! One search makes the first decisions; the open states are then distributed. The parts work in rounds of a fixed number of
+//! expansions. After each round all answers are merged, and a part stops where it cannot beat the last of the wanted answers. The
+//! result of a round depends only on its start, so neither answers nor expansions depend on the threads. The core starts no
+//! threads: the caller runs the parts, for example with `std::thread::scope`.
 
 use super::Plan;
 use super::best_first::{BestFirst, Open, Progress};
@@ -17,10 +16,10 @@ use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// Expansions of a part in one round: about a millisecond, much more than it takes to start a thread.
+/// The expansions of a part in one round: about a millisecond, much more than the start of a thread.
 const ROUND: u64 = 8192;
 
-/// Open states that are looked for before they are dealt out, for each part.
+/// The open states to have for each part before they are distributed.
 const SPREAD: usize = 8;
 
 /// A part of a search: a share of the open states, run for a round at a time.
@@ -28,13 +27,13 @@ const SPREAD: usize = 8;
 pub struct Part<'s, 'a> {
     search: &'s BestFirst<'a>,
     open: Open,
-    /// Answers since the last round.
+    /// The answers since the last round.
     found: Vec<Answer>,
-    /// Nothing heavier is wanted.
+    /// The largest weight that is wanted.
     cutoff: Weight,
 }
 
-/// A substitution with all that the order looks at.
+/// A substitution with all that its order depends on.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Answer {
     weight: Weight,
@@ -54,7 +53,7 @@ impl Part<'_, '_> {
         }
     }
 
-    /// Whether something open may be among the wanted answers.
+    /// Whether an open state may lead to a wanted answer.
     fn is_wanted(&self) -> bool {
         self.open.bound().is_some_and(|bound| bound <= self.cutoff)
     }
@@ -67,11 +66,11 @@ impl Answer {
     }
 }
 
-/// The `count` best substitutions of `root`, searched for in `parts` parts that `run_all` runs for a round: it must call
+/// The `count` best substitutions of `root`, searched in `parts` parts that `run_all` runs for a round: it must call
 /// [`Part::run`] once for each.
 ///
-/// The answers are those of [`best`](super::best), whatever the parts. Where a limit stops it, what is proven best so
-/// far is given; limits count over all parts, and are looked at after each round of at most 8192 expansions a part.
+/// The answers are those of [`best`](super::best), whatever the parts. At a limit, the answers proven best so far are returned;
+/// limits count over all parts, and are checked after each round of at most 8192 expansions a part.
 pub fn best_in_parts(
     graph: &Graph,
     root: VariableId,
@@ -103,7 +102,7 @@ pub fn best_in_parts(
     plan(graph, &search, parts, answers, stop)
 }
 
-/// Deals out what is open after the first decisions.
+/// Distributes the open states after the first decisions.
 fn deal<'s, 'a>(search: &'s BestFirst<'a>, parts: usize, answers: &mut Answers) -> Vec<Part<'s, 'a>> {
     let mut open = search.begin();
     let mut found = Vec::new();
@@ -135,7 +134,7 @@ fn plan(graph: &Graph, search: &BestFirst, parts: Vec<Part>, answers: Answers, s
     let expanded = parts.iter().map(|part| part.open.expanded()).sum();
     let open = parts.iter().filter_map(|part| part.open.bound()).min();
     let bound = open.map_or(graph.scale().worst(), |open| graph.scale().utility(open));
-    // What is as heavy as something open may come later in file order.
+    // An answer as heavy as an open state may come later in file order.
     let proven = |answer: &Answer| {
         open.is_none_or(|open| answer.weight < open) || matches!(stop, StopReason::Found(_))
     };
@@ -167,7 +166,7 @@ impl Answers {
         self.best.truncate(self.wanted);
     }
 
-    /// The weight above which nothing is wanted any more.
+    /// The largest weight that is still wanted.
     fn cutoff(&self) -> Weight {
         match self.best.last() {
             Some(last) if self.best.len() == self.wanted => last.weight,

@@ -1,4 +1,4 @@
-//! A partial substitution, decided breadth first: decisions that can be taken and taken back.
+//! A partial substitution, decided breadth first: decisions that can be made and taken back.
 
 use super::choices::{Before, Choice, Choices, Chosen, Load};
 use super::utility::Weight;
@@ -8,7 +8,7 @@ use alloc::collections::BTreeSet;
 use alloc::rc::Rc;
 use alloc::vec::Vec;
 
-/// What to restore when a decision is taken back.
+/// The state to restore when a decision is taken back.
 #[derive(Debug)]
 struct Frame {
     choice: Choice,
@@ -17,7 +17,7 @@ struct Frame {
     links: usize,
 }
 
-/// A variable that needs another, in a list that belongs to the other.
+/// A variable that needs another, in the list of the needed variable.
 #[derive(Clone, Copy, Debug)]
 struct Link {
     of: VariableId,
@@ -25,7 +25,7 @@ struct Link {
     next: Option<u32>,
 }
 
-/// The variables that are needed, in the order in which they were first needed, of which the first ones are decided.
+/// The needed variables, in the order in which they were first needed; the first ones of them are decided.
 pub(super) struct Partial<'a> {
     choices: Choices<'a>,
     needed: Vec<VariableId>,
@@ -35,12 +35,12 @@ pub(super) struct Partial<'a> {
     load: Load,
     links: Vec<Link>,
     above: IdVec<VariableId, Option<u32>>,
-    /// The choices of the variables that were open so far.
+    /// The sorted choices of the variables that were open so far.
     sorted: IdVec<VariableId, Option<Rc<[Choice]>>>,
 }
 
 impl<'a> Partial<'a> {
-    /// Before the first decision. Complexity: O(model).
+    /// The partial substitution before the first decision. Complexity: O(model).
     pub(super) fn new(choices: Choices<'a>) -> Partial<'a> {
         let count = choices.variables();
         let root = choices.root();
@@ -59,12 +59,12 @@ impl<'a> Partial<'a> {
         partial
     }
 
-    /// What is needed and not decided.
+    /// The needed variables that are not decided.
     pub(super) fn open(&self) -> &[VariableId] {
         self.needed.get(self.frames.len()..).unwrap_or_default()
     }
 
-    /// How many decisions are taken.
+    /// The number of decisions made.
     pub(super) fn decided(&self) -> usize {
         self.frames.len()
     }
@@ -73,8 +73,8 @@ impl<'a> Partial<'a> {
         self.load.weight()
     }
 
-    /// The choices of all that is open, lightest first, without those that need what they are needed for; `None` when
-    /// a variable has none. Gives also how many are not shared with other rounds.
+    /// The choices of all open variables, lightest first, without choices that close a cycle; `None` when a variable has none.
+    /// Also returns how many of them are not shared with other rounds.
     pub(super) fn round(&mut self) -> Option<(Vec<Rc<[Choice]>>, usize)> {
         let mut own = 0;
         let mut round = Vec::with_capacity(self.open().len());
@@ -106,11 +106,11 @@ impl<'a> Partial<'a> {
     fn closes_cycle(&self, variable: VariableId, choice: Choice) -> bool {
         let opened = self.choices.opened(variable, choice.relation);
         let old: Vec<_> = opened.filter(|&input| self.is_needed[input]).collect();
-        // What is needed for the first time stands above nothing.
+        // A variable that is needed for the first time closes no cycle.
         !old.is_empty() && self.stands_on(variable, &old)
     }
 
-    /// Whether a variable is needed for one of `others`. Complexity: O(what it is needed for).
+    /// Whether a variable is needed for one of `others`. Complexity: O(variables above it).
     fn stands_on(&self, variable: VariableId, others: &[VariableId]) -> bool {
         let mut seen = BTreeSet::new();
         let mut stack = Vec::from([variable]);
@@ -166,7 +166,7 @@ impl<'a> Partial<'a> {
         }
     }
 
-    /// The substitution, once everything is decided, and whether others may use the same relations.
+    /// The substitution of complete decisions, and whether others may use the same relations.
     pub(super) fn substitution(&self) -> (Substitution, bool) {
         let substitution = self.choices.substitution(&self.chosen);
         let ambiguous = self.choices.is_ambiguous(&substitution);

@@ -1,23 +1,23 @@
 //! SH-PGSA, self-healing by property-guided structural adaptation: workers that make one step at a time.
 //!
 //! Ratasich, Preindl, Selyunin, Grosu, "Self-healing by property-guided structural adaptation", ICPS 2018,
-//! doi:10.1109/ICPHYS.2018.8387659, and Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, ch. 6. A
-//! worker holds a partial substitution. In each round the worker with the best utility makes a step: it decides all
-//! variables that its last relations need and that are not provided, by a combination of one relation for each; the
-//! other combinations become workers. A worker to whom nothing is open is an answer. What is still open counts with
-//! utility 1: the search is guided by what is decided, where [`BestFirst`](super::BestFirst) looks ahead.
+//! doi:10.1109/ICPHYS.2018.8387659, and Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, ch. 6. A worker holds a
+//! partial substitution. In each round the worker with the best utility makes a step: it decides all variables that its last
+//! relations need and that are not provided, by a combination of one relation for each; the other combinations become workers. A
+//! worker without open variables is an answer. Open variables count with utility 1: only the decisions guide the search, where
+//! [`BestFirst`](super::BestFirst) looks ahead.
 //!
-//! The public program of the thesis differs in what it should not:
-//! * Its first answer is not always the best: when a step makes the first worker worse than another, the program
-//!   compares it with itself and leaves it first; and a worker that is done is given out without looking whether an
-//!   open one is better. Here all workers stand in one queue, done ones among them, and utility only falls with
-//!   further steps: when a done one comes first, no open one can become better.
-//! * It misses answers when a variable that is not provided is needed at two depths, since a relation that is in use
-//!   is no candidate a second time; and it can then choose two relations for that variable. Here a variable is
-//!   decided once, when it is first needed.
-//! * It makes a worker for every combination at once. Here the combinations of a round are made one by one, the next
-//!   best first, and those that close a cycle are dropped.
-//! * Its order of ties is that of a hash set. Here it is that of the other searches.
+//! The public program of the thesis has errors:
+//! * Its first answer is not always the best: when a step makes the first worker worse than another, the program compares the
+//!   worker with itself and leaves it first; and a finished worker is returned even if an open one is better. Here all
+//!   workers are in one queue, finished ones included, and utility only falls with further steps: when a finished worker
+//!   comes first, no open one can become better.
+//! * It misses answers when a variable that is not provided is needed at two depths, since a relation in use is no candidate
+//!   a second time; and it can then choose two relations for that variable. Here a variable is decided once, when it is
+//!   first needed.
+//! * It makes a worker for every combination at once. Here the combinations of a round are made one by one, the next best
+//!   first, and those that close a cycle are dropped.
+//! * It breaks ties in the order of a hash set. Here the order is that of the other searches.
 
 use super::Plan;
 use super::choices::Choices;
@@ -33,9 +33,9 @@ use alloc::vec::Vec;
 
 /// The `count` best substitutions of `root`, best first, in the order of [`exhaustive`](super::exhaustive()).
 ///
-/// When a limit is reached before the first of them is proven, the best worker that is done, if there is one, is in
-/// the plan. [`Limits::states`] counts workers and the choices that they hold. Complexity: exponential; each
-/// combination costs O(log n) for n open workers, and its decisions.
+/// When a limit is reached before the first answer is proven, the plan has the best finished worker, if there is one.
+/// [`Limits::states`] counts workers and their choices. Complexity: exponential; each combination costs O(log n) for n open
+/// workers, and its decisions.
 #[must_use]
 pub fn property_guided(
     graph: &Graph,
@@ -51,11 +51,11 @@ pub fn property_guided(
     Search::new(choices).run(count, limits)
 }
 
-/// A made worker whose decisions the search stands on.
+/// A worker whose decisions are part of the present ones.
 #[derive(Debug)]
 struct Stand {
     worker: WorkerId,
-    /// How many decisions came before its combination.
+    /// The number of decisions before its combination.
     decided: usize,
 }
 
@@ -63,13 +63,13 @@ struct Search<'a> {
     scale: Scale,
     partial: Partial<'a>,
     workers: Workers,
-    /// The workers that the partial substitution is made of, from depth 1 on.
+    /// The workers of the present partial substitution, from depth 1 on.
     line: Vec<Stand>,
     expanded: u64,
-    /// Sets of relations that were given and could appear again with other outputs.
+    /// Sets of relations of earlier answers that could appear again with other outputs.
     given: BTreeSet<Vec<RelationId>>,
     substitutions: Vec<(Substitution, f64)>,
-    /// What those count in [`Limits::states`].
+    /// The size of these in [`Limits::states`].
     kept: usize,
 }
 
@@ -140,7 +140,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Takes the decisions of a worker's combination, all or none.
+    /// Makes the decisions of a worker's combination, all or none.
     fn decide(&mut self, worker: WorkerId) -> bool {
         let decided = self.partial.decided();
         for choice in self.workers.combination(worker) {
@@ -154,7 +154,7 @@ impl<'a> Search<'a> {
         true
     }
 
-    /// Moves to the decisions of a made worker, over the last one that both have in common.
+    /// Moves to the decisions of a made worker, over the last common worker.
     fn go_to(&mut self, target: WorkerId) {
         let mut path = Vec::new();
         let mut worker = target;
@@ -184,7 +184,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Gives out the substitution of a worker that is done, unless one of the same relations was given before.
+    /// Returns the substitution of a finished worker as an answer, unless an earlier one has the same relations.
     fn answer(&mut self, worker: WorkerId) {
         self.go_to(worker);
         let (substitution, ambiguous) = self.partial.substitution();
@@ -196,7 +196,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// When a limit leaves no proven answer: the best worker that is done.
+    /// Without a proven answer at a limit, returns the best finished worker.
     fn take_done(&mut self) {
         if self.substitutions.is_empty()
             && let Some(worker) = self.workers.pop_done()

@@ -1,10 +1,9 @@
-//! What a substitution must meet to be of use, pruned inside the search, and why one does not.
+//! Requirements on substitutions, pruned inside the search, and the reasons why one falls short.
 //!
-//! Rate, integrity and independence are questions to single signals and relations: what falls short is left out of
-//! the graph before the search begins. Latency and width add up along a substitution. Each is computed from its
-//! sources to its sink and never falls when a part of it gets worse, so a partial substitution has a lower bound:
-//! its undecided places count with the least that any of their choices could have. A partial substitution whose bound
-//! is beyond the requirement is dropped with everything that would follow from it.
+//! Rate, integrity and independence concern single signals and relations: elements that fall short are left out of the graph
+//! before the search. Latency and width add up along a substitution. Each is computed from the sources to the sink and never
+//! falls when a part gets worse, so a partial substitution has a lower bound: undecided places count with the least value of
+//! their choices. A partial substitution with a bound beyond the requirement is dropped with all its completions.
 
 mod shortfall;
 mod cost;
@@ -23,29 +22,26 @@ use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 use cost::Cost;
 
-/// What a substitution must meet; by default anything does.
+/// Requirements on substitutions; without limits by default.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Requirements {
-    /// The largest age of what it rests on, when it comes: the delay of a signal, and what time operators between it
-    /// and the result look back.
+    /// The largest age of the inputs when a value comes: the delay of a signal, and the time that operators look back.
     pub max_latency: Option<Span>,
-    /// The longest time between two of its values: the period of its fastest signal. One that does not tell its rate may have
-    /// any.
+    /// The longest time between two values: the period of the fastest signal. A signal without a rate may have any.
     pub max_period: Option<Span>,
-    /// The largest width of its values, SI: the errors of its signals and relations, as far as they go through its
-    /// formulas without change of scale by other values.
+    /// The largest width of values, SI: the errors of signals and relations, where the formulas scale them only by constants.
     pub max_width: Option<f64>,
-    /// The least rate of its signals, observations a second; a signal that does not tell its rate has none.
+    /// The least rate of the signals, observations a second; a signal without a rate falls short.
     pub min_rate_hz: Option<f64>,
-    /// The least integrity level of its signals, 1 (`A`) to 4 (`D`), by their property `integrity` (0 without), and of
-    /// its relations (any without).
+    /// The least integrity level of the signals, 1 (`A`) to 4 (`D`), by their property `integrity` (0 without), and of the
+    /// relations (any without).
     pub integrity: Option<f64>,
-    /// It must share no signal with these, nor rest on one that is derived from the same: the suspects.
+    /// Suspects: a substitution must share no signal with them, nor rest on signals with a common origin.
     pub independent_of: Vec<SignalId>,
 }
 
 impl Requirements {
-    /// Those of a need; its suspects are for the caller to add.
+    /// The requirements of a need; the caller adds the suspects.
     #[must_use]
     pub fn of(need: &Need) -> Requirements {
         Requirements {
@@ -58,7 +54,7 @@ impl Requirements {
         }
     }
 
-    /// The signals and relations that fall short on their own, ascending: nothing that meets the requirements rests on them.
+    /// The signals and relations that fall short on their own, ascending: no substitution that meets the requirements uses them.
     /// Complexity: O(model).
     #[must_use]
     pub fn barred(&self, knowledge: &KnowledgeBase) -> (Vec<SignalId>, Vec<RelationId>) {
@@ -67,7 +63,7 @@ impl Requirements {
         (forbidden_signals, forbidden_relations)
     }
 
-    /// Whether anything must be checked along substitutions.
+    /// Whether requirements must be checked along substitutions.
     #[must_use]
     pub fn limits_paths(&self) -> bool {
         self.max_latency.is_some() || self.max_width.is_some() || self.max_period.is_some()
@@ -99,14 +95,14 @@ impl Requirements {
         is_fast && is_safe && (suspects.is_empty() || !suspects.meets(&knowledge.origins(signal)))
     }
 
-    /// The level of a relation that has too low a one.
+    /// The level of a relation that is too low, and the least one.
     fn low_relation(&self, properties: &Properties) -> Option<(f64, f64)> {
         let least = self.integrity?;
         let own = *properties.get(INTEGRITY)?;
         (own < least).then_some((own, least))
     }
 
-    /// Everything for which a substitution falls short; empty for one that the search would give.
+    /// All shortfalls of a substitution; empty for one that the search would return.
     ///
     /// Complexity: O(s) for s inputs of its relations, times the signals that carry each.
     #[must_use]
@@ -135,7 +131,7 @@ impl Requirements {
         };
         found.extend(self.beyond(Cost::along(knowledge, substitution, source)));
         if found.is_empty() && self.limits_paths() {
-            // Each limit may be met by other signals than the next one.
+            // Different signals may meet the different limits.
             let mut falling_short = None;
             for way in self.ways(knowledge, options, &suspects, substitution) {
                 let shortfalls = self.shortfalls_of_way(knowledge, &way);
@@ -149,7 +145,7 @@ impl Requirements {
         found
     }
 
-    /// The ways of a substitution with signals that do not fall short on their own, as many as are looked at.
+    /// The ways of a substitution with signals that do not fall short on their own, within the limit of choices.
     fn ways(
         &self,
         knowledge: &KnowledgeBase,
@@ -165,7 +161,7 @@ impl Requirements {
         Way::choices(knowledge, substitution, usable, MOST_CHOICES)
     }
 
-    /// Everything for which a way falls short: a substitution whose signals are chosen.
+    /// All shortfalls of a way: a substitution with chosen signals.
     ///
     /// Complexity: O(s log s) for s inputs of its relations.
     #[must_use]
@@ -210,7 +206,7 @@ impl Requirements {
         shares.then_some(Shortfall::Shared(source, signal))
     }
 
-    /// What is beyond the limits; without a signal for a source there is no end to anything, and that is told already.
+    /// The exceeded limits; infinite costs of a source without a signal are left out, as another shortfall reports them.
     fn beyond(&self, cost: Cost) -> impl Iterator<Item = Shortfall> {
         let Cost { latency, width, period } = cost;
         let late = self.max_latency.filter(|most| latency > *most && latency < Span::MAX);
@@ -254,16 +250,16 @@ impl Requirements {
 
     fn allow(&self, cost: Cost) -> bool {
         self.max_latency.is_none_or(|most| cost.latency <= most)
-            // A constant holds always.
+            // A constant is always valid.
             && self.max_period.is_none_or(|most| cost.period <= most || cost.period == Span::MAX)
             && self.max_width.is_none_or(|most| cost.width <= most * (1.0 + SLACK))
     }
 }
 
-/// By how much a width may be beyond its limit through rounding.
+/// By how much rounding may move a width beyond its limit.
 const SLACK: f64 = 1e-9;
 
-/// How many choices of signals of a substitution are looked at for one that meets the requirements.
+/// At most this many choices of signals of a substitution are tested against the requirements.
 const MOST_CHOICES: usize = 256;
 
 fn rate(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {

@@ -1,12 +1,11 @@
-//! Working memory that searches hand on to each other.
+//! Working memory that searches pass on.
 
 use super::subproblem::{Marks, Reading, Subproblem};
 use alloc::boxed::Box;
 
-/// What a search needs while it runs, kept for the next one: of any graph, for any variable.
+/// The working memory of searches: for any graph and any variable.
 ///
-/// A search that begins with the memory of others sets up nothing in the size of the graph, and on trees allocates
-/// nothing.
+/// A search with used memory sets up nothing in the size of the graph, and allocates nothing on trees.
 #[derive(Clone, Debug, Default)]
 pub struct Scratch {
     pub(super) marks: Marks,

@@ -1,38 +1,37 @@
-//! What a substitution is worth: a weight for each relation and signal, joined exactly.
+//! The utility of a substitution: a weight for each relation and signal, joined exactly.
 
 use crate::knowledge::Aggregate;
 
-/// How many bits of a weight count relations.
+/// The number of bits of a weight that count relations.
 const COUNT_BITS: u32 = 32;
-/// How many steps a neper has: weights are whole steps, so that sums are exact in any order.
+/// Steps per neper: weights are whole steps, so that sums are exact in any order.
 const STEPS_PER_NEPER: f64 = (1_u64 << 50) as f64;
-/// The same the other way round, as exact.
+/// The reciprocal, which is exact, too.
 const NEPERS_PER_STEP: f64 = 1.0 / STEPS_PER_NEPER;
-/// How many steps a unit of cost has: a decimal number, as costs are written.
+/// Steps per unit of cost: a decimal number, as costs are written.
 const STEPS_PER_COST: f64 = 1e9;
-/// The badness of a rating of 0, which is as good as infinite and can still be added up.
+/// The badness of a rating of 0: practically infinite, but sums of it do not overflow.
 const HEAVIEST: f64 = (1_u128 << 62) as f64;
 
-/// How bad something is, and below it the number of relations: what is smaller is better.
+/// The badness, and below it the number of relations; smaller is better.
 ///
-/// The minus logarithm of a product or minimum, or a sum of costs. A whole number, since sums of floating-point
-/// logarithms (or products of ratings) depend on their order, and then substitutions that are equally good would be
-/// told apart by rounding.
+/// The negative logarithm of a product or minimum, or a sum of costs. It is a whole number: sums of floating-point logarithms (or
+/// products of ratings) depend on their order, and rounding would tell equally good substitutions apart.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Weight(u128);
 
 impl Weight {
-    /// No relation, and nothing bad.
+    /// The weight of nothing.
     pub(super) const ZERO: Weight = Weight(0);
-    /// What cannot be had: heavier than any sum, and so is every sum with it.
+    /// The weight of the impossible: heavier than any sum, and so is every sum with it.
     pub(super) const MAX: Weight = Weight(u128::MAX);
 
-    /// Whether it is the weight of something that cannot be had.
+    /// Whether it is the weight of something impossible.
     pub(super) fn is_impossible(self) -> bool {
         self.steps() == Weight::MAX.steps()
     }
 
-    /// Both together, where weights add up; the heaviest stays so.
+    /// The sum of two additive weights; saturates at the heaviest.
     pub(super) fn plus(self, other: Weight) -> Weight {
         Weight(self.0.saturating_add(other.0))
     }
@@ -50,12 +49,12 @@ impl Weight {
     }
 }
 
-/// How weights become one weight, and a weight a utility.
+/// How weights are joined, and turned into a utility.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Scale(pub(super) Aggregate);
 
 impl Scale {
-    /// Whether what is best for each part is best for the whole.
+    /// Whether the best parts make the best whole.
     pub(super) fn is_additive(self) -> bool {
         self.0 != Aggregate::Minimum
     }
@@ -83,7 +82,7 @@ impl Scale {
         if self.0 == Aggregate::Sum { STEPS_PER_COST } else { STEPS_PER_NEPER }
     }
 
-    /// The weight of two parts of a substitution together; in any order, however many.
+    /// The weight of two parts of a substitution together; associative and commutative.
     pub(super) fn join(self, one: Weight, other: Weight) -> Weight {
         match self.0 {
             Aggregate::Product | Aggregate::Sum => one.plus(other),
@@ -93,15 +92,14 @@ impl Scale {
         }
     }
 
-    /// All together.
+    /// The weight of all parts together.
     pub(super) fn join_all(self, weights: impl Iterator<Item = Weight>) -> Weight {
         weights.fold(Weight::ZERO, |all, weight| self.join(all, weight))
     }
 
-    /// A bound of a whole without the bound of a part that was in it, before a better one takes its place.
+    /// The bound of a whole after the bound of a part is removed, to be replaced by a better one.
     ///
-    /// The greatest of weights cannot be taken apart; leaving it is right, as a part never gets lighter by being known
-    /// better.
+    /// A maximum cannot be taken apart; keeping it is right, as a better bound of a part is never lighter.
     pub(super) fn without(self, whole: Weight, part: Weight) -> Weight {
         match self.0 {
             Aggregate::Product | Aggregate::Sum => Weight(whole.0.saturating_sub(part.0)),
@@ -111,8 +109,8 @@ impl Scale {
         }
     }
 
-    /// What one of several bounds is at least: of the greatest of weights, badness and relations each on their own, as
-    /// a whole may be as bad as its worst part anyway.
+    /// A lower bound of several bounds: for a maximum, badness and relations are bounded separately, as the whole may be as bad
+    /// as its worst part anyway.
     pub(super) fn least(self, one: Weight, other: Weight) -> Weight {
         match self.0 {
             Aggregate::Product | Aggregate::Sum => one.min(other),
@@ -122,7 +120,7 @@ impl Scale {
         }
     }
 
-    /// What the same relation adds at a second output, once it was counted with `charged`.
+    /// The additional weight of a relation at a second output, once it has been counted with `charged`.
     pub(super) fn extra(self, weight: Weight, charged: Weight) -> Weight {
         if charged == Weight::ZERO {
             return weight;
@@ -134,10 +132,10 @@ impl Scale {
         Weight::new(steps, 0)
     }
 
-    /// The utility, rounded to 12 significant digits; a heavier weight never has a higher one.
+    /// The utility, rounded to 12 significant digits; monotone in the weight.
     pub(super) fn utility(self, weight: Weight) -> f64 {
         let steps = match weight.0 >> (COUNT_BITS + u64::BITS) {
-            // The same, but quicker.
+            // The same value, computed faster.
             0 => (weight.0 >> COUNT_BITS) as u64 as f64,
             _ => large(weight.steps()),
         };
@@ -148,12 +146,12 @@ impl Scale {
         }
     }
 
-    /// No substitution has a higher utility.
+    /// The highest utility of any substitution.
     pub(super) fn best(self) -> f64 {
         self.utility(Weight::ZERO)
     }
 
-    /// What the bound is when nothing is left.
+    /// The bound when nothing is left.
     pub(super) fn worst(self) -> f64 {
         match self.0 {
             Aggregate::Product | Aggregate::Minimum => 0.0,
@@ -162,14 +160,14 @@ impl Scale {
     }
 }
 
-/// Apart from where it is called, so that it is not computed and thrown away.
+/// A function of its own, so that it is not computed and thrown away.
 #[cold]
 #[inline(never)]
 fn large(steps: u128) -> f64 {
     steps as f64
 }
 
-/// A number from 0 on to 12 significant digits, so that 0.9 is shown as 0.9.
+/// Rounds a non-negative number to 12 significant digits, so that 0.9 is shown as 0.9.
 fn rounded(value: f64) -> f64 {
     let mut scale = 1e12;
     while value * scale >= 1e12 && scale > 1e-3 {

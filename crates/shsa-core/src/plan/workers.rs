@@ -1,4 +1,4 @@
-//! The workers of [`property_guided`](super::property_guided()): which one comes next, and which combinations follow.
+//! The workers of [`property_guided`](super::property_guided()): the order of workers, and the order of combinations.
 
 use super::choices::Choice;
 use super::utility::{Scale, Weight};
@@ -9,7 +9,7 @@ use alloc::rc::Rc;
 use alloc::vec::Vec;
 use core::cmp::{Ordering, Reverse};
 
-/// A worker, in the order of their making.
+/// A worker, numbered in the order of making.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct WorkerId(u32);
 
@@ -22,10 +22,10 @@ impl Id for WorkerId {
     }
 }
 
-/// One of the variables that a step decides, counted from the first.
+/// A variable of a step, counted from the first.
 type Position = u32;
 
-/// The choices of all variables that a step decides; a combination takes one for each.
+/// The choices of all variables of a step; a combination takes one for each.
 #[derive(Debug)]
 struct Round {
     scale: Scale,
@@ -50,8 +50,7 @@ impl Round {
         self.choices.get(position as usize)?.get(index as usize).copied()
     }
 
-    /// What a choice weighs at least, or one of those after it: of the greatest of weights, a heavier choice may be
-    /// without a relation.
+    /// A lower bound of the weight of a choice and those after it: for a maximum, a heavier choice may be without a relation.
     fn least(&self, position: Position, index: u32) -> Weight {
         let choices = self.choices.get(position as usize).map_or(&[][..], |choices| choices);
         let after = choices.get(index as usize..).unwrap_or_default().iter().map(|choice| choice.least);
@@ -63,14 +62,14 @@ impl Round {
         }
     }
 
-    /// The weight of a combination with another choice at a position.
+    /// The weight of a combination with another choice at one position.
     fn exchanged(&self, weight: Weight, position: Position, old: u32, new: u32) -> Weight {
         let without = self.scale.without(weight, self.least(position, old));
         self.scale.join(without, self.least(position, new))
     }
 
-    /// Orders the positions by what their second choice costs more than the first; of equal ones first those whose
-    /// second choice comes earlier in the file. So each combination comes after the one that it follows.
+    /// Orders the positions by the additional weight of the second choice. Among equals, a position comes first if its second
+    /// choice is earlier in the file than its first. So each combination follows the combination that it is made from.
     fn find_turns(&mut self) {
         let mut turns: Vec<Position> =
             self.positions().filter(|&position| self.choice(position, 1).is_some()).collect();
@@ -84,21 +83,21 @@ impl Round {
     }
 }
 
-/// A position where a combination does not take the first choice.
+/// A position where a combination does not take the first choice, with its choice.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 struct Change {
     position: Position,
     index: u32,
 }
 
-/// How far a worker is.
+/// The state of a worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
-    /// A combination that is not yet decided: its weight is a lower bound.
+    /// The combination is not yet decided: its weight is a lower bound.
     Potential,
-    /// Its decisions are taken, and leave variables open.
+    /// The decisions are made, and leave variables open.
     Open,
-    /// Nothing is open: it is an answer.
+    /// No variable is open: the worker is an answer.
     Done,
 }
 
@@ -106,34 +105,34 @@ pub(super) enum State {
 #[derive(Debug)]
 struct Worker {
     before: WorkerId,
-    /// A worker further back, such that any one back can be found in O(log depth) (Myers, "An applicative
-    /// random-access stack", 1983, doi:10.1016/0020-0190(83)90106-0).
+    /// An earlier worker, such that any earlier one can be found in O(log depth) (Myers, "An applicative random-access stack",
+    /// 1983, doi:10.1016/0020-0190(83)90106-0).
     far_before: WorkerId,
     depth: u32,
-    /// By ascending position.
+    /// The changes by ascending position.
     changes: Vec<Change>,
-    /// The last turn whose position is changed.
+    /// The last turn with a changed position.
     turn: Option<u32>,
     state: State,
-    /// What it decides next, once it is expanded.
+    /// The next decisions, once the worker is expanded.
     round: Option<Box<Round>>,
 }
 
-/// All workers of a search, and which of them are open: the lightest comes first, among equally light ones the one
-/// whose decisions come first in file order.
+/// All workers of a search, and which of them are open: the lightest comes first, among equals the one whose decisions come first
+/// in file order.
 #[derive(Debug)]
 pub(super) struct Workers {
     scale: Scale,
     workers: IdVec<WorkerId, Worker>,
     waiting: BinaryHeap<Reverse<(Weight, WorkerId)>>,
-    /// The open ones of the current weight, the first one last.
+    /// The open workers of the current weight, the first one last.
     current: Vec<WorkerId>,
     weight: Weight,
     kept: usize,
 }
 
 impl Workers {
-    /// With the worker that has decided nothing.
+    /// The workers at the start: one without decisions.
     pub(super) fn new(scale: Scale) -> Workers {
         let start = WorkerId(0);
         let first = Worker {
@@ -150,7 +149,7 @@ impl Workers {
         Workers { scale, workers, waiting: BinaryHeap::new(), current, weight: Weight::ZERO, kept: 1 }
     }
 
-    /// How many workers there are, and choices and changes that they hold.
+    /// The number of workers, and of their choices and changes.
     pub(super) fn kept(&self) -> usize {
         self.kept
     }
@@ -183,7 +182,7 @@ impl Workers {
         self.current = current;
     }
 
-    /// Opens a worker, which must not be lighter than the one that was taken last.
+    /// Opens a worker, which must not be lighter than the one taken last.
     fn put(&mut self, worker: WorkerId, weight: Weight) {
         if weight > self.weight {
             self.waiting.push(Reverse((weight, worker)));
@@ -193,7 +192,7 @@ impl Workers {
         self.current.insert(at, worker);
     }
 
-    /// Takes the first worker that is done, wherever it stands in the queue.
+    /// Takes the first finished worker, wherever it is in the queue.
     pub(super) fn pop_done(&mut self) -> Option<WorkerId> {
         let is_done = |worker: WorkerId| self.workers[worker].state == State::Done;
         if let Some(at) = self.current.iter().rposition(|&worker| is_done(worker)) {
@@ -209,18 +208,18 @@ impl Workers {
         self.workers[worker].state
     }
 
-    /// Puts a potential worker whose decisions are taken back into the queue, with its own weight.
+    /// Puts a potential worker whose decisions have been made back into the queue, with its exact weight.
     pub(super) fn make(&mut self, worker: WorkerId, weight: Weight, state: State) {
         self.workers[worker].state = state;
         self.put(worker, weight);
     }
 
-    /// The worker whose decisions came before the last combination of one.
+    /// The worker before the last combination of a worker.
     pub(super) fn before(&self, worker: WorkerId) -> WorkerId {
         self.workers[worker].before
     }
 
-    /// How many combinations lead to a worker.
+    /// The number of combinations that lead to a worker.
     pub(super) fn depth(&self, worker: WorkerId) -> usize {
         self.workers[worker].depth as usize
     }
@@ -236,8 +235,8 @@ impl Workers {
         })
     }
 
-    /// Opens the lightest combination of choices after a worker of some weight; `own` of the choices belong to no other
-    /// worker.
+    /// Opens the lightest combination of choices after a worker of some weight; `own` is the number of choices that belong to no
+    /// other worker.
     pub(super) fn expand(
         &mut self,
         worker: WorkerId,
@@ -267,8 +266,8 @@ impl Workers {
         self.put(worker, weight);
     }
 
-    /// Opens the combinations that follow one of some weight: with all those that follow them, each combination of
-    /// the round comes exactly once, after a lighter one.
+    /// Opens the combinations after one of some weight: with those that follow them, each combination of the round comes exactly
+    /// once, after a lighter one.
     pub(super) fn follow(&mut self, worker: WorkerId, weight: Weight) {
         let before = self.workers[worker].before;
         let Some(round) = &self.workers[before].round else { return };
@@ -280,15 +279,15 @@ impl Workers {
 
     /// The order of open workers of the same weight.
     fn order(&self, a: WorkerId, b: WorkerId) -> Ordering {
-        // Of the greatest of weights, one that follows an equally heavy combination may come before it in file order:
-        // nothing else goes on while there are such combinations.
+        // With a maximum, a successor of an equally heavy combination may come before it in file order: so such combinations are
+        // made first.
         let comes_later = |worker: WorkerId| self.workers[worker].state != State::Potential;
         let first =
             if self.scale.is_additive() { Ordering::Equal } else { comes_later(a).cmp(&comes_later(b)) };
         first.then_with(|| self.file_order(a, b))
     }
 
-    /// Compares the first decisions that differ, breadth first. None of two open workers goes on from the other.
+    /// Compares the first decisions that differ, breadth first. Of two open workers, none continues the other.
     fn file_order(&self, a: WorkerId, b: WorkerId) -> Ordering {
         let depth = self.workers[a].depth.min(self.workers[b].depth);
         let (mut a, mut b) = (self.at_depth(a, depth), self.at_depth(b, depth));
@@ -327,7 +326,7 @@ impl Workers {
     }
 }
 
-/// A combination to come: its changes, its last turn, and its weight.
+/// A following combination: its changes, its last turn, and its weight.
 type Following = (Vec<Change>, u32, Weight);
 
 impl Round {
@@ -340,8 +339,8 @@ impl Round {
         }
     }
 
-    /// A combination goes on to the next choice at its last changed position, or changes the next position, or
-    /// changes the next position in place of the last one.
+    /// A combination takes the next choice at its last changed position, or changes the next position, or changes the next
+    /// position in place of the last one.
     fn following_by_turns(
         &self,
         Worker { changes, .. }: &Worker,
@@ -367,8 +366,8 @@ impl Round {
         following
     }
 
-    /// The greatest of weights does not tell which change comes first: a combination goes on to the next choice at
-    /// any position from the last changed one on.
+    /// With a maximum, the first change is not known: a combination takes the next choice at any position from the last changed
+    /// one on.
     fn following_anywhere(&self, Worker { changes, turn, .. }: &Worker, weight: Weight) -> Vec<Following> {
         let turns = self.turns.iter().zip(0..).skip(turn.unwrap_or(0) as usize);
         let follows = turns.map(|(&position, turn)| (position, turn, index_at(changes, position)));

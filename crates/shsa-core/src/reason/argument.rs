@@ -1,4 +1,4 @@
-//! What the arguments of a reason are: names, numbers with their unit, times, and the little that is made of them.
+//! The arguments of reasons: names, numbers with their unit, times, and small structures of these.
 
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, VariableId};
@@ -19,7 +19,7 @@ pub(super) trait Value: Sized {
 /// Kinds of arguments, each for one Rust type.
 macro_rules! arguments {
     ($($(#[doc = $doc:literal])+ $name:ident($type:ty) $word:literal;)+) => {
-        /// What an argument is.
+        /// The kind of an argument.
         #[derive(Clone, Copy, Debug, PartialEq, Eq)]
         pub enum Kind {
             $($(#[doc = $doc])+ $name,)+
@@ -29,7 +29,7 @@ macro_rules! arguments {
             /// Every kind.
             pub const ALL: &'static [Kind] = &[$(Kind::$name),+];
 
-            /// What it is called in the reference.
+            /// The kind's name in the reference.
             #[must_use]
             pub fn name(self) -> &'static str {
                 match self {
@@ -65,41 +65,41 @@ arguments! {
     /// The name of a signal, relation, common cause, variable or need, or of a way of knowing as
     /// [`Way::describe`](crate::substitution::Way::describe) gives it.
     Name(String) "name";
-    /// Several of these.
+    /// Several names.
     Names(Vec<String>) "names";
     /// A length of time.
     Span(Span) "span";
-    /// How many.
+    /// A number of things.
     Count(u64) "count";
     /// A number in SI, or in the unit that ends the argument's name.
     Number(f64) "number";
-    /// How probable something is.
+    /// A probability.
     Probability(Probability) "probability";
-    /// What a value was within.
+    /// A range of values.
     Range(Range) "range";
     /// A width, or a difference of values.
     Amount(Amount) "amount";
     /// A signal, a relation or a common cause.
     Subject(Subject) "subject";
-    /// Several of these.
+    /// Several subjects.
     Subjects(Vec<Subject>) "subjects";
     /// An operator's order.
     Order(Order) "order";
-    /// Several of these.
+    /// Several orders.
     Orders(Vec<Order>) "orders";
-    /// What serves a need.
+    /// The source of a need, or its uncertain service.
     ServedBy(ServedBy) "served by";
     /// A source that may serve a need.
     Candidate(Candidate) "candidate";
-    /// Several of these, the best first.
+    /// Several candidates, the best first.
     Candidates(Vec<Candidate>) "candidates";
 }
 
-/// From 0 to 1.
+/// A probability from 0 to 1.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Probability(pub f64);
 
-/// What a value was within, in the unit of its variable.
+/// A range of values, in the unit of its variable.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Range {
     /// The lower bound.
@@ -111,7 +111,7 @@ pub struct Range {
 }
 
 impl Range {
-    /// Of an interval in SI; what wraps is brought back into one turn.
+    /// The range of an interval in SI; wrapping values are brought into one turn.
     #[must_use]
     pub fn of(knowledge: &KnowledgeBase, variable: VariableId, value: Interval) -> Range {
         let variable = &knowledge.variables()[variable];
@@ -122,17 +122,17 @@ impl Range {
     }
 }
 
-/// A width or a difference, in the unit of its variable; of temperatures, in kelvin.
+/// A width or a difference, in the unit of its variable; for temperatures in kelvin.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Amount {
-    /// How much.
+    /// The amount.
     pub value: f64,
     /// The unit; `None` where the variable has none.
     pub unit: Option<String>,
 }
 
 impl Amount {
-    /// Of a difference in SI.
+    /// The amount of a difference in SI.
     #[must_use]
     pub fn of(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> Amount {
         match &knowledge.variables()[variable].unit {
@@ -143,26 +143,26 @@ impl Amount {
     }
 }
 
-/// What serves a need; ways by their names.
+/// The source of a need, or its uncertain service; ways by their names.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum ServedBy {
-    /// A way of knowing its variable.
+    /// A trusted way of knowing the need's variable.
     Way(String),
-    /// Nothing that is trusted: the hull of two ways that may be right.
+    /// Without a trusted source: the hull of two ways that may be right.
     Hull(Vec<String>),
-    /// Nothing that is trusted: what enough of several ways hold possible.
+    /// Without a trusted source: the values that enough of several ways hold possible.
     Agreeing {
-        /// How many ways.
+        /// The number of ways that is enough.
         count: u64,
         /// The ways.
         ways: Vec<String>,
     },
-    /// Nothing that is trusted: the last value that was.
+    /// Without a trusted source: the last trusted value.
     LastTrusted,
 }
 
 impl ServedBy {
-    /// The way, where it is one that is trusted.
+    /// The way, if the need is served by a trusted way.
     #[must_use]
     pub fn way(&self) -> Option<&str> {
         match self {
@@ -179,17 +179,17 @@ pub struct Candidate {
     pub source: String,
     /// Its utility.
     pub utility: f64,
-    /// How it has run, where that has decided.
+    /// The record of the source, where it has decided.
     pub proof: Option<Proof>,
 }
 
-/// How a source has run.
+/// The record of a source.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Proof {
-    /// The share of comparisons in which it agreed with others.
+    /// The share of comparisons in which the source agreed with others.
     pub agreement: Option<f64>,
-    /// How far it was from the others.
+    /// The mean distance of the source from the others.
     pub error: Option<Amount>,
-    /// The share of the time in which it was there.
+    /// The share of the time in which the source was present.
     pub availability: Option<f64>,
 }

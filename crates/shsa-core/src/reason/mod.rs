@@ -1,7 +1,7 @@
-//! Why something was decided, as data: a stable code with arguments, made where the decision is made.
+//! The reasons of decisions, as data: a stable code with arguments, made together with the decision.
 //!
-//! The core tells no sentences. `shsa_format::words` puts a reason in words; files keep the code and the arguments. A reason
-//! holds names, not ids: it outlives a change of the knowledge base and a restart.
+//! The core makes no sentences. `shsa_format::words` puts a reason in words; files store the code and the arguments. A reason
+//! holds names, not ids, so that it outlives a change of the knowledge base and a restart.
 
 mod argument;
 mod table;
@@ -12,28 +12,28 @@ pub use table::Reason;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What a code stands for.
+/// The description of a code.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Described {
     /// The code: stable, unique.
     pub code: &'static str,
-    /// The arguments: what each is called, and its kind.
+    /// The name and the kind of each argument.
     pub arguments: &'static [(&'static str, Kind)],
 }
 
-/// How a reason follows the one before it.
+/// The relation of a reason to the one before.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Joint {
-    /// It is the next one.
+    /// The next reason.
     #[default]
     Next,
-    /// It says more exactly what the one before is about.
+    /// A more exact statement of the reason before.
     Namely,
-    /// Both together decided.
+    /// A second reason that decided together with the one before.
     And,
-    /// It is one more of a list.
+    /// A further element of a list.
     Also,
-    /// It gives the figures of the one before.
+    /// The figures of the reason before.
     With,
 }
 
@@ -41,7 +41,7 @@ impl Joint {
     /// Every joint.
     pub const ALL: [Joint; 5] = [Joint::Next, Joint::Namely, Joint::And, Joint::Also, Joint::With];
 
-    /// What it is called in files.
+    /// The joint's name in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -54,27 +54,27 @@ impl Joint {
     }
 }
 
-/// A reason among others.
+/// A reason in a list.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Clause {
-    /// How it follows the one before; of the first, it means nothing.
+    /// The relation to the reason before; without meaning for the first reason.
     pub joint: Joint,
     /// The reason.
     pub reason: Reason,
 }
 
-/// Why something was decided: reasons in the order in which they are told.
+/// The reasons of a decision, in the order in which they are reported.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Reasons(Vec<Clause>);
 
 impl Reasons {
-    /// Words as somebody else gave them.
+    /// A reason in words of somebody else.
     #[must_use]
     pub fn told(words: impl Into<String>) -> Reasons {
         Reasons::from(Reason::Told { words: words.into() })
     }
 
-    /// These and more.
+    /// Appends further reasons.
     #[must_use]
     pub fn then(mut self, joint: Joint, more: impl Into<Reasons>) -> Reasons {
         let first = self.0.len();
@@ -85,13 +85,13 @@ impl Reasons {
         self
     }
 
-    /// Whether there is none.
+    /// Whether there is no reason.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.0.is_empty()
     }
 
-    /// The reasons with how each follows the one before.
+    /// The reasons, each with its relation to the one before.
     #[must_use]
     pub fn clauses(&self) -> &[Clause] {
         &self.0

@@ -1,5 +1,5 @@
-//! All reasons there are: a stable code, what it means, and its arguments. Codes and names of arguments stand in files: they
-//! are not changed, only added to.
+//! The table of all reasons: a stable code, a description, and arguments. Files contain the codes and the names of arguments, so
+//! that these are only added to and never changed.
 
 use super::Described;
 use super::argument::{Amount, Argument, Candidate, Kind, Probability, Range, ServedBy, Value};
@@ -8,25 +8,25 @@ use crate::time::Span;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// The enum, and what is read and written by its codes, from one table.
+/// The enum of reasons, and its conversion to and from codes and arguments, from one table.
 macro_rules! reasons {
     ($(#[doc = $doc:literal] $code:literal $name:ident $({
         $($field:ident: $type:ty = $about:literal),+
     })?;)+) => {
-        /// Why something was decided: one reason of a closed list.
+        /// A reason of a decision, from a closed list.
         #[derive(Clone, Debug, PartialEq)]
         pub enum Reason {
             $(#[doc = $doc] $name $({ $(#[doc = $about] $field: $type),+ })?,)+
         }
 
         impl Reason {
-            /// What all of them are called, in the order of the reference.
+            /// The descriptions of all reasons, in the order of the reference.
             pub const ALL: &'static [Described] = &[$(Described {
                 code: $code,
                 arguments: &[$($((stringify!($field), <$type as Value>::KIND)),+)?],
             }),+];
 
-            /// What it is called in files.
+            /// The reason's code in files.
             #[must_use]
             pub fn code(&self) -> &'static str {
                 match self {
@@ -34,7 +34,7 @@ macro_rules! reasons {
                 }
             }
 
-            /// Its arguments with their names.
+            /// The arguments with their names.
             #[must_use]
             pub fn arguments(&self) -> Vec<(&'static str, Argument)> {
                 match self {
@@ -44,8 +44,8 @@ macro_rules! reasons {
                 }
             }
 
-            /// The reason of a code, with the arguments that `argument` gives; `None` where there is no such code, or where an
-            /// argument is missing or of another kind.
+            /// The reason of a code, with the arguments that `argument` gives; `None` for an unknown code, or where an argument
+            /// is missing or of another kind.
             pub fn read(
                 code: &str,
                 mut argument: impl FnMut(&'static str, Kind) -> Option<Argument>,
@@ -62,12 +62,12 @@ macro_rules! reasons {
 }
 
 reasons! {
-    // What a signal itself shows.
+    // Evidence of a signal itself.
     /// Nothing was received from a signal within its timeout.
     "nothing-received" NothingReceived { within: Span = "The timeout." };
-    /// Within the timeout of a signal, no value came that can be one: not a number, infinite, or of a wrong shape.
+    /// Within the timeout of a signal, every value was not a number, infinite, or of a wrong shape.
     "nothing-possible" NothingPossible { within: Span = "The timeout." };
-    /// Within the timeout of a signal, only values came that lie out of its range.
+    /// Within the timeout of a signal, every value was out of its range.
     "only-out-of-range" OnlyOutOfRange { range: Range = "The range.", within: Span = "The timeout." };
     /// When the last value came.
     "last-value" LastValue { ago: Span = "How long before." };
@@ -90,11 +90,11 @@ reasons! {
         from: Range = "The value before.", to: Range = "The value after.",
         within: Span = "The time between them.", most: Amount = "What is possible in a second."
     };
-    /// A time stamp was before the one that came before it.
+    /// A time stamp was before an earlier one.
     "stamp-went-back" StampWentBack { by: Span = "By how much." };
     /// A value arrived too long after its time stamp.
     "arrived-late" ArrivedLate { after: Span = "After how long.", allowed: Span = "What is allowed." };
-    /// A signal has said exactly the same for too long.
+    /// A signal has repeated its value for too long.
     "stood-still" StoodStill { lasted: Span = "For how long.", allowed: Span = "What is allowed." };
     /// Time stamps are further ahead of the reception than clocks of one system differ.
     "stamps-ahead" StampsAhead { by: Span = "By how much." };
@@ -102,104 +102,104 @@ reasons! {
     "stamps-behind" StampsBehind { by: Span = "By how much." };
     /// The time stamp stands still while the values change.
     "stamp-stands" StampStands { lasted: Span = "For how long." };
-    /// How many of the recent values show the fault.
+    /// The number of recent values that show the fault.
     "readings" Readings { bad: u64 = "How many do.", of: u64 = "Of how many." };
-    /// A signal that was absent has spoken for its probation.
+    /// A signal that was absent has given values for its probation.
     "spoken-again" SpokenAgain { lasted: Span = "The probation." };
-    // What comparisons show.
+    // Evidence of comparisons.
     /// Two ways of knowing a variable give values that contradict each other.
     "disagree" Disagree {
         one: String = "The way that was compared.", value: Range = "What it said.",
         other: String = "The way that it was compared with.", expected: Range = "What that said.",
         bad: u64 = "How many of the recent comparisons disagree.", of: u64 = "Of how many."
     };
-    /// Over many comparisons, one way has said more than another.
+    /// Over many comparisons, one way has given larger values than another.
     "says-more" SaysMore {
         more: String = "The way that has said more.", by: Amount = "By how much on average.",
         less: String = "The way that has said less."
     };
     /// Two ways scatter against each other more than they should.
     "scatter" Scatter { one: String = "The one way.", other: String = "The other way." };
-    /// Two ways tell the same at different times.
+    /// Two ways give the same values at different times.
     "other-times" OtherTimes { one: String = "The one way.", other: String = "The other way." };
-    /// Two ways disagreed, and do not any more.
+    /// Two ways disagreed, and no longer do.
     "disagreed" Disagreed { one: String = "The one way.", other: String = "The other way." };
-    /// There are more disagreements than are told.
+    /// The number of disagreements that are not reported.
     "more-disagreements" MoreDisagreements { count: u64 = "How many more." };
     /// No comparison of the accused itself disagrees.
     "no-disagreement" NoDisagreement;
-    /// A signal has said the same while others moved.
+    /// A signal has repeated its value while others moved.
     "said-the-same" SaidTheSame { lasted: Span = "For how long." };
-    /// A signal seems to tell of later moments than its stamps say.
+    /// The values of a signal seem to belong to later moments than their stamps.
     "seems-early" SeemsEarly { by: Span = "By how much." };
-    /// A signal seems to tell of earlier moments than its stamps say.
+    /// The values of a signal seem to belong to earlier moments than their stamps.
     "seems-late" SeemsLate { by: Span = "By how much." };
-    /// The values of a signal scatter around what others say.
+    /// The values of a signal scatter around those of others.
     "scatters" Scatters;
-    /// The difference from what others say has built up slowly.
+    /// The difference from other values has grown slowly.
     "built-up" BuiltUp;
 
-    // How the blame was found.
+    // How the accused was found.
     /// A common cause explains the conflicts best.
     "shared-explains-best" SharedExplainsBest {
         cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
     };
-    /// A relation does not hold any more.
+    /// A relation no longer holds.
     "relation-broken" RelationBroken { relation: String = "The relation." };
     /// No other explanation is as probable.
     "most-probable" MostProbable;
-    /// Something explains most, but some comparisons are undecided.
+    /// One explanation is the most probable, but some comparisons are undecided.
     "undecided" Undecided;
-    /// No other explanation is as probable, but so few disagreements of noise may be chance.
+    /// No other explanation is as probable, but this few disagreements of noisy values may be chance.
     "may-be-chance" MayBeChance;
-    /// Several explain the conflicts as well.
+    /// Several components explain the conflicts equally well.
     "any-of" AnyOf { choices: Vec<Subject> = "Those that do." };
-    /// A common cause would be behind it.
+    /// A common cause is the reason.
     "by-shared" ByShared {
         cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
     };
-    /// How probable it is, and what is the next best explanation.
+    /// The probability of the accusation, and the next best explanation.
     "probability-and-next" ProbabilityAndNext {
         own: Probability = "That of the accused.", next: Subject = "The next one.",
         other: Probability = "That of the next one."
     };
-    /// How probable it is.
+    /// The probability of the accusation.
     "probability" Probability { own: Probability = "That of the accused." };
     /// There are too many possibilities for an exact number.
     "too-many-possibilities" TooManyPossibilities;
-    /// It was accused again soon after it was trusted.
+    /// A component was accused again soon after it was trusted.
     "intermittent" Intermittent { times: u64 = "How often." };
 
-    // How an accusation ends, or goes on.
+    // How an accusation ends, or continues.
     /// Every comparison agrees again.
     "all-agree" AllAgree;
     /// The values are sound and others agree with them.
     "witnesses-agree" WitnessesAgree { lasted: Span = "For how long." };
-    /// The values are sound and where they could have got to, and nothing has contradicted them.
+    /// The values are sound and within reach of the last sound one, and nothing has contradicted them.
     "came-back" CameBack { lasted: Span = "For how long." };
-    /// Nothing speaks against it any more, and nothing for it.
+    /// Evidence neither accuses nor supports the component any more.
     "nothing-either-way" NothingEitherWay { lasted: Span = "For how long." };
-    /// It is contradicted again after nothing spoke against it any more.
+    /// The component is contradicted again after evidence no longer accused it.
     "contradicted-again" ContradictedAgain;
-    /// The operator has cleared it.
+    /// The operator has cleared the accused.
     "cleared" Cleared;
-    /// The operator has cleared it with all that share a common cause.
+    /// The operator has cleared the signal with all that share a common cause.
     "cleared-with" ClearedWith { cause: String = "The common cause." };
-    /// The changed model describes the accused anew.
+    /// The changed model describes the accused differently.
     "described-anew" DescribedAnew;
-    /// The comparisons that spoke about the accused are gone with the changed model.
+    /// The comparisons that accused the component are gone with the changed model.
     "comparisons-gone" ComparisonsGone;
 
-    // Why a source of a need is left.
+    // Why a source of a need is replaced.
     /// The source served the need before the restart and must not be used now.
     "served-before" ServedBefore { source: String = "The source." };
-    /// The source is left by an order.
+    /// An order ends the use of the source.
     "left" Left { source: String = "The source." };
-    /// The source was lost, and nothing else is trusted.
+    /// The source was lost, and no other source is trusted.
     "lost-alone" LostAlone { source: String = "The source." };
-    /// Nothing else is trusted.
+    /// No other source is trusted.
     "nothing-else-trusted" NothingElseTrusted;
-    /// The source is not trusted any more.
+    /// The source is no longer trusted.
     "not-trusted" NotTrusted { source: String = "The source." };
     /// The source is contradicted.
     "contradicted" Contradicted { source: String = "The source." };
@@ -213,13 +213,13 @@ reasons! {
         source: String = "The source.", age: Span = "How old they are.",
         most: Span = "What the need allows."
     };
-    /// What the source rests on is gone with the changed model.
+    /// Elements of the source are gone with the changed model.
     "gone" Gone { names: Vec<String> = "The signals and relations." };
-    /// The changed model describes anew what the source rests on.
+    /// The changed model describes signals of the source differently.
     "signals-described-anew" SignalsDescribedAnew { signals: Vec<String> = "The signals." };
-    /// The changed model withdraws what the source rests on.
+    /// The changed model withdraws signals of the source.
     "signals-withdrawn" SignalsWithdrawn { signals: Vec<String> = "The signals." };
-    /// The changed model does not serve the need from the source any more.
+    /// The source no longer serves the need in the changed model.
     "serves-no-more" ServesNoMore { source: String = "The source." };
 
     // What serves a need instead, or again.
@@ -237,7 +237,7 @@ reasons! {
     "better-trusted" BetterTrusted;
     /// Contracts admit a better source again.
     "better-admitted" BetterAdmitted;
-    /// What served the need before.
+    /// The source that served the need before.
     "before" Before { source: String = "The source." };
     /// Nothing served the need before.
     "before-nothing" BeforeNothing;
@@ -251,133 +251,133 @@ reasons! {
     "stood-in" StoodIn { way: String = "The way.", lasted: Span = "For how long." };
     /// The source gives values again.
     "gives-again" GivesAgain;
-    /// What serves the need is trusted again.
+    /// The source of the need is trusted again.
     "trusted-again" TrustedAgain;
     /// The need is served again.
     "served-again" ServedAgain;
     /// The need is served again, as uncertain.
     "served-again-uncertain" ServedAgainUncertain;
-    /// It cannot be told which of several is right.
+    /// It is not known which of several ways is right.
     "uncertain" Uncertain { served_by: ServedBy = "What goes out as uncertain." };
 
     // Why a need is not served.
-    /// No value went out.
+    /// No value was published.
     "no-value" NoValue { age: Span = "For how long." };
     /// No value came from the only source that may serve the need by order.
     "no-value-from" NoValueFrom { age: Span = "For how long.", source: String = "The source." };
-    /// What the source gives is too wide or too old.
+    /// The values of the source are too wide or too old.
     "gives-unfit" GivesUnfit;
-    /// What is there is contradicted, too wide or too old.
+    /// All available values are contradicted, too wide or too old.
     "all-unfit" AllUnfit;
-    /// What the need allows.
+    /// The limits of the need.
     "limits" Limits { age: Span = "The age.", width: f64 = "The width, SI." };
-    /// What would go out as uncertain is wider than the need allows.
+    /// The uncertain value is wider than the need allows.
     "uncertain-too-wide" UncertainTooWide {
         served_by: ServedBy = "What would go out.", width: Amount = "How wide it is.",
         most: Amount = "What the need allows."
     };
-    /// What would go out as uncertain is older than the need allows.
+    /// The uncertain value is older than the need allows.
     "uncertain-too-old" UncertainTooOld {
         served_by: ServedBy = "What would go out.", most: Span = "What the need allows."
     };
-    /// Too few of those that may be right give values.
+    /// Too few of the ways that may be right give values.
     "too-few-speak" TooFewSpeak { served_by: ServedBy = "What would go out." };
     /// By order, only one source may serve the need.
     "only-by-order" OnlyByOrder { source: String = "The source." };
-    /// Another order forbids what the source rests on.
+    /// Another order forbids elements of the source.
     "forbidden-by-another" ForbiddenByAnother { subjects: Vec<Subject> = "What is forbidden." };
-    /// What the source rests on gives no usable value.
+    /// Signals of the source give no usable value.
     "inputs-absent" InputsAbsent { signals: Vec<String> = "The signals." };
 
-    // What falls short of a need's demands.
+    // Shortfalls beside a need's demands.
     /// The need demands more than some sources give.
     "demands-more" DemandsMore;
     /// A source that falls short.
     "short-source" ShortSource { source: String = "The source." };
-    /// There are more sources that fall short than are told.
+    /// The number of sources that fall short and are not reported.
     "more-sources" MoreSources { count: u64 = "How many more." };
     /// No signal of a variable may be used.
     "no-signal-of" NoSignalOf { variable: String = "The variable." };
     /// A relation may not be used.
     "relation-barred" RelationBarred { relation: String = "The relation." };
-    /// No usable signal of a variable is as fast.
+    /// No usable signal of a variable is fast enough.
     "rate-too-low" RateTooLow {
         variable: String = "The variable.", rate_hz: f64 = "The rate of the fastest.",
         least_hz: f64 = "What was asked."
     };
-    /// No usable signal of a variable has the level.
+    /// No usable signal of a variable has the required level.
     "signals-integrity" SignalsIntegrity {
         variable: String = "The variable.", level: String = "The highest level.",
         least: String = "What was asked."
     };
-    /// A relation does not have the level.
+    /// A relation does not have the required level.
     "relation-integrity" RelationIntegrity {
         relation: String = "The relation.", level: String = "Its level.",
         least: String = "What was asked."
     };
-    /// The only signal of a variable shares something with a suspect.
+    /// The only signal of a variable has an origin in common with a suspect.
     "not-independent" NotIndependent { variable: String = "The variable.", signal: String = "The signal." };
-    /// It rests on values that are too old.
+    /// The source rests on values that are too old.
     "rests-on-old" RestsOnOld { age_s: f64 = "Their age.", most_s: f64 = "What was asked." };
-    /// Its values come too rarely.
+    /// The values of the source come too rarely.
     "comes-rarely" ComesRarely { period_s: f64 = "The time between two.", most_s: f64 = "What was asked." };
-    /// Its values are too wide.
+    /// The values of the source are too wide.
     "too-wide" TooWide { width: f64 = "The least width, SI.", most: f64 = "What was asked, SI." };
 
-    // What contracts refuse.
-    /// The contract of a need refuses sources that would be preferred.
+    // Refusals by contracts.
+    /// The contract of a need refuses preferred sources.
     "contract-forbids" ContractForbids { need: String = "The need." };
-    /// Contracts do not admit the source, or not any more.
+    /// Contracts do not admit the source, or no longer admit it.
     "not-admitted" NotAdmitted { source: String = "The source." };
-    /// It is certain that what is demanded is not given.
+    /// The demand is certainly not met.
     "demand-refused" DemandRefused;
-    /// It is not known whether what is demanded is given.
+    /// Whether the demand is met is not known.
     "demand-open" DemandOpen;
-    /// What is demanded rests on itself.
+    /// The demand rests on itself.
     "demand-circular" DemandCircular;
-    /// What would have to change so that what is demanded is given: all of these.
+    /// The changes that would meet the demand, all together.
     "would-need" WouldNeed { leaves: Vec<String> = "Whose evidence or demand, and which." };
-    /// It goes out all the same, at the level that is given.
+    /// The source serves all the same, at the level that it has.
     "goes-out-all-the-same" GoesOutAllTheSame { level: String = "The level." };
-    /// Contracts admit nothing of what is there.
+    /// Contracts admit no available source.
     "none-admitted" NoneAdmitted;
 
-    // What an operator has ordered.
-    /// Something must not be used, by order.
+    // Orders of an operator.
+    /// A component must not be used, by order.
     "must-not-be-used" MustNotBeUsed { subject: Subject = "What." };
-    /// Something may be used again, by order.
+    /// A component may be used again, by order.
     "may-be-used" MayBeUsed { subject: Subject = "What." };
-    /// Something was cleared by order.
+    /// A component was cleared by order.
     "was-cleared" WasCleared { subject: Subject = "What." };
-    /// The need chooses its source itself again, by order.
+    /// The need chooses its source by itself again, by order.
     "chooses-itself" ChoosesItself;
     /// The contract of a need is overridden, by order.
     "contract-overridden" ContractOverridden {
         need: String = "The need.", lasts: Span = "For how long.", because: String = "Why."
     };
-    /// The contract of a need is not overridden any more.
+    /// The contract of a need is no longer overridden.
     "override-over" OverrideOver { need: String = "The need." };
-    /// Somebody has told that evidence is so.
+    /// An operator has told that evidence is true.
     "attested" Attested { evidence: String = "The contract and the evidence." };
-    /// Somebody has told that evidence is not so.
+    /// An operator has told that evidence is false.
     "denied" Denied { evidence: String = "The contract and the evidence." };
     /// An order cannot be obeyed.
     "cannot-obey" CannotObey { order: Order = "The order." };
-    /// An order is not in force any more.
+    /// An order is no longer in force.
     "no-more-in-force" NoMoreInForce { order: Order = "The order." };
-    /// What served a need before the restart is forgotten.
+    /// The service of a need before the restart is forgotten.
     "served-forgotten" ServedForgotten { need: String = "The need." };
     /// An accusation from before the restart is forgotten.
     "accusation-forgotten" AccusationForgotten { subject: Subject = "Who was accused." };
 
-    // Why an order cannot be obeyed, and what would help.
+    // Why an order cannot be obeyed, and help.
     /// No contract demands anything for a need.
     "nothing-demanded" NothingDemanded { need: String = "The need." };
     /// An override needs a length of time and a reason.
     "override-needs" OverrideNeeds;
-    /// The contract of the need is to be overridden first.
+    /// The contract of the need must be overridden first.
     "override-first" OverrideFirst;
-    /// No contract has such evidence that could be told.
+    /// No contract has this evidence for an operator to tell.
     "no-evidence" NoEvidence { name: String = "What was named." };
     /// There is no such signal.
     "no-signal" NoSignal { name: String = "What was named." };
@@ -391,29 +391,29 @@ reasons! {
     "no-source" NoSource { need: String = "The need.", name: String = "What was named." };
     /// Several needs have this variable.
     "several-needs" SeveralNeeds { count: u64 = "How many.", variable: String = "The variable." };
-    /// It is no signal or relation.
+    /// The named component is no signal or relation.
     "neither-signal-nor-relation" NeitherSignalNorRelation { subject: Subject = "What was named." };
-    /// It is not forbidden.
+    /// The named component is not forbidden.
     "not-forbidden" NotForbidden { subject: Subject = "What was named." };
-    /// A need chooses its source itself already.
+    /// A need chooses its source by itself already.
     "chooses-already" ChoosesAlready { need: String = "The need." };
     /// The order is in force already.
     "already-in-force" AlreadyInForce { order: Order = "The order." };
     /// A source does not meet what the need demands.
     "does-not-meet" DoesNotMeet { source: String = "The source." };
-    /// It gives no usable value.
+    /// The named component gives no usable value.
     "gives-nothing" GivesNothing { subject: Subject = "What was named." };
-    /// It is not accused.
+    /// The named component is not accused.
     "not-accused" NotAccused { subject: Subject = "What was named." };
-    /// A name that is known is nearly the same.
+    /// A known name is nearly the same.
     "did-you-mean" DidYouMean { name: String = "The name." };
-    /// All names that are known.
+    /// All known names.
     "known-here" KnownHere { names: Vec<String> = "The names." };
-    /// Some of the names that are known.
+    /// Some of the known names.
     "known-among-others" KnownAmongOthers { names: Vec<String> = "The names." };
-    /// One of several needs is to be named.
+    /// One of several needs must be named.
     "name-one" NameOne { needs: Vec<String> = "The needs." };
-    /// The signals that share a common cause are to be named.
+    /// The signals that share a common cause must be named.
     "name-sharers" NameSharers { signals: Vec<String> = "The signals." };
     /// The orders in force.
     "in-force" InForce { orders: Vec<Order> = "The orders." };
@@ -421,9 +421,9 @@ reasons! {
     "none-in-force" NoneInForce;
     /// Nothing has to be done.
     "nothing-to-do" NothingToDo;
-    /// The need is to be changed, or another source named.
+    /// The need must be changed, or another source named.
     "change-the-need" ChangeTheNeed;
-    /// It can be cleared when it speaks again.
+    /// The signal can be cleared when it gives values again.
     "clear-later" ClearLater;
     /// There is nothing to clear.
     "nothing-to-clear" NothingToClear;

@@ -1,4 +1,4 @@
-//! How much is watched at the most, and what is let go of where that is too little for all.
+//! Limits the watched ways, and selects those to give up where the limit is too small for all.
 
 use super::candidates::MOST_SEARCHED;
 use super::cost::{Cost, added_cost};
@@ -10,13 +10,13 @@ use crate::substitution::Way;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// How much is watched at the most.
+/// The limits of the watched ways.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct WatchBudget {
-    /// Computed ways of knowing each variable; its signals are all watched. One way alone compares nothing.
+    /// Computed ways of each variable; its signals are always watched. A single way is compared with nothing.
     pub ways: usize,
-    /// Operations a second of all variables together, by the declared rates: those of the formulas, and ten for each
-    /// comparison. A signal without a rate counts as one of 100 Hz, a vector as 256 numbers.
+    /// Operations a second of all variables together, by the declared rates: those of the formulas, and ten for each comparison.
+    /// A signal without a rate counts as 100 Hz, a vector as 256 numbers.
     pub cost: u64,
 }
 
@@ -27,22 +27,22 @@ impl Default for WatchBudget {
     }
 }
 
-/// One or two ways that are taken or left together.
+/// One or two ways that are kept or given up together.
 struct Unit {
     variable: usize,
     places: Vec<usize>,
-    /// How many of the same variable come before it.
+    /// The number of earlier units of the same variable.
     number: usize,
     gain: usize,
     round: usize,
     cost: f64,
 }
 
-/// Lets go of ways until the rest costs no more operations a second.
+/// Gives up ways until the rest costs at most `cost` operations a second.
 ///
-/// Every variable is first given two ways, then one more after the other, in the order in which they tell most apart; at
-/// each turn, what tells most apart for its cost goes first, and a variable whose next way is too much gets no more.
-/// Complexity: O(n log n) in all ways, when they cost too much also that of choosing among the ways of each variable.
+/// Every variable first gets two ways, then one more in each turn, in the order in which they isolate most faults. In each turn
+/// the best gain for its cost goes first, and a variable whose next way costs too much gets no more. Complexity: O(n log n) in
+/// all ways; when they cost too much, also that of choosing among the ways of each variable.
 pub fn afford<'w>(knowledge: &KnowledgeBase, all: impl Iterator<Item = &'w mut Witnesses>, cost: u64) {
     let mut all: Vec<&mut Witnesses> = all.filter(|witnesses| witnesses.ways.len() > 1).collect();
     let sum: f64 = all.iter().map(|witnesses| witnesses.cost(knowledge)).sum();
@@ -73,11 +73,11 @@ pub fn afford<'w>(knowledge: &KnowledgeBase, all: impl Iterator<Item = &'w mut W
     all.iter_mut().zip(&kept).for_each(|(witnesses, kept)| witnesses.keep(kept));
 }
 
-/// The ways of a variable in the order in which they tell most apart; the first two together.
+/// The ways of a variable in the order in which they isolate most faults; the first two together.
 fn units(knowledge: &KnowledgeBase, variable: usize, ways: &[Way]) -> Vec<Unit> {
     let choices = match ways.len() <= MOST_SEARCHED {
         true => chosen(&FaultSignature::of_all(knowledge, ways), ways.len()),
-        // Too many to see what each adds: in their order.
+        // Too many ways to compute their gains: they stay in their order.
         false => (0..ways.len()).map(|at| Choice { at, gain: 1, round: 0 }).collect(),
     };
     let costs: Vec<Cost> = ways.iter().map(|way| Cost::of(knowledge, way)).collect();

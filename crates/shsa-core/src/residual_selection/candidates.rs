@@ -1,4 +1,4 @@
-//! The ways of some substitutions that are looked at: with their choices of signals, and each measurement once.
+//! The candidate ways of some substitutions: with their choices of signals, and each measurement once.
 
 use crate::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::monitor::rests_on;
@@ -6,10 +6,10 @@ use crate::substitution::{Substitution, Way};
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// How many substitutions of one variable, and ways, are looked at.
+/// The largest number of substitutions, and of ways, considered for one variable.
 pub(super) const MOST_SEARCHED: usize = 256;
 
-/// The ways of some substitutions, as many as are looked at, and how many there are.
+/// The considered ways of some substitutions, and the number of all.
 pub(super) fn candidates(knowledge: &KnowledgeBase, substitutions: &[&Substitution]) -> (Vec<Way>, usize) {
     let counts = |substitution: &&Substitution| choices(knowledge, substitution);
     let counts: Vec<usize> = substitutions.iter().map(counts).collect();
@@ -18,11 +18,11 @@ pub(super) fn candidates(knowledge: &KnowledgeBase, substitutions: &[&Substituti
     let mut left = MOST_SEARCHED;
     for (number, (substitution, count)) in substitutions.iter().zip(&counts).enumerate() {
         if substitution.steps.is_empty() {
-            // No signal is left out, however many there are.
+            // Every signal is included, however many there are.
             ways.extend(spread(knowledge, substitution, *count));
             continue;
         }
-        // Everyone gets its share, and what others leave of theirs.
+        // Each substitution gets its share, and the unused shares of others.
         let share = (left / (substitutions.len() - number)).max(1).min(*count);
         left = left.saturating_sub(share);
         ways.extend(spread(knowledge, substitution, share));
@@ -33,7 +33,7 @@ pub(super) fn candidates(knowledge: &KnowledgeBase, substitutions: &[&Substituti
     (ways, possible)
 }
 
-/// How many choices of a signal for each source there are.
+/// The number of choices of one signal for each source.
 fn choices(knowledge: &KnowledgeBase, substitution: &Substitution) -> usize {
     let options = |source: &VariableId| match knowledge.variables()[*source].constant {
         Some(_) => 1,
@@ -42,7 +42,7 @@ fn choices(knowledge: &KnowledgeBase, substitution: &Substitution) -> usize {
     substitution.sources.iter().map(options).fold(1_usize, usize::saturating_mul)
 }
 
-/// Whether a signal is the first of its variable from its source.
+/// Whether a signal is the first of its variable that carries its measurement.
 pub(super) fn stands(knowledge: &KnowledgeBase, signal: SignalId) -> bool {
     let variable = knowledge.signals()[signal].variable;
     let mut carriers = knowledge.carriers(variable).iter();
@@ -50,13 +50,13 @@ pub(super) fn stands(knowledge: &KnowledgeBase, signal: SignalId) -> bool {
     carriers.find(|&&other| knowledge.witness(other) == witness) == Some(&signal)
 }
 
-/// So many choices of a substitution: all of them, or half of those that come first, half so that every signal has its
-/// turn and those of one choice are in no other, as far as they last.
+/// At most `count` choices of a substitution: all of them; or half from the start of the order, and half in which every signal
+/// takes a turn and the choices share no signals, as far as possible.
 fn spread(knowledge: &KnowledgeBase, substitution: &Substitution, count: usize) -> Vec<Way> {
     let usable = |signal| stands(knowledge, signal);
     if choices(knowledge, substitution) <= count {
         let mut ways = Way::choices(knowledge, substitution, usable, count);
-        // Rows of a table come in the order of the file: so do comparisons.
+        // In file order, as the rows of a table and so the comparisons are.
         ways.sort_by(|one, other| one.signals.cmp(&other.signals));
         return ways;
     }
@@ -84,7 +84,7 @@ fn column(knowledge: &KnowledgeBase, source: VariableId) -> Vec<Option<SignalId>
     carriers.into_iter().map(Some).collect()
 }
 
-/// Leaves out a way that reads a measurement under another name when a way before it rests on the same.
+/// Removes a way with a second name of a measurement when an earlier way rests on the same measurements.
 fn one_each(knowledge: &KnowledgeBase, ways: Vec<Way>) -> Vec<Way> {
     let other_name = |way: &Way| way.inputs().any(|signal| knowledge.witness(signal) != signal);
     if !ways.iter().any(other_name) {

@@ -1,4 +1,4 @@
-//! What it costs to watch a way of knowing: operations a second, by the declared rates.
+//! The cost of watching a way of knowing: operations a second, by the declared rates.
 
 use crate::computation::Computation;
 use crate::expression::{Formula, Shape};
@@ -6,13 +6,13 @@ use crate::knowledge::KnowledgeBase;
 use crate::monitor::{ALL_PAIRS, PARTNERS};
 use crate::substitution::{Step, Way};
 
-/// Operations that a comparison counts as: looking the other way up at that moment, and keeping what was found.
+/// A comparison counts as this many operations: reading the other way's value at that moment, and storing the result.
 const COMPARISON: f64 = 10.0;
 
-/// Elements that a vector counts as: how long it is, only its observations say.
+/// A vector counts as this many elements: only its observations tell its length.
 const USUAL_ELEMENTS: f64 = 256.0;
 
-/// What a way under watch costs.
+/// The cost of a watched way.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Cost {
     rate_hz: f64,
@@ -20,8 +20,8 @@ pub(super) struct Cost {
 }
 
 impl Cost {
-    /// A signal whose rate is not declared counts as a usual one, a vector as 256 elements, a relation without a
-    /// formula as one operation an input.
+    /// A signal without a declared rate counts as a usual one, a vector as 256 elements, a relation without a formula as one
+    /// operation for each input.
     pub(super) fn of(knowledge: &KnowledgeBase, way: &Way) -> Cost {
         let operations = |step: &Step| {
             let relation = &knowledge.relations()[step.relation];
@@ -35,18 +35,18 @@ impl Cost {
         }
     }
 
-    /// Operations a second of computing it.
+    /// Operations a second for computing the way.
     pub(super) fn alone(self) -> f64 {
         self.rate_hz * self.operations
     }
 
-    /// Operations a second of comparing it with another: when the slower one delivers.
+    /// Operations a second for comparing the way with another, at the outputs of the slower one.
     pub(super) fn compared(self, other: Cost) -> f64 {
         COMPARISON * self.rate_hz.min(other.rate_hz)
     }
 }
 
-/// Operations of an evaluation.
+/// The operations of an evaluation.
 fn operations(formula: &Formula) -> f64 {
     let is_vector = |formula: &Formula| formula.shape() == Shape::Vector;
     let reads_vector = is_vector(formula) || formula.arguments().iter().any(is_vector);
@@ -54,7 +54,7 @@ fn operations(formula: &Formula) -> f64 {
     own + formula.arguments().iter().map(operations).sum::<f64>()
 }
 
-/// What the last of some ways adds to the cost of the others.
+/// The cost that the last of some ways adds.
 pub(super) fn added_cost(costs: &[Cost], places: impl DoubleEndedIterator<Item = usize>) -> f64 {
     let partners = if costs.len() > ALL_PAIRS { PARTNERS.len() } else { costs.len() };
     let mut costs = places.rev().filter_map(|at| costs.get(at));

@@ -1,4 +1,4 @@
-//! What two ways of knowing a variable say about signals and relations when they disagree.
+//! Fault signatures: the reactions of a comparison of two ways to faults of signals and relations.
 
 use crate::knowledge::{Id, IdVec, KnowledgeBase, RelationId, RelationSet, SignalId, SignalSet, VariableId};
 use crate::monitor::{rests_on, sized_by};
@@ -9,15 +9,15 @@ use alloc::vec::Vec;
 #[derive(Clone, Debug, PartialEq)]
 pub struct FaultSignature {
     rests_on: SignalSet,
-    /// Those that the output is computed from; the others are read by conditions only.
+    /// The signals that the output is computed from; only conditions read the others.
     sized_by: SignalSet,
     relations: RelationSet,
-    /// Those that the output is computed by; the others serve conditions only.
+    /// The relations that the output is computed by; the others serve conditions only.
     sized_through: RelationSet,
-    /// For each signal that the output is computed from, ascending: the steps through which it reaches it, ascending. As
-    /// one witness, signals from the same source stand under the first of them.
+    /// For each signal that the output is computed from, ascending: the steps between it and the output, ascending. Signals from
+    /// the same source are listed under the first of them, as one witness.
     paths: Vec<(SignalId, Vec<Step>)>,
-    /// The same of each step, from the step itself on, ascending by its relation.
+    /// The same for each step, including itself, ascending by its relation.
     through: Vec<(RelationId, Vec<Step>)>,
 }
 
@@ -48,18 +48,18 @@ impl FaultSignature {
         FaultSignature { rests_on, sized_by, relations, sized_through, paths, through }
     }
 
-    /// Those of some ways.
+    /// The signatures of some ways.
     pub(super) fn of_all(knowledge: &KnowledgeBase, ways: &[Way]) -> Vec<FaultSignature> {
         ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect()
     }
 
-    /// The signals whose loss takes the way.
+    /// The signals whose loss breaks the way.
     #[must_use]
     pub fn rests_on(&self) -> &SignalSet {
         &self.rests_on
     }
 
-    /// The signals that a comparison speaks about: when its ways disagree, at least one of these is faulty.
+    /// The signals of a comparison: when its ways disagree, at least one of these is faulty.
     #[must_use]
     pub fn signals(&self, other: &FaultSignature) -> SignalSet {
         let mut signals = self.rests_on.clone();
@@ -67,11 +67,11 @@ impl FaultSignature {
         signals
     }
 
-    /// The signals whose faults a comparison shows: those that its two ways do not depend on in the same manner.
+    /// The signals whose faults a comparison shows: its two ways depend on such a signal differently.
     ///
-    /// A signal that only one way is computed from shows; what only conditions read does not. One that both read shows if it reaches their outputs over different
-    /// relations; else it moves both alike (`s + a` and `s + b` say nothing about `s`). One that a signal of the other
-    /// way is derived from is in both of them, and does not show.
+    /// A comparison shows a signal that only one way is computed from, and not one that only conditions read. It shows a signal
+    /// of both ways if that reaches their outputs through different relations; otherwise the signal moves both alike (`s + a` and
+    /// `s + b` say nothing about `s`). An origin of a signal of the other way is part of both ways, and is not shown.
     #[must_use]
     pub fn shows(&self, other: &FaultSignature) -> SignalSet {
         let mut shown = self.sized_by.difference(&other.sized_by);
@@ -84,8 +84,8 @@ impl FaultSignature {
         shown
     }
 
-    /// The relations that a comparison speaks about: when its ways disagree, one of its signals is faulty, or one of these
-    /// does not hold.
+    /// The relations of a comparison: a disagreement means that a signal of it is faulty, or one of these relations does not
+    /// hold.
     #[must_use]
     pub fn relations(&self, other: &FaultSignature) -> RelationSet {
         let mut relations = self.relations.clone();
@@ -93,8 +93,7 @@ impl FaultSignature {
         relations
     }
 
-    /// The relations of which a comparison shows that they do not hold: those that its two ways do not depend on in the same
-    /// manner, as with signals.
+    /// The relations whose violation a comparison shows: those on which its two ways depend differently, as for signals.
     #[must_use]
     pub fn shows_relations(&self, other: &FaultSignature) -> RelationSet {
         let mut shown = self.sized_through.difference(&other.sized_through);
@@ -111,7 +110,7 @@ impl FaultSignature {
         of(&self.paths, signal)
     }
 
-    /// The same with signals under other ids, and without relations.
+    /// The signature with other ids of signals, and without relations.
     pub(super) fn renamed(&self, rename: impl Fn(SignalId) -> Option<SignalId>) -> FaultSignature {
         let path = |(signal, steps): &(SignalId, Vec<Step>)| Some((rename(*signal)?, steps.clone()));
         let mut paths: Vec<_> = self.paths.iter().filter_map(path).collect();
@@ -141,13 +140,13 @@ impl FaultSignature {
     }
 }
 
-/// What stands under an id in an ascending list.
+/// The entries of an id in an ascending list.
 fn of<I: Ord + Copy>(paths: &[(I, Vec<Step>)], id: I) -> impl Iterator<Item = &[Step]> {
     let from = paths.partition_point(|(earlier, _)| *earlier < id);
     paths.iter().skip(from).take_while(move |(same, _)| *same == id).map(|(_, steps)| steps.as_slice())
 }
 
-/// The steps of a way from one on through which a variable reaches its output, with those before it, ascending.
+/// The steps of a way, from one on, through which a variable reaches its output, in addition to `steps`; ascending.
 fn path(
     knowledge: &KnowledgeBase,
     way: &Way,
@@ -174,7 +173,7 @@ fn path(
     steps
 }
 
-/// What is to be compared, with the signals numbered from 0 as far as they take part.
+/// The signatures with their signals numbered from 0, and the signals by number.
 pub(super) fn compacted(fault_signature: &[FaultSignature]) -> (Vec<FaultSignature>, Vec<SignalId>) {
     let mut all = SignalSet::new();
     fault_signature.iter().for_each(|each| all.extend(&each.rests_on));
@@ -183,5 +182,5 @@ pub(super) fn compacted(fault_signature: &[FaultSignature]) -> (Vec<FaultSignatu
     (fault_signature.iter().map(|each| each.renamed(rename)).collect(), signals)
 }
 
-/// The signals numbered from 0 that some ways rest on, by number.
+/// Values by the numbers of signals.
 pub(super) type BySignal<T> = IdVec<SignalId, T>;

@@ -1,24 +1,24 @@
-//! What comparisons tell of the fault of each signal and relation: whether it shows, and what it is taken for.
+//! The reactions of comparisons to a fault of each signal and relation: detectability and isolability.
 
 use super::fault_signature::FaultSignature;
 use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, RelationSet, SignalId, SignalSet};
 
-/// What is found of the fault of one component.
+/// The findings about a fault of one component.
 ///
-/// One fault at a time: all comparisons that show it disagree, and what explains them alone is suspect.
+/// Single faults: all comparisons that show the fault disagree, and each component that alone explains them is suspect.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Told {
-    /// How many comparisons show it.
+    /// The number of comparisons that show the fault.
     pub shown_by: u32,
-    /// The signals that are in each of these.
+    /// The signals that are part of each of these comparisons.
     pub signals: SignalSet,
-    /// The relations that are in each of these.
+    /// The relations that are part of each of these comparisons.
     pub relations: RelationSet,
 }
 
 impl Told {
-    /// Whether a fault of another component is no explanation of this one; never while it does not show.
+    /// Whether the fault is isolable from a fault of another component; false for an undetectable fault.
     #[must_use]
     pub fn is_told_from(&self, other: Component) -> bool {
         let explains = match other {
@@ -29,7 +29,7 @@ impl Told {
         self.shown_by > 0 && !explains
     }
 
-    /// A comparison shows it, which speaks about these.
+    /// Takes in a comparison with these signals and relations that shows the fault.
     fn narrow(&mut self, signals: &SignalSet, relations: &RelationSet) {
         match self.shown_by {
             0 => (self.signals, self.relations) = (signals.clone(), relations.clone()),
@@ -42,7 +42,7 @@ impl Told {
     }
 }
 
-/// What is found of every component of a knowledge base.
+/// The findings about every component of a knowledge base.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings {
     signals: IdVec<SignalId, Told>,
@@ -52,7 +52,7 @@ pub struct Findings {
 }
 
 impl Findings {
-    /// Before the first comparison.
+    /// The findings before the first comparison.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Findings {
         let may_fail = |id: &RelationId| {
@@ -65,7 +65,7 @@ impl Findings {
         }
     }
 
-    /// Takes in a comparison of two ways that is made. Complexity: O(what the ways rest on).
+    /// Takes in a comparison of two ways. Complexity: O(signals and relations of the ways).
     pub fn compare(&mut self, one: &FaultSignature, other: &FaultSignature) {
         let (signals, relations) = (one.signals(other), one.relations(other));
         one.shows(other).iter().for_each(|shown| self.signals[shown].narrow(&signals, &relations));
@@ -74,7 +74,7 @@ impl Findings {
             .for_each(|shown| self.relations[shown].narrow(&signals, &relations));
     }
 
-    /// What is found of a measurement is found of each signal that carries it.
+    /// Copies the findings about a measurement to each signal that carries it.
     pub fn share(&mut self, knowledge: &KnowledgeBase) {
         for signal in knowledge.signals().ids() {
             let found = &self.signals[knowledge.witness(signal)];
@@ -86,13 +86,13 @@ impl Findings {
         }
     }
 
-    /// What is found of a signal.
+    /// The findings about a signal.
     #[must_use]
     pub fn signal(&self, signal: SignalId) -> &Told {
         &self.signals[signal]
     }
 
-    /// What is found of a relation.
+    /// The findings about a relation.
     #[must_use]
     pub fn relation(&self, relation: RelationId) -> &Told {
         &self.relations[relation]
@@ -108,7 +108,7 @@ impl Findings {
         self.relations.ids()
     }
 
-    /// The relations with a declared prior probability of a fault, which are looked for as signals are.
+    /// The relations with a declared prior probability of a fault, whose faults are considered like those of signals.
     #[must_use]
     pub fn fallible(&self) -> &RelationSet {
         &self.fallible

@@ -1,32 +1,31 @@
-//! Which of many ways of knowing a variable are watched: those that tell the most faults apart.
+//! Chooses the watched ways of a variable among many: those that isolate most faults.
 //!
-//! A comparison of two ways shows a fault of `s` and tells it from one of `t` when the ways depend on `s` differently and
-//! neither rests on `t`. So what a choice of ways tells apart is, for each ordered pair `(s, t)`, whether among its ways
-//! without `t` there are two kinds with regard to `s`. Counting 1 for the first kind and 1 for the second gives the rank of
-//! a matroid for each pair, so their sum, the [gain](Choice) that is followed here, is monotone and submodular: the greedy
-//! choice of `k` ways reaches at least `1 - (1 - 1/k)^k`, over 63 %, of the highest sum that any `k` ways reach (Nemhauser,
-//! Wolsey and Fisher 1978, doi:10.1007/BF01588971), and it tells apart all that can be told apart with at most
-//! `1 + ln(largest gain)` times the fewest ways that do (Wolsey 1982, doi:10.1007/BF02579435). The one exception: where
-//! signals also reach ways over different relations, kinds may not be transitive, and the bounds are not proven.
-//! "No fault" counts as one more `t`, so that what shows at all counts, too.
+//! A comparison of two ways shows a fault of `s` and isolates it from one of `t` when the ways depend on `s` differently and
+//! neither rests on `t`. So a choice of ways isolates, for each ordered pair `(s, t)`, if among its ways without `t` there are
+//! two kinds with regard to `s`. Counting 1 for the first kind and 1 for the second gives the rank of a matroid for each pair. So
+//! their sum, the [gain](Choice) to maximise here, is monotone and submodular. The greedy choice of `k` ways reaches at least `1
+//! - (1 - 1/k)^k`, over 63 %, of the highest sum of any `k` ways (Nemhauser, Wolsey and Fisher 1978, doi:10.1007/BF01588971). It
+//! isolates all that can be isolated with at most `1 + ln(largest gain)` times the smallest number of ways (Wolsey 1982,
+//! doi:10.1007/BF02579435). One exception: where signals also reach ways through different relations, kinds may not be
+//! transitive, and the bounds are not proven. "No fault" counts as one more `t`, so that detectability counts, too.
 
 use super::fault_signature::{BySignal, FaultSignature, compacted};
 use crate::knowledge::{IdVec, SignalId, SignalSet};
 use alloc::vec::Vec;
 use core::cmp::Reverse;
 
-/// A way that was chosen.
+/// A chosen way.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Choice {
-    /// Its place among the candidates.
+    /// The way's place among the candidates.
     pub(super) at: usize,
-    /// What it adds: pairs of signals told apart, and signals that some way does without.
+    /// The additional gain: pairs of isolated signals, and signals that some way does without.
     pub(super) gain: usize,
-    /// How often all that can be told apart was told apart before it: the ways of each round are enough by themselves.
+    /// The number of complete rounds before: the ways of each round alone isolate all that can be isolated.
     pub(super) round: usize,
 }
 
-/// The signals that a fault of each is taken for; `None` where it does not show.
+/// The signals that a fault of each signal is not isolable from; `None` where it is not detectable.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Suspects(BySignal<Option<SignalSet>>);
 
@@ -35,8 +34,8 @@ impl Suspects {
         Suspects(IdVec::filled(signals, |_| None))
     }
 
-    /// What all comparisons of some ways tell, in their own numbering of the signals. Complexity: O(w^2 s) for w ways
-    /// and s signals.
+    /// The suspects by all comparisons of some ways, in their own numbering of the signals. Complexity: O(w^2 s) for w ways and s
+    /// signals.
     fn of<'e>(ways: impl Iterator<Item = &'e FaultSignature> + Clone, signals: usize) -> Suspects {
         let mut suspects = Suspects::none(signals);
         for (number, one) in ways.clone().enumerate() {
@@ -45,7 +44,7 @@ impl Suspects {
         suspects
     }
 
-    /// Takes in what a comparison tells; ways that rest on the same are not compared.
+    /// Takes in a comparison; ways that rest on the same signals are not compared.
     fn compare(&mut self, one: &FaultSignature, other: &FaultSignature) {
         if one.rests_on() == other.rests_on() {
             return;
@@ -69,7 +68,7 @@ impl Suspects {
         }
     }
 
-    /// How many more pairs others tell apart together with these.
+    /// The number of additional pairs that others isolate together with these.
     fn gained_by(&self, others: &Suspects) -> usize {
         let all = self.0.len() + 1;
         let gained = |(own, others): (&Option<SignalSet>, &Option<SignalSet>)| match (own, others) {
@@ -80,13 +79,13 @@ impl Suspects {
         self.0.iter().zip(others.0.iter()).map(gained).sum()
     }
 
-    /// Ordered pairs of a signal whose fault shows and one that it is told from, "no fault" being one.
+    /// The number of ordered pairs of a detectable signal and one that its fault is isolable from, including "no fault".
     fn told_apart(&self) -> usize {
         Suspects::none(self.0.len()).gained_by(self)
     }
 }
 
-/// What all comparisons of some ways tell of each signal that shows: the signals that its fault is taken for.
+/// For each detectable signal, the signals that its fault is not isolable from by all comparisons of some ways.
 ///
 /// Complexity: O(w^2 s) for w ways and s signals.
 pub(super) fn suspects(ways: &[FaultSignature]) -> Vec<(SignalId, SignalSet)> {
@@ -99,10 +98,10 @@ pub(super) fn suspects(ways: &[FaultSignature]) -> Vec<(SignalId, SignalSet)> {
     told.filter_map(|(signal, found)| Some((*signal, named(found.as_ref()?)))).collect()
 }
 
-/// Up to `most` of these ways, which are in the order of utility, in the order of the choice: each is the one that tells
-/// most apart that is not told apart yet, then that shares the fewest signals with those before it, then the first. When
-/// nothing is left to tell apart, it begins anew with the ways that are left, so that what tells faults apart is there
-/// twice. Never tells less apart than the first `most` ways do.
+/// Up to `most` of these ways, which are ordered by utility, in the order of the choice. Each is the way with the largest
+/// additional gain, then the one that shares the fewest signals with earlier ones, then the first. When no gain is left, the
+/// choice starts again with the remaining ways, so that faults are isolated twice. It never isolates less than the first `most`
+/// ways.
 ///
 /// Complexity: O(w k s^2 / 64) for w ways, k of which are chosen, over s signals.
 pub(super) fn chosen(ways: &[FaultSignature], most: usize) -> Vec<Choice> {
@@ -121,28 +120,28 @@ pub(super) fn chosen(ways: &[FaultSignature], most: usize) -> Vec<Choice> {
     }
 }
 
-/// A choice under way.
+/// The state of the choice.
 struct Greedy<'e> {
     signals: usize,
     open: Vec<Candidate<'e>>,
     choices: Vec<Choice>,
-    /// The signals of all that were chosen.
+    /// The signals of all chosen ways.
     used: SignalSet,
     round: Round,
 }
 
-/// What is told apart in this round.
+/// The state of a round.
 struct Round {
     number: usize,
     suspects: Suspects,
-    /// The signals that all ways of the round rest on; `None` while there is none.
+    /// The signals that all ways of the round rest on; `None` without a way.
     common: Option<SignalSet>,
 }
 
 struct Candidate<'e> {
     at: usize,
     fault_signature: &'e FaultSignature,
-    /// What its comparisons with the ways of this round tell.
+    /// The suspects by its comparisons with the ways of this round.
     told: Suspects,
 }
 
@@ -159,7 +158,7 @@ impl<'e> Greedy<'e> {
         }
     }
 
-    /// Chooses one more; whether there was one left.
+    /// Chooses one more way; returns whether one was left.
     fn step(&mut self) -> bool {
         let Some((mut place, mut gain)) = self.best() else { return false };
         if gain == 0 && self.round.common.is_some() {
@@ -186,7 +185,7 @@ impl<'e> Greedy<'e> {
         self.round = Round { number: self.round.number + 1, suspects: nothing, common: None };
     }
 
-    /// The place of the best of those that are left, and its gain.
+    /// The place of the best remaining way, and its gain.
     fn best(&self) -> Option<(usize, usize)> {
         let rated = self.open.iter().enumerate().map(|(place, candidate)| {
             let shared = candidate.fault_signature.rests_on().len()
@@ -202,7 +201,7 @@ impl<'e> Greedy<'e> {
             Some(common) => common.count_outside(rests_on),
             None => 1 + self.signals - rests_on.len(),
         };
-        // Whichever signal is faulty, the ways without another one are needed to tell it from that.
+        // Isolating a faulty signal from another signal needs the ways without the other one.
         self.signals * done_without + self.round.suspects.gained_by(&candidate.told)
     }
 }
@@ -219,8 +218,8 @@ mod tests {
         bits.iter().map(|&bits| FaultSignature::resting_on(signals(bits))).collect()
     }
 
-    /// For each pair of a faulty signal and one that it may be taken for, the kinds of ways without the latter, from the
-    /// definition; "no fault" is signal 8, which nothing rests on.
+    /// For each pair of a faulty signal and another, the number of kinds of ways without the latter, by the definition; "no
+    /// fault" is signal 8, which no way rests on.
     fn ranks(bits: &[u8], signals: u8) -> impl Iterator<Item = usize> {
         let ids = move || (0..8_u32).filter(move |at| u32::from(signals) >> at & 1 == 1);
         let has = |way: u8, signal: u32| signal < 8 && way >> signal & 1 == 1;
@@ -255,7 +254,7 @@ mod tests {
     fn families() -> impl Strategy<Value = Vec<u8>> {
         prop_oneof![
             prop::collection::vec(1_u8..64, 2..11),
-            // Few signals a way, as most ways are.
+            // Few signals for each way, as in most models.
             prop::collection::vec((0..8_u8, 0..8_u8).prop_map(|(one, other)| 1 << one | 1 << other), 2..11),
         ]
     }
@@ -263,7 +262,7 @@ mod tests {
     proptest! {
         #![proptest_config(ProptestConfig::with_cases(400))]
 
-        /// Against all choices of as many ways.
+        /// Compares the choice with all choices of as many ways.
         #[test]
         fn the_choice_is_as_good_as_proven(bits in families()) {
             let signals = union(&bits);
@@ -278,7 +277,7 @@ mod tests {
                 prop_assert!(told(&own, signals) >= told(&bits[..most], signals));
                 let best = choices.iter().map(|choice| sum(choice, signals)).max().unwrap_or(0) as f64;
                 let share = 1.0 - (1.0 - 1.0 / most as f64).powi(most as i32);
-                // Either the greedy choice, or the first ways where these tell more apart.
+                // Either the greedy choice, or the first ways where these isolate more.
                 prop_assert!(sum(&own, signals) as f64 >= share * best || told(&own, signals) == told(&bits[..most], signals));
                 if fewest.is_none() && choices.iter().any(|choice| told(choice, signals) == all) {
                     fewest = Some(most);
@@ -288,7 +287,7 @@ mod tests {
             }
         }
 
-        /// What each step says that it gains is what the sum of the ranks grows by, in its round.
+        /// The gain of each step is the growth of the sum of ranks in its round.
         #[test]
         fn a_gain_is_what_the_sum_grows_by(bits in families()) {
             let signals = union(&bits);
@@ -304,7 +303,7 @@ mod tests {
                 of_round.push(bits[choice.at]);
                 let grown = sum(&of_round, signals) - before;
                 prop_assert_eq!(choice.gain, grown);
-                // No other that was left would have grown more.
+                // No other remaining way would have a larger gain.
                 let taken: Vec<usize> = choices.iter().take_while(|other| other.at != choice.at).map(|c| c.at).collect();
                 let left = (0..bits.len()).filter(|at| !taken.contains(at));
                 let without = &of_round[..of_round.len() - 1];
@@ -314,7 +313,7 @@ mod tests {
         }
     }
 
-    /// How far from the best choice of as many ways, over all small budgets of many families.
+    /// The distance from the best choice of as many ways, over all small budgets of many families.
     #[test]
     fn the_choice_is_close_to_the_best() {
         let mut state = 1_u64;

@@ -1,12 +1,11 @@
-//! Ways of knowing that look behind a measured number, where a comparison of them tells apart what else is not.
+//! Adds ways that compute a measured number instead of reading it, where their comparisons isolate more faults.
 //!
-//! A provided number is compared in its own right, so that most faults show without looking behind it. But then every
-//! comparison of what follows from it rests on its signal, too: a fault elsewhere is taken for one of that signal, if all
-//! comparisons that show it pass through the number. A residual that does without the signal computes the number instead
-//! (it *eliminates* the measured variable; Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555). One signal at a
-//! time has to be done without, and a residual that passes through other measured numbers falls apart into some that do
-//! not, so only numbers with a single independent signal are looked behind, one at a time, and only ways that tell more
-//! apart than all comparisons so far are added.
+//! A provided number is compared itself, so that most faults are detected without computing it. But then every comparison of
+//! variables computed from it rests on its signal, too. A fault elsewhere is not isolable from one of that signal if all
+//! comparisons that show it use the number. A residual without the signal computes the number instead (it *eliminates* the
+//! measured variable; Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555). One signal at a time must be avoided,
+//! and a residual through other measured numbers splits into some without them. So only numbers with a single independent signal
+//! are computed, one at a time, and only ways that isolate more than all comparisons so far are added.
 
 use super::candidates::stands;
 use super::fault_signature::FaultSignature;
@@ -22,34 +21,33 @@ use crate::substitution::{Substitution, Way};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
-/// In a larger model nothing is looked behind: what is told of each component is kept for each other one.
+/// Larger models are left as they are, as the findings of each pair of components are stored.
 const MOST_COMPONENTS: usize = 20_000;
 
-/// Decisions of all searches together; counted, so that runs repeat.
+/// The limit of decisions of all searches together; counted, so that runs repeat.
 const MOST_EXPANDED: u64 = 100_000;
 
-/// What one search may cost.
+/// The limits of one search.
 const LIMITS: Limits = Limits { expansions: 5_000, states: 5_000 };
 
-/// How many substitutions of a variable are looked at, and choices of signals of each.
+/// The largest number of substitutions considered for a variable, and of choices of signals for each.
 const MOST_SEARCHED: usize = 32;
 const MOST_CHOICES: usize = 2;
 
-/// How many comparisons are looked at in all.
+/// The largest number of comparisons examined.
 const MOST_LOOKED: u64 = 100_000;
 
-/// Of so many ways each two are looked at together, where no single one tells anything beside those that are watched.
+/// Where no single way isolates anything, each is examined in pairs with at most this many following ones.
 const MOST_PAIRED: usize = 8;
 
-/// Of each variable so many ways count as compared with each other.
+/// At most this many ways of each variable count as compared with each other.
 const MOST_COMPARED: usize = 64;
 
-/// Adds ways that look behind a measured number to those that are watched, as long as each tells more apart, and as there are
-/// no more than `most` of a variable. Gives how many decisions were taken.
+/// Adds ways that compute a measured number to the watched ones, as long as each isolates more, and there are at most `most` of a
+/// variable. Returns the number of decisions taken.
 ///
-/// `admits` says of a way whether it counts. Complexity: for each number with one signal for which a fault is taken, a
-/// search for each variable that follows from it, at most 100,000 expansions in all; O(p s) for the p pairs of ways that are
-/// watched, over s signals.
+/// `admits` tells whether a way counts. Complexity: for each number with one signal that a fault is not isolable from, a search
+/// for each variable computed from it, at most 100,000 expansions in all; O(p s) for p pairs of watched ways over s signals.
 pub fn isolate(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -76,7 +74,7 @@ pub fn isolate(
         if isolation.expanded >= MOST_EXPANDED || isolation.looked >= MOST_LOOKED {
             break;
         }
-        // Of what was taken for its fault at first, some may be told from it by now.
+        // Some of the faults may have become isolable from the signal's by now.
         if let Some(blamed) = blamed.get(&signal) {
             let measured = Measured::new(knowledge, variable, signal);
             isolation.look_behind(&measured, blamed, watched, &admits);
@@ -85,7 +83,7 @@ pub fn isolate(
     isolation.expanded
 }
 
-/// What is told by the comparisons that are made anyway.
+/// The findings by the comparisons that are made anyway.
 fn taken_in(knowledge: &KnowledgeBase, watched: &BTreeMap<VariableId, &mut Witnesses>) -> Findings {
     let ways: Vec<&Way> =
         watched.values().flat_map(|witnesses| witnesses.ways.iter().take(MOST_COMPARED)).collect();
@@ -102,7 +100,7 @@ fn taken_in(knowledge: &KnowledgeBase, watched: &BTreeMap<VariableId, &mut Witne
     findings
 }
 
-/// The components whose faults are taken for one of each signal; relations as far as they are looked for.
+/// For each signal, the components whose faults are not isolable from its fault; relations only if their faults are considered.
 fn blamed(findings: &Findings) -> BTreeMap<SignalId, Blamed> {
     let mut blamed: BTreeMap<SignalId, Blamed> = BTreeMap::new();
     for fault in findings.signals() {
@@ -131,7 +129,7 @@ fn readers(knowledge: &KnowledgeBase) -> IdVec<VariableId, Vec<RelationId>> {
     readers
 }
 
-/// A way that may be added, or is watched.
+/// A way that may be added, or is watched already.
 struct Candidate {
     way: Way,
     fault_signature: FaultSignature,
@@ -163,12 +161,12 @@ struct Isolation<'a> {
     findings: Findings,
     most: usize,
     expanded: u64,
-    /// How many comparisons were looked at.
+    /// The number of comparisons examined.
     looked: u64,
 }
 
 impl Isolation<'_> {
-    /// Those of some components whose faults are still taken for one of the signal.
+    /// The components among these whose faults are still not isolable from the signal's.
     fn still(&self, blamed: &Blamed, measured: &Measured) -> Blamed {
         let Measured { signal: own, followers, .. } = measured;
         let signals = blamed.signals.iter().filter(|&it| !followers.contains(it));
@@ -223,7 +221,7 @@ impl Isolation<'_> {
         }
     }
 
-    /// The numbers that are computed from one without passing through another that is provided.
+    /// The numbers that are computed from one without passing through another provided number.
     fn follow_from(&self, measured: &Measured) -> Vec<VariableId> {
         let mut reached: BTreeSet<VariableId> = BTreeSet::from([measured.variable]);
         let mut open = Vec::from([measured.variable]);
@@ -250,7 +248,7 @@ impl Isolation<'_> {
         found
     }
 
-    /// Whether a variable is provided by something else than what goes with the signal.
+    /// Whether a variable is provided by a constant or signal that does not depend on the signal.
     fn is_provided(&self, variable: VariableId, measured: &Measured) -> bool {
         let is_left =
             |&signal: &SignalId| self.knowledge.is_available(signal) && !measured.followers.contains(signal);
@@ -281,7 +279,7 @@ impl Isolation<'_> {
         let mut seen = BTreeSet::new();
         let found = substitutions.flat_map(ways).filter(|way| admits(way));
         let found = found.map(|way| Candidate::new(knowledge, way));
-        // Of ways over the same signals and relations, one says what all do.
+        // One of the ways over the same signals and relations represents them all.
         found
             .filter(|it| {
                 seen.insert((it.fault_signature.rests_on().clone(), it.way.substitution.relations()))
@@ -289,8 +287,8 @@ impl Isolation<'_> {
             .collect()
     }
 
-    /// The places of the one candidate, or of the two together, that tell the signal from most of what is blamed with it, beside
-    /// the ways that are watched already. Of equals, the shorter way, then the first.
+    /// The place of the candidate, or the places of the pair, that isolates most of the blamed components from the signal, beside
+    /// the watched ways. Of equals, the shorter way, then the first.
     fn best(
         &mut self,
         candidates: &[Candidate],
@@ -323,7 +321,7 @@ impl Isolation<'_> {
         best.map(|(_, places)| places)
     }
 
-    /// How much of what is blamed the comparisons of a way with others show.
+    /// The number of blamed components that the comparisons of a way with others show.
     fn told<'c>(
         &mut self,
         one: &Candidate,
@@ -344,7 +342,7 @@ impl Isolation<'_> {
     }
 }
 
-/// Components whose faults are taken for one of a signal.
+/// Components whose faults are not isolable from one of a signal.
 #[derive(Default)]
 struct Blamed {
     signals: SignalSet,

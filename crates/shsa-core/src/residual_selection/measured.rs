@@ -1,18 +1,18 @@
-//! A number with one independent signal, which relations compute, too: one that is worth looking behind.
+//! A number with one independent signal that relations compute, too: computing it may isolate faults.
 
 use crate::knowledge::{KnowledgeBase, Shape, SignalId, SignalSet, VariableId};
 
-/// A number with one independent signal, which relations compute, too.
+/// A number with one independent signal that relations compute, too.
 pub(super) struct Measured {
     pub(super) variable: VariableId,
-    /// The signal, or the first of those that are the same measurement or rest on it.
+    /// The signal, or the first of those that carry the same measurement or rest on it.
     pub(super) signal: SignalId,
-    /// All signals that go with it.
+    /// All signals that depend on the signal.
     pub(super) followers: SignalSet,
 }
 
 impl Measured {
-    /// Complexity: O(signals times what they are derived from).
+    /// Complexity: O(signals times their origins).
     pub(super) fn new(knowledge: &KnowledgeBase, variable: VariableId, signal: SignalId) -> Measured {
         let follows = |other: &SignalId| rests(knowledge, *other, signal);
         Measured { variable, signal, followers: knowledge.signals().ids().filter(follows).collect() }
@@ -24,7 +24,7 @@ fn rests(knowledge: &KnowledgeBase, signal: SignalId, other: SignalId) -> bool {
     knowledge.as_witnesses(knowledge.origins(signal)).contains(other)
 }
 
-/// The signal on which all signals of a number rest that relations compute, too.
+/// The signal that all signals of a number rest on, if relations compute the number, too.
 pub(super) fn only_signal(knowledge: &KnowledgeBase, variable: VariableId) -> Option<SignalId> {
     let described = &knowledge.variables()[variable];
     let is_number = described.constant.is_none() && described.shape == Shape::Scalar;

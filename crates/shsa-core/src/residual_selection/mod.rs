@@ -1,8 +1,8 @@
-//! Which ways of knowing each variable are compared: chosen from the model, before the first value comes.
+//! Selects the ways of knowing each variable that are compared, from the model, before the first value comes.
 //!
-//! Of the ways of one variable those are watched that tell most faults apart ([`witnesses`]), and ways that look behind a
-//! measured number where that tells more apart ([`isolate`]), as far as the budget lasts ([`afford`]). What a comparison shows
-//! is a [`FaultSignature`]; what all of them tell together are [`Findings`].
+//! Of the ways of one variable, those that isolate most faults are watched ([`witnesses`]); further ways compute a measured
+//! number where that isolates more ([`isolate`]); all within the budget ([`afford`]). A comparison has a [`FaultSignature`]; all
+//! comparisons together have [`Findings`].
 
 mod fault_signature;
 mod findings;

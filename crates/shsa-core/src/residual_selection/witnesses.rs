@@ -1,4 +1,4 @@
-//! The ways of knowing one variable that are watched: of very many, those that tell most faults apart.
+//! The watched ways of knowing one variable: of many, those that isolate most faults.
 
 use super::candidates::{MOST_SEARCHED, candidates};
 use super::cost::{Cost, added_cost};
@@ -13,30 +13,30 @@ use alloc::vec::Vec;
 /// Expansions after which a search for the next best substitution ends; counted, so that runs repeat.
 const LIMITS: Limits = Limits { expansions: 20_000, states: 20_000 };
 
-/// The ways of knowing a variable that are watched.
+/// The watched ways of a variable.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Witnesses {
-    /// Best utility first, then in file order; last those that look behind a measured number.
+    /// Best utility first, then in file order; last the ways that compute a measured number.
     pub ways: Vec<Way>,
-    /// How many ways there are; at least so many unless it is [`exact`](Witnesses::exact).
+    /// The number of all ways; a lower bound unless [`exact`](Witnesses::exact).
     pub possible: usize,
-    /// Whether `possible` counts all: no limit has ended the search.
+    /// Whether `possible` is exact, as no limit has ended the search.
     pub exact: bool,
-    /// How many decisions the search has taken, and how many comparisons were looked at to choose.
+    /// The number of decisions of the search, and of comparisons examined for the choice.
     pub expanded: u64,
-    /// All ways that were looked at, where more than `ways` were.
+    /// All considered ways, where these are more than `ways`.
     candidates: Vec<Way>,
 }
 
 impl Witnesses {
-    /// Whether all ways that there are are watched.
+    /// Whether all ways are watched.
     #[must_use]
     pub fn is_complete(&self) -> bool {
         self.exact && self.ways.len() >= self.possible
     }
 
-    /// What the comparisons of all ways that were looked at would tell, where not all are watched: each signal whose
-    /// fault would show, with the signals that it would be taken for.
+    /// The findings by comparisons of all considered ways, where not all are watched: each detectable signal, with the signals
+    /// that its fault would not be isolable from.
     ///
     /// Complexity: O(w^2 s) for w ways (at most 256) and s signals.
     #[must_use]
@@ -44,14 +44,14 @@ impl Witnesses {
         greedy::suspects(&FaultSignature::of_all(knowledge, &self.candidates))
     }
 
-    /// Operations a second of watching them, as [`WatchBudget::cost`](super::WatchBudget::cost) counts.
+    /// Operations a second for watching these ways, counted as in [`WatchBudget::cost`](super::WatchBudget::cost).
     #[must_use]
     pub fn cost(&self, knowledge: &KnowledgeBase) -> f64 {
         let costs: Vec<Cost> = self.ways.iter().map(|way| Cost::of(knowledge, way)).collect();
         (0..costs.len()).map(|count| added_cost(&costs, 0..=count)).sum()
     }
 
-    /// Watches one more.
+    /// Adds a way.
     pub(super) fn add(&mut self, way: Way) {
         if !self.candidates.is_empty() {
             self.candidates.push(way.clone());
@@ -60,7 +60,7 @@ impl Witnesses {
         self.possible = self.possible.saturating_add(1);
     }
 
-    /// Watches these only, by their places; fewer than two compare nothing.
+    /// Keeps only the ways at these places; fewer than two are compared with nothing.
     pub(super) fn keep(&mut self, kept: &BTreeSet<usize>) {
         if kept.len() == self.ways.len() {
             return;
@@ -76,12 +76,11 @@ impl Witnesses {
     }
 }
 
-/// The ways of knowing a variable that say something which its other comparisons do not: at most `most`, those that
-/// tell most faults apart.
+/// The ways of knowing a variable with information of their own: at most `most`, those that isolate most faults.
 ///
-/// `admits` says of a way whether it counts; it is asked once for ways that differ in their signals only. A provided number
-/// is not looked behind: it is compared in its own right ([`isolate`](super::isolate) adds what that leaves untold). A provided vector is, as vectors are compared only in the numbers
-/// that follow from them. Of ways that read the same measurement, one counts.
+/// `admits` tells whether a way counts; it is asked once for ways that differ in their signals only. A provided number is read,
+/// not computed, as it is compared itself ([`isolate`](super::isolate) adds the rest). A provided vector is computed, as vectors
+/// are compared only through numbers that follow from them. Of ways that read the same measurement, one counts.
 ///
 /// Complexity: a search for 256 substitutions, and, where there are more than `most` ways, O(w k s^2 / 64) for w of them (at
 /// most 256), k = `most`, over s signals.
@@ -97,7 +96,7 @@ pub fn witnesses(
     let is_looked_behind = |variable: VariableId| {
         is_vector(variable) && knowledge.is_provided(variable) && !knowledge.producers(variable).is_empty()
     };
-    // The search looks behind all that is provided or behind nothing, and all takes much longer in a large model.
+    // The search substitutes all provided variables or none, and all takes much longer in a large model.
     let substitute_provided = knowledge.variables().ids().any(is_looked_behind);
     let options = Options { substitute_provided, ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);
@@ -126,8 +125,8 @@ pub fn witnesses(
     witnesses
 }
 
-/// The places of the ways that are watched: all signals of the variable, and of the others those that tell most apart beside
-/// the first of these.
+/// The places of the watched ways: all signals of the variable, and the computed ways that isolate most faults beside the first
+/// of these.
 fn told_apart(knowledge: &KnowledgeBase, ways: &[Way], most: usize) -> BTreeSet<usize> {
     let is_direct = |at: &usize| ways.get(*at).is_some_and(|way| way.direct().is_some());
     let (direct, computed): (Vec<usize>, Vec<usize>) = (0..ways.len()).partition(is_direct);

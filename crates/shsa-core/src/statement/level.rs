@@ -4,7 +4,7 @@ use alloc::borrow::ToOwned;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// A scale of levels, in the order in which scales were added.
+/// A scale of levels, numbered in the order of addition.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct ScaleId(u32);
 
@@ -19,17 +19,17 @@ pub const STANDARD_SCALES: [(&str, &[&str]); 5] = [
     ("agpl", &["a", "b", "c", "d", "e"]),
 ];
 
-/// How far a statement can be relied on: a place on one scale.
+/// An integrity level: a place on one scale.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct Level {
-    /// Whose level it is.
+    /// The level's scale.
     pub scale: ScaleId,
-    /// How many levels of the scale are lower.
+    /// The number of lower levels on the scale.
     pub rank: u32,
 }
 
 impl Level {
-    /// Whether it is of the same scale and at least as high.
+    /// Whether the level is on the same scale and at least as high.
     #[must_use]
     pub fn reaches(self, demanded: Level) -> bool {
         self.scale == demanded.scale && self.rank >= demanded.rank
@@ -39,9 +39,9 @@ impl Level {
 /// A scale: its name and its levels.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Scale {
-    /// As files name it.
+    /// The scale's name in files.
     pub name: String,
-    /// The lowest first.
+    /// The levels, the lowest first.
     pub levels: Vec<String>,
 }
 
@@ -52,13 +52,13 @@ pub struct Scales {
 }
 
 impl Scales {
-    /// None yet.
+    /// No scales.
     #[must_use]
     pub const fn new() -> Scales {
         Scales { rows: Vec::new() }
     }
 
-    /// Those of [`STANDARD_SCALES`].
+    /// The scales of [`STANDARD_SCALES`].
     #[must_use]
     pub fn standard() -> Scales {
         let mut scales = Scales::new();
@@ -75,7 +75,7 @@ impl Scales {
         id
     }
 
-    /// The scale of an id that may be of other scales.
+    /// The scale of an id that may belong to other scales.
     #[must_use]
     pub fn get(&self, scale: ScaleId) -> Option<&Scale> {
         self.rows.get(scale.0 as usize)
@@ -87,7 +87,7 @@ impl Scales {
         self.iter().find(|(_, scale)| scale.name.eq_ignore_ascii_case(name)).map(|(id, _)| id)
     }
 
-    /// A level by the names of its scale and itself.
+    /// A level by the names of its scale and its own.
     #[must_use]
     pub fn level(&self, scale: &str, level: &str) -> Option<Level> {
         let scale = self.named(scale)?;
@@ -102,7 +102,7 @@ impl Scales {
         scale.and_then(|scale| scale.levels.get(level.rank as usize)).map_or("", String::as_str)
     }
 
-    /// How many levels are lower, of a level of the scale of this name.
+    /// The rank of a level, if it is on the scale of this name.
     #[must_use]
     pub fn rank_on(&self, scale: &str, level: Level) -> Option<u32> {
         self.get(level.scale).filter(|own| own.name == scale).map(|_| level.rank)

@@ -1,4 +1,4 @@
-//! Statements about a service, at a level of integrity, and when a guaranteed one meets a demanded one.
+//! Statements about a service with integrity levels, and the matching of guarantees and demands.
 
 mod level;
 
@@ -10,22 +10,22 @@ use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Bounds that differ by no more than this share of themselves are equal: what conversions between units may leave.
+/// Bounds that differ by no more than this share are equal: conversions between units round.
 const EQUAL: f64 = 1e-9;
 
-/// What somebody guarantees, or demands, of a service.
+/// A guaranteed or demanded statement about a service.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Statement {
     /// The type of the service; only equal types can meet.
     pub service: String,
-    /// How far it can be relied on; of a demand `None` takes any, of a guarantee it reaches none.
+    /// The integrity level; `None` in a demand accepts any, `None` in a guarantee reaches no level.
     pub level: Option<Level>,
-    /// All of them hold.
+    /// The properties, all of which hold.
     pub properties: Vec<Property>,
 }
 
 impl Statement {
-    /// Whether this guarantee meets a demand: type, level and every demanded property.
+    /// Whether this guarantee meets a demand in type, level and every demanded property.
     ///
     /// Time: the product of the numbers of properties and of their ranges.
     #[must_use]
@@ -34,7 +34,7 @@ impl Statement {
         reaches && self.says(demand)
     }
 
-    /// Whether this guarantee says what is demanded, whatever the level.
+    /// Whether this guarantee meets a demand, regardless of the level.
     #[must_use]
     pub fn says(&self, demand: &Statement) -> bool {
         let says = |wanted: &Property| self.properties.iter().any(|given| given.meets(wanted));
@@ -42,18 +42,18 @@ impl Statement {
     }
 }
 
-/// What can go wrong with a service: the guide words of ISO 26262 and of hazard analyses.
+/// Failure modes of a service: the guide words of ISO 26262 and of hazard analyses.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum FailureMode {
-    /// Nothing is provided where something should be.
+    /// The service provides nothing where it should.
     Omission,
-    /// Something is provided where nothing should be.
+    /// The service provides something where it should not.
     Commission,
-    /// What is provided deviates from the truth.
+    /// The provided value deviates from the truth.
     Value,
-    /// Something comes before its time.
+    /// The service is early.
     Early,
-    /// Something comes after its time.
+    /// The service is late.
     Late,
 }
 
@@ -67,7 +67,7 @@ impl FailureMode {
         FailureMode::Late,
     ];
 
-    /// The word for it in files.
+    /// The mode's name in files.
     #[must_use]
     pub const fn name(self) -> &'static str {
         match self {
@@ -80,51 +80,51 @@ impl FailureMode {
     }
 }
 
-/// A property of a service, typed.
+/// A typed property of a service.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Property {
     /// Only equal names can meet.
     pub name: String,
-    /// The failure that it bounds, where it says so; only equal ones can meet.
+    /// The failure mode that the property bounds; only equal modes can meet.
     pub mode: Option<FailureMode>,
-    /// What it says.
+    /// The property's content.
     pub content: Content,
 }
 
-/// What a property says.
+/// The content of a property.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// That it is so.
+    /// The property holds.
     Binary,
-    /// Which cases are covered.
+    /// The covered cases.
     Categorical {
         /// The cases.
         covered: BTreeSet<String>,
         /// Which side must lie within which.
         inclusion: Inclusion,
     },
-    /// Which numbers are covered.
+    /// The covered numbers.
     Numeric {
-        /// Closed, in SI; none is empty.
+        /// Closed ranges in SI; none is empty.
         ranges: Vec<Interval>,
-        /// Of the numbers.
+        /// The dimension of the numbers.
         dimension: Dimension,
         /// Which side must lie within which.
         inclusion: Inclusion,
     },
 }
 
-/// Which side of a matching must lie within which.
+/// Which side of a match must lie within the other.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Inclusion {
     /// "At most": an error of up to 0.2 m meets a demand of up to 0.3 m.
     GuaranteeInDemand,
-    /// "At least": free for 2 s meets a demand of 1.5 s.
+    /// "At least": a guarantee of 2 s meets a demand of 1.5 s.
     DemandInGuarantee,
 }
 
 impl Inclusion {
-    /// A guarantee and a demand as the outer and the inner side.
+    /// The outer and the inner side of a match.
     fn sides<T>(self, guarantee: T, demand: T) -> (T, T) {
         match self {
             Inclusion::GuaranteeInDemand => (demand, guarantee),
@@ -134,8 +134,8 @@ impl Inclusion {
 }
 
 impl Property {
-    /// Whether this guaranteed property meets a demanded one: equal name, failure, kind, direction and dimension, and one
-    /// side lies within the other (each of its ranges within one of the other's).
+    /// Whether this guaranteed property meets a demanded one: equal name, failure mode, kind, direction and dimension, and one
+    /// side within the other (each of its ranges within one of the other's).
     #[must_use]
     pub fn meets(&self, demand: &Property) -> bool {
         self.name == demand.name && self.mode == demand.mode && self.content.meets(&demand.content)
@@ -183,7 +183,7 @@ fn within(inner: Interval, outer: Interval) -> bool {
     inner.is_empty() || at_most(outer.lo(), inner.lo()) && at_most(inner.hi(), outer.hi())
 }
 
-/// Whether a bound is below another or equal but for rounding.
+/// Whether a bound is at most another one, but for rounding.
 fn at_most(one: f64, other: f64) -> bool {
     let scale = one.abs().max(other.abs());
     one <= other || scale.is_finite() && one - other <= EQUAL * scale

@@ -11,9 +11,9 @@ pub struct Dimension {
 const ANGLE: usize = 7;
 const DATA: usize = 8;
 const SYMBOLS: [&str; 9] = ["kg", "m", "s", "A", "K", "mol", "cd", "rad", "B"];
-/// Where the symbols above stand in the exponents: mass is written before length.
+/// The places of the symbols above in the exponents: mass is written before length.
 const ORDER: [usize; 9] = [1, 0, 2, 3, 4, 5, 6, ANGLE, DATA];
-/// What is better known under a name of its own.
+/// Dimensions that have a better known name.
 const NAMED: [([i8; 9], &str); 10] = [
     ([1, 1, -2, 0, 0, 0, 0, 0, 0], "N"),
     ([-1, 1, -2, 0, 0, 0, 0, 0, 0], "Pa"),
@@ -28,20 +28,20 @@ const NAMED: [([i8; 9], &str); 10] = [
 ];
 
 impl Dimension {
-    /// Of a plain number.
+    /// The dimension of a plain number.
     pub const PLAIN: Dimension = Dimension::of([0; 9]);
-    /// Of a length.
+    /// The dimension of a length.
     pub const LENGTH: Dimension = Dimension::of([1, 0, 0, 0, 0, 0, 0, 0, 0]);
-    /// Of a time.
+    /// The dimension of a time.
     pub const TIME: Dimension = Dimension::of([0, 0, 1, 0, 0, 0, 0, 0, 0]);
-    /// Of an angle.
+    /// The dimension of an angle.
     pub const ANGLE: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 1, 0]);
-    /// Of a frequency.
+    /// The dimension of a frequency.
     pub const FREQUENCY: Dimension = Dimension::of([0, 0, -1, 0, 0, 0, 0, 0, 0]);
-    /// Of an amount of data.
+    /// The dimension of an amount of data.
     pub const DATA: Dimension = Dimension::of([0, 0, 0, 0, 0, 0, 0, 0, 1]);
 
-    /// From the exponents in the order of the type's description.
+    /// The dimension of exponents in the order of the type's description.
     #[must_use]
     pub const fn of(exponents: [i8; 9]) -> Dimension {
         Dimension { exponents }
@@ -53,31 +53,31 @@ impl Dimension {
         self.exponents
     }
 
-    /// Of a product; `None` when an exponent leaves its range.
+    /// The dimension of a product; `None` when an exponent leaves its range.
     #[must_use]
     pub fn times(self, other: Dimension) -> Option<Dimension> {
         self.zip(other, i8::checked_add)
     }
 
-    /// Of a quotient; `None` when an exponent leaves its range.
+    /// The dimension of a quotient; `None` when an exponent leaves its range.
     #[must_use]
     pub fn over(self, other: Dimension) -> Option<Dimension> {
         self.zip(other, i8::checked_sub)
     }
 
-    /// Of a power; `None` when an exponent leaves its range.
+    /// The dimension of a power; `None` when an exponent leaves its range.
     #[must_use]
     pub fn power(self, exponent: i8) -> Option<Dimension> {
         self.zip(self, |own, _| own.checked_mul(exponent))
     }
 
-    /// Of a root; `None` when an exponent is no multiple of `degree`.
+    /// The dimension of a root; `None` when an exponent is no multiple of `degree`.
     #[must_use]
     pub fn root(self, degree: i8) -> Option<Dimension> {
         self.zip(self, |own, _| (own.checked_rem(degree)? == 0).then_some(own.checked_div(degree)?))
     }
 
-    /// The same without its angle.
+    /// The dimension without its angle.
     #[must_use]
     pub const fn without_angle(self) -> Dimension {
         let [length, mass, time, current, temperature, amount, intensity, _, data] = self.exponents;

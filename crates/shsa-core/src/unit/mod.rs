@@ -1,9 +1,8 @@
 //! Units: SI exponents with scale and offset, as values.
 //!
-//! Everything that the core computes is in coherent SI units (angles in radians); a unit converts at the border:
-//! `value_si = value * scale + offset`. An angle is a base dimension of its own, so that angles and plain
-//! numbers are told apart. A unit with an offset (`degC`, `degF`) only converts: inside a compound (`degC/s`)
-//! it is a difference and has no offset.
+//! The core computes in coherent SI units only (angles in radians); a unit converts at the interface: `value_si = value * scale +
+//! offset`. An angle is a base dimension of its own, so that angles and plain numbers are told apart. A unit with an offset
+//! (`degC`, `degF`) only converts: inside a compound (`degC/s`) it is a difference and has no offset.
 
 mod dimension;
 mod table;
@@ -24,14 +23,14 @@ const MAX_TEXT: usize = 200;
 /// The deepest nesting of parentheses in a unit.
 const MAX_DEPTH: usize = 8;
 
-/// What a number of a quantity counts: its dimension, its size in SI, and where its zero lies.
+/// A unit of a quantity: its dimension, its size in SI, and its zero.
 #[derive(Clone, Debug)]
 pub struct Unit {
     /// The SI exponents.
     pub dimension: Dimension,
-    /// How many coherent SI units one of it is; positive.
+    /// The size in coherent SI units; positive.
     pub scale: f64,
-    /// The SI value of its zero; not 0 for `degC` and `degF` only.
+    /// The SI value of the unit's zero; not 0 for `degC` and `degF` only.
     pub offset: f64,
     text: String,
 }
@@ -42,14 +41,14 @@ impl PartialEq for Unit {
     }
 }
 
-/// A text that is no unit.
+/// The error of a text that is no unit.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UnitError {
-    /// What is wrong, naming the part.
+    /// The problem, naming the part.
     pub message: String,
     /// The nearest known unit, if one is near.
     pub nearest: Option<String>,
-    /// Where in the text, in bytes.
+    /// The place in the text, in bytes.
     pub span: Range<usize>,
 }
 
@@ -72,7 +71,7 @@ impl Unit {
         Unit { dimension, scale: 1.0, offset: 0.0, text: dimension.to_string() }
     }
 
-    /// Of a plain number.
+    /// The unit of a plain number.
     #[must_use]
     pub fn one() -> Unit {
         Unit::si(Dimension::PLAIN)
@@ -84,7 +83,7 @@ impl Unit {
     /// units that take them.
     ///
     /// # Errors
-    /// An unknown name, with the nearest known one; what is no product of powers of units; exponents beyond 127.
+    /// An unknown name, with the nearest known one; a text that is no product of powers of units; exponents beyond 127.
     pub fn parse(text: &str) -> Result<Unit, UnitError> {
         let trimmed = text.trim();
         if trimmed.len() > MAX_TEXT {
@@ -114,7 +113,7 @@ impl Unit {
         self.scale == 1.0 && self.offset == 0.0
     }
 
-    /// Whether its zero is a convention, as that of `degC` and `degF`: values are points, of which only differences count.
+    /// Whether the zero is a convention, as for `degC` and `degF`: values are points, of which only differences count.
     #[must_use]
     pub fn is_affine(&self) -> bool {
         self.offset != 0.0
@@ -132,7 +131,7 @@ impl Unit {
         (value - self.offset) / self.scale
     }
 
-    /// A difference or tolerance in this unit in SI: without the offset.
+    /// Converts a difference or tolerance in this unit to SI, without the offset.
     #[must_use]
     pub fn to_si_difference(&self, value: f64) -> f64 {
         value * self.scale
@@ -150,7 +149,7 @@ impl Unit {
         if self.is_si() { value } else { (value - self.offset_enclosed()) / enclosed(self.scale) }
     }
 
-    /// An interval of differences or tolerances in this unit in SI, rounded outward: without the offset.
+    /// Converts an interval of differences or tolerances in this unit to SI, rounded outward, without the offset.
     #[must_use]
     pub fn to_si_difference_interval(&self, value: Interval) -> Interval {
         if self.scale == 1.0 { value } else { value * enclosed(self.scale) }
@@ -161,7 +160,7 @@ impl Unit {
     }
 }
 
-/// A number that was written, with its rounding: whole numbers are exact, all others within two units in the last place.
+/// A written number with its rounding: whole numbers are exact, all others within two units in the last place.
 pub(crate) fn enclosed(size: f64) -> Interval {
     if libm::trunc(size) == size && size.abs() < 9e15 {
         return Interval::point(size);
@@ -175,7 +174,7 @@ impl fmt::Display for Unit {
     }
 }
 
-/// A product of factors while it is read; the size as a quotient, so that `km/h` is rounded once.
+/// A product of factors under construction; the size as a quotient, so that `km/h` is rounded once.
 struct Product {
     dimension: Dimension,
     over: f64,
@@ -226,7 +225,7 @@ impl<'a> Reader<'a> {
         found
     }
 
-    /// Skips blanks; whether there were any.
+    /// Skips blanks; returns whether there were any.
     fn blanks(&mut self) -> bool {
         let rest = self.rest();
         let skipped = rest.len() - rest.trim_start_matches([' ', '\t']).len();

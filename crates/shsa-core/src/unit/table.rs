@@ -1,7 +1,8 @@
 //! The known units and prefixes, and the search for the nearest known name.
 //!
-//! Sizes after the SI brochure (BIPM, 9th edition, 2019) and, for the others, the international yard and pound
-//! agreement of 1959; bytes after IEC 80000-13. `t` (tonne) and `in` are left out: the one is every second model's time, the other a word.
+//! Sizes after the SI brochure (BIPM, 9th edition, 2019) and, for the others, the international yard and pound agreement of 1959;
+//! bytes after IEC 80000-13. `t` (tonne) and `in` are left out: the first is the name of time in many models, the second a common
+//! word.
 
 use alloc::borrow::ToOwned;
 use alloc::format;
@@ -39,7 +40,7 @@ const fn sized(names: &'static [&'static str], exponents: [i8; 9], over: f64, un
     Row { names, exponents, over, under, offset: 0.0, prefixed: false }
 }
 
-/// A unit of another size that takes prefixes all the same.
+/// A unit of another size that takes prefixes nevertheless.
 const fn scaled(names: &'static [&'static str], exponents: [i8; 9], over: f64, under: f64) -> Row {
     Row { names, exponents, over, under, offset: 0.0, prefixed: true }
 }
@@ -115,7 +116,7 @@ const ROWS: [Row; 62] = [
     sized(&["psi"], PRESSURE, 44_482_216_152_605.0, 6_451_600_000.0),
     sized(&["atm"], PRESSURE, 101_325.0, 1.0),
     sized(&["mmHg"], PRESSURE, 133_322_387_415.0, 1e9),
-    // Without prefixes of their own: `dB` is no tenth of a byte.
+    // Rows of their own instead of prefixes: `dB` is no tenth of a byte.
     sized(&["B"], DATA, 1.0, 1.0),
     sized(&["kB"], DATA, 1e3, 1.0),
     sized(&["MB"], DATA, 1e6, 1.0),
@@ -150,7 +151,7 @@ pub fn known() -> impl Iterator<Item = (&'static [&'static str], bool)> {
     ROWS.iter().map(|row| (row.names, row.prefixed))
 }
 
-/// The prefixes with how much they are: a number to multiply with, one to divide by.
+/// The prefixes and their factors: a number to multiply with, and one to divide by.
 #[must_use]
 pub const fn prefixes() -> [(&'static str, f64, f64); 14] {
     PREFIXES
@@ -189,7 +190,7 @@ pub(crate) fn is_unit_char(c: char) -> bool {
         || matches!(c, '_' | '%' | '‰' | '°' | '℃' | '\u{b5}' | '\u{3bc}' | '\u{3a9}' | '\u{2126}')
 }
 
-/// Words that people write for units.
+/// Words that people write for units, and the units.
 const WORDS: [(&str, &str); 16] = [
     ("meter", "m"),
     ("metre", "m"),
@@ -230,11 +231,10 @@ pub(super) fn nearest_unit(name: &str) -> Option<String> {
     })
 }
 
-/// The known word nearest to `word`, when few enough letters differ (a third of them, at least one) or only the
-/// case does.
+/// The known word nearest to `word`, when few enough letters differ (a third of them, at least one) or only the case does.
 ///
-/// The first one wins a tie. Time: the lengths of both words multiplied, per known word; words of more than 64
-/// characters are near to nothing.
+/// The first one wins a tie. Time: the lengths of both words multiplied, per known word; a word of more than 64 characters is
+/// near to no other.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let length = word.chars().count();
     if length > 64 {

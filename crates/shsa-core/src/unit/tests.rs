@@ -3,7 +3,7 @@
 use super::*;
 use std::string::ToString;
 
-/// `text` is this many SI units of a dimension.
+/// Checks that `text` is this many SI units of a dimension.
 #[track_caller]
 fn check(text: &str, scale: f64, dimension: &str) {
     let unit = Unit::parse(text).unwrap_or_else(|error| panic!("{text}: {error}"));

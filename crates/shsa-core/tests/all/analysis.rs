@@ -1,4 +1,4 @@
-//! The analysis against brute force over all sets of losses, against the monitor that runs, and against itself.
+//! The analysis compared with brute force over all sets of losses, with the running monitor, and with itself.
 
 use crate::plan_support::{KINDS, Random, knowledge, random};
 use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, analyze};
@@ -14,7 +14,7 @@ use std::collections::BTreeSet;
 pub(crate) const WITHOUT_ADDITIONS: Options =
     Options { only_runnable: false, steps: 10_000_000, addition_steps: 0, watch: WATCH };
 
-/// What is watched when nobody says otherwise, at whatever cost.
+/// The default number of watched ways, at any cost.
 const WATCH: WatchBudget = WatchBudget { ways: 32, cost: u64::MAX };
 
 /// The same model with other signals, relations and needs.
@@ -148,7 +148,7 @@ fn check_comparisons(knowledge: &KnowledgeBase) -> usize {
     let engine = Engine::new(knowledge.clone(), engine::Options::default());
     let pairs = engine.monitor().residuals().iter();
     let mut watched: Vec<SignalSet> = pairs.map(|pair| pair.signals.clone()).collect();
-    // Where stamps are uncertain, each of two ways is compared at the moments of the other.
+    // With uncertain stamps, each of two ways is compared at the moments of the other.
     watched.dedup();
     let comparisons = &analysis.comparisons;
     let found: Vec<SignalSet> = comparisons.pairs().iter().map(|&pair| comparisons.signals(pair)).collect();
@@ -163,7 +163,7 @@ fn the_comparisons_are_those_of_the_monitor() {
     assert!(counts.iter().all(|&count| count > 0), "{counts:?}");
 }
 
-/// One fault at a time: when all comparisons that show it disagree, the diagnosis suspects who the analysis says.
+/// Single faults: when all comparisons that show one disagree, the diagnosis suspects the components of the analysis.
 #[track_caller]
 fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
     let (faults, comparisons) = (&analysis.faults, &analysis.comparisons);
@@ -228,7 +228,7 @@ fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
     with_parts(knowledge, relations, signals, needs)
 }
 
-/// What is added brings what a whole new analysis says, though only the part that it can change is looked at.
+/// An addition has the effect that a whole new analysis finds, although only the affected part is analysed.
 #[test]
 fn additions_bring_what_a_new_analysis_says() {
     let mut helpful = 0;
@@ -284,7 +284,7 @@ fn names(knowledge: &KnowledgeBase, signals: &SignalSet) -> String {
 
 #[test]
 fn what_both_sides_read_alike_does_not_show() {
-    // x by one relation from s and either a: the two a can be compared, s cannot.
+    // x by one relation from s and either a: faults of both a are detectable, those of s are not.
     let knowledge = knowledge(&["!s", "!a", "!a", "x = r(s, a)"]);
     let analysis = analyze(&knowledge, WITHOUT_ADDITIONS);
     let detectable: SignalSet =
@@ -313,7 +313,7 @@ fn a_fault_of_a_derived_signal_shows_and_one_of_its_origin_does_not() {
     assert!(analysis.faults.is_detectable(derived) && !analysis.faults.is_detectable(origin));
     assert!(!analysis.faults.is_isolable_from(derived, origin));
     assert!(!analysis.is_substitutable(origin));
-    // The relation knows b without its own signal, but nothing knows it without a.
+    // The relation knows b without its own signal, but no way knows b without a.
     assert!(analysis.is_substitutable(derived));
     assert_eq!(analysis.signals[derived].single_points, SignalSet::from_iter([origin]));
 }
@@ -327,7 +327,7 @@ fn what_goes_on_from_itself_is_no_substitute() {
     let lost: Vec<usize> = analysis.needs_lost(barometer).map(Id::index).collect();
     assert_eq!(lost, [0]);
     assert_eq!(analysis.unhealed(), SignalSet::from_iter([barometer]));
-    // The climb: two sensors and the derivative of the height.
+    // The climb has two sensors and the derivative of the height.
     assert_eq!(analysis.needs.iter().map(|need| need.survives).collect::<Vec<_>>(), [Some(0), Some(2)]);
 }
 
@@ -350,11 +350,11 @@ fn structure_counts_unless_it_must_run() {
     assert!(analyze(&knowledge, WITHOUT_ADDITIONS).is_substitutable(a_second));
     let runnable = analyze(&knowledge, Options { only_runnable: true, ..Options::default() });
     assert!(!runnable.is_substitutable(a_second) && !runnable.faults.is_detectable(a_second));
-    // A second sensor is what helps then: what is added counts as runnable.
+    // Then a second sensor helps: an addition counts as runnable.
     assert!(matches!(runnable.additions[0].candidate, Candidate::Sensor(_)));
 }
 
-/// As many ways as there are choices for each of forty parts: 2^40, of which no list is made.
+/// As many ways as there are choices for each of forty parts: 2^40, which are never listed.
 #[test]
 fn ways_are_not_listed() {
     let mut lines: Vec<String> = Vec::new();
@@ -371,8 +371,8 @@ fn ways_are_not_listed() {
     assert_eq!(analysis.limited, [Limited::Ways { variables: 1 }]);
 }
 
-/// The lines of the projective plane of order 3: every two meet, and no three points are on all of them, so that the
-/// simple bound says 1 and the truth is 4 (a line).
+/// The lines of the projective plane of order 3: every two meet, and no three points meet all of them. So the simple bound is 1
+/// and the truth is 4 (a line).
 #[test]
 fn a_limit_leaves_a_bound_and_is_told() {
     let mut lines: Vec<String> = (0..13).map(|point| format!("!p{point}")).collect();

@@ -1,4 +1,4 @@
-//! Structural analysis against its definitions, tried out on all subsets, and within its limits.
+//! Structural analysis compared with its definitions, evaluated on all subsets, and its limits.
 
 use crate::plan_support::Random;
 use shsa_core::analysis::structure::{EquationSet, LIMITS, Sets, Structure};
@@ -7,7 +7,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::plan::{Limits, StopReason};
 
-/// Equations as bits of variables, and which of them may fail: those with one variable are signals.
+/// Equations as bits of variables, and which of them may fail: equations of one variable are signals.
 #[derive(Debug)]
 struct Bits {
     variables: usize,
@@ -47,7 +47,7 @@ fn relation(name: String, outputs: Vec<VariableId>, inputs: Vec<VariableId>, may
     Relation { name, inputs, outputs, formulas, condition, text, properties: prior(may_fail) }
 }
 
-/// Relations first, as a structure numbers them.
+/// Sorts relations first, as a structure numbers them.
 fn sorted(mut bits: Bits) -> Bits {
     let mut order: Vec<usize> = (0..bits.equations.len()).collect();
     order.sort_by_key(|&at| bits.equations[at].count_ones() == 1);
@@ -86,7 +86,7 @@ fn random(seed: u64) -> Bits {
     sorted(Bits { variables, equations, may_fail })
 }
 
-/// The definitions, word by word, on subsets as bits.
+/// The literal definitions, on subsets as bits.
 impl Bits {
     fn subsets(&self) -> std::ops::Range<u32> {
         0..1 << self.equations.len()
@@ -114,7 +114,7 @@ impl Bits {
         best
     }
 
-    /// Sets that lose redundancy with any equation.
+    /// The sets that lose redundancy with any of their equations.
     fn proper(&self) -> Vec<u32> {
         let best = self.redundancies();
         let loses = |set: u32, at: usize| best[(set & !(1 << at)) as usize] < best[set as usize];
@@ -142,7 +142,7 @@ impl Bits {
         tests.iter().copied().filter(|&set| is_minimal(set)).collect()
     }
 
-    /// The largest proper set: the union of all.
+    /// The largest proper set: the union of all proper sets.
     fn over(&self) -> u32 {
         self.proper().into_iter().fold(0, |all, set| all | set)
     }
@@ -282,7 +282,7 @@ fn constants_are_known_and_derived_signals_are_relations() {
     assert_eq!(structure.overdetermined_sets(LIMITS).sets.len(), 1, "only the constant is left");
 }
 
-/// Every equation holds every variable.
+/// A model in which every equation contains every variable.
 fn complete(equations: usize, variables: usize) -> KnowledgeBase {
     let mut all = IdVec::new();
     (0..variables).for_each(|at| _ = all.push(variable(at, None)));
@@ -294,7 +294,7 @@ fn complete(equations: usize, variables: usize) -> KnowledgeBase {
     KnowledgeBase::from_parts(all, relations, IdVec::new(), IdVec::new())
 }
 
-/// So many variables with so many signals each, and with or without a chain of relations between them.
+/// A model of variables with a number of signals each, with or without a chain of relations between them.
 fn carried(variables: usize, signals: usize, is_chain: bool) -> KnowledgeBase {
     let mut all: IdVec<VariableId, Variable> = IdVec::new();
     (0..variables).for_each(|at| _ = all.push(variable(at, None)));

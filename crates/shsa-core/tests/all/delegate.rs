@@ -1,5 +1,5 @@
-//! Somebody else computes the source of a need: what is published is what the engine would have published, as long as the
-//! answers are right; and when they are late, wrong or missing, the engine does the work itself.
+//! Another process computes the source of a need: with right answers, the publications are the engine's own; with late, wrong or
+//! missing answers, the engine computes the source itself.
 
 use crate::models::System;
 use shsa_core::computation::{Computation, Computed, Task};
@@ -11,11 +11,11 @@ use shsa_core::knowledge::{Id, NeedId};
 use shsa_core::time::{Span, Time, Validity};
 use std::collections::BTreeMap;
 
-/// Who computes for an engine, in the same process.
+/// The delegates of an engine, in the same process.
 struct Delegates {
-    /// For each need: the number of the source, what computes it, and whether it has seen the past.
+    /// For each need: the number of the source, its computation, and whether that has seen the past.
     at_work: BTreeMap<usize, (u64, Computation, bool)>,
-    /// What becomes of an answer.
+    /// Changes an answer, or drops it.
     twist: fn(Report, u64) -> Option<Report>,
 }
 
@@ -24,7 +24,7 @@ struct Stage {
     delegates: Option<Delegates>,
     now: Time,
     published: Vec<Publication>,
-    /// Tasks that nobody has answered.
+    /// The number of tasks without an answer.
     unanswered: usize,
 }
 
@@ -52,7 +52,7 @@ impl Stage {
         self.delegation();
     }
 
-    /// Whoever is needed is there at once.
+    /// Starts the delegate of each need at once.
     fn delegation(&mut self) {
         let Some(delegates) = &mut self.delegates else { return };
         for need in self.engine.knowledge().needs().ids() {
@@ -102,7 +102,7 @@ impl Stage {
         }
     }
 
-    /// Seconds of a run in which these signals are forbidden after two.
+    /// Seconds of a run in which these signals are forbidden after two seconds.
     fn run(&mut self, system: &System, forbidden: &[&str]) {
         system.inputs(0, 2).into_iter().for_each(|input| self.give(input));
         for name in forbidden {
@@ -113,7 +113,7 @@ impl Stage {
     }
 }
 
-/// What is published, but for who has computed it; need by need.
+/// The publications without their delegation flags, need by need.
 fn shown(published: &[Publication]) -> Vec<String> {
     let shown = |it: &&Publication| format!("{:?}", Publication { delegated: false, ..(*it).clone() });
     let mut published: Vec<&Publication> = published.iter().collect();
@@ -121,7 +121,7 @@ fn shown(published: &[Publication]) -> Vec<String> {
     published.iter().map(shown).collect()
 }
 
-/// The same is published with and without delegates; how many values came from them.
+/// Checks that publications are the same with and without delegates; returns how many values came from delegates.
 #[track_caller]
 fn check(system: &System, forbidden: &[&str]) -> usize {
     let [mut alone, mut helped] =
@@ -141,7 +141,7 @@ fn check(system: &System, forbidden: &[&str]) -> usize {
 
 #[test]
 fn what_is_delegated_is_what_the_engine_would_compute() {
-    // A vector's smallest; a difference quotient over a second; reckoning from the last value.
+    // The minimum of a vector; a difference quotient over a second; reckoning from the last value.
     assert!(check(&crate::models::rover(), &[]) > 50);
     assert!(check(&crate::models::rover(), &["lidar"]) > 50);
     assert!(check(&crate::models::climber(), &["climb_1", "climb_2"]) > 80);
@@ -166,7 +166,7 @@ fn who_is_gone_leaves_no_gap() {
         if stage.unanswered == 1 && gone < 3 {
             gone += 1;
         } else if gone == 3 {
-            // Some inputs after the task that is not answered.
+            // Some inputs after the unanswered task.
             gone += 1;
             let (time, need) = (stage.now, NeedId::from_index(0));
             let before = stage.published.len();
@@ -197,7 +197,7 @@ fn a_wrong_answer_is_not_published() {
             2 => (PublishedValue::Vector(vec![value]), valid),
             3 => (scalar(value.lo(), value.hi()), later),
             4 => (scalar(value.lo(), value.hi()), reversed),
-            // Sound by itself, and contradicted by the sonar and the image.
+            // Sound by itself, but contradicted by the sonar and the image.
             5 => (scalar(value.lo() + 9.0, value.hi() + 9.0), valid),
             6 => return Some(Report::Answer { number: number + 1, result: Some((scalar(0.0, 0.1), valid)) }),
             _ => return Some(report),

@@ -1,5 +1,5 @@
-//! What is wrong with a signal's own readings: each detector against its definition over the whole past, no alarm where
-//! nothing is wrong, no dependence on the order within a moment, and outliers that are neither let out nor locked in.
+//! Faults of a signal's own readings: each detector compared with its definition over the whole past, no false alarms,
+//! independence of the order within a moment, and outliers that are neither published nor locked in.
 
 use proptest::prelude::*;
 use shsa_core::alignment::Counts;
@@ -13,7 +13,7 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Amount, Joint, Range, Reason, Reasons};
 use shsa_core::time::{Span, Time};
 
-/// 5 Hz, hence 2 of 4 readings; -50..50 within +-0.1, 2 a second; stamps within 10 ms, 300 ms late at most.
+/// 5 Hz, hence 2 of 4 readings; -50..50 within +-0.1, 2 a second; stamps within 10 ms, at most 300 ms late.
 const PERIOD: i64 = 200_000_000;
 const MAX_RATE: f64 = 2.0;
 const ERROR: f64 = 0.1;
@@ -54,7 +54,7 @@ fn knowledge() -> KnowledgeBase {
 /// Stamp and reception in nanoseconds, and the value.
 type Reading = (i64, i64, f64);
 
-/// What came out, and how the engine stands then.
+/// The outputs, and the final state of the engine.
 struct Run {
     engine: Engine,
     outputs: Vec<Output>,
@@ -88,7 +88,7 @@ impl Run {
         self.engine.monitor().ports()[SignalId::from_index(0)].counts()
     }
 
-    /// Every published value and when.
+    /// All published values and their times.
     fn published(&self) -> Vec<(Time, f64)> {
         let value = |output: &Output| match output {
             Output::Publication(publication) => match &publication.value {
@@ -108,13 +108,13 @@ fn event(output: &Output) -> Option<&Event> {
     }
 }
 
-/// On time, one every period.
+/// Readings on time, one in each period.
 fn regular(values: impl IntoIterator<Item = f64>) -> Vec<Reading> {
     let at = |step: usize| step as i64 * PERIOD;
     values.into_iter().enumerate().map(|(step, value)| (at(step), at(step), value)).collect()
 }
 
-/// Readings with everything that can go wrong, several at one moment now and then.
+/// Readings with all kinds of faults, sometimes several at one moment.
 fn readings() -> impl Strategy<Value = Vec<Reading>> {
     let value = prop_oneof![6 => -0.2..0.2, 1 => Just(f64::NAN), 1 => Just(90.0), 1 => Just(20.0)];
     let delay = prop_oneof![6 => Just(0_i64), 1 => Just(PERIOD), 2 => Just(500_000_000)];
@@ -129,7 +129,7 @@ fn readings() -> impl Strategy<Value = Vec<Reading>> {
     })
 }
 
-/// By moment of reception, ascending.
+/// The readings by moment of reception, ascending.
 fn moments(readings: &[Reading]) -> Vec<Vec<Reading>> {
     let mut moments: Vec<Vec<Reading>> = Vec::new();
     for &reading in readings {
@@ -147,7 +147,7 @@ fn shows(flags: &[bool], n: usize, k: usize) -> bool {
     window.last() == Some(&true) && window.iter().filter(|flag| **flag).count() >= k
 }
 
-/// The first fault by definition, looking at the whole past for each moment, as long as no value is too fast.
+/// The first fault by definition, from the whole past of each moment, as long as no value is too fast.
 fn first_fault(readings: &[Reading]) -> Option<(Time, Symptom)> {
     let moments = moments(readings);
     let (mut invalid, mut outside, mut back, mut late) = (vec![], vec![], vec![], vec![]);
@@ -171,7 +171,7 @@ fn first_fault(readings: &[Reading]) -> Option<(Time, Symptom)> {
     None
 }
 
-/// Whether the readings of a signal themselves have shown the fault.
+/// Whether the event reports a fault of a signal's own readings.
 fn shows_readings(event: &Event) -> bool {
     event.because.iter().any(|reason| matches!(reason, Reason::Readings { .. }))
 }
@@ -179,7 +179,7 @@ fn shows_readings(event: &Event) -> bool {
 proptest! {
     #[test]
     fn the_first_fault_is_that_of_the_definition(readings in readings()) {
-        // Without jumps and repeated readings, which the definition leaves out.
+        // Without jumps and repeated readings, which the definition does not cover.
         let mut readings = readings;
         readings.iter_mut().for_each(|reading| if reading.2 == 20.0 { reading.2 = 90.0 });
         let mut number = 0.0;
@@ -188,7 +188,7 @@ proptest! {
             reading.2 = number;
         });
         let run = Run::of(&readings);
-        // A timeout of the same signal may speak first, or drop what comes after it.
+        // A timeout of the same signal may be told first, or drop later readings.
         let expected = first_fault(&readings);
         let failed = run.events(EventKind::Failed);
         let found = failed.iter().find(|event| shows_readings(event));
@@ -222,7 +222,7 @@ proptest! {
         prop_assert_eq!(counts(&one), counts(&other));
     }
 
-    /// The truth keeps to its rate, readings to their errors, and a value may be held between two measurements.
+    /// The truth keeps its rate, readings keep their errors, and a value may be held between two measurements.
     #[test]
     fn a_sound_signal_is_never_accused(
         steps in prop::collection::vec((-1.0..=1.0_f64, -1.0..=1.0_f64, -10_000_000..=10_000_000_i64, 0..290_000_000_i64), 2..120),
@@ -249,7 +249,7 @@ proptest! {
         }
     }
 
-    /// A few glitches are never published, and nobody is accused for them.
+    /// A few glitches are never published, and accuse no signal.
     #[test]
     fn glitches_are_kept_out_for_good(gaps in prop::collection::vec(4..9_usize, 1..5), height in 5.0..49.0_f64, seed in any::<u32>()) {
         let mut values = Vec::new();
@@ -265,8 +265,8 @@ proptest! {
         prop_assert!(run.published().len() > gaps.iter().sum::<usize>() - 2);
     }
 
-    /// A new level that stays is told once, and published after the probation, as nothing else is left: what it is, the plant or
-    /// the sensor, nobody knows.
+    /// A lasting new level is reported once, and published after the probation, as no other source is left: whether the plant or
+    /// the sensor jumped is unknown.
     #[test]
     fn a_new_level_is_not_locked_out(before in 4..40_usize, height in 5.0..49.0_f64, is_up in any::<bool>()) {
         let level = if is_up { height } else { -height };
@@ -288,7 +288,7 @@ proptest! {
     }
 }
 
-/// What a signal of a temperature that jumps about says, and what is said about it.
+/// Events and publications of a temperature signal that jumps erratically.
 #[test]
 fn a_signal_that_jumps_about_stays_failed_and_is_not_published() {
     let erratic = (0..200_u64).map(|step| (step.wrapping_mul(7_919) % 97) as f64 - 48.0);
@@ -301,7 +301,7 @@ fn a_signal_that_jumps_about_stays_failed_and_is_not_published() {
     assert_eq!(after, 0);
 }
 
-/// Each outlier alone is kept out and forgotten; a signal that goes on like that is faulty until it stops.
+/// A single outlier is dropped and forgotten; a signal with recurring outliers is faulty until they stop.
 #[test]
 fn outliers_that_come_again_and_again_are_a_fault() {
     let sound = |step: usize| 0.05 * (step % 2) as f64;

@@ -1,4 +1,4 @@
-//! The engine under inputs that no sensor sends: it does not panic, comes to rest, repeats itself, and does not grow.
+//! The engine under inputs that no sensor sends: it does not panic, comes to rest, is reproducible, and does not grow.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -13,7 +13,7 @@ fn observation(signal: usize, stamp: i64, received: i64, value: RawValue) -> Inp
     Input::Observation(Observation { signal: SignalId::from_index(signal), stamp, received, value })
 }
 
-/// What the engine says to all of it; after each input, no more ticks fall due at once than there can be reasons.
+/// The outputs of the engine; after each input, the number of due ticks is bounded.
 fn said(engine: &mut Engine, inputs: impl IntoIterator<Item = Input>) -> Vec<Output> {
     let (mut outputs, mut now) = (Vec::new(), Time::MIN);
     for input in inputs {

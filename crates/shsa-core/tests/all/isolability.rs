@@ -1,7 +1,7 @@
-//! Which faults the comparisons tell apart, against the definition of structural isolability, on random structures.
+//! The faults that comparisons isolate, compared with the definition of structural isolability, on random structures.
 //!
-//! A fault is detectable when its equation is in the overdetermined part, and isolable from another one when it still is
-//! without the equation of that (Krysander and Frisk 2008, doi:10.1109/TSMCA.2008.2001048).
+//! A fault is detectable when its equation is in the overdetermined part, and isolable from another one when it still is there
+//! without the other's equation (Krysander and Frisk 2008, doi:10.1109/TSMCA.2008.2001048).
 
 use crate::plan_support::Random;
 use shsa_core::analysis::{Analysis, Gap, Obstacle, Options, analyze};
@@ -21,11 +21,11 @@ const OPTIONS: Options = Options {
     watch: WatchBudget { ways: 64, cost: u64::MAX },
 };
 
-/// An equation between variables; a signal is one of a single variable.
+/// An equation between variables; a signal has a single variable.
 #[derive(Clone, Debug)]
 struct Row {
     variables: Vec<usize>,
-    /// For which of them it is solved.
+    /// The variables that the equation is solved for.
     solved_for: Vec<usize>,
 }
 
@@ -37,7 +37,7 @@ fn names(places: &[usize]) -> Vec<Text> {
     places.iter().map(|at| text(format!("x{at}"))).collect()
 }
 
-/// Relations first, as a structure numbers its equations; `body` says what each is.
+/// Relations first, as a structure numbers its equations; `body` gives the content of each.
 fn built(variables: usize, rows: &[Row], may_fail: bool, body: impl Fn(&Row) -> BodyDraft) -> KnowledgeBase {
     let variable = |at: usize| VariableDraft { name: text(format!("x{at}")), ..VariableDraft::default() };
     let mut draft = Draft { variables: (0..variables).map(variable).collect(), ..Draft::default() };
@@ -65,7 +65,7 @@ fn built(variables: usize, rows: &[Row], may_fail: bool, body: impl Fn(&Row) -> 
     knowledge
 }
 
-/// The structure alone; everything may be faulty.
+/// The structure alone; every equation may be faulty.
 fn knowledge(variables: usize, rows: &[Row]) -> KnowledgeBase {
     built(variables, rows, true, |row| BodyDraft::Structure {
         outputs: names(&row.solved_for),
@@ -81,7 +81,7 @@ fn runnable(variables: usize, rows: &[Row]) -> KnowledgeBase {
     })
 }
 
-/// How many variables the rows can determine: a largest matching, by augmenting paths.
+/// The number of variables that the rows can determine: a maximum matching, by augmenting paths.
 fn rank(rows: &[&Row], variables: usize) -> usize {
     fn augment(rows: &[&Row], row: usize, seen: &mut BTreeSet<usize>, owner: &mut [Option<usize>]) -> bool {
         for &variable in &rows[row].variables {
@@ -97,7 +97,7 @@ fn rank(rows: &[&Row], variables: usize) -> usize {
     (0..rows.len()).filter(|&row| augment(rows, row, &mut BTreeSet::new(), &mut owner)).count()
 }
 
-/// Whether an equation is overdetermined among the others but one: they determine as much without it.
+/// Whether an equation is overdetermined when another one is left out: the others determine as much without it.
 fn is_over(rows: &[Row], variables: usize, row: usize, without: Option<usize>) -> bool {
     let but = |left_out: &[Option<usize>]| -> usize {
         let kept = rows.iter().enumerate().filter(|(at, _)| !left_out.contains(&Some(*at)));
@@ -139,7 +139,7 @@ fn random(seed: u64, all_directions: bool) -> (usize, Vec<Row>) {
     (variables, rows)
 }
 
-/// What the comparisons tell is what the definition says, but for the gaps; gives how many pairs are told, and the gaps.
+/// Checks isolation against its definition, except for the gaps. Returns the number of isolable pairs, and the analysis.
 #[track_caller]
 fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
     let knowledge = knowledge(variables, rows);
@@ -190,7 +190,7 @@ fn what_is_told_apart_is_what_the_definition_says_or_a_gap_names_why_not() {
     assert!(told > 2_000 && gaps > 200 && loops > 80, "too simple: {told} told, {gaps} gaps, {loops} loops");
 }
 
-/// The ways that the analysis counts on are those that an engine compares.
+/// An engine compares the ways that the analysis uses.
 #[test]
 fn what_is_looked_behind_is_watched() {
     let mut behind = 0;
@@ -216,11 +216,11 @@ fn what_is_looked_behind_is_watched() {
     assert!(behind > 10, "too simple: {behind}");
 }
 
-/// Of a chain through a measured number, a fault at one end is told from one of the number in the middle.
+/// In a chain through a measured number, a fault at one end is isolable from one of the middle.
 #[test]
 fn a_fault_is_told_from_one_of_the_number_between_by_looking_behind_it() {
     let row = |of: &[usize]| Row { variables: of.to_vec(), solved_for: of.to_vec() };
-    // x0 - x1 - x2, each measured.
+    // x0 - x1 - x2, all measured.
     let rows = [row(&[0, 1]), row(&[1, 2]), row(&[0]), row(&[1]), row(&[2])];
     let (_, analysis) = check(3, &rows, "chain");
     let [first, middle, last] = [0, 1, 2].map(SignalId::from_index);
@@ -228,11 +228,11 @@ fn a_fault_is_told_from_one_of_the_number_between_by_looking_behind_it() {
     assert_eq!(analysis.comparisons.pairs().len(), 3);
 }
 
-/// Two relations between the same unknowns have to be solved together.
+/// Two relations between the same unknowns must be solved together.
 #[test]
 fn a_loop_is_named() {
     let row = |of: &[usize]| Row { variables: of.to_vec(), solved_for: of.to_vec() };
-    // Two equations for x0 and x1 with what is measured of x2 and x3, and a third one that would show a fault.
+    // Two equations for x0 and x1 with measured x2 and x3, and a third one that would show a fault.
     let rows = [row(&[0, 1, 2]), row(&[0, 1, 3]), row(&[0, 1, 4]), row(&[2]), row(&[3]), row(&[4])];
     let (told, analysis) = check(5, &rows, "loop");
     assert_eq!(told, 0);
@@ -242,6 +242,6 @@ fn a_loop_is_named() {
         is_dynamic: false,
     };
     assert_eq!(analysis.gaps[0].from, None);
-    // Of the residuals that come as close, the first relation is what is left over.
+    // Of equally feasible residuals, the first relation is the one left over.
     assert!(analysis.gaps.iter().any(|gap| gap.obstacles == [expected.clone()]), "{:?}", analysis.gaps);
 }

@@ -1,4 +1,4 @@
-//! What the core promises, from outside. One program, as each of them takes as long to build; what counts allocations has its own.
+//! Tests of the core from outside. One program, as each takes as long to build; the tests that count allocations have their own.
 #![cfg(test)]
 #![allow(
     clippy::unwrap_used,

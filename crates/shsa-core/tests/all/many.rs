@@ -1,4 +1,4 @@
-//! Many sensors of one variable: each is compared with some others, and whoever lies is named, as if all were compared with all.
+//! Many sensors of one variable: comparing each with some others isolates faulty sensors as well as comparing all pairs.
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
@@ -11,7 +11,7 @@ fn text(of: &str) -> Text {
     Text { text: of.to_owned(), ..Text::default() }
 }
 
-/// So many sensors at 1 Hz with an error of 0.3.
+/// An engine with this many sensors at 1 Hz with an error of 0.3.
 fn engine(count: usize) -> Engine {
     let signal = |at| SignalDraft {
         name: text(&format!("s{at}")),
@@ -28,7 +28,7 @@ fn engine(count: usize) -> Engine {
     Engine::new(build(&draft).0, Options::default())
 }
 
-/// Who has failed, and who is suspect, after the liars have lied for ten seconds.
+/// The failed and the suspected sensors, ten seconds after the faults began.
 fn verdicts(count: usize, liars: &[(usize, f64)], noise: &[f64]) -> (Vec<usize>, Vec<usize>) {
     let mut engine = engine(count);
     for second in 0..20_i64 {

@@ -1,4 +1,4 @@
-//! The monitor's short ways to its pairs lead to the same ones as looking at all of them.
+//! The monitor's indices give the same pairs as a search of all of them.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -23,7 +23,7 @@ fn check(monitor: &Monitor, now: Time, signals: usize) {
     }
 }
 
-/// Adds something to the values of a signal in some of the seconds.
+/// Adds an offset to the values of a signal in some of the seconds.
 fn disturbed(system: &System, signal: usize, shift: f64, seconds: &[u32]) -> Vec<Input> {
     let mut inputs = system.inputs(0, 12);
     for input in &mut inputs {

@@ -1,4 +1,4 @@
-//! What a need demands is kept at run time, whatever serves it; and what goes out while nothing is trusted holds the truth.
+//! The demands of needs are kept at run time, whichever source serves; and uncertain values hold the truth.
 
 use proptest::prelude::*;
 use shsa_core::engine::{
@@ -21,22 +21,22 @@ fn text(text: impl Into<String>) -> Text {
 const MS: i64 = 1_000_000;
 const LEVELS: [&str; 4] = ["A", "B", "C", "D"];
 
-/// A sensor of the variable, or of another one that is the same.
+/// A sensor of the variable, or of an equal one.
 #[derive(Clone, Debug)]
 struct Sensor {
     is_direct: bool,
     rate_hz: i64,
     tells_rate: bool,
-    /// Hundredths.
+    /// The error in hundredths.
     error: i64,
     delay_ms: i64,
     level: Option<usize>,
-    /// From this segment on it is silent.
+    /// The segment from which on the sensor is silent.
     until: usize,
 }
 
 impl Sensor {
-    /// Each has a width of its own, by which its values are known.
+    /// Each sensor has a width of its own, which identifies its values.
     fn error(&self, at: usize) -> f64 {
         self.error as f64 / 100.0 + at as f64 * 1e-5
     }
@@ -55,7 +55,7 @@ struct Demand {
 }
 
 impl Demand {
-    /// The definition, once more.
+    /// The definition, implemented again.
     fn is_met_by(&self, sensor: &Sensor, at: usize) -> bool {
         let period_ms = 1_000 / sensor.rate_hz;
         self.max_width.is_none_or(|most| 2.0 * sensor.error(at) <= most)
@@ -74,7 +74,7 @@ fn sensor() -> impl Strategy<Value = Sensor> {
     )
         .prop_map(|((is_direct, rate_hz, tells_rate), (error, delay_ms), (level, until))| Sensor {
             is_direct,
-            // Of what does not tell its rate, nothing can be said beforehand: it comes often.
+            // A sensor without a declared rate must come often, as nothing is known in advance.
             rate_hz: if tells_rate { rate_hz } else { 20 },
             tells_rate,
             error,
@@ -148,7 +148,7 @@ fn need(name: &str, demand: &Demand) -> NeedDraft {
     }
 }
 
-/// Feeds an engine and keeps what it says.
+/// Feeds an engine and records its outputs.
 struct Stage {
     engine: Engine,
     events: Vec<Event>,
@@ -208,7 +208,7 @@ fn scalar(publication: &Publication) -> Interval {
     }
 }
 
-/// Segments of so many milliseconds; at the end of each, some sensors fall silent for good.
+/// The length of a segment in milliseconds; at its end, some sensors fall silent for good.
 const SEGMENT_MS: i64 = 8_000;
 
 fn run(sensors: &[Sensor], demands: &[Demand]) {
@@ -261,9 +261,9 @@ fn run(sensors: &[Sensor], demands: &[Demand]) {
             assert!(demand.is_met_by(sensor, at), "{sensor:?} served {demand:?}");
             assert!(publication.quality != Quality::Uncertain);
         }
-        // Once for each source that falls silent: values may be too old before that is sure.
+        // Once for each source that falls silent: before that is sure, values may become too old.
         assert!(stage.count(number, EventKind::Unhealable) <= sensors.len(), "{:#?}", stage.events);
-        // What is refused is told once: no reason twice.
+        // A refusal is reported once: no reason repeats.
         let refused = stage.events.iter().filter(|event| event.kind == EventKind::Refused);
         let mut reasons: Vec<_> = refused.map(|it| (it.need, format!("{:?}", it.because))).collect();
         let all = reasons.len();
@@ -276,8 +276,8 @@ fn run(sensors: &[Sensor], demands: &[Demand]) {
 proptest! {
     #![proptest_config(ProptestConfig { cases: 120, ..ProptestConfig::default() })]
 
-    /// Nothing goes out that the need's demands forbid, and while some source meets them, the need is served; so for each of
-    /// several needs of one variable.
+    /// No published value violates the need's demands, and the need is served while some source meets them; also for several
+    /// needs of one variable.
     #[test]
     fn demands_are_kept_and_met(
         sensors in prop::collection::vec(sensor(), 1..7),
@@ -286,7 +286,7 @@ proptest! {
         run(&sensors, &demands);
     }
 
-    /// What the engine would use is what `best_meeting` finds with the need's requirements.
+    /// The engine's source is the one that `best_meeting` finds with the need's requirements.
     #[test]
     fn the_first_source_is_that_of_the_plan(sensors in prop::collection::vec(sensor(), 1..7), demand in demand()) {
         let knowledge = knowledge(&sensors, vec![need("/n", &demand)]);
@@ -304,10 +304,10 @@ proptest! {
     }
 }
 
-/// Shortly before [`told`] signals say the truth again.
+/// Shortly before the signals of [`told`] are right again.
 const LIES_UNTIL: Time = Time(39_950 * MS);
 
-/// Signals of one variable at 10 Hz that say the truth, a slow sine, off by an amount from 20 s to 40 s.
+/// Signals of one variable at 10 Hz that follow the truth, a slow sine, with an offset from 20 s to 40 s.
 fn told(offsets: &[f64], change: impl Fn(&mut NeedDraft)) -> Stage {
     let sensor = |_| Sensor {
         is_direct: true,
@@ -344,7 +344,7 @@ fn uncertain(stage: &Stage) -> Vec<&Publication> {
 fn check_truth(stage: &Stage) {
     for publication in uncertain(stage) {
         let value = scalar(publication);
-        // The signals say it as of their own stamps, a few milliseconds apart.
+        // The signals stamp their own moments, a few milliseconds apart.
         assert!(
             value.widened(0.01).contains(truth(publication.validity.to)),
             "{value:?} at {:?}",
@@ -370,7 +370,7 @@ fn of_two_that_disagree_the_hull_goes_out_while_it_is_narrow_enough() {
 #[test]
 fn a_hull_that_is_too_wide_is_withheld_and_told_with_its_width() {
     let stage = told(&[0.0, 3.0], |need| need.max_width = Some(text("2")));
-    // When both agree again and are not trusted yet, what they say is narrow.
+    // When both agree again and are not trusted yet, the uncertain value is narrow.
     assert!(uncertain(&stage).iter().all(|it| it.time > LIES_UNTIL), "{:#?}", stage.events);
     assert_eq!(stage.count(0, EventKind::Unhealable), 1, "{:#?}", stage.events);
     let is_limit = |why: &Reason| matches!(why, Reason::UncertainTooWide { most, .. } if most.value == 2.0);

@@ -1,5 +1,5 @@
-//! Operators' orders: what is forbidden serves nothing, what is forced is not replaced, what cannot be obeyed changes
-//! nothing; and a restart in between changes none of that.
+//! Operators' orders: a forbidden element serves nothing, a forced source is not replaced, an impossible order changes nothing; a
+//! restart in between changes none of that.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -10,16 +10,16 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Reason, ServedBy};
 use shsa_core::time::{Span, Time};
 
-/// What happens in a second of a run.
+/// An event in a second of a run.
 #[derive(Clone, Debug)]
 enum Step {
-    /// All is well.
+    /// No fault.
     Well,
-    /// A signal adds something to all that it says.
+    /// A signal has an offset.
     Shifted(usize, f64),
-    /// A signal says nothing.
+    /// A signal is silent.
     Silent(usize),
-    /// An operator orders something; the kind, and what about.
+    /// An operator's order: its kind, and its subject.
     Order(u8, usize, usize),
     /// The process is killed, and goes on from its last state.
     Restart,
@@ -36,7 +36,7 @@ fn steps() -> impl Strategy<Value = Vec<Step>> {
     prop::collection::vec(step, 1..16)
 }
 
-/// The `at`th order of a kind: about each signal, each relation, and something unknown.
+/// An order of a kind: about each signal, each relation, and an unknown name.
 fn order(knowledge: &KnowledgeBase, kind: u8, about: usize, need: usize) -> Order {
     let signals = knowledge.signals().iter().map(|signal| Subject::Signal(signal.name.clone()));
     let relations = knowledge.relations().iter().map(|relation| Subject::Relation(relation.name.clone()));
@@ -121,7 +121,7 @@ impl Stage<'_> {
                 .collect()
         };
         assert_eq!(verdicts(&after), verdicts(&snapshot));
-        // What has given a need nothing may be replaced at once by what has come back meanwhile.
+        // A source without values may be replaced at once by one that has come back meanwhile.
         for (before, after) in snapshot.needs.iter().zip(&after.needs).filter(|(before, _)| !before.unserved)
         {
             assert_eq!(before.source, after.source, "{snapshot:#?}");
@@ -130,7 +130,7 @@ impl Stage<'_> {
         self.check();
     }
 
-    /// Nothing rests on what is forbidden, and nothing has taken the place of what is forced.
+    /// Checks that no source uses a forbidden element, and that no other source replaces a forced one.
     fn check(&mut self) {
         self.told.extend(core::iter::from_fn(|| self.engine.poll()));
         let orders = self.engine.standing_orders();
@@ -197,7 +197,7 @@ proptest! {
     }
 }
 
-/// The car after some seconds with what goes in instead of a wheel's values.
+/// The car after some seconds with an offset on a wheel's values.
 fn car(seconds: u32, shift: f64) -> (System, Engine) {
     let system = crate::models::car();
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
@@ -228,14 +228,14 @@ fn a_restart_is_no_evidence_for_health() {
     restored.restore(&engine.snapshot(), Time::from_seconds(60.0));
     assert_eq!(restored.verdict(wheel(&system)), Verdict::Failed);
     assert_eq!(restored.accusation(wheel(&system)), Some(&accusation));
-    // It says nothing, and the others prove nothing about it.
+    // The wheel is silent, and the others prove nothing about it.
     for input in system.inputs(60, 30) {
         if !matches!(&input, Input::Observation(it) if it.signal == wheel(&system)) {
             restored.handle(input);
         }
     }
     assert_eq!(restored.verdict(wheel(&system)), Verdict::Failed);
-    // It agrees with the others for its probation.
+    // The wheel agrees with the others for its probation.
     for input in system.inputs(90, 10) {
         restored.handle(input);
     }

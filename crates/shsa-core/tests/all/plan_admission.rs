@@ -1,4 +1,4 @@
-//! Searches whose answers somebody else admits, against the oracle filtered by the same question.
+//! Searches with an additional admission, compared with the oracle filtered in the same way.
 
 use crate::plan_support::{Random, question};
 use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
@@ -8,20 +8,20 @@ use std::collections::{BTreeMap, BTreeSet};
 
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
-/// What is guaranteed of a variable, a bit each.
+/// The guarantees about a variable, one bit each.
 type Guarantees = u8;
 
-/// Certificates in small: a signal gives some guarantees, a relation gives each where all of its inputs give some others.
+/// Small certificates: a signal gives some guarantees, a relation gives each guarantee if all of its inputs give certain others.
 #[derive(Debug)]
 struct Certificates<'a> {
     knowledge: &'a KnowledgeBase,
     options: &'a Options,
     signals: Vec<Guarantees>,
-    /// Of each relation and guarantee, what every input must give; `None` where the relation never gives it.
+    /// For each relation and guarantee, the guarantees that every input must give; `None` where the relation never gives it.
     relations: Vec<[Option<Guarantees>; 3]>,
     demanded: Guarantees,
     root: VariableId,
-    /// All that any choice could give of each variable.
+    /// The most guarantees of each variable, over all choices.
     most: Vec<Guarantees>,
 }
 
@@ -101,15 +101,15 @@ impl Admission for Certificates<'_> {
     }
 }
 
-/// How many seeds random tests try: `SHSA_SEEDS`, else fewer.
+/// The number of seeds of random tests: `SHSA_SEEDS`, else `usual`.
 pub(crate) fn seeds(usual: u64) -> std::ops::Range<u64> {
     let asked = std::env::var("SHSA_SEEDS").ok().and_then(|count| count.parse().ok());
     0..asked.unwrap_or(usual)
 }
 
-/// Of substitutions by the same relations the search gives the best that is admitted, the oracle knows only the best of all.
+/// Of substitutions with the same relations, the search returns the best admitted one; the oracle has only the best of all.
 ///
-/// How many of the oracle's are refused.
+/// Returns how many of the oracle's answers are refused.
 pub(crate) fn check(
     seed: u64,
     found: &[(Substitution, f64)],

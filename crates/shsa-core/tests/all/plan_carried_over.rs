@@ -1,4 +1,4 @@
-//! Tables of plans carried over changes of structure, against tables that are made anew, on random knowledge bases.
+//! Tables of plans carried over changes of structure, compared with new tables, on random knowledge bases.
 
 use crate::plan_support::{KINDS, Kind, Random, knowledge, random, random_utility};
 use shsa_core::knowledge::{
@@ -7,13 +7,13 @@ use shsa_core::knowledge::{
 use shsa_core::plan::{Contingency, Graph, Limits, Options, Preparation};
 use std::collections::BTreeMap;
 
-/// A knowledge base with names in the place of ids, so that anything can be taken out and put anywhere.
+/// A knowledge base with names in place of ids, so that elements can be removed and inserted anywhere.
 #[derive(Clone)]
 struct Sheet {
     variables: Vec<Variable>,
     /// With the names of outputs and inputs.
     relations: Vec<(Relation, Vec<String>, Vec<String>)>,
-    /// With the names of what it carries and of what it is derived from, and whether it is available.
+    /// With the names of the variable and of the origins, and whether the signal is available.
     signals: Vec<(Signal, String, Vec<String>, bool)>,
     utility: shsa_core::knowledge::Utility,
     made: usize,
@@ -42,7 +42,7 @@ impl Sheet {
         }
     }
 
-    /// What names something that is gone goes, too.
+    /// Elements that name a missing one are left out.
     fn build(&self) -> KnowledgeBase {
         fn ids<I: Id>(names: &BTreeMap<&str, I>, of: &[String]) -> Vec<I> {
             of.iter().filter_map(|name| names.get(name.as_str()).copied()).collect()
@@ -89,7 +89,7 @@ impl Sheet {
         names
     }
 
-    /// Changes something, structure most of the time.
+    /// Makes a random change, mostly of the structure.
     fn change(&mut self, numbers: &mut Random) {
         match numbers.below(14) {
             0 => self.add_variable(numbers),
@@ -110,7 +110,7 @@ impl Sheet {
                 self.variables[at].properties.insert("accuracy", numbers.share());
             }
             13 if numbers.chance(0.2) => self.utility = random_utility(numbers),
-            // Something is written again, as it was.
+            // A rewrite without a change.
             _ => {}
         }
     }
@@ -146,7 +146,7 @@ impl Sheet {
         self.signals.insert(numbers.below(self.signals.len() + 1), new);
     }
 
-    /// A block of elements goes elsewhere.
+    /// Moves a block of elements.
     fn reorder(&mut self, numbers: &mut Random) {
         fn turn<T>(list: &mut [T], numbers: &mut Random) {
             let from = numbers.below(list.len());
@@ -170,7 +170,7 @@ impl Sheet {
             0 => *read = inputs,
             1 => *outputs = inputs,
             2 => drop(relation.properties.insert("cost", 1.0 + 9.0 * numbers.share())),
-            // What a search does not read.
+            // A change of a part that searches do not read.
             _ => relation.text.push('!'),
         }
     }
@@ -237,7 +237,7 @@ fn preparation(numbers: &mut Random, knowledge: &KnowledgeBase) -> Preparation {
     }
 }
 
-/// All that can be asked of two tables is the same.
+/// Checks that two tables give the same answers.
 #[track_caller]
 fn check_same(seed: u64, one: &Contingency, other: &Contingency, knowledge: &KnowledgeBase) {
     assert_eq!(one.version(), other.version());
@@ -286,7 +286,7 @@ fn a_table_that_is_carried_over_equals_one_that_is_made_anew() {
             let saved = new.searches() - (table.searches() - before);
             (carried, needed) = (carried + saved, needed + new.searches());
             reordered += if lineage.keeps_ids() { 0 } else { saved };
-            // It is kept current as the other is.
+            // A later update keeps both tables equal.
             if let Some(signal) = next.signals().ids().nth(numbers.below(next.signals().len())) {
                 let mut next = next.clone();
                 next.set_available(signal, !next.is_available(signal));
@@ -311,7 +311,7 @@ fn table(lines: &[&str]) -> (KnowledgeBase, Graph, Contingency) {
     (knowledge, graph, table)
 }
 
-/// How many searches a change costs.
+/// The number of searches that a change costs.
 fn cost(before: &[&str], after: &[&str]) -> u64 {
     let ((old, graph, table), (new, fresh, _)) = (self::table(before), self::table(after));
     let searches = table.searches();
@@ -325,7 +325,7 @@ fn only_what_a_change_touches_is_made_again() {
     let two = ["x = r(a)", "x = r(b)", "!a", "!b", "y = r(c)", "!c"];
     assert_eq!(cost(&two, &two), 0);
     let anew = table(&two).2.searches();
-    // A signal of its own, and its loss: what is known in no other way. Nothing else is searched for.
+    // The new variable costs a search with its signal and one without; no other search is made.
     let added = ["x = r(a)", "x = r(b)", "!a", "!b", "y = r(c)", "!c", "!d"];
     assert_eq!((cost(&two, &added), cost(&added, &two)), (2, 0));
     let other = ["x = r(a)", "x = r(b)", "!a", "!b", "y = r(c)", "!c", "!c"];

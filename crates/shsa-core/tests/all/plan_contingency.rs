@@ -1,4 +1,4 @@
-//! The table of plans for every failure against searches that are made anew, on random knowledge bases.
+//! The table of plans for every failure compared with new searches, on random knowledge bases.
 
 use crate::plan_support::{KINDS, Kind, Random, first, knowledge, random, random_utility, tree};
 use shsa_core::knowledge::{
@@ -29,7 +29,7 @@ fn some_knowledge(numbers: &mut Random) -> KnowledgeBase {
     if numbers.chance(0.5) { knowledge } else { changed(&knowledge, |parts| derive(numbers, parts)) }
 }
 
-/// Some signals are derived from others, which may be derived, too, even in a circle.
+/// Derives some signals from others, also transitively and in cycles.
 fn derive(numbers: &mut Random, parts: &mut Parts) {
     let count = parts.signals.len();
     for signal in parts.signals.iter_mut() {
@@ -65,7 +65,7 @@ fn some_variables(numbers: &mut Random, knowledge: &KnowledgeBase) -> Vec<Variab
     chosen.collect()
 }
 
-/// Compares with a search; the bounds may differ, but must be some.
+/// Compares a plan with a search; the bounds may differ, but must be valid.
 #[track_caller]
 fn check_plan(known: &Plan, graph: &Graph, table: &Contingency, variable: VariableId, lost: &[SignalId]) {
     let Preparation { count, options, limits, .. } = table.preparation();
@@ -78,8 +78,8 @@ fn check_plan(known: &Plan, graph: &Graph, table: &Contingency, variable: Variab
     assert!((next..=last).contains(&known.bound), "lost {lost:?}: {next} {} {last}", known.bound);
 }
 
-/// Losses of every signal and of every pair, with and without what is derived from them, and some of more signals; how
-/// many of them are in the table.
+/// Losses of every signal and of every pair, with and without derived signals, and of some larger sets; returns how many of them
+/// are in the table.
 fn check_table(seed: u64, knowledge: &KnowledgeBase, graph: &Graph, table: &Contingency) -> usize {
     eprintln!("seed {seed}");
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
@@ -123,7 +123,7 @@ fn every_loss_has_the_plan_of_a_search() {
     assert!(known > 40_000, "the knowledge bases are too simple: {known}");
 }
 
-/// Another number somewhere.
+/// Changes a number of a random element.
 fn set_property(numbers: &mut Random, parts: &mut Parts) -> Element {
     let accuracy = if numbers.chance(0.05) { 1.5 } else { numbers.share() };
     match numbers.below(3) {

@@ -1,5 +1,4 @@
-//! The searches of the thesis: against the oracle, against what its public programs answered, and on graphs that
-//! are made to hurt.
+//! The searches of the thesis: compared with the oracle, with the answers of its public programs, and on difficult graphs.
 
 use crate::plan_support::{Builder, Kind, Random, chain, check_sound, first, knowledge, question, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -10,7 +9,7 @@ use shsa_core::plan::{
 use shsa_core::substitution::Substitution;
 use std::collections::BTreeMap;
 
-/// Enough for all engines on everything that is generated here.
+/// Limits that suffice for all searches of these tests.
 const LIMITS: Limits = Limits { expansions: 30_000_000, states: 3_000_000 };
 
 /// A question with the oracle's answer.
@@ -60,7 +59,7 @@ impl Case {
         }
     }
 
-    /// A plan that need not be complete: sound, and with a true bound.
+    /// Checks a plan that need not be complete: its substitutions and its bound are valid.
     fn check_plan(&self, engine: &str, plan: &Plan) {
         for (substitution, utility) in &plan.substitutions {
             check_sound(&self.knowledge, self.root, &self.options, substitution);
@@ -127,7 +126,7 @@ fn all_searches_agree_on_10_000_random_knowledge_bases() {
     agree_on(1_000..11_000);
 }
 
-/// One line a substitution: its utility and its relations in the order of computation.
+/// One line for each substitution: its utility and its relations in the order of computation.
 fn text(knowledge: &KnowledgeBase, plan: &Plan) -> Vec<String> {
     let line = |(substitution, utility): &(Substitution, f64)| {
         let steps = substitution.steps.iter();
@@ -137,7 +136,7 @@ fn text(knowledge: &KnowledgeBase, plan: &Plan) -> Vec<String> {
     plan.substitutions.iter().map(line).collect()
 }
 
-/// What ORR, the first of a depth-first search, and the first of SH-PGSA answer.
+/// Checks the answers of ORR, and the first ones of a depth-first search and of SH-PGSA.
 #[track_caller]
 fn check_firsts(lines: &[&str], expected: [&str; 3]) {
     let knowledge = knowledge(lines);
@@ -163,7 +162,7 @@ fn first_relations_are_taken_in_file_order_and_give_way_when_they_lead_nowhere()
 
 #[test]
 fn what_failed_on_a_cycle_is_tried_again_elsewhere() {
-    // Below a, b fails, as it needs a; beside it, it does not.
+    // Below a, b fails, as it needs a; next to a, it does not.
     let lines = ["x = r(a b)", "a = s(b)", "a = t(c)", "b = u(a)", "!c"];
     check_firsts(&lines, ["0.8151 t u r", "0.8151 t u r", "0.8151 t u r"]);
     check_firsts(&["x = r(a)", "a = s(b)", "b = t(c)", "c = u(a)"], ["", "", ""]);
@@ -184,7 +183,7 @@ fn a_variable_that_is_needed_at_two_depths_is_decided_once() {
 
 #[test]
 fn a_relation_that_is_used_for_three_outputs_counts_once_with_its_smallest_factor() {
-    // For a it needs less than for b and c, between which a is decided.
+    // For a, it needs less than for b and c, between which a is decided.
     let knowledge = knowledge(&["x = r(b a c)", "b a c = s(a d)", "!d"]);
     let plans = all_engines(&knowledge, LIMITS);
     let oracle = exhaustive(&knowledge, first(&knowledge), &Options::default(), LIMITS).substitutions;
@@ -214,11 +213,11 @@ fn all_engines(knowledge: &KnowledgeBase, limits: Limits) -> [(&'static str, Pla
     ]
 }
 
-/// How each engine ends: how many it finds, and why there are no more.
+/// The end of each search: the number of answers, and the reason.
 fn ends(knowledge: &KnowledgeBase, limit: usize) -> Vec<(usize, StopReason)> {
     let limits = Limits { expansions: limit as u64, states: limit };
     let plans = all_engines(knowledge, limits).map(|(engine, plan)| {
-        // A combination is decided as a whole, and may overstep the limit by one choice a variable.
+        // A combination is decided as a whole, and may exceed the limit by one choice for each variable.
         let most = limits.expansions + knowledge.variables().len() as u64;
         assert!(plan.expanded <= most, "{engine}: {}", plan.expanded);
         (plan.substitutions.len(), plan.stop)

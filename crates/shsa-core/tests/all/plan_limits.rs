@@ -1,4 +1,4 @@
-//! Limits, order of ties, and graphs made to hurt: nothing overflows, nothing takes more than its limit.
+//! Limits, order of ties, and difficult graphs: nothing overflows, and no search exceeds its limit.
 
 use crate::plan_support::{Builder, chain, first, knowledge, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -13,7 +13,7 @@ fn all(knowledge: &KnowledgeBase, options: &Options) -> Plan {
     plan
 }
 
-/// One line a substitution: its utility, its steps in order, its sources.
+/// One line for each substitution: its utility, its steps in order, its sources.
 fn text(knowledge: &KnowledgeBase, plan: &Plan) -> String {
     let name = |variable: VariableId| knowledge.variables()[variable].name.as_str();
     let line = |(substitution, utility): &(_, f64)| {
@@ -127,7 +127,7 @@ fn a_limit_before_the_first_answer_leaves_a_valid_one() {
     assert!(plan.bound > 0.5988);
 }
 
-/// How many substitutions are found within limits that a second is enough for.
+/// The number of substitutions found within limits of about a second.
 fn within_limits(knowledge: &KnowledgeBase, count: usize) -> (usize, StopReason) {
     let graph = Graph::new(knowledge);
     let limits = Limits { expansions: 400_000, states: 400_000 };

@@ -1,4 +1,4 @@
-//! The exact search against the oracle, on random knowledge bases.
+//! The exact search compared with the oracle, on random knowledge bases.
 
 use crate::plan_support::{
     KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
@@ -9,10 +9,10 @@ use shsa_core::plan::{
 };
 use shsa_core::substitution::Substitution;
 
-/// Enough for the oracle on everything that is generated here.
+/// Limits that suffice for the oracle in these tests.
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
-/// Compares the answers; `memory` is that of the searches before, about other knowledge bases.
+/// Compares the answers; `memory` is that of earlier searches in other knowledge bases.
 fn check(memory: &mut (Scratch, Plan), seed: u64) -> usize {
     let mut numbers = Random(seed);
     let (kind, knowledge, root, options) = question(&mut numbers);
@@ -40,7 +40,7 @@ fn check(memory: &mut (Scratch, Plan), seed: u64) -> usize {
     found.len()
 }
 
-/// Without a single decision there is an answer, if there is one at all.
+/// Without a single decision there is an answer, if one exists.
 fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, found: &[(Substitution, f64)]) {
     let graph = Graph::new(knowledge);
     let limits = Limits { expansions: 0, ..LIMITS };

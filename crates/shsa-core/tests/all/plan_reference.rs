@@ -1,4 +1,4 @@
-//! The searches against what the public programs of the thesis answered, where those are right.
+//! The searches compared with the answers of the thesis's public programs, where those are right.
 
 use crate::plan_support::{Builder, first, reference, reference_tree};
 use serde_json::Value;
@@ -102,7 +102,7 @@ fn check_engines(label: &str, knowledge: &KnowledgeBase, root: VariableId, recor
     let none = variants().all(|variant| variant["result"].as_str().unwrap().starts_with("none"));
     assert_eq!(one.is_empty(), none, "{label} orr");
     for (relations, utility) in one {
-        // The order of its relations was that of a hash set: one of its answers is ours.
+        // The order of its relations was that of a hash set: one of its answers equals ours.
         let mut same = variants()
             .filter(|variant| variant["result"] == "found" && names(&variant["relations"]) == relations);
         let same = same.next().expect(label);
@@ -133,7 +133,7 @@ const FILES: [&str; 18] = [
 ];
 
 fn check_tree(label: &str, model: &Value) {
-    /// More answers than this are not counted one by one.
+    /// Answers beyond this number are not counted one by one.
     const COUNTED: u64 = 20_000;
     let knowledge = reference_tree(model);
     let graph = Graph::new(&knowledge);
@@ -163,7 +163,7 @@ fn generated_trees_as_computed() {
     }
 }
 
-/// Checks the first answer of each search on one tree; gives whether that of the public SH-PGSA was below the best.
+/// Checks the first answer of each search on one tree; returns whether that of the public SH-PGSA was below the best.
 fn check_first(label: &str, model: &Value) -> bool {
     let expected = &model["expected"];
     let utility = |key: &str| expected[key].as_f64();
@@ -192,7 +192,7 @@ fn check_first(label: &str, model: &Value) -> bool {
 
 #[test]
 fn the_first_answer_is_the_best_where_that_of_the_public_program_is_not() {
-    // Of each kind of tree: how many there are, and where the public program's first answer is below the best.
+    // For each kind of tree: the number of trees, and of those where the public program's first answer is below the best.
     let mut kinds: BTreeMap<&str, (usize, usize)> = BTreeMap::new();
     for file in FILES {
         let Some(models) = reference(&format!("models/{file}.json")) else { return };

@@ -1,4 +1,4 @@
-//! Searches that must meet requirements, against the oracle filtered by the exact check.
+//! Searches with requirements, compared with the oracle filtered by the exact check.
 
 use crate::plan_support::Random;
 use shsa_core::knowledge::{
@@ -105,7 +105,7 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
         let options = Options { substitute_provided: random.chance(0.3), ..Options::default() };
         let root = knowledge.variables().ids().next().unwrap();
         let graph = Graph::new(&knowledge);
-        // The norm rates by the signals that are there, so the oracle must not see those that fall short.
+        // The norm rates the available signals, so the oracle must not see those that fall short.
         let none =
             Requirements { max_latency: None, max_period: None, max_width: None, ..requirements.clone() };
         let narrow = BestFirst::meeting(&knowledge, &graph, root, &options, &none, LIMITS);
@@ -122,7 +122,7 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
         let found: Vec<_> = search.by_ref().collect();
         assert_eq!(search.stop(), StopReason::Complete, "seed {seed}");
         assert_eq!(found, expected, "seed {seed} {requirements:?}");
-        // A signal that falls short only takes away: what is left is among everything there is.
+        // A requirement only removes answers: the remaining ones are among all.
         let all = exhaustive(
             &knowledge,
             root,
@@ -145,7 +145,7 @@ fn what_is_pruned_is_what_the_exact_check_refuses() {
     assert!(kinds.iter().enumerate().all(|(at, &count)| count > 20 || at < 2), "{kinds:?}");
 }
 
-/// The plans of a table after each loss of up to two signals are those of searches that must meet the same.
+/// The plans of a table after each loss of up to two signals equal those of searches with the same requirements.
 #[test]
 fn a_table_meets_the_requirements_after_each_loss() {
     let (mut known, mut changed) = (0, 0);

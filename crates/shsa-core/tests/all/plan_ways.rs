@@ -1,4 +1,4 @@
-//! What a way is worth, against the exhaustive search on a knowledge base in which only its signals are left.
+//! The utility of a way compared with the exhaustive search in a knowledge base with only the way's signals.
 
 use crate::plan_support::{Random, question};
 use shsa_core::knowledge::{Element, KnowledgeBase, SignalId, Utility};
@@ -7,8 +7,8 @@ use shsa_core::substitution::Way;
 
 const LIMITS: Limits = Limits { expansions: 10_000_000, states: 3_000_000 };
 
-/// The knowledge base in which the sources of a way are carried by its signals only; one whose accuracy is not given is as
-/// exact as the least exact one beside it. `None` where that would rate the signal itself anew.
+/// The knowledge base in which only the way's signals carry its sources; a signal without a given accuracy gets that of the least
+/// exact one beside it. `None` where that would change the rating of the signal itself.
 fn only(knowledge: &KnowledgeBase, way: &Way, lost: &[SignalId]) -> Option<KnowledgeBase> {
     let mut left = knowledge.clone();
     let pairs = way.substitution.sources.iter().zip(&way.signals);
@@ -27,7 +27,7 @@ fn only(knowledge: &KnowledgeBase, way: &Way, lost: &[SignalId]) -> Option<Knowl
     Some(left)
 }
 
-/// How many ways were compared whose substitution has others.
+/// Returns how many ways were compared whose substitution has others.
 fn check(seed: u64) -> usize {
     let mut numbers = Random(seed);
     let (kind, knowledge, root, mut options) = question(&mut numbers);
@@ -58,7 +58,7 @@ fn check(seed: u64) -> usize {
             let options = Options { forbidden_signals: lost.clone(), ..options.clone() };
             let alone = exhaustive(&left, root, &options, LIMITS).substitutions;
             let Some(found) = alone.iter().find(|(other, _)| *other == substitution) else {
-                // The same relations for other outputs are as good or better then, and only the best is told.
+                // The same relations for other outputs are then as good or better, and only the best is returned.
                 let relations = substitution.relations();
                 let same = alone.iter().find(|(other, _)| other.relations() == relations).unwrap();
                 assert!(rated <= same.1, "seed {seed} {kind:?}: {}", way.describe(&knowledge));

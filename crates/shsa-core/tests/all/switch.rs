@@ -1,4 +1,4 @@
-//! How soon a source is replaced: at its deadline or with its first wrong value, by what the next one has said already.
+//! How soon a source is replaced: at its deadline or with its first wrong value, by the known value of the next one.
 
 use shsa_core::engine::{Engine, Input, Options, Output, Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{Bounds, Draft, Id, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build};
@@ -6,9 +6,9 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
 const MS: i64 = 1_000_000;
-/// Each signal speaks once in so long, the three of them a third of it apart.
+/// The period of each signal; the three signals are a third of it apart.
 const PERIOD_MS: i64 = 99;
-/// From then on the first one is wrong.
+/// The first signal is wrong from this time on.
 const BREAKS_MS: i64 = 5_000;
 
 fn text(text: &str) -> Text {
@@ -32,7 +32,7 @@ fn engine() -> Engine {
     Engine::new(build(&draft).0, Options::default())
 }
 
-/// Everything that comes out while the signals say this: of the number of a signal, the time in milliseconds, and what is right then.
+/// All outputs for the given values: `said` gets the number of the signal, the time in ms, and the right value.
 fn run(said: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
     let (mut engine, mut outputs) = (engine(), Vec::new());
     for ms in 0..8_000 {
@@ -67,7 +67,7 @@ fn check(wrong: Option<f64>, at: Span) {
         publications(&outputs).find(|publication| publication.quality == Quality::Substitute).unwrap();
     assert_eq!(first.time, Time(0) + at);
     assert!(first.time - first.validity.to <= Span(PERIOD_MS * MS), "{first:?}");
-    // Nothing older comes after something newer, and nothing wrong at all.
+    // No value is older than an earlier one, and no value is wrong.
     let stamps: Vec<Time> = publications(&outputs).map(|publication| publication.validity.to).collect();
     assert!(stamps.windows(2).all(|pair| pair[0] < pair[1]));
     let is_right = |publication: &Publication| match &publication.value {
@@ -77,19 +77,19 @@ fn check(wrong: Option<f64>, at: Span) {
     assert!(publications(&outputs).all(is_right));
 }
 
-/// It spoke last at 4.950 s, and is silent when it has said nothing for longer than 120 ms.
+/// The last value of the signal is from 4.950 s. The signal is silent when no value comes for longer than 120 ms.
 #[test]
 fn a_silent_source_is_replaced_at_its_deadline() {
     check(None, Span::from_millis(4_950 + 120) + Span(1));
 }
 
-/// Its first wrong value would come at 5.049 s.
+/// The first wrong value would come at 5.049 s.
 #[test]
 fn a_wrong_value_is_replaced_at_once() {
     check(Some(9.0), Span::from_millis(5_049));
 }
 
-/// All are silent for two seconds, and then the source speaks first; the others from `others` on.
+/// All signals are silent for two seconds; then the source gives values first, and the others from `others` on.
 fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
     let outputs = run(|signal, ms, right| match ms {
         ..2_000 => Some(right),
@@ -108,16 +108,16 @@ fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
 #[test]
 fn who_speaks_first_after_a_silence_of_all_is_good_when_another_one_agrees() {
     let good = |told: &[(i64, Quality)]| told.iter().find(|told| told.1 == Quality::Good).map(|told| told.0);
-    // It speaks at 4.059 s, the next one at 4.488 s.
+    // The source gives a value at 4.059 s, the next signal at 4.488 s.
     let told = after_a_silence(None, 4_480);
     assert_eq!(told.first().map(|told| told.1), Some(Quality::Uncertain), "{told:?}");
     let first = good(&told).unwrap();
     assert!((4_480..4_700).contains(&first), "{told:?}");
-    // Where nobody comes who could agree, it is believed after a second.
+    // Where no other signal can agree, the source is trusted after a second.
     let told = after_a_silence(None, 9_000);
     let first = good(&told).unwrap();
     assert!((5_000..5_300).contains(&first), "{told:?}");
-    // Who lies is never good.
+    // A faulty source is never good.
     assert_eq!(good(&after_a_silence(Some(9.0), 4_480)), None);
 }
 

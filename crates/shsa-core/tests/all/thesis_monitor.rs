@@ -1,5 +1,5 @@
-//! Thesis mode of the monitor in small runs of our own; recorded runs of the published program are compared with by
-//! `shsa-bench oracle monitor`, and its tests.
+//! The monitor of the thesis in small runs of our own; `shsa-bench oracle monitor` and its tests compare it with recorded runs of
+//! the published program.
 
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, KnowledgeBase, RelationDraft, SignalDraft, SignalId, Text, VariableDraft, build,
@@ -57,8 +57,8 @@ fn own_model() -> Draft {
     }
 }
 
-/// Runs steps of one second over lines such as `lidar 0.5 1.0` (signal, seconds, value), `-` between steps; gives
-/// the number of outputs, the errors and who failed, one line a step.
+/// Runs steps of one second over lines such as `lidar 0.5 1.0` (signal, seconds, value), with `-` between steps; compares the
+/// number of outputs, the errors and the failed substitution, one line a step.
 #[track_caller]
 fn check(draft: &Draft, options: ThesisOptions, input: &str, expected: &str) {
     let knowledge = checked(draft);
@@ -215,7 +215,7 @@ fn too_many_combinations_are_told() {
     assert_eq!([step(2), step(100), step(101)], [(4, false), (10_000, false), (10_000, true)]);
 }
 
-/// The published program puts both values into one place there, and compares one of them with itself.
+/// The published program stores both values in one place, and compares one of them with itself.
 #[test]
 fn one_variable_read_from_two_signals_is_two_ways() {
     let mut draft = own_model();
@@ -237,7 +237,7 @@ fn one_variable_read_from_two_signals_is_two_ways() {
     assert_eq!(shown(&run.step(Time(1))), "2 outputs, errors 3.80 3.80, nobody");
 }
 
-/// Three compasses that count to 4, of which one is a quarter turn ahead.
+/// Three compasses that count to 4, one of them a quarter turn ahead.
 fn compasses() -> Draft {
     let wraps = |name: &str| VariableDraft { wraps: Some(words("4")), ..variable(name) };
     Draft {

@@ -1,4 +1,4 @@
-//! Recorded and live runs give an engine the same ticks, so that both say the same.
+//! Recorded and live runs give an engine the same ticks, so that their outputs are equal.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -7,7 +7,7 @@ use shsa_core::knowledge::Id;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
-/// An engine, and all that it has said.
+/// An engine and all its outputs.
 struct Driven {
     engine: Engine,
     said: Vec<String>,
@@ -30,7 +30,7 @@ impl Driven {
     }
 }
 
-/// Eight seconds, in which one signal falls silent and another one is off.
+/// Eight seconds, in which one signal falls silent and another one has an offset.
 fn inputs(system: &System, silent: usize, wrong: usize, shift: f64) -> Vec<Input> {
     let mut inputs = system.inputs(0, 8);
     let breaks = Time::from_seconds(3.0);
@@ -70,7 +70,7 @@ proptest! {
         }
         recorded.pass(Ticks::before(end));
 
-        // A live run takes in what has come, and wakes in between, on time or too late.
+        // A live run handles the inputs so far, and wakes in between, on time or too late.
         let mut wakes: Vec<Time> = wakes.into_iter().map(|ms| Time(ms * 1_000_000 + 7)).collect();
         wakes.sort_unstable();
         let mut live = Driven::new(&system);

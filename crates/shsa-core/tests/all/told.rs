@@ -1,5 +1,5 @@
-//! What is told is true at the moment at which it is told: nobody is restored who is silent, no need to what is silent, and nobody
-//! is said to have ordered what nobody has ordered.
+//! Events are true when they are reported: no silent signal is restored, no need goes back to a silent source, and no event
+//! claims an order that nobody gave.
 
 use crate::models::System;
 use proptest::prelude::*;
@@ -9,7 +9,7 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Reason, ServedBy};
 use shsa_core::time::{Span, Time};
 
-/// A part of a run: how long it lasts, in steps of 100 ms, and who says nothing, nonsense, or too much, a bit for each signal.
+/// A part of a run: its length in steps of 100 ms, and the signals that are silent, invalid, or offset, one bit for each.
 #[derive(Clone, Debug)]
 struct Phase {
     steps: u8,
@@ -17,13 +17,13 @@ struct Phase {
     invalid: u8,
     shifted: u8,
     by: f64,
-    /// An operator forbids this signal, allows it again, or lets it alone serve, or no more.
+    /// An operator's order about this signal: forbid, allow, force, or release.
     order: Option<(usize, u8)>,
-    /// Whether the process is killed before, and goes on from its last state.
+    /// Whether the process is killed first, and goes on from its last state.
     is_restart: bool,
 }
 
-/// The reasons that tell of an operator's order.
+/// The reasons that tell an operator's order.
 const ORDERED: [&str; 9] = [
     "better-allowed",
     "chooses-itself",
@@ -39,7 +39,7 @@ const ORDERED: [&str; 9] = [
 const STEP: Span = Span::from_millis(100);
 
 fn phases(are_orders: bool) -> impl Strategy<Value = Vec<Phase>> {
-    // Nobody, everybody, or some.
+    // No signal, all signals, or some.
     let who = || prop_oneof![4 => Just(0_u8), 2 => Just(u8::MAX), 3 => any::<u8>()];
     let order = prop::option::weighted(0.3, (0..5_usize, 0..4_u8));
     let order = order.prop_map(move |order| order.filter(|_| are_orders));
@@ -126,7 +126,7 @@ fn run(system: &System, phases: &[Phase]) -> Vec<Event> {
                 2 => Order::Force { need, source: name },
                 _ => Order::Release(need),
             };
-            // Some are refused.
+            // Some orders are refused.
             let _ = run.engine.order(&order, until);
             run.hear();
         }
@@ -176,7 +176,7 @@ proptest! {
     }
 }
 
-/// An operator may tie a need to a signal that is silent: that serves nothing, and is told so.
+/// An operator may tie a need to a silent signal: the need is not served, and this is reported.
 #[test]
 fn a_need_that_is_tied_to_a_silent_signal_is_not_restored() {
     let system = crate::models::car();

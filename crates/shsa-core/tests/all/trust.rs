@@ -1,5 +1,5 @@
-//! Random small systems of which the truth is known: who is accused, and that trust comes back after a fault whatever is derived
-//! from what; and stamps that are wrong.
+//! Random small systems with a known truth: which signals are accused, and that trust returns after a fault whatever the
+//! derivations; and wrong time stamps.
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
@@ -18,7 +18,7 @@ fn text(text: &str) -> Text {
     Text { text: text.into(), ..Text::default() }
 }
 
-/// Signals of one variable, each with an error of 1, and what each is derived from and shares.
+/// Signals of one variable, each with an error of 1, its origins and its common causes.
 fn knowledge(signals: &[(Vec<usize>, Vec<usize>)], max_rate: Option<&str>) -> KnowledgeBase {
     let name = |number: &usize| text(&format!("s{number}"));
     let signal = |(number, (derived_from, shares)): (usize, &(Vec<usize>, Vec<usize>))| SignalDraft {
@@ -104,7 +104,7 @@ fn event(output: &Output) -> Option<&Event> {
     }
 }
 
-/// How a sound signal errs, within 0.9 of its error.
+/// The error of a sound signal, within 0.9 of its bound.
 #[derive(Clone, Copy, Debug)]
 enum Errs {
     Not,
@@ -140,7 +140,7 @@ fn members() -> impl Strategy<Value = Vec<Member>> {
         Just(Errs::Uniformly),
         Just(Errs::AtTwoPoints),
     ];
-    // Derived from earlier ones only.
+    // Derived from earlier signals only.
     let one = (errs, any::<u8>(), prop::collection::btree_set(0..2_usize, 0..2));
     prop::collection::vec(one, 2..5).prop_map(|all| {
         let member =
@@ -152,7 +152,7 @@ fn members() -> impl Strategy<Value = Vec<Member>> {
     })
 }
 
-/// A minute and a half of it, with `fault` added to a liar from 30 to 50 s.
+/// A minute and a half of the system, with `fault` added to the faulty signal from 30 to 50 s.
 fn run(members: &[Member], liar: usize, fault: f64, max_rate: Option<&str>) -> Run {
     let described: Vec<_> = members.iter().map(|(_, from, shares)| (from.clone(), shares.clone())).collect();
     let mut run = Run::new(knowledge(&described, max_rate));
@@ -203,7 +203,7 @@ proptest! {
     }
 }
 
-/// A suspect whose rival has fallen silent is not known to be sound: it serves as a substitute, and no sooner.
+/// A suspect whose rival has fallen silent is not known to be sound: it serves as a substitute, and not earlier.
 #[test]
 fn a_suspect_that_nobody_contradicts_any_more_is_unknown() {
     let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![])], None));
@@ -222,7 +222,7 @@ fn a_suspect_that_nobody_contradicts_any_more_is_unknown() {
     assert!(last >= Time(198 * PERIOD) && quality != Quality::Good, "{last:?} {quality:?}");
 }
 
-/// Stamps of three signals at 2 Hz, `stamp` giving that of the first one; when it was told, and of which symptom.
+/// Three signals at 2 Hz, with `stamp` for the first one.
 fn clock(stamp: impl Fn(i64) -> i64, others: i64) -> Run {
     let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![]), (vec![], vec![])], None));
     let start = 1_700_000_000 * SECOND;
@@ -275,7 +275,7 @@ fn clocks_that_are_all_off_alike_are_right() {
     assert!(run.accused().is_empty(), "{:?}", run.accused());
 }
 
-/// Nothing of a time that is yet to come can be used, so it must be told why nothing is.
+/// Values from the future cannot be used, so the reason for that must be reported.
 #[test]
 fn clocks_that_are_all_ahead_are_wrong_although_they_are_alike() {
     let run = clock(|now| now + 3600 * SECOND, 3600 * SECOND);
@@ -285,7 +285,7 @@ fn clocks_that_are_all_ahead_are_wrong_although_they_are_alike() {
     assert!(failed.iter().all(|it| it.time < Time(1_700_000_012 * SECOND)), "{failed:?}");
 }
 
-/// What was held up for half a minute comes at once: late, by a clock that is right.
+/// Readings held up for half a minute come at once: they are late, and the clock is right.
 #[test]
 fn what_comes_at_once_after_a_stall_has_no_wrong_clock() {
     let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![])], None));

@@ -1,4 +1,4 @@
-//! Nothing is published without a contract that admits it under the knowledge and the evidence of that moment, whatever comes.
+//! No value is published without a contract that admits it by the knowledge and the evidence of that moment, for any inputs.
 
 use crate::plan_admission::seeds;
 use crate::plan_support::Random;
@@ -23,29 +23,29 @@ fn text(text: impl Into<String>) -> Text {
     Text { text: text.into(), ..Text::default() }
 }
 
-/// What a guarantee rests on.
+/// A condition of a guarantee.
 #[derive(Clone, Debug)]
 enum Leaf {
-    /// The newest value of the sensor is so old at most.
+    /// The newest value of the sensor is at most this old.
     Fresh(i64),
-    /// The temperature is so much at most.
+    /// The temperature is at most this high.
     Cool(f64),
-    /// Somebody has said so.
+    /// An operator has confirmed it.
     Installed,
 }
 
-/// A source of the need: a signal of its variable, or of one that a relation makes it from.
+/// A source of the need: a signal of its variable, or of one from which a relation computes it.
 #[derive(Clone, Debug)]
 struct Sensor {
     is_direct: bool,
-    /// What it gives at which rank, the best first, each where all of its leaves are so.
+    /// The guarantees by rank, the best first, each with its conditions.
     gives: Vec<(u32, Vec<Leaf>)>,
-    /// What its relation gives where its input has that rank; without a contract it passes on.
+    /// The rank that its relation demands and gives; without a contract the relation passes the rank on.
     relation: Option<(u32, u32)>,
 }
 
 impl Sensor {
-    /// Each has a width of its own, by which its values are known.
+    /// Each sensor has a width of its own, which identifies its values.
     fn error(at: usize) -> f64 {
         0.5 + at as f64 / 16.0
     }
@@ -66,7 +66,7 @@ impl Sensor {
         }
     }
 
-    /// The highest rank that it gives where leaves hold as `holds` says.
+    /// The highest rank of the sensor's guarantees, where `holds` decides the leaves.
     fn rank(&self, holds: impl Fn(&Leaf) -> bool) -> Option<u32> {
         let given = self.gives.iter().filter(|(_, leaves)| leaves.iter().all(&holds));
         let own = given.map(|(rank, _)| *rank).max()?;
@@ -77,7 +77,7 @@ impl Sensor {
     }
 }
 
-/// A model with what its need demands.
+/// A model and the demands of its need.
 #[derive(Clone, Debug)]
 struct System {
     sensors: Vec<Sensor>,
@@ -180,7 +180,7 @@ impl System {
                 let first = own.evidence.len();
                 own.evidence.extend(leaves.iter().enumerate().map(|(place, leaf)| {
                     let (source, within) = observed(leaf, signal, heat);
-                    // What is told is one piece of evidence, by its name.
+                    // Evidence that is told has a name of its own.
                     let name = match leaf {
                         Leaf::Installed => "installed".to_owned(),
                         _ => format!("e{nth}{place}"),
@@ -228,14 +228,14 @@ impl System {
     }
 }
 
-/// What the outside knows: when each signal spoke last, what the temperature is, who was installed.
+/// The outside world: when each signal last spoke, the temperature, and the installed sensors.
 #[derive(Clone, Debug, Default)]
 struct Outside {
     spoke: Vec<Option<Time>>,
     heat: Option<f64>,
     installed: Vec<Option<bool>>,
     overridden: Option<Time>,
-    /// When what each sensor gives was last enough.
+    /// When each sensor's guarantee was last sufficient.
     met: Vec<Option<Time>>,
 }
 
@@ -251,7 +251,7 @@ impl Outside {
         }
     }
 
-    /// What a sensor gives for sure, and what it would give if all that is unknown were so.
+    /// The rank that a sensor gives for certain, and the rank if all unknown evidence held.
     fn ranks(&self, sensor: &Sensor, at: usize, now: Time) -> (Option<u32>, Option<u32>) {
         let sure = sensor.rank(|leaf| self.truth(at, leaf, now).is_true());
         (sure, sensor.rank(|leaf| !self.truth(at, leaf, now).is_false()))
@@ -266,7 +266,7 @@ impl Outside {
     }
 }
 
-/// Runs a system, and checks whatever goes out.
+/// Runs a system, and checks all publications.
 struct Run {
     system: System,
     engine: Engine,
@@ -292,7 +292,7 @@ impl Run {
         let mut ticks = Ticks::before(until);
         let mut count = 0;
         while let Some(due) = ticks.next(&self.engine) {
-            // Until then, nothing has changed.
+            // Nothing changes until then.
             self.outside.note(&self.system, due - Span(1_000));
             self.now = self.now.max(due);
             self.engine.handle(Input::Tick(due));
@@ -328,7 +328,7 @@ impl Run {
         let meets = |rank: Option<u32>| rank.is_some_and(|rank| rank >= *demanded);
         let said = publication.admitted;
         let told = || format!("{publication:?} from s{at} of {system:#?}, {outside:?}");
-        // The level is what is given, never more.
+        // The level is that of the guarantee, never higher.
         assert_eq!(said.level.map(|level| level.rank), sure, "{}", told());
         let is_overridden = outside.overridden.is_some_and(|until| now < until);
         let is_right = match said.ground {
@@ -408,12 +408,12 @@ impl Run {
                 (0..count).filter(|at| *at != silent).for_each(|at| self.observe(at, 10.0));
             }
         }
-        // What has come at this moment is taken together.
+        // Inputs of this moment are taken together.
         self.engine.handle(Input::Tick(self.now));
         self.take();
     }
 
-    /// Contracts of somebody change, or what the need demands.
+    /// Changes a contract, or the demands of the need.
     fn reload(&mut self, random: &mut Random) {
         let mut system = self.system.clone();
         match random.below(3) {
@@ -425,7 +425,7 @@ impl Run {
                 system.sensors[at] = Sensor { is_direct, ..Sensor::random(random) };
             }
         }
-        // What comes out until then is judged by what was.
+        // Outputs until then are judged by the old contracts.
         self.take();
         self.engine.reload(system.knowledge(), self.now);
         self.outside.installed = self.engine_installed();
@@ -433,7 +433,7 @@ impl Run {
         self.take();
     }
 
-    /// What was told goes on where the changed contracts still ask for it.
+    /// Told evidence stays in force where the changed contracts still use it.
     fn engine_installed(&self) -> Vec<Option<bool>> {
         let mut installed = vec![None; self.system.sensors.len()];
         for order in self.engine.standing_orders() {
@@ -463,7 +463,7 @@ fn nothing_goes_out_that_is_not_admitted_at_that_moment() {
     }
 }
 
-/// A sensor whose guarantee rests on one leaf, at a demanded rank.
+/// A sensor whose guarantee rests on one leaf, and the demanded rank.
 fn one(leaf: Leaf) -> System {
     let sensor = Sensor { is_direct: true, gives: vec![(2, vec![leaf])], relation: None };
     System { sensors: vec![sensor], demanded: 2, policy: Policy::Stop }
@@ -492,7 +492,7 @@ fn evidence_that_fails_is_acted_on_within_one_input() {
     };
     assert_eq!(speak(&mut run, 1, 20.0).0, 0);
     assert_eq!(speak(&mut run, 0, 1.0), (1, vec![]));
-    // The temperature comes, and in the same input the need is told and not served any more.
+    // The temperature comes, and with the same input the need is no longer served, which is reported.
     let (published, kinds) = speak(&mut run, 1, 60.0);
     assert_eq!((published, kinds), (0, vec![EventKind::Unhealable, EventKind::Refused]));
     assert_eq!(speak(&mut run, 0, 1.0).0, 0);

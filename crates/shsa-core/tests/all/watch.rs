@@ -1,4 +1,4 @@
-//! Which ways of knowing an engine watches: bounded, chosen, within a cost, and one of each measurement.
+//! The ways of knowing that an engine watches: bounded, chosen, within a cost, and one for each measurement.
 
 use shsa_core::analysis::{self, Analysis, analyze};
 use shsa_core::diagnosis::Verdict;
@@ -48,7 +48,7 @@ fn draft(variables: &[&str], equations: &[&str], signals: &[&str]) -> Draft {
     }
 }
 
-/// A stand-in for those who know how sources are written: what stands before a bracket is a list.
+/// A simple grammar of sources: the text before a bracket is a list.
 fn parts(source: &str) -> SourceParts {
     SourceParts { lists: source.find('[').map(|end| 0..end).into_iter().collect(), ..SourceParts::default() }
 }
@@ -60,7 +60,7 @@ fn built(draft: &Draft) -> KnowledgeBase {
     knowledge
 }
 
-/// What is built of these lines, and what is noted about the signals.
+/// The knowledge base of these lines, and the notes about its signals.
 #[track_caller]
 fn noted(variables: &[&str], equations: &[&str], signals: &[&str]) -> (KnowledgeBase, Vec<String>) {
     let (knowledge, found) = build(&draft(variables, equations, signals));
@@ -87,7 +87,7 @@ fn known_in_200_ways() -> KnowledgeBase {
     let equations: Vec<&str> = equations.iter().map(String::as_str).collect();
     let signals: Vec<&str> = signals.iter().map(String::as_str).collect();
     let mut draft = draft(&variables, &equations, &signals);
-    // One direction only, so that nothing else is known in many ways.
+    // One direction only, so that no other variable is known in many ways.
     draft.relations.iter_mut().for_each(|relation| relation.directions = Some(vec![text("v")]));
     built(&draft)
 }
@@ -101,7 +101,7 @@ fn two_hundred_ways_stay_within_the_budget() {
     assert!(engine.monitor().residuals().len() <= 32 * 31 / 2);
     let watch = &found.watched[0];
     assert_eq!((found.watched.len(), watch.ways, watch.possible, watch.exact), (1, 32, 200, true));
-    // Two signals a way: 32 ways reach 64 of the 80, and each of them alone is told from the others.
+    // Two signals for each way: 32 ways reach 64 of the 80, and each of them is isolated from the others.
     let shown: SignalSet = knowledge.signals().ids().filter(|&id| found.faults.is_detectable(id)).collect();
     assert_eq!(shown.len(), 64);
     assert_eq!(watch.hidden.iter().filter(|hidden| hidden.undetected).count(), 80 - 64);
@@ -134,7 +134,7 @@ fn watching_costs_no_more_than_it_may() {
     assert_eq!(last, 0);
 }
 
-/// Each variable is first given two ways, the dear one as well as the cheap one.
+/// Each variable first gets two ways, the expensive one as well as the cheap one.
 #[test]
 fn a_small_cost_is_dealt_out() {
     let signals: Vec<String> =
@@ -177,7 +177,7 @@ fn the_same_field_is_one_witness_whatever_it_is_called() {
     assert!(!analysis.faults.is_isolable_from(id("speed"), id("knots")));
     let knots = analysis.signals[id("knots")].clone();
     assert_eq!((analysis.is_substitutable(id("knots")), knots.survives), (true, Some(1)));
-    // Without the other source nothing is left to compare with.
+    // Without the other source there is no comparison.
     let (alone, _) = noted(&["v", "k"], &["k = 1.94 * v"], &signals[..2]);
     assert!(self::engine(&alone, WatchBudget::default()).monitor().residuals().is_empty());
     let analysis = self::analysis(&alone, WatchBudget::default());
@@ -208,7 +208,7 @@ fn other_fields_filters_and_names_are_other_witnesses() {
     for signals in [
         ["a: v < odom#x", "b: v < odom#y"],
         ["a: v < motes#t[mote_id=1]", "b: v < motes#t[mote_id=2]"],
-        // No sources are given.
+        // Without sources.
         ["a: v", "b: v"],
         ["t[1]: v", "t: v"],
     ] {
@@ -228,7 +228,7 @@ fn what_is_declared_the_other_way_round_makes_no_circle() {
     assert_eq!((knowledge.witness(id("a")), knowledge.witness(id("b"))), (id("b"), id("b")));
 }
 
-/// Two others outvote the field; each signal that carries it has failed.
+/// Two other signals outvote the field; each signal that carries it has failed.
 #[test]
 fn signals_from_one_source_share_their_verdict() {
     let signals = ["speed: v < odom#x", "knots: k < odom#x", "gnss: v < fix#v", "wheel: v < wheel#v"];

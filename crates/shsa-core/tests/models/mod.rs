@@ -1,4 +1,4 @@
-//! Three small systems and what their sensors say while all is well: for tests and benchmarks of the engine.
+//! Three small systems and their sensors' values without faults: for tests and benchmarks of the engine.
 
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{
@@ -8,14 +8,14 @@ use shsa_core::knowledge::{Id, KnowledgeBase, SignalId, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
-/// One sensor: its name and variable, how often it speaks, the error of its values, how old they are.
+/// A sensor: its name and variable, rate, error and delay.
 pub(crate) type Sensor<'a> = (&'a str, &'a str, &'a str, &'a str, &'a str);
 
-/// A knowledge base and its sensors' truth: the values of each at a time in seconds.
+/// A knowledge base and the values of its sensors without faults, at a time in seconds.
 pub(crate) struct System {
-    /// What is known about it.
+    /// The knowledge base.
     pub(crate) knowledge: KnowledgeBase,
-    /// What a signal says at a time in seconds.
+    /// The value of a signal at a time in seconds.
     pub(crate) truth: fn(usize, f64) -> RawValue,
 }
 
@@ -28,7 +28,7 @@ pub(crate) fn car() -> System {
     System { knowledge: built(&car_draft()), truth }
 }
 
-/// What is known about that.
+/// The draft of the car.
 pub(crate) fn car_draft() -> Draft {
     let mut draft =
         Draft { variables: vec![variable("speed", "m/s", "scalar", "6 m/s^2")], ..Draft::default() };
@@ -43,7 +43,7 @@ pub(crate) fn car_draft() -> Draft {
     draft
 }
 
-/// A height, a climb and their relation by a derivative, a filter that goes on from its last value.
+/// A height, a climb and their relation by a derivative, and a filter that goes on from its last value.
 pub(crate) fn climber() -> System {
     let mut draft = Draft {
         variables: vec![
@@ -110,7 +110,7 @@ pub(crate) fn rover() -> System {
 }
 
 impl System {
-    /// All observations from one second on for so many seconds, by reception.
+    /// All observations from one second on for a number of seconds, by reception.
     pub(crate) fn inputs(&self, from_s: u32, seconds: u32) -> Vec<Input> {
         let mut inputs: Vec<Input> = Vec::new();
         let signals = self.knowledge.signals();

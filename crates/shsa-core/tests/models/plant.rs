@@ -1,4 +1,4 @@
-//! Three signals of one variable, and 10,000 signals of 2,000 variables: for counts of what an observation costs.
+//! Three signals of one variable, and 10,000 signals of 2,000 variables: for counting the cost of an observation.
 
 use crate::models::{Sensor, System, built, sensors, variable};
 use shsa_core::knowledge::Draft;

@@ -1,11 +1,11 @@
-//! The engine allocates nothing for an observation while all is well, whatever the model holds.
+//! The engine allocates nothing for an observation without faults, whatever the model.
 
 use crate::models::{self, System};
 use shsa_core::engine::{Engine, EventKind, Input, Options, Output};
 use shsa_core::knowledge::Id;
 use shsa_core::observation::RawValue;
 
-/// What a run has cost and given.
+/// The cost and the outputs of a run.
 #[derive(Debug, Default, PartialEq)]
 struct Cost {
     observations: usize,
@@ -32,7 +32,7 @@ fn handle(engine: &mut Engine, inputs: Vec<Input>) -> Cost {
     cost
 }
 
-/// Adds something to the `n`th of every `of` values of a signal.
+/// Adds an offset to the `n`th of every `of` values of a signal.
 fn shifted(mut inputs: Vec<Input>, signal: usize, n: usize, of: usize, shift: f64) -> Vec<Input> {
     let own = inputs.iter_mut().filter_map(|input| match input {
         Input::Observation(observation) if observation.signal.index() == signal => {
@@ -48,7 +48,7 @@ fn shifted(mut inputs: Vec<Input>, signal: usize, n: usize, of: usize, shift: f6
     inputs
 }
 
-/// Half a minute after ten seconds: so many observations, at least so many publications, no allocation, no event.
+/// Half a minute after ten seconds: the number of observations, the least number of publications, no allocation, no event.
 #[track_caller]
 fn check(system: &System, observations: usize, publications: usize) {
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
@@ -80,7 +80,7 @@ fn three_signals_of_one_variable() {
     check(&crate::plant::generic(), 90, 0);
 }
 
-/// A tenth of the time of the others, as there are so many.
+/// A tenth of the time of the others, because of the number of signals.
 #[test]
 fn ten_thousand_signals() {
     let system = crate::plant::plant();

@@ -1,4 +1,4 @@
-//! Evaluating a formula allocates nothing, whatever is in it.
+//! Evaluating a formula allocates nothing, for any formula.
 
 use shsa_core::expression::{
     Assignment, Function, Input, Kind, Number, Program, Scope, Shape, Symbol, Value, check, parse_expression,

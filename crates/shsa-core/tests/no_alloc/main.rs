@@ -1,4 +1,4 @@
-//! What runs for every observation allocates nothing: a program of its own, as it counts.
+//! Code that runs for every observation allocates nothing: a program of its own, as it counts all allocations.
 #![cfg(test)]
 #![allow(
     clippy::unwrap_used,

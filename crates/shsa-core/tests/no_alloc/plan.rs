@@ -1,4 +1,4 @@
-//! The best substitution on a tree is found without allocating, in the memory of searches before.
+//! The best substitution on a tree is found without allocation, in the memory of earlier searches.
 
 use crate::plan_support::{drivetrain, first, tree};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};

@@ -76,8 +76,8 @@ impl Builder {
     }
 }
 
-/// Structure only: `"x = r(a, b) 2"` is a relation with a cost, `"x y <> r(x, y)"` one for several outputs,
-/// `"!a"` provides a variable, `"!a 0.9"` with an accuracy.
+/// A structure-only model: `"x = r(a, b) 2"` is a relation with a cost, `"x y <> r(x, y)"` one for several outputs, `"!a"`
+/// provides a variable, `"!a 0.9"` with an accuracy.
 pub(crate) fn knowledge(lines: &[&str]) -> KnowledgeBase {
     let mut builder = Builder::default();
     for line in lines {
@@ -104,7 +104,7 @@ pub(crate) fn knowledge(lines: &[&str]) -> KnowledgeBase {
 pub(crate) const NORM: &str =
     "(0.3 / max(inputs, 1) + 0.5 / cost + 0.1 / (unprovided + 1) + 0.5 * input_accuracy) / 1.4";
 
-/// Formulas that are right for all random knowledge bases: aggregate, relation, signal.
+/// Formulas that are valid for all random knowledge bases: aggregate, relation, signal.
 const OWN: [(&str, &str, &str); 6] = [
     ("product", NORM, ""),
     ("product", "1 / cost", "0.5 + accuracy / 2"),
@@ -173,7 +173,7 @@ impl Random {
     }
 }
 
-/// What a random knowledge base looks like.
+/// The kind of a random knowledge base.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Kind {
     /// Every variable is used by one relation.
@@ -182,7 +182,7 @@ pub(crate) enum Kind {
     BidirectionalTree,
     /// Variables are shared, without cycles.
     Shared,
-    /// Anything that has one output.
+    /// Any structure with one output for each relation.
     Cyclic,
     /// Equations, usable for each of their variables.
     Equations,
@@ -260,7 +260,7 @@ pub(crate) fn options(random: &mut Random, knowledge: &KnowledgeBase) -> Options
     options
 }
 
-/// What a substitution must be, whatever found it.
+/// Checks the properties of a valid substitution, from any search.
 pub(crate) fn check_sound(
     knowledge: &KnowledgeBase,
     root: VariableId,
@@ -330,9 +330,9 @@ pub(crate) fn tree(branch: usize, depth: usize, availability: Option<f64>, seed:
     builder.build()
 }
 
-/// A large system of parts with some 100 relations each: two for each variable, reading one to three variables that
-/// come later in the part or are the first of another. The first of a part and half of the others have one or two
-/// signals; there are costs and accuracies.
+/// A large system of parts with some 100 relations each: two for each variable, reading one to three variables that come later in
+/// the part or are the first of another. The first variable of a part and half of the others have one or two signals; there are
+/// costs and accuracies.
 pub(crate) fn large(relations: usize, seed: u64) -> KnowledgeBase {
     const PART: usize = 50;
     let mut random = Random(seed);
@@ -361,7 +361,7 @@ pub(crate) fn large(relations: usize, seed: u64) -> KnowledgeBase {
     builder.build()
 }
 
-/// A chain in which each variable is computed from the next, in `ways` ways; in both directions.
+/// A chain in which each variable is computed from the next, in `ways` ways, in both directions.
 pub(crate) fn chain(length: usize, ways: usize) -> KnowledgeBase {
     let mut builder = Builder::default();
     let variables: Vec<_> = (0..=length).map(|i| builder.variable(&format!("v{i}"), None)).collect();
@@ -411,7 +411,7 @@ pub(crate) fn drivetrain() -> KnowledgeBase {
     builder.build()
 }
 
-/// The recorded answers of the public programs; `None`, said loudly, where they are not there.
+/// The recorded answers of the public programs; `None`, with a message, where the file is missing.
 pub(crate) fn reference(file: &str) -> Option<serde_json::Value> {
     let path = format!("{}/../../../shared/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     match std::fs::read_to_string(&path) {

@@ -1,19 +1,21 @@
-//! What is too far off to be used, without locking a sensor out for ever.
+//! Rejects outliers without locking a sensor out for ever.
 //!
-//! A gate alone cannot tell a sensor that jumped from a state that did: it would refuse the truth for ever. So after some
-//! rejections in a row the sensor is in conflict with the estimate, and others decide:
+//! A gate alone cannot tell a jump of a sensor from a jump of the state: it would refuse the truth for ever. So after some
+//! rejections in a row the sensor is in conflict with the estimate, and other sensors decide:
 //!
-//! * Another sensor in conflict agrees with it: both are taken back, and the covariance widens until they fit.
-//! * Others that count hold what it measures: it stays out. Others hold it where an estimate that is made so uncertain that the
-//!   sensor would fit is drawn back by what they measure (the *doubt*). What others only tell the change of, they do not hold:
-//!   a position that is reckoned from speeds is no witness against a position fix, however sure the reckoning is of itself.
-//! * Nothing decides: nothing is known, until it fits again or another agrees. When it has not counted for as long as reckoning
-//!   bears witness ([`Options::reckoned`](super::Options::reckoned)), or never has, the estimate is the doubtful one, which it fits.
+//! * Another sensor in conflict agrees with it: both are accepted again, and the covariance widens until they fit.
+//! * Other sensors determine what it measures: it stays rejected. The test is the *doubt*, a copy of the estimate that is
+//!   uncertain enough for the sensor to fit: other sensors determine the quantity if their measurements draw the doubt back.
+//!   Measurements of its change alone do not: a position reckoned from speeds is no witness against a position fix, however
+//!   sure the reckoning is of itself.
+//! * No sensor decides: the estimate is unknown, until the sensor fits again or another agrees. When the sensor has not counted
+//!   for as long as reckoning bears witness ([`Options::reckoned`](super::Options::reckoned)), or never has, the doubt becomes
+//!   the estimate, which the sensor fits.
 //!
-//! Without a gate everything counts; but what comes back after so long that reckoning bears no witness any more and does not fit
-//! is taken for where it is, and not for how fast it got there.
+//! Without a gate all measurements count. A sensor that returns after longer than reckoning bears witness, and does not fit,
+//! corrects the position, and not the speed that the jump would suggest.
 //!
-//! So the only sensor of a quantity is out for no longer than that time and its patience. The doubt costs a second step for each
+//! So the only sensor of a quantity is rejected for at most that time and its patience. The doubt costs a second step for each
 //! moment while a sensor is in conflict.
 
 use super::Fusion;
@@ -25,17 +27,17 @@ use crate::method::{Innovation, Measurement};
 use crate::normal::two_sided;
 use shsa_core::time::{Span, Time};
 
-/// So many rejections in a row are no glitch: what the others say from then on is put to the test.
+/// This many rejections in a row are no glitch: the doubt begins.
 const REPEATED: u32 = 2;
-/// Others hold what a sensor in lasting conflict measures where it lies further from the doubt than this, in squared standard
-/// deviations: 95 % of what is right do not.
+/// Squared standard deviations from the doubt, above which other sensors determine what a sensor in lasting conflict measures: 95
+/// % of right measurements are below.
 const HELD: f64 = 3.841;
-/// What lies further off than this, in squared standard deviations, does not fit: 99.99 % do.
+/// A measurement further off than this, in squared standard deviations, does not fit: 99.99 % of right ones do.
 const FAR: f64 = 15.137;
-/// The doubt is so wide that what is rejected lies within a fifth of its standard deviation.
+/// The variance of the doubt in squared innovations: a rejected measurement is a fifth of a standard deviation off.
 const DOUBT: f64 = 25.0;
 
-/// When a measurement is too far off.
+/// The limits that reject measurements.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Gate {
     threshold: f64,
@@ -43,8 +45,8 @@ pub struct Gate {
 }
 
 impl Gate {
-    /// Uses this share of healthy measurements (0.999 is a chi-square of 10.83), and asks others after so many rejections in a
-    /// row.
+    /// Accepts this share of healthy measurements (0.999 is a chi-square of 10.83), and asks other sensors after more than
+    /// `patience` rejections in a row.
     #[must_use]
     pub fn new(share: f64, patience: u32) -> Gate {
         Gate { threshold: two_sided(share).powi(2), patience }
@@ -66,16 +68,16 @@ impl Gate {
     }
 }
 
-/// What has been seen of a sensor lately.
+/// The recent record of a sensor.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Watch {
     /// Rejections in a row.
     pub rejections: u32,
-    /// Whether it is in conflict and nothing decides.
+    /// Whether the sensor is in conflict and no other sensor decides.
     pub is_undecided: bool,
     /// Rejections since the doubt began.
     doubted: u32,
-    /// When its last measurement counted.
+    /// When the sensor's last measurement counted.
     used: Option<Time>,
     last: Option<Measurement>,
     /// The last innovations that counted.
@@ -88,23 +90,23 @@ impl Watch {
     }
 
     /// The mean of the last 16 innovations in its own standard deviations: normal with variance 1 while model and sensor are
-    /// right, as innovations are independent then. A slow drift shows here long before the gate sees it. `None` of fewer.
+    /// right, as innovations are independent then. It shows a slow drift long before the gate. `None` for fewer innovations.
     #[must_use]
     pub fn drift(&self) -> Option<f64> {
         self.window.drift()
     }
 
-    /// One counts: it is no more in conflict.
+    /// Notes a measurement that counts and ends a conflict.
     pub(super) fn accept(&mut self, at: Time) {
         *self = Watch { used: Some(at), window: self.window, ..Watch::default() };
     }
 
-    /// It counts, ungated.
+    /// Notes a measurement that counts without a gate.
     pub(super) fn count(&mut self, at: Time) {
         self.used = Some(at);
     }
 
-    /// Others have decided about it, and it does not count for now.
+    /// Ends a conflict of a sensor that does not count for now.
     pub(super) fn excuse(&mut self) {
         *self = Watch { used: self.used, window: self.window, ..Watch::default() };
     }
@@ -115,7 +117,7 @@ impl Watch {
         self.last = Some(*measurement);
     }
 
-    /// Whether its last measurement counted longer ago than this, or none did.
+    /// Whether the sensor's last measurement counted longer ago than this, or never.
     fn is_away(&self, at: Time, within: Span) -> bool {
         self.used.is_none_or(|used| at - used > within)
     }
@@ -128,7 +130,7 @@ impl Past {
 }
 
 impl Fusion {
-    /// Whether a sensor that was rejected again is taken back.
+    /// Whether a sensor is accepted again after a rejection.
     pub(super) fn reconsider(&mut self, sensor: usize, at: Time, gate: Gate, innovation: Innovation) -> bool {
         let Some(watch) = self.now.watches.get(sensor).copied() else { return false };
         if watch.rejections == REPEATED {
@@ -136,7 +138,7 @@ impl Fusion {
         }
         let Some(measurement) = watch.last.filter(|_| watch.rejections > gate.patience) else { return false };
         self.method.save(&mut self.trial);
-        // So wide that the measurement fits: the share of its own noise cannot widen, so twice what a first look says.
+        // Wide enough for the measurement: its own noise cannot widen, hence twice the apparent factor.
         self.method.widen(2.0 * innovation.normalized_square() / gate.threshold);
         self.method.update(&[measurement], &self.now.controls);
         if (0..self.now.watches.len()).any(|other| other != sensor && self.agrees(other, gate)) {
@@ -151,7 +153,7 @@ impl Fusion {
         is_taken
     }
 
-    /// Whether the doubt, in which others have counted since, leaves room for a sensor, and it is time to take it back.
+    /// Whether a sensor fits the doubt, which others have updated, and has been away for long enough: then it is accepted again.
     fn decide(&mut self, sensor: usize, at: Time, measurement: &Measurement, gate: Gate) -> bool {
         self.method.restore(&self.now.doubt);
         let fits = self
@@ -169,7 +171,7 @@ impl Fusion {
         true
     }
 
-    /// Makes the present estimate so uncertain that everything in conflict fits, and keeps it beside the estimate.
+    /// Starts the doubt: a copy of the estimate that is uncertain enough for every sensor in conflict.
     fn begin_doubt(&mut self) {
         self.method.save(&mut self.trial);
         for place in 0..self.now.watches.len() {
@@ -183,7 +185,7 @@ impl Fusion {
         self.method.restore(&self.trial);
     }
 
-    /// Makes room for a sensor that comes back after longer than reckoning bears witness, and does not fit.
+    /// Widens the estimate for a sensor that returns after longer than reckoning bears witness and does not fit.
     pub(super) fn welcome(&mut self, at: Time, measurement: &Measurement) {
         let used = self.now.watches.get(measurement.sensor).and_then(|watch| watch.used);
         if used.is_some_and(|used| at - used > self.options.reckoned()) {
@@ -195,10 +197,10 @@ impl Fusion {
         self.now.watches.get_mut(measurement.sensor).into_iter().for_each(|watch| watch.count(at));
     }
 
-    /// Makes the estimate so uncertain that the variance of an expectation is so many times the square of its innovation.
+    /// Widens the estimate so that the variance of an expectation is `times` the square of its innovation.
     ///
-    /// Each state becomes less certain by as much as the measurement would move it, and for itself: what others measure of one of
-    /// them then says nothing of another.
+    /// The variance of each state grows in proportion to the square of its correction by the measurement, without correlations:
+    /// then measurements of one state say nothing about another.
     fn widen_to(&mut self, measurement: &Measurement, times: f64) {
         let Some(innovation) = self.method.innovation(measurement, &self.now.controls) else { return };
         let wanted = times * innovation.value * innovation.value;
@@ -232,7 +234,7 @@ impl Fusion {
         }
     }
 
-    /// The doubt goes on beside the estimate: to this moment, or with what counts in it. It ends with the last conflict.
+    /// Predicts the doubt to this moment, or updates it with a measurement that counts. The doubt ends with the last conflict.
     pub(super) fn go_on_doubting(&mut self, elapsed: Span, counted: Option<&Measurement>) {
         if !self.now.is_doubted {
             return;
@@ -255,7 +257,7 @@ impl Fusion {
         self.method.restore(&self.trial);
     }
 
-    /// Whether what another sensor in conflict, and not by a single glitch, said last fits now.
+    /// Whether the last measurement of another sensor in lasting conflict fits now.
     fn agrees(&mut self, other: usize, gate: Gate) -> bool {
         let Some(watch) = self.now.watches.get(other) else { return false };
         let Some(last) = watch.last.filter(|_| watch.rejections >= REPEATED) else { return false };

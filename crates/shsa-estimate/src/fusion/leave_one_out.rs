@@ -1,26 +1,26 @@
-//! For each sensor what all the others say of it: residuals with which the filter over the others names the one.
+//! Predictions of each sensor by all others: residuals that isolate a faulty sensor.
 
 use super::window::Window;
 use super::{Fusion, Verdict};
 use crate::method::{Innovation, Measurement};
 use shsa_core::time::Time;
 
-/// A fusion of all sensors, and one without each of them.
+/// A fusion of all sensors, and one without each sensor.
 ///
-/// What a sensor measures is no witness about itself, not even through the past of the filter: so a state of its own is kept for
-/// the others. A measurement costs one step for each sensor and one more.
+/// The past measurements of a sensor are no independent witness about it. So each fusion without a sensor keeps a state of its
+/// own. A measurement costs one step for each sensor and one more.
 pub struct LeaveOneOut {
     all: Fusion,
     without: Vec<Fusion>,
-    /// Of each sensor what it measured beside what the others said.
+    /// For each sensor, its measurements compared with the predictions by the others.
     windows: Vec<Window>,
 }
 
 impl LeaveOneOut {
-    /// Made by a function that makes the same fusion each time, for so many sensors.
+    /// Fusions made by a function that returns the same fusion each time, for this many sensors.
     ///
     /// # Errors
-    /// Those of the function.
+    /// The errors of the function.
     pub fn new<E>(sensors: usize, make: impl Fn() -> Result<Fusion, E>) -> Result<LeaveOneOut, E> {
         let without = (0..sensors).map(|sensor| {
             let mut fusion = make()?;
@@ -31,12 +31,12 @@ impl LeaveOneOut {
         Ok(LeaveOneOut { without, all: make()?, windows: vec![Window::default(); sensors] })
     }
 
-    /// The fusion of all.
+    /// The fusion of all sensors.
     pub fn all(&mut self) -> &mut Fusion {
         &mut self.all
     }
 
-    /// Takes a measurement in, everywhere.
+    /// Gives a measurement to all fusions.
     pub fn measure(&mut self, at: Time, measurement: Measurement) -> Verdict {
         for fusion in &mut self.without {
             fusion.measure(at, measurement);
@@ -48,13 +48,13 @@ impl LeaveOneOut {
         self.all.measure(at, measurement)
     }
 
-    /// A control input has this value from a time on.
+    /// Sets a control input from a time on.
     pub fn control(&mut self, at: Time, control: usize, value: f64) {
         self.without.iter_mut().for_each(|fusion| fusion.control(at, control, value));
         self.all.control(at, control, value);
     }
 
-    /// What a sensor measures counts from now on, or does not.
+    /// Sets whether a sensor's measurements count from now on.
     pub fn mask(&mut self, sensor: usize, is_masked: bool) {
         for (own, fusion) in self.without.iter_mut().enumerate() {
             fusion.mask(sensor, is_masked || own == sensor);
@@ -62,22 +62,22 @@ impl LeaveOneOut {
         self.all.mask(sensor, is_masked);
     }
 
-    /// The fusion of all others than this sensor.
+    /// The fusion of all sensors but this one.
     pub fn without(&mut self, sensor: usize) -> Option<&mut Fusion> {
         self.without.get_mut(sensor)
     }
 
-    /// How far the last 16 measurements of a sensor lie off from what all the others say, on average, in standard deviations of a
-    /// single one. While all is well its variance is at most 1, however much the errors of the others go together. `None` of
-    /// fewer, or where the others say nothing.
+    /// The mean distance of the last 16 measurements of a sensor from the predictions by all others, in standard deviations of a
+    /// single one. Without faults its variance is at most 1, whatever the correlation of the others' errors. `None` for fewer
+    /// measurements, or without predictions.
     #[must_use]
     pub fn departure(&self, sensor: usize) -> Option<f64> {
         self.windows.get(sensor)?.mean()
     }
 
-    /// The sensor that lies: some sensor departs from all the others by more than so many standard deviations (5 is once in two
-    /// million), and only without this one do the others agree with each other. A liar makes others depart from what it has spoilt,
-    /// so who departs need not be it. `None` while nobody departs, or more than one may be it.
+    /// The faulty sensor: some sensor departs from all the others by more than this many standard deviations (5 occur once in two
+    /// million), and only without this one are the others consistent. A faulty sensor spoils the predictions of others, so the
+    /// departing sensor need not be the faulty one. `None` while no sensor departs, or several may be faulty.
     #[must_use]
     pub fn suspect(&self, deviations: f64) -> Option<usize> {
         let departs = |window: &Window| window.mean().is_some_and(|mean| mean.abs() > deviations);
@@ -90,7 +90,7 @@ impl LeaveOneOut {
         explained.next().is_none().then_some(only)
     }
 
-    /// The last measurement of a sensor beside what all the others say of it, and when. `None` where they say nothing.
+    /// The last measurement of a sensor compared with the prediction by all others, and its time. `None` without a prediction.
     #[must_use]
     pub fn innovation(&self, sensor: usize) -> Option<(Time, Innovation)> {
         let fusion = self.without.get(sensor)?;

@@ -1,12 +1,11 @@
-//! Measurements that come late, twice, at different rates or not at all, taken in at their own times.
+//! Fusion of measurements that come late, twice, at different rates or not at all, each at its own time.
 //!
-//! Every moment with a measurement is kept with the state after it, in a bounded ring. A late measurement goes to its moment, and
-//! all after it are computed again, so the estimate is that of a filter which saw everything in the order of time: a function of
-//! the set of measurements, whatever their order of arrival, gate and watches included (Y. Bar-Shalom 2002,
-//! doi:10.1109/TAES.2002.1039398, treats what can be saved). Measurements of one moment are stacked in the declared order of their
-//! sensors.
+//! Every moment with a measurement is kept with the state after it, in a bounded ring. A late measurement is inserted at its
+//! moment, and all later moments are computed again. So the estimate is that of a filter with all measurements in the order of
+//! time, whatever their order of arrival, gate and watches included (Y. Bar-Shalom 2002, doi:10.1109/TAES.2002.1039398, treats
+//! savings). Measurements of one moment are stacked in the declared order of their sensors.
 //!
-//! A measurement costs one step, and one more for each moment after it: O(moments). Nothing is allocated.
+//! A measurement costs one step, and one more for each later moment: O(moments). No allocation.
 
 mod verdict;
 mod window;
@@ -26,21 +25,21 @@ use moment::{Moment, Past};
 use shsa_core::interval::Interval;
 use shsa_core::time::{Span, Time};
 
-/// How measurements are taken in.
+/// The settings of a fusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Options {
     /// How far behind the newest measurement used a late one may be.
     pub horizon: Span,
-    /// How many moments are kept, 1 at least; where they do not reach back over the horizon, older ones are too late, too.
+    /// The number of moments kept, at least 1; where they do not cover the horizon, older measurements are too late, too.
     pub moments: usize,
-    /// What is too far off to be used; `None` uses all, jointly.
+    /// The gate against outliers; with `None` all measurements count, jointly.
     pub gate: Option<Gate>,
-    /// Without a measurement for longer than this, nothing is known.
+    /// After longer than this without a measurement, the estimate is unknown.
     pub unknown_after: Span,
 }
 
 impl Options {
-    /// For how long what was reckoned without a sensor bears witness about it: five times as long as anything is told without
+    /// How long a reckoning without a sensor bears witness about that sensor: five times as long as an estimate is given without
     /// any measurement.
     #[must_use]
     pub fn reckoned(&self) -> Span {
@@ -48,20 +47,20 @@ impl Options {
     }
 }
 
-/// A sensor that is rejected more often than this in a row contradicts what is known.
+/// A sensor with more rejections in a row than this contradicts the estimate.
 const MOST_REJECTIONS: u32 = 3;
 
-/// What is known of a moment.
+/// The estimate of a moment.
 #[derive(Clone, Copy, Debug)]
 pub struct Estimate<'a> {
-    /// The states.
+    /// The mean of the states.
     pub mean: &'a [f64],
-    /// Their covariance.
+    /// The covariance of the states.
     pub spread: &'a Matrix,
 }
 
 impl Estimate<'_> {
-    /// The interval that holds a state with this share of probability, were its distribution normal; empty for no such state.
+    /// The interval that holds a state with this probability, for a normal distribution; empty for an unknown state.
     #[must_use]
     pub fn interval(&self, state: usize, share: f64) -> Interval {
         let (Some(mean), Some(variance)) = (self.mean.get(state), self.spread.get((state, state))) else {
@@ -72,35 +71,35 @@ impl Estimate<'_> {
     }
 }
 
-/// A method that is fed with measurements at their times.
+/// A method with measurements at their own times.
 pub struct Fusion {
     method: Box<dyn Method>,
     options: Options,
-    /// Those in use come first, in the order of time.
+    /// The moments in use come first, in the order of time.
     moments: Vec<Moment>,
     count: usize,
-    /// What was before the first moment, and when that was.
+    /// The state before the first moment, and its time.
     base: Past,
     base_at: Time,
-    /// Whether that was a moment, which takes nothing in any more.
+    /// Whether that was a moment, which accepts no more measurements.
     is_base_taken: bool,
     initial: Past,
-    /// What the present computation is at.
+    /// The state of the running computation.
     now: Past,
     masked: Vec<bool>,
     counts: Vec<Counts>,
     stack: Vec<Measurement>,
     trial: Vec<f64>,
-    /// What a method knew before it was tried how far a measurement moves each state, and that squared.
+    /// A copy of the method's memory, and the squared correction of each state by a measurement.
     aside: Vec<f64>,
     moved: Vec<f64>,
 }
 
 impl Fusion {
-    /// Of a method whose present estimate holds at a time, for so many sensors and control inputs (all 0 at first).
+    /// The fusion by a method whose estimate is that of a time, for numbers of sensors and control inputs (all 0 at first).
     ///
     /// # Errors
-    /// No moment is to be kept, a gate that is none.
+    /// No moments to keep, or an invalid gate.
     pub fn new(
         method: Box<dyn Method>,
         at: Time,
@@ -136,7 +135,7 @@ impl Fusion {
         })
     }
 
-    /// Takes a measurement in, at its time of validity.
+    /// Takes in a measurement, at its time of validity.
     pub fn measure(&mut self, at: Time, measurement: Measurement) -> Verdict {
         let verdict = self.taken(at, measurement);
         if let Some(counts) = self.counts.get_mut(measurement.sensor) {
@@ -165,7 +164,7 @@ impl Fusion {
         moment.and_then(|moment| moment.verdict(measurement.sensor)).unwrap_or(Verdict::Rejected)
     }
 
-    /// A control input has this value from a time on; of an input that there is not, or a time too far back, nothing changes.
+    /// Sets a control input from a time on; ignores an unknown input and a time too far back.
     pub fn control(&mut self, at: Time, control: usize, value: f64) {
         if self.is_too_late(at) || !value.is_finite() {
             return;
@@ -178,14 +177,14 @@ impl Fusion {
         }
     }
 
-    /// What a sensor measures counts from now on, or does not. What it has said before stays as it was.
+    /// Sets whether a sensor's measurements count from now on. Earlier measurements stay.
     pub fn mask(&mut self, sensor: usize, is_masked: bool) {
         if let Some(masked) = self.masked.get_mut(sensor) {
             *masked = is_masked;
         }
     }
 
-    /// Begins anew with the declared initial estimate, at a time: after a sensor that the states rest on was power-cycled.
+    /// Restarts with the declared initial estimate, at a time: after a power cycle of a sensor that the states rest on.
     pub fn restart(&mut self, at: Time) {
         self.base.clone_from(&self.initial);
         self.now.clone_from(&self.initial);
@@ -193,7 +192,7 @@ impl Fusion {
         (self.count, self.base_at, self.is_base_taken) = (0, at, false);
     }
 
-    /// Begins anew with what another fusion of the same method and sensors knows behind its newest moment.
+    /// Restarts with the state of another fusion of the same method and sensors after its newest moment.
     pub fn begin_as(&mut self, other: &Fusion) {
         self.base.clone_from(other.present());
         self.base.watches.iter_mut().for_each(Watch::excuse);
@@ -208,20 +207,20 @@ impl Fusion {
         at < oldest || at < self.base_at || (self.is_base_taken && at == self.base_at)
     }
 
-    /// What is behind the newest moment.
+    /// The state after the newest moment.
     fn present(&self) -> &Past {
         let newest = self.count.checked_sub(1).and_then(|place| self.moments.get(place));
         newest.map_or(&self.base, |moment| &moment.after)
     }
 
-    /// When the newest moment is.
+    /// The time of the newest moment.
     #[must_use]
     pub fn at(&self) -> Time {
         let newest = self.count.checked_sub(1).and_then(|place| self.moments.get(place));
         newest.map_or(self.base_at, |moment| moment.at)
     }
 
-    /// The place of a moment, made where there is none; `None` where the ring is full of later ones.
+    /// The place of a moment, which is inserted if new; `None` where the ring is full of later ones.
     fn moment(&mut self, at: Time) -> Option<usize> {
         let used = self.moments.get(..self.count)?;
         let mut place = match used.binary_search_by_key(&at, |moment| moment.at) {
@@ -242,7 +241,7 @@ impl Fusion {
         Some(place)
     }
 
-    /// Computes everything from a moment on.
+    /// Computes all moments from one on.
     fn replay(&mut self, from: usize) {
         let before = from.checked_sub(1).and_then(|place| self.moments.get(place));
         let (past, mut at) = before.map_or((&self.base, self.base_at), |moment| (&moment.after, moment.at));
@@ -256,7 +255,7 @@ impl Fusion {
         self.moments = moments;
     }
 
-    /// One moment: on to it, its measurements, its controls.
+    /// Computes a moment: the prediction, its measurements, its controls.
     fn step(&mut self, moment: &mut Moment, elapsed: Span) {
         if elapsed > Span::ZERO && !self.method.predict(elapsed.seconds(), &self.now.controls) {
             self.now.is_lost = true;
@@ -324,8 +323,8 @@ impl Fusion {
         }
     }
 
-    /// What is known of a moment, predicted from the newest measurement; `None` when nothing is: no measurement for too long, no
-    /// value of the model, or a conflict that no witness decides. Of a moment before that it is what is known now of the newest.
+    /// The estimate of a moment, predicted from the newest measurement. `None` after too long without a measurement, without a
+    /// value of the model, or during an undecided conflict. An earlier moment has the estimate of the newest one.
     pub fn estimate(&mut self, at: Time) -> Option<Estimate<'_>> {
         if !self.is_known(at) {
             return None;
@@ -340,7 +339,7 @@ impl Fusion {
         is_there.then(|| Estimate { mean: self.method.mean(), spread: self.method.spread() })
     }
 
-    /// Whether anything is known of a moment.
+    /// Whether a moment has an estimate.
     #[must_use]
     pub fn is_known(&self, at: Time) -> bool {
         let present = self.present();
@@ -348,14 +347,14 @@ impl Fusion {
         !present.is_lost && !present.is_doubtful() && at - since <= self.options.unknown_after
     }
 
-    /// Whether nothing is known because a sensor is in conflict and nothing decides.
+    /// Whether the estimate is unknown because of an undecided conflict of a sensor.
     #[must_use]
     pub fn is_undecided(&self) -> bool {
         self.present().is_doubtful()
     }
 
-    /// The last innovation of a sensor, and when: of one that counts against the prediction, of a masked one against what all
-    /// others say.
+    /// The last innovation of a sensor, and its time: for a sensor that counts against the prediction, for a masked one against
+    /// the estimate by all others.
     #[must_use]
     pub fn innovation(&self, sensor: usize) -> Option<(Time, Innovation)> {
         let used = self.moments.get(..self.count)?;
@@ -364,14 +363,14 @@ impl Fusion {
             .find_map(|moment| Some((moment.at, moment.measured.get(sensor)?.as_ref()?.innovation?)))
     }
 
-    /// What has been seen of a sensor lately.
+    /// The recent record of a sensor.
     #[must_use]
     pub fn watch(&self, sensor: usize) -> Option<&Watch> {
         self.present().watches.get(sensor)
     }
 
-    /// Whether what counts agrees: no sensor that counts is rejected again and again, and none drifts by more than so many standard
-    /// deviations.
+    /// Whether the sensors that count are consistent: none is rejected again and again, and none drifts by more than this many
+    /// standard deviations.
     #[must_use]
     pub fn is_consistent(&self, deviations: f64) -> bool {
         let counting = self.present().watches.iter().zip(&self.masked).filter(|(_, is_masked)| !**is_masked);
@@ -379,7 +378,7 @@ impl Fusion {
         !counting.map(|(watch, _)| watch).any(|watch| watch.rejections > MOST_REJECTIONS || is_far(watch))
     }
 
-    /// What became of a sensor's measurements.
+    /// The counts of a sensor's measurements.
     #[must_use]
     pub fn counts(&self, sensor: usize) -> Option<Counts> {
         self.counts.get(sensor).copied()

@@ -1,26 +1,26 @@
-//! A moment with its measurements, and all that holds after it.
+//! A moment with its measurements, and the state after it.
 
 use super::{Verdict, Watch};
 use crate::method::{Innovation, Measurement};
 use shsa_core::time::Time;
 
-/// All that changes with measurements.
+/// The state that measurements change.
 #[derive(Debug)]
 pub(super) struct Past {
-    /// Of the method.
+    /// The memory of the method.
     pub(super) memory: Vec<f64>,
     pub(super) watches: Vec<Watch>,
     /// The control inputs in force.
     pub(super) controls: Vec<f64>,
     pub(super) last_used: Option<Time>,
-    /// The model had no value, and no measurement has counted since.
+    /// Whether the model had no value, and no measurement has counted since.
     pub(super) is_lost: bool,
-    /// Whether a sensor is in conflict, so that `doubt` goes on: the method's memory, so uncertain that the sensor would fit.
+    /// Whether a sensor is in conflict. Then `doubt` is updated: a method's memory, uncertain enough for the sensor to fit.
     pub(super) is_doubted: bool,
     pub(super) doubt: Vec<f64>,
 }
 
-// Written out: an old doubt is no part of what holds.
+// Not derived, as an old doubt is no part of the state.
 impl PartialEq for Past {
     fn eq(&self, other: &Past) -> bool {
         let parts = |it: &Past| (it.last_used, it.is_lost, it.is_doubted);
@@ -32,7 +32,7 @@ impl PartialEq for Past {
     }
 }
 
-// Written out: a derived `clone_from` would allocate.
+// Not derived, as a derived `clone_from` would allocate.
 impl Clone for Past {
     fn clone(&self) -> Past {
         Past {
@@ -50,7 +50,7 @@ impl Clone for Past {
         self.controls.clone_from(&from.controls);
         (self.last_used, self.is_lost) = (from.last_used, from.is_lost);
         self.is_doubted = from.is_doubted;
-        // What is left of an old doubt is nothing.
+        // An old doubt need not be copied.
         if from.is_doubted {
             self.doubt.clone_from(&from.doubt);
         }
@@ -77,17 +77,17 @@ impl Past {
         }
     }
 
-    /// A measurement of this sensor counts: it is no more in conflict.
+    /// Notes a measurement of this sensor that counts and ends a conflict.
     pub(super) fn accept(&mut self, sensor: usize, at: Time) {
         self.watches.get_mut(sensor).into_iter().for_each(|watch| watch.accept(at));
     }
 
-    /// A measurement is too far off.
+    /// Notes a rejected measurement.
     pub(super) fn reject(&mut self, measurement: &Measurement) {
         self.watches.get_mut(measurement.sensor).into_iter().for_each(|watch| watch.reject(measurement));
     }
 
-    /// Whether a sensor is in conflict and nothing decides it.
+    /// Whether a sensor is in an undecided conflict.
     pub(super) fn is_doubtful(&self) -> bool {
         self.watches.iter().any(|watch| watch.is_undecided)
     }
@@ -108,13 +108,13 @@ impl Taken {
     }
 }
 
-/// What was measured and set at one time, and what holds after it.
+/// The measurements and control inputs of a time, and the state after it.
 #[derive(Clone, Debug)]
 pub(super) struct Moment {
     pub(super) at: Time,
-    /// By sensor.
+    /// The measurements, by sensor.
     pub(super) measured: Vec<Option<Taken>>,
-    /// Control inputs that begin here.
+    /// Control inputs that begin at this moment.
     pub(super) set: Vec<Option<f64>>,
     pub(super) after: Past,
 }
@@ -129,14 +129,14 @@ impl Moment {
         }
     }
 
-    /// Becomes another moment, without measurements.
+    /// Resets to another moment, without measurements.
     pub(super) fn begin(&mut self, at: Time) {
         self.at = at;
         self.measured.fill(None);
         self.set.fill(None);
     }
 
-    /// What became of a sensor's measurement.
+    /// The verdict on a sensor's measurement.
     pub(super) fn verdict(&self, sensor: usize) -> Option<Verdict> {
         Some(self.measured.get(sensor)?.as_ref()?.verdict)
     }

@@ -1,4 +1,4 @@
-//! Measurements in any order, at any rate, wrong or absent.
+//! Tests with measurements in any order, at any rate, wrong or absent.
 
 use super::*;
 use crate::formulas::{Draft, Formulas, Sensor, Vocabulary};
@@ -7,7 +7,7 @@ use crate::random::Random;
 use crate::unscented::{Points, Unscented};
 use proptest::prelude::*;
 
-/// Position and speed of something that accelerates at random; sensors of position (two) and speed.
+/// Position and speed with random acceleration; two sensors of the position and one of the speed.
 fn line() -> Formulas {
     let mut words = Vocabulary::default();
     words.add_number("p");
@@ -58,7 +58,7 @@ fn bits(fusion: &mut Fusion) -> Vec<u64> {
 /// A time in milliseconds, a sensor, a value.
 type Arrival = (i64, usize, f64);
 
-/// The same within the horizon, sorted and in any order.
+/// The same arrivals within the horizon, sorted and shuffled.
 fn arrivals() -> impl Strategy<Value = (Vec<Arrival>, Vec<Arrival>)> {
     let one = (0_i64..40, 0_usize..3, -3.0..3.0_f64);
     prop::collection::vec(one, 1..40).prop_flat_map(|mut all| {
@@ -70,7 +70,7 @@ fn arrivals() -> impl Strategy<Value = (Vec<Arrival>, Vec<Arrival>)> {
 }
 
 proptest! {
-    /// With and without a gate, every order of arrival gives the same bytes.
+    /// With and without a gate, every order of arrival gives the same bits.
     #[test]
     fn the_order_of_arrival_does_not_matter((sorted, shuffled) in arrivals(), is_gated in any::<bool>()) {
         let gate = is_gated.then(|| Gate::new(0.9, 2));
@@ -97,7 +97,7 @@ proptest! {
         prop_assert_eq!(after(&sorted), after(&shuffled));
     }
 
-    /// Nothing that arrives makes it panic, or say what is no number.
+    /// No input causes a panic, or an estimate that is not a number.
     #[test]
     fn it_takes_whatever_comes(
         all in prop::collection::vec((any::<i64>(), 0_usize..5, prop_oneof![-1e9..1e9_f64, Just(f64::NAN)]), 0..60),
@@ -112,8 +112,8 @@ proptest! {
     }
 }
 
-/// The speed every 100 ms, and every 200 ms the only position, which is where nothing has reckoned it from 20 s on; between `gap`
-/// and 20 s it says nothing. What is told of moments: the truth, and what is known.
+/// The speed every 100 ms, and the only position every 200 ms, off by `jump` from 20 s on; without positions between `gap` and 20
+/// s. Returns time, truth and estimate of each moment.
 fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)> {
     let (method, gate) = (Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square), Gate::new(0.999, 5));
     let options = Options { gate: Some(gate), unknown_after: Span(1_000_000_000), ..OPTIONS };
@@ -134,7 +134,7 @@ fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)>
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(40))]
 
-    /// However far it jumps: after its patience nothing is told, and 5 s after the last one that counted what it says.
+    /// For any jump: no estimate after the patience, and 5 s after the last measurement that counted that of the sensor.
     #[test]
     fn the_only_position_is_not_locked_out_by_reckoning(jump in 12.0..1e6_f64, is_back: bool, seed: u64) {
         for (at, truth, known) in only_position(if is_back { -jump } else { jump }, 20_000, seed) {
@@ -147,7 +147,7 @@ proptest! {
         }
     }
 
-    /// Where it had been away for longer than predictions may go on, it is taken back as soon as it has said so six times.
+    /// After being away for longer than a reckoning counts, the position is accepted after six measurements.
     #[test]
     fn after_a_gap_the_only_position_is_taken_back(jump in 60.0..1e6_f64, seed: u64) {
         for (at, truth, known) in only_position(jump, 10_000, seed).into_iter().filter(|it| it.0 > 21_500) {
@@ -226,7 +226,7 @@ fn without_input_it_becomes_less_certain_and_then_unknown() {
     assert!(width(&mut fusion, 7000).is_some());
 }
 
-/// Both position sensors and the speed, every 100 ms, with noise; `fault` changes what a sensor says at a moment.
+/// Both position sensors and the speed, every 100 ms, with noise; `fault` changes a sensor's value at a moment.
 fn run(fusion: &mut LeaveOneOut, fault: impl Fn(usize, i64, f64) -> f64, until: i64) {
     let mut random = Random::new(11);
     for at in (100..=until).step_by(100) {
@@ -253,7 +253,7 @@ fn a_lasting_step_of_one_sensor_stays_out_while_the_others_hold() {
     let estimate = fusion.all().estimate(millis(20_000)).expect("the others hold it");
     assert!((estimate.mean[0] - 20.0).abs() < 1.0, "{}", estimate.mean[0]);
     assert_eq!(fusion.all().watch(0).map(|watch| watch.rejections), Some(100));
-    // It comes back, and counts again at once.
+    // The sensor returns, and counts again at once.
     fusion.measure(millis(20_100), measured(0, 20.1));
     assert_eq!(fusion.all().watch(0).map(|watch| watch.rejections), Some(0));
 }

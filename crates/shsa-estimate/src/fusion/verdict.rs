@@ -1,32 +1,32 @@
-//! What became of measurements, one by one and counted.
+//! How measurements were handled, one by one and counted.
 
-/// What became of a measurement.
+/// How a measurement was handled.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Verdict {
-    /// It counts.
+    /// The measurement counts.
     Used,
-    /// The same sensor has been heard of that moment.
+    /// Another measurement of the same sensor and moment was there already.
     Duplicate,
-    /// It is older than can be gone back to.
+    /// The measurement is older than the fusion can go back.
     TooLate,
-    /// It is too far off, or no number.
+    /// The measurement is too far off, or not a number.
     Rejected,
-    /// Its sensor is not trusted: it is a witness, and does not count.
+    /// The sensor is not trusted: the measurement is compared, and does not count.
     Masked,
 }
 
-/// How many of each there were, as they arrived.
+/// The number of measurements by how they were handled on arrival.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Counts {
-    /// Those that count.
+    /// Measurements that count.
     pub used: u64,
-    /// Those heard before.
+    /// Repeated measurements.
     pub duplicate: u64,
-    /// Those too old.
+    /// Measurements that are too old.
     pub too_late: u64,
-    /// Those too far off.
+    /// Measurements that are too far off.
     pub rejected: u64,
-    /// Those of a sensor that is not trusted.
+    /// Measurements of a sensor that is not trusted.
     pub masked: u64,
 }
 

@@ -1,8 +1,8 @@
-//! The last innovations of a sensor: what shows a slow change long before a single one does.
+//! The last innovations of a sensor, which show a slow change long before a single one does.
 
 use crate::method::Innovation;
 
-/// The innovations of a window.
+/// The number of innovations in a window.
 const WINDOW: usize = 16;
 
 /// The last 16 innovations, each in its standard deviations.
@@ -18,17 +18,17 @@ impl Window {
         if let Some(own) = self.ring.get_mut(place) {
             *own = innovation.value / innovation.variance.sqrt();
         }
-        // Goes on counting in a circle above the window, so that a full window stays full.
+        // The count goes on in a circle above the window, so that a full window stays full.
         self.noted = if self.noted as usize >= 2 * WINDOW - 1 { WINDOW as u32 } else { self.noted + 1 };
     }
 
-    /// Their mean: with a variance of at most 1, and of a sixteenth where they are independent. `None` of fewer.
+    /// The mean: its variance is at most 1, and a sixteenth for independent innovations. `None` for fewer.
     pub(super) fn mean(&self) -> Option<f64> {
         let is_full = self.noted as usize >= WINDOW;
         is_full.then(|| self.ring.iter().sum::<f64>() / WINDOW as f64)
     }
 
-    /// Their mean in its own standard deviations, if they are independent.
+    /// The mean in its own standard deviations, for independent innovations.
     pub(super) fn drift(&self) -> Option<f64> {
         self.mean().map(|mean| mean * (WINDOW as f64).sqrt())
     }

@@ -1,4 +1,4 @@
-//! What a Kalman filter does with one number.
+//! Tests of a Kalman filter with a single state.
 
 use super::*;
 use crate::system::Linear;

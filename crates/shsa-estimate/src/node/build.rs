@@ -1,4 +1,4 @@
-//! From the checked fusion of a model to a method at work.
+//! Builds a method from a checked fusion of a model.
 
 use super::each::{Each, Sensor};
 use crate::Error;
@@ -16,17 +16,17 @@ use shsa_core::expression::{Constant, Formula};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Fusion, FusionInput, FusionMethod, KnowledgeBase, Signal};
 
-/// Huber's limit, at which 5 % are lost on normal noise.
+/// Huber's limit, which loses 5 % on normal noise.
 const HUBER: f64 = 1.345;
-/// Student's degrees of freedom: heavy tails with a variance.
+/// Student's degrees of freedom: heavy tails with a finite variance.
 const STUDENT: f64 = 4.0;
-/// How many standard deviations an input's interval reaches to both sides in fusion of intervals: 99.7 % of normal noise.
+/// The half-width of an input's interval in fusion of intervals, in standard deviations: 99.7 % of normal noise.
 const REACH: f64 = 3.0;
-/// Of a sensor without a rate, and how many periods of another one what it says stands in direct fusion.
+/// How long a value counts in direct fusion: for a sensor without a rate, in seconds; for others, in periods.
 const FRESH_S: f64 = 1.0;
 const FRESH_PERIODS: f64 = 2.5;
 
-/// The standard deviation of an input by its signal's noise or errors; 0 where nothing is said.
+/// The standard deviation of an input from its signal's noise or errors; 0 where neither is declared.
 pub(super) fn deviation(signal: &Signal) -> f64 {
     let error = signal.value_error;
     signal.noise.unwrap_or((error.hi - error.lo) / 2.0 / libm::sqrt(3.0))
@@ -46,7 +46,7 @@ fn sensors<'f>(knowledge: &KnowledgeBase, fusion: &'f Fusion) -> impl Iterator<I
     })
 }
 
-/// The model of a fusion: its inputs as sensors, and behind them its outputs where they are asked for.
+/// The model of a fusion: its inputs as sensors, followed by its outputs if requested.
 pub(super) fn system(
     knowledge: &KnowledgeBase,
     fusion: &Fusion,
@@ -76,7 +76,7 @@ fn number(value: f64) -> Formula {
     Formula::constant(Constant { value, bounds: Interval::point(value) })
 }
 
-/// A method at its beginning.
+/// The method in its initial state.
 pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<dyn Method>, Error> {
     let mean: Vec<f64> = fusion.states.iter().map(|state| state.initial).collect();
     let spread = Matrix::from_fn(mean.len(), mean.len(), |row, column| {
@@ -131,7 +131,7 @@ fn each(knowledge: &KnowledgeBase, fusion: &Fusion, rule: &Rule) -> Result<Box<d
         let variance = model.covariance(place, place, &mean, &controls);
         sensors.push(Sensor {
             state,
-            // What says nothing of its errors does not count: it brings them with its values, or is not measured.
+            // An input without declared errors counts only with values that bring their own.
             variance: if variance > 0.0 { variance } else { f64::MAX },
             fresh_s: rate.map_or(FRESH_S, |rate| FRESH_PERIODS / rate),
             turn: input.turn,
@@ -143,7 +143,7 @@ fn each(knowledge: &KnowledgeBase, fusion: &Fusion, rule: &Rule) -> Result<Box<d
     Ok(Box::new(Each::new(rule, sensors, growth.collect(), &initial)?))
 }
 
-/// The state that an input measures as it is.
+/// The state that an input measures directly.
 fn measured_directly(fusion: &Fusion, input: &FusionInput) -> Option<usize> {
     use shsa_core::expression::Operation;
     match (input.measures.operation(), input.measures.symbols().as_slice()) {

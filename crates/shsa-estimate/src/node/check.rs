@@ -1,9 +1,9 @@
-//! What only the algebra shows of a fusion: whether it can be set up, and which states its inputs observe.
+//! Checks of a fusion by algebra: whether it can be set up, and which states its inputs observe.
 //!
-//! States are observed where the derivatives of what is measured along a run by the states at its beginning have full rank (the
-//! observability matrix of R. E. Kalman 1960, of nonlinear systems along a trajectory: R. Hermann, A. Krener 1977,
-//! doi:10.1109/TAC.1977.1101601). Formulas may have no derivative at a special point, as a bearing at rest, so the run begins
-//! beside the initial state.
+//! States are observed if the derivatives of the measurements along a run, by the initial states, have full rank (the
+//! observability matrix of R. E. Kalman 1960; for nonlinear systems along a trajectory: R. Hermann, A. Krener 1977,
+//! doi:10.1109/TAC.1977.1101601). Formulas may have no derivative at a special point, such as a bearing at rest, so the run
+//! begins next to the initial state.
 
 use super::build;
 use crate::continuous::Continuous;
@@ -12,16 +12,16 @@ use crate::system::System;
 use nalgebra::SVD;
 use shsa_core::knowledge::{Diagnostic, Fusion, KnowledgeBase, Place, Severity};
 
-/// Seconds between two looks: long enough that what grows with time is seen.
+/// Seconds between two points of the run: long enough to show what grows with time.
 const STEP_S: f64 = 1.0;
-/// Singular values below this share of the largest are none.
+/// Singular values below this share of the largest count as zero.
 const RANK: f64 = 1e-9;
-/// A state that lies in what is not observed by more than this.
+/// A state is unobserved if its part in the null space exceeds this.
 const SHARE: f64 = 1e-6;
-/// Up to so many inputs the loss of each is looked at.
+/// The loss of each input is examined for up to this many inputs.
 const MOST: usize = 64;
 
-/// Everything that is wrong with the fusions of a knowledge base, and what their states hang on; the knowledge base has passed its
+/// All problems of the fusions of a knowledge base, and the inputs that their states depend on; the knowledge base has passed its
 /// own checks. Time: for each fusion that of 65 decompositions of matrices of n columns.
 #[must_use]
 pub fn check(knowledge: &KnowledgeBase) -> Vec<Diagnostic> {
@@ -110,13 +110,13 @@ pub(super) fn unobserved(
     hidden(&rows, n)
 }
 
-/// The columns that lie in what a matrix, row by row, takes to zero.
+/// The columns that have a part in the null space of a matrix, given row by row.
 fn hidden(rows: &[f64], n: usize) -> Vec<usize> {
     if rows.is_empty() {
         return (0..n).collect();
     }
     let gram = Matrix::from_row_slice(rows.len() / n, n, rows);
-    // Square at least, so that all directions are among the singular vectors.
+    // At least square, so that all directions are among the singular vectors.
     let padded = gram.clone().resize_vertically(gram.nrows().max(n), 0.0);
     let SVD { v_t, singular_values, .. } = padded.svd(false, true);
     let Some(v_t) = v_t else { return Vec::new() };

@@ -1,7 +1,7 @@
-//! Fusion of what is measured, without a model of how it goes on: each quantity by the inputs that measure it directly.
+//! Direct fusion without a model: each quantity is fused from the inputs that measure it directly.
 //!
-//! Inputs deliver at times of their own, so what each has said last stands beside what comes, for as long as it is fresh and as
-//! uncertain as it has become.
+//! Inputs deliver at different times. So the last value of each input is combined with new ones, while it is fresh, with the
+//! uncertainty that has grown since.
 
 use crate::Error;
 use crate::direct::{Direct, Rule};
@@ -9,29 +9,29 @@ use crate::matrix::{Matrix, at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
 use crate::system::wrapped;
 
-/// Numbers that are kept of what a sensor has said last: value, variance, age in seconds.
+/// Numbers kept of a sensor's last measurement: value, variance, age in seconds.
 const KEPT: usize = 3;
 
 /// An input of direct fusion.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Sensor {
-    /// Which quantity it measures.
+    /// The quantity that the sensor measures.
     pub(super) state: usize,
     /// The variance where a measurement brings none.
     pub(super) variance: f64,
-    /// For how many seconds what it says stands.
+    /// For how many seconds a measurement counts.
     pub(super) fresh_s: f64,
     pub(super) turn: Option<f64>,
 }
 
-/// Several quantities, each by direct fusion.
+/// Several quantities, each with a direct fusion.
 #[derive(Clone, Debug)]
 pub(super) struct Each {
     parts: Vec<Direct>,
     sensors: Vec<Sensor>,
-    /// By how much each quantity's variance grows in a second.
+    /// The growth of each quantity's variance in a second.
     growth: Vec<f64>,
-    /// Whether what was said before stands beside what comes; else only what comes counts.
+    /// Whether earlier measurements are combined with new ones; otherwise only new ones count.
     is_joint: bool,
     latest: Vec<f64>,
     estimate: Gaussian,
@@ -39,10 +39,10 @@ pub(super) struct Each {
 }
 
 impl Each {
-    /// Begins with a mean and standard deviation of each quantity.
+    /// Starts from a mean and standard deviation of each quantity.
     ///
     /// # Errors
-    /// Those of [`Direct::new`].
+    /// The errors of [`Direct::new`].
     pub(super) fn new(
         rule: &Rule,
         sensors: Vec<Sensor>,
@@ -91,7 +91,7 @@ impl Each {
         }
     }
 
-    /// What the sensors of a quantity have said and still stands, in their order.
+    /// The fresh last measurements of a quantity's sensors, in their order.
     fn stack(&mut self, state: usize) {
         self.stack.clear();
         let standing = self.latest.chunks_exact(KEPT).zip(&self.sensors).enumerate();

@@ -1,7 +1,7 @@
-//! The filter over all inputs of a fusion, and one without each of those that are to be predicted.
+//! The filter over all inputs of a fusion, and one for each prediction without some inputs.
 //!
-//! What a sensor measures is no witness about itself, not even through the past of a filter: so a state of its own is kept for the
-//! others. A measurement costs a step of each filter.
+//! The past measurements of a sensor are no independent witness about it. So each filter without a sensor keeps a state of its
+//! own. A measurement costs a step of each filter.
 
 use crate::fusion::{Fusion, Verdict};
 use crate::method::{Innovation, Measurement};
@@ -10,18 +10,18 @@ use shsa_core::time::Time;
 /// All filters of a fusion.
 pub(super) struct Filters {
     all: Fusion,
-    /// Each without some inputs. They take in all that the others say, whether it is trusted or not: what they are there for is
-    /// to show contradictions, and to go on showing that there are none any more.
+    /// Filters without some inputs. They use the others' measurements whether trusted or not, as they must show contradictions,
+    /// and the end of contradictions.
     witnesses: Vec<Fusion>,
-    /// What is not trusted at present.
+    /// The inputs that are not trusted at present.
     masked: Vec<bool>,
 }
 
 impl Filters {
-    /// Over so many inputs: the filter over all, and one without each of these sets, made by functions.
+    /// Filters over a number of inputs: one over all, and one without each of these sets, made by functions.
     ///
     /// # Errors
-    /// Those of the functions.
+    /// The errors of the functions.
     pub(super) fn new<E>(
         inputs: usize,
         sets: &[Vec<usize>],
@@ -42,12 +42,12 @@ impl Filters {
         &mut self.all
     }
 
-    /// As [`Filters::all_mut`], to look at.
+    /// The filter over all inputs, to read.
     pub(super) fn all(&self) -> &Fusion {
         &self.all
     }
 
-    /// Whether an input is trusted from now on.
+    /// Sets whether an input is trusted from now on.
     pub(super) fn trust(&mut self, input: usize, is_trusted: bool) {
         if let Some(masked) = self.masked.get_mut(input) {
             *masked = !is_trusted;
@@ -55,7 +55,7 @@ impl Filters {
         }
     }
 
-    /// Takes a measurement in, everywhere.
+    /// Gives a measurement to all filters.
     pub(super) fn measure(&mut self, at: Time, measurement: Measurement) -> Verdict {
         for witness in &mut self.witnesses {
             witness.measure(at, measurement);
@@ -63,19 +63,19 @@ impl Filters {
         self.all.measure(at, measurement)
     }
 
-    /// A control input has this value from a time on.
+    /// Sets a control input from a time on.
     pub(super) fn control(&mut self, at: Time, control: usize, value: f64) {
         self.witnesses.iter_mut().for_each(|witness| witness.control(at, control, value));
         self.all.control(at, control, value);
     }
 
-    /// Begins all of them anew.
+    /// Restarts all filters.
     pub(super) fn restart(&mut self, at: Time) {
         self.witnesses.iter_mut().for_each(|witness| witness.restart(at));
         self.all.restart(at);
     }
 
-    /// The last measurement of an input beside what the filter without this set says of it, if that is known.
+    /// The last measurement of an input compared with the prediction by the filter without this set, where that is known.
     pub(super) fn innovation(&self, set: usize, input: usize) -> Option<(Time, Innovation)> {
         let witness = self.witnesses.get(set)?;
         witness.innovation(input).filter(|(at, _)| witness.is_known(*at))
@@ -87,8 +87,8 @@ impl Filters {
         self.masked.iter().enumerate().all(|(input, masked)| !masked && accepts(input))
     }
 
-    /// Lets the filter without this set begin anew from what is known with all that is trusted. While that is nothing, since
-    /// nobody can tell who is wrong, it begins from what all say together: else no contradiction would ever end.
+    /// Restarts the filter without this set from the estimate of all trusted inputs. While that is unknown, as the faulty input
+    /// is not isolated, the filter restarts from the estimate of all inputs: otherwise no contradiction would ever end.
     pub(super) fn anchor(&mut self, set: usize, at: Time) {
         let Filters { all, witnesses, .. } = self;
         let Some((together, rest)) = witnesses.split_first_mut() else { return };
@@ -96,14 +96,14 @@ impl Filters {
         begin(rest, set, from, at);
     }
 
-    /// Lets the filter without this set begin anew from what all say together: what was reckoned for so long bears no witness.
+    /// Restarts the filter without this set from the estimate of all inputs, as a reckoning of this length bears no witness.
     pub(super) fn anchor_together(&mut self, set: usize, at: Time) {
         let Some((together, rest)) = self.witnesses.split_first_mut() else { return };
         begin(rest, set, together, at);
     }
 }
 
-/// The first set leaves out nothing, and is not among these.
+/// The first set leaves out no input, and is not among `rest`.
 fn begin(rest: &mut [Fusion], set: usize, from: &Fusion, at: Time) {
     let witness = set.checked_sub(1).and_then(|place| rest.get_mut(place));
     witness.into_iter().filter(|_| from.is_known(at)).for_each(|witness| witness.begin_as(from));

@@ -1,4 +1,4 @@
-//! What inputs and controls of a node say, as numbers at times.
+//! The observations of a node's inputs and controls, as numbers at times.
 
 use super::build::deviation;
 use shsa_core::circle;
@@ -8,15 +8,15 @@ use shsa_core::knowledge::{Fusion, KnowledgeBase, Signal};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
-/// A share of the width of an interval of equally likely values that is their standard deviation.
+/// The standard deviation of a uniform distribution, as a share of its width.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
-/// An input that measures.
+/// A measuring input.
 pub(super) struct Inlet {
     signal: Signal,
     /// Whether the model gives its noise by a formula.
     has_formula: bool,
-    /// The newest moment that it has said something about.
+    /// The newest moment of its observations.
     newest: Option<Time>,
     refused: u64,
     ahead: u64,
@@ -34,7 +34,7 @@ impl Inlet {
         fusion.inputs.iter().map(inlet).collect()
     }
 
-    /// When it was measured, the value, and its standard deviation; that of the model's formula where it is `None`.
+    /// The time of the measurement, its value, and its standard deviation; `None` stands for the model's formula.
     ///
     /// What the monitor has refused is no measurement, but where it is only late or said again, so that it is counted. A value
     /// that stands was measured when it was said first.
@@ -53,7 +53,7 @@ impl Inlet {
         Some((at, interval.midpoint(), own))
     }
 
-    /// What comes with the value counts before what the signal says, and that before its bounds.
+    /// The deviation that comes with the value counts before the signal's noise, and that before the signal's bounds.
     fn deviation(&self, observation: &Observation, interval: Interval) -> Option<f64> {
         let is_wide = matches!(observation.value, RawValue::Interval { lo, hi } if lo < hi);
         match (self.has_formula, is_wide) {
@@ -64,22 +64,22 @@ impl Inlet {
         }
     }
 
-    /// It has spoken about a moment.
+    /// Notes the moment of an observation.
     pub(super) fn hear(&mut self, at: Time) {
         self.newest = self.newest.max(Some(at));
     }
 
-    /// A stamp was too far ahead of its reception.
+    /// Counts a stamp too far ahead of its reception.
     pub(super) fn refuse_ahead(&mut self) {
         self.ahead = self.ahead.saturating_add(1);
     }
 
-    /// How many stamps were.
+    /// The number of stamps too far ahead.
     pub(super) fn ahead(&self) -> u64 {
         self.ahead
     }
 
-    /// How much was refused before it came to the filters.
+    /// The number of observations refused before the filters.
     pub(super) fn refused(&self) -> u64 {
         self.refused
     }
@@ -101,7 +101,7 @@ impl Steering {
         fusion.controls.iter().map(steering).collect()
     }
 
-    /// From when on it has which value, if it is trusted; received `now`.
+    /// A trusted observation, received `now`: the time from which on the input has the value, and the value.
     pub(super) fn read(&mut self, heard: Heard<'_>, now: Time) -> Option<(Time, f64)> {
         if !heard.is_kept || !heard.is_trusted {
             return None;
@@ -126,7 +126,7 @@ impl Steering {
     }
 }
 
-/// The moment and the values of an observation, SI; `None` of what is no number.
+/// The moment and the interval of an observation, SI; `None` for a vector or an invalid value.
 fn read(signal: &Signal, observation: &Observation) -> Option<(Time, Interval)> {
     let interval = match observation.value {
         RawValue::Number(value) => signal.enclose(value),

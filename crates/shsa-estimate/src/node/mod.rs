@@ -1,12 +1,12 @@
-//! The fusions of a model at work beside the engine: what is observed goes in, estimates come out as observations.
+//! The fusions of a model beside the engine: observations go in, estimates come out as observations.
 //!
-//! A node begins with its first measurement. Each measurement counts at its own time of validity; what is told is stamped with the
-//! moment that it speaks about, in the clock of its inputs. Nothing is told that is not known: before the first measurement, after
-//! too long without one, with a control input that says nothing, or while inputs contradict each other and nothing decides.
+//! A node starts with its first measurement. Each measurement counts at its own time of validity; an output is stamped with its
+//! moment in the clock of the inputs. There is no output without an estimate: before the first measurement, after too long
+//! without one, while a control input is silent, or during an undecided contradiction of inputs.
 //!
-//! A node is begun anew where it could not find back: after a contradiction that has lasted, as after a power cycle of what it
-//! rests on, and where all that comes is older than it can go back to, as after a jump of the clocks. A stamp that is further ahead
-//! of its reception than the horizon is not taken for time: it would make all right ones too late.
+//! A node restarts where it could not recover: after a lasting contradiction, as after a power cycle of what it measures, and
+//! when all measurements are older than it can go back, as after a jump of the clocks. A stamp further ahead of its reception
+//! than the horizon is ignored: it would make all right ones too late.
 
 mod each;
 mod build;
@@ -31,14 +31,14 @@ use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
 use told::Outputs;
 
-/// After so many rejections in a row others decide about an input.
+/// After this many rejections in a row, other inputs decide about an input.
 const PATIENCE: u32 = 5;
-/// After so many measurements that come too late, or are too far ahead, with none between them that counts, the clocks have jumped.
+/// After this many measurements in a row that are too late, or too far ahead, and none that counts, the clocks have jumped.
 const ALL_TOO_LATE: u32 = 12;
 
-/// One fusion at work.
+/// A running fusion.
 struct Node {
-    /// As it was checked, to see whether a change concerns it.
+    /// The checked fusion, to see whether a change concerns it.
     model: knowledge::Fusion,
     settings: FusionSettings,
     filters: Filters,
@@ -47,18 +47,18 @@ struct Node {
     /// See [`Options::reckoned`].
     reckoned: Span,
     outputs: Outputs,
-    /// The newest moment that anything was said about, and when that was received.
+    /// The newest moment of an observation, and when that was received.
     newest: Option<(Time, Time)>,
-    /// Whether a measurement has counted since it began.
+    /// Whether a measurement has counted since the start.
     has_measured: bool,
-    /// Measurements in a row that came too late.
+    /// The number of measurements in a row that came too late.
     too_late: u32,
-    /// By how much the clocks of all inputs run ahead of the reception, and what in a row was further ahead.
+    /// How far the clocks of all inputs run ahead of the reception, and the number of stamps in a row that were further ahead.
     lead: Span,
     ahead: u32,
-    /// Since when nothing is known though measurements come.
+    /// Since when the estimate is unknown although measurements come.
     lost_since: Option<Time>,
-    /// When the next estimate is due, of a node with a period.
+    /// When the next estimate is due, for a node with a period.
     due: Option<Time>,
     restarts: u64,
 }
@@ -66,7 +66,7 @@ struct Node {
 impl Node {
     fn new(knowledge: &KnowledgeBase, model: &knowledge::Fusion) -> Result<Node, Error> {
         let settings = model.settings;
-        // What combines the values of several inputs must see them together: it has no outliers of its own.
+        // A direct method must see the values of all inputs together: it tolerates outliers itself.
         let gate =
             settings.gate.filter(|_| !model.method.is_direct()).map(|share| Gate::new(share, PATIENCE));
         let options = Options {
@@ -104,7 +104,7 @@ impl Node {
         })
     }
 
-    /// An input says something.
+    /// Takes an observation of an input.
     fn measure(&mut self, place: usize, heard: Heard<'_>, now: Time) {
         let Some(inlet) = self.inlets.get_mut(place) else { return };
         let Some((at, value, deviation)) = inlet.read(heard) else { return };
@@ -127,7 +127,7 @@ impl Node {
         }
     }
 
-    /// A control input says something.
+    /// Takes an observation of a control input.
     fn steer(&mut self, place: usize, heard: Heard<'_>, now: Time) {
         let Some(steering) = self.steering.get_mut(place) else { return };
         let most = now + self.lead + self.settings.horizon;
@@ -157,7 +157,7 @@ impl Node {
     }
 
     fn count(&mut self, verdict: Verdict, at: Time, now: Time) {
-        // Where the one that runs ahead came first, all others seem late, and are not.
+        // When the clock that runs ahead came first, all others only seem late.
         let is_right = self.lead > Span::ZERO && at - now <= self.settings.horizon;
         match verdict {
             Verdict::Used => {
@@ -173,7 +173,7 @@ impl Node {
         }
     }
 
-    /// Whether a stamp is not too far ahead of its reception. Where all are, the clocks are, and it begins anew with that.
+    /// Whether a stamp is not too far ahead of its reception. Where all stamps are, the clocks are ahead, and the node restarts.
     fn is_time(&mut self, at: Time, now: Time) -> bool {
         let lead = at - now;
         if lead <= self.lead + self.settings.horizon {
@@ -195,7 +195,7 @@ impl Node {
         }
     }
 
-    /// Tells what is known, where something is due.
+    /// Outputs the estimates that are due.
     fn settle(&mut self, now: Time, queue: &mut VecDeque<Observation>) {
         let Node { outputs, filters, .. } = self;
         outputs.predict(filters, now, queue);
@@ -223,7 +223,7 @@ impl Node {
         }
     }
 
-    /// Nothing is known: where measurements come all the same and that lasts, the node is begun anew. A conflict ends before.
+    /// Notes an unknown estimate: if that lasts while measurements come, the node restarts. A conflict ends before.
     fn look_after(&mut self, newest: Time, received: Time, now: Time) {
         let hears = received == now && self.has_measured;
         let decided_within = if self.filters.all().is_undecided() { self.reckoned } else { Span::ZERO };
@@ -251,7 +251,7 @@ impl Node {
     }
 }
 
-/// The first moment of a rhythm behind the present.
+/// The first moment of a rhythm after the present.
 fn next(due: Time, period: Span, now: Time) -> Time {
     let missed = (now - due).0 / period.0.max(1);
     due + period.times(missed.max(0) + 1)

@@ -8,29 +8,29 @@ use shsa_core::time::Time;
 use std::collections::VecDeque;
 use std::fmt;
 
-/// Where the values of a signal go.
+/// The use of a signal's values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Role {
-    /// An input of a node, by their places.
+    /// An input of a node, by the places of both.
     Input(usize, usize),
     /// A control input.
     Control(usize, usize),
 }
 
-/// The fusions of a knowledge base at work.
+/// The running fusions of a knowledge base.
 ///
-/// An observation costs nothing where no fusion reads its signal, else a step of each filter that does. Nothing is allocated
-/// after the beginning.
+/// An observation costs nothing where no fusion reads its signal, else a step of each filter that does. No allocation after
+/// construction.
 #[derive(Default)]
 pub struct Nodes {
-    /// In the order of the model; `None` of what could not be set up, which the checks have told.
+    /// The nodes in the order of the model; `None` for one that could not be set up, which the checks have reported.
     nodes: Vec<Option<Node>>,
-    /// By signal.
+    /// The uses of each signal.
     roles: Vec<Vec<Role>>,
     queue: VecDeque<Observation>,
 }
 
-/// The engine of a knowledge base with its fusions at work.
+/// The engine of a knowledge base with its running fusions.
 ///
 /// ```
 /// use shsa_core::engine::Options;
@@ -46,7 +46,7 @@ pub fn engine(knowledge: KnowledgeBase, options: Options) -> Engine {
 }
 
 impl Nodes {
-    /// Sets all fusions of a knowledge base up.
+    /// Sets up all fusions of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Nodes {
         let nodes = knowledge.fusions().iter().map(|model| Node::new(knowledge, model).ok()).collect();
@@ -118,7 +118,7 @@ impl Fuse for Nodes {
         let same_signals = |signals: &[SignalId]| signals.iter().all(|it| lineage.signal(*it) == Some(*it));
         let mut new = Nodes::new(knowledge);
         for (node, model) in new.nodes.iter_mut().zip(knowledge.fusions()) {
-            // What reads the same, under the same ids, keeps its state; all else begins anew.
+            // A node with the same model and inputs, under the same ids, keeps its state; others start again.
             let read: Vec<SignalId> =
                 model.inputs.iter().map(|input| input.signal).chain(model.controls.iter().copied()).collect();
             let is_same = |old: &&mut Option<Node>| old.as_ref().is_some_and(|old| old.model == *model);

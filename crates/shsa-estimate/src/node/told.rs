@@ -1,4 +1,4 @@
-//! What a node says: its outputs, and what inputs would measure by the others.
+//! The outputs of a node: its estimates, and predictions of inputs by the other inputs.
 
 use super::build;
 use super::filters::Filters;
@@ -18,19 +18,19 @@ use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 use std::collections::VecDeque;
 
-/// Within how much probability the truth lies in a prediction: it bears witness, so a false one must be rare.
+/// The probability that a prediction's interval holds the truth: as witnesses, predictions must rarely be wrong.
 const CERTAIN: f64 = 0.999_9;
-/// A prediction that is so many times less certain than what it predicts says nothing about it.
+/// A prediction this many times less certain than the measurement says nothing about it.
 const VAGUE: f64 = 10.0;
 
-/// A signal that is computed.
+/// A computed signal.
 #[derive(Clone, Debug)]
 struct Computed {
     signal: SignalId,
     unit: Option<Unit>,
-    /// The turn and where it begins, of what wraps.
+    /// The turn and its begin, for a value that wraps.
     turn: Option<(f64, f64)>,
-    /// How many standard deviations to both sides.
+    /// The half-width of the interval, in standard deviations.
     reach: f64,
 }
 
@@ -42,7 +42,7 @@ impl Computed {
         Computed { signal, unit: made.unit.clone(), turn, reach: two_sided(share) }
     }
 
-    /// As an observation; `None` of what is no number.
+    /// The value as an observation; `None` if it is not a number.
     fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
         let reach = self.reach * variance.max(0.0).sqrt();
         let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
@@ -56,38 +56,38 @@ impl Computed {
     }
 }
 
-/// What an input would measure.
+/// A prediction of an input.
 struct Prediction {
     computed: Computed,
     input: usize,
-    /// Which of the filters that leave something out.
+    /// The place of the filter.
     set: usize,
     is_anchored: bool,
-    /// Since when it contradicts what is measured.
+    /// Since when the prediction contradicts the measurements.
     contradicts_since: Option<Time>,
-    /// For how long what was reckoned without the input bears witness about it, and when it spoke last.
+    /// How long a reckoning without the input bears witness about it, and when the input last spoke.
     reckoned: Span,
     heard: Option<Time>,
 }
 
-/// The last innovation of the filter over all inputs is so many times less uncertain, in variance, before a prediction that hangs on
-/// what was known with all begins from that again.
+/// An anchored prediction restarts when the last innovation of the filter over all inputs is this many times less uncertain, in
+/// variance.
 const BETTER: f64 = 4.0;
 
-/// What lies so many standard deviations off contradicts, squared.
+/// The squared number of standard deviations from which on a prediction contradicts.
 const CONTRADICTS: f64 = 9.0;
-/// For so long a prediction goes on to contradict before it begins anew: time enough to find out who is wrong.
+/// A contradicting prediction restarts after this time: enough to isolate the faulty input.
 const LONGEST: Span = Span::from_millis(10_000);
 
 impl Prediction {
-    /// Whether the input speaks again after so long that what was reckoned bears no witness about it.
+    /// Whether the input returns after a gap that is too long for a reckoning to bear witness.
     fn is_back(&mut self, at: Time) -> bool {
         let before = self.heard.replace(at);
         self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)
     }
 
-    /// Lets it begin anew where it has become vague beside what is known with all and no contradiction would be lost with that,
-    /// or where it has contradicted for long: what it says then is of the past.
+    /// Restarts the prediction's filter where it has become vague beside the filter over all inputs and no contradiction is lost,
+    /// or where it has contradicted for long: then it only shows the past.
     fn anchor(&mut self, known: Option<Innovation>, own: f64, at: Time, filters: &mut Filters) {
         let best =
             filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.variance - own);
@@ -105,20 +105,20 @@ impl Prediction {
     }
 }
 
-/// All that a node says.
+/// The outputs of a node.
 pub(super) struct Outputs {
-    /// Its inputs as sensors, and its outputs behind them.
+    /// The model: the inputs as sensors, followed by the outputs.
     reader: Continuous,
     inputs: usize,
     outputs: Vec<Computed>,
     predictions: Vec<Prediction>,
-    /// What each input has measured at this moment.
+    /// The measurement of each input at this moment.
     expected: Vec<Option<(Time, Measurement)>>,
     controls: Vec<f64>,
     mean: Vec<f64>,
     gradient: Vec<f64>,
     work: Vec<f64>,
-    /// The moment that was told last.
+    /// The moment of the last outputs.
     told: Option<Time>,
 }
 
@@ -173,20 +173,20 @@ impl Outputs {
         }
     }
 
-    /// The standard deviation of an input by the model's formula, at what was estimated last.
+    /// The standard deviation of an input by the model's formula, at the last estimate.
     pub(super) fn deviation(&mut self, input: usize) -> Option<f64> {
         let variance = self.reader.covariance(input, input, &self.mean, &self.controls);
         Some(variance.sqrt()).filter(|deviation| deviation.is_finite())
     }
 
-    /// An input has measured something: what the others say of that moment is told with it.
+    /// Notes a measurement of an input: its prediction is due.
     pub(super) fn expect(&mut self, at: Time, measurement: Measurement) {
         if let Some(expected) = self.expected.get_mut(measurement.sensor) {
             *expected = Some((at, measurement));
         }
     }
 
-    /// Tells what the others say of what was measured at this moment.
+    /// Outputs the predictions for the measurements of this moment.
     pub(super) fn predict(&mut self, filters: &mut Filters, now: Time, queue: &mut VecDeque<Observation>) {
         for prediction in &mut self.predictions {
             let Some((at, measurement)) = self.expected.get(prediction.input).copied().flatten() else {
@@ -213,7 +213,7 @@ impl Outputs {
         self.expected.fill(None);
     }
 
-    /// Tells the outputs of a moment, once.
+    /// Outputs the estimates of a moment, once.
     pub(super) fn tell(
         &mut self,
         estimate: &Estimate<'_>,

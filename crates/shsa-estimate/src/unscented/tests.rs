@@ -1,4 +1,4 @@
-//! Points where they should lie, and angles that go round.
+//! Tests of the points' places, and of angles that wrap.
 
 use super::*;
 
@@ -17,7 +17,7 @@ fn a_linear_function_is_transformed_exactly() {
     assert!((cross - Matrix::from_row_slice(2, 1, &[6.0, 5.0])).amax() < 1e-12);
 }
 
-/// Nothing is known of a heading at first: its points lie more than a turn apart, and are not taken for others.
+/// An unknown heading: its points lie more than a turn apart, and are not confused.
 #[test]
 fn a_heading_that_is_unknown_at_first_is_found() {
     use crate::formulas::{Draft, Formulas, Sensor, Vocabulary};

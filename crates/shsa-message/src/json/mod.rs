@@ -1,6 +1,6 @@
-//! JSON gone through once, without building or copying anything.
+//! JSON in a single pass, without building or copying anything.
 //!
-//! `scanner` knows the tokens, `walk` the values and where they stand, `text` what stands between quotes.
+//! `scanner` reads the tokens, `walk` finds the values and their places, `text` decodes and encodes quoted texts.
 
 mod scanner;
 mod walk;

@@ -1,6 +1,6 @@
-//! The tokens of JSON (RFC 8259): a place in a text that moves on over blanks, texts in quotes and numbers.
+//! The tokens of JSON (RFC 8259): a scanner that steps over blanks, quoted texts and numbers.
 
-/// A place in a text that moves on.
+/// A moving place in a text.
 #[derive(Clone, Copy, Debug)]
 pub struct Scanner<'a> {
     /// The whole text.
@@ -9,23 +9,23 @@ pub struct Scanner<'a> {
     pub at: usize,
 }
 
-/// What is wrong where a scanner has stopped.
+/// The error at the place of a scanner.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Flaw {
     /// A control character within quotes.
     Control,
-    /// The end, before the closing quote.
+    /// The text ends before the closing quote.
     Unclosed,
-    /// No letter that an escape has behind its backslash, which is at this byte.
+    /// The letter of an escape is missing; its backslash is at this byte.
     Escape(usize),
-    /// No hexadecimal digit, where the escape with its backslash at this byte has four.
+    /// A hexadecimal digit of an escape is missing; its backslash is at this byte.
     HexDigit(usize),
-    /// No digit, where a number has one.
+    /// A digit of a number is missing.
     Digit,
 }
 
 impl<'a> Scanner<'a> {
-    /// At the start of a text.
+    /// A scanner at the start of a text.
     #[must_use]
     pub fn new(text: &'a str) -> Scanner<'a> {
         Scanner { text, at: 0 }
@@ -38,7 +38,7 @@ impl<'a> Scanner<'a> {
         self.text.as_bytes().get(self.at).copied()
     }
 
-    /// Steps over this byte if it is there.
+    /// Steps over a byte if it comes next; returns whether it did.
     #[inline]
     pub fn eat(&mut self, byte: u8) -> bool {
         let is_there = self.peek() == Some(byte);
@@ -54,10 +54,10 @@ impl<'a> Scanner<'a> {
         }
     }
 
-    /// Steps over a text whose opening quote comes next; says whether it has escapes.
+    /// Steps over a text whose opening quote comes next; returns whether it has escapes.
     ///
     /// # Errors
-    /// What is wrong where it has stopped.
+    /// The error where the scanner has stopped.
     #[inline]
     pub fn quoted(&mut self) -> Result<bool, Flaw> {
         self.at += 1;
@@ -70,7 +70,7 @@ impl<'a> Scanner<'a> {
                     self.escape()?;
                 }
                 Some(0..0x20) => return Err(Flaw::Control),
-                // Most are short, and done before it pays to look at eight bytes at a time.
+                // Most texts are short, and end before a test of eight bytes at a time pays.
                 Some(_) if self.at < from + 12 => self.at += 1,
                 Some(_) => self.at += plain_length(self.text.as_bytes().get(self.at..).unwrap_or_default()),
                 None => return Err(Flaw::Unclosed),
@@ -98,10 +98,10 @@ impl<'a> Scanner<'a> {
         Ok(())
     }
 
-    /// Steps over a number: a sign, digits without zeros before them, a fraction, an exponent.
+    /// Steps over a number: a sign, digits without leading zeros, a fraction, an exponent.
     ///
     /// # Errors
-    /// [`Flaw::Digit`] where one is missing.
+    /// [`Flaw::Digit`] where a digit is missing.
     #[inline]
     pub fn number(&mut self) -> Result<(), Flaw> {
         let _sign = self.eat(b'-');
@@ -127,10 +127,10 @@ impl<'a> Scanner<'a> {
     }
 }
 
-/// How many bytes come before a quote, a backslash or a control character, eight at a time where there are as many.
+/// The number of bytes before a quote, a backslash or a control character, eight at a time where possible.
 fn plain_length(bytes: &[u8]) -> usize {
     const ONES: u64 = u64::MAX / 255;
-    // The lowest bit that is set is that of the first byte that is zero (Mycroft's test).
+    // The lowest set bit belongs to the first byte that is zero (Mycroft's test).
     let zeros = |word: u64| word.wrapping_sub(ONES) & !word & (ONES << 7);
     let (words, rest) = bytes.as_chunks::<8>();
     for (index, word) in words.iter().enumerate() {

@@ -1,8 +1,8 @@
-//! What texts in quotes mean, and how they are written.
+//! Decoding and encoding of quoted texts.
 
 use std::borrow::Cow;
 
-/// What a text between quotes means; a half of a surrogate pair alone becomes the replacement character.
+/// The meaning of a text between quotes; a lone half of a surrogate pair becomes the replacement character.
 #[must_use]
 pub fn unescaped(raw: &str) -> Cow<'_, str> {
     if !raw.contains('\\') {
@@ -18,7 +18,7 @@ pub fn unescaped(raw: &str) -> Cow<'_, str> {
     text.into()
 }
 
-/// Appends what one escape means; gives what stands behind it.
+/// Appends the meaning of an escape; returns the text behind it.
 fn unescape<'a>(escape: &'a str, text: &mut String) -> &'a str {
     let mut rest = escape.chars();
     let simple = match rest.next() {

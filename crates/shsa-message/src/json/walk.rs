@@ -1,7 +1,7 @@
-//! JSON (RFC 8259) gone through once: where the wanted values stand; nothing is built and nothing is copied.
+//! A single pass through JSON (RFC 8259) that finds the wanted values; nothing is built or copied.
 //!
-//! Beyond the standard only the words `NaN`, `Infinity` and `-Infinity` are numbers, as Python and JavaScript libraries
-//! write them: a sensor that says so is readable, and its value is invalid.
+//! Beyond the standard, only the words `NaN`, `Infinity` and `-Infinity` are numbers, as Python and JavaScript libraries write
+//! them: such a value of a sensor is readable, and invalid.
 
 use super::scanner::{Flaw, Scanner};
 use std::ops::Range;
@@ -9,16 +9,16 @@ use std::ops::Range;
 /// Deeper nesting is refused: it would cost stack.
 const DEPTH_MAX: usize = 64;
 
-/// Where a text stops to be JSON.
+/// The place where a text is no longer JSON.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Broken {
-    /// Byte, counted from 0.
+    /// The byte, counted from 0.
     pub at: usize,
-    /// What would have been right there.
+    /// What is expected at that place.
     pub expected: &'static str,
 }
 
-/// What a value is.
+/// The kind of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// `null`.
@@ -29,7 +29,7 @@ pub enum Kind {
     True,
     /// A number, also `NaN` and the infinities.
     Number,
-    /// A text; its place is that of what stands between the quotes.
+    /// A text; its place is between the quotes.
     Text,
     /// A list.
     List,
@@ -37,56 +37,56 @@ pub enum Kind {
     Object,
 }
 
-/// Where a value stands in the text, in bytes.
+/// The place of a value in the text, in bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// What it is.
+    /// The kind of the value.
     pub kind: Kind,
-    /// Its first byte.
+    /// The first byte.
     pub from: usize,
-    /// The byte behind it.
+    /// The byte behind the value.
     pub to: usize,
 }
 
 impl Place {
-    /// Its bytes.
+    /// The bytes of the value.
     #[must_use]
     pub fn range(self) -> Range<usize> {
         self.from..self.to
     }
 
-    /// What stands there; nothing when the place is of another text.
+    /// The text of the value; empty when the place belongs to another text.
     #[must_use]
     pub fn of(self, text: &str) -> &str {
         text.get(self.range()).unwrap_or("")
     }
 }
 
-/// Is told of every value on the way.
+/// Receives the values of a pass.
 pub trait Visitor {
-    /// What is known of a value on the way to its members.
+    /// The state of a value that its members need.
     type Node: Copy;
-    /// The node of an object's member; its name as it stands between the quotes. `None`: neither it nor anything in it
-    /// is of interest.
+    /// The node of an object's member, with the name as between the quotes. `None`: neither the member nor its contents are
+    /// wanted.
     fn member(&mut self, of: Self::Node, name: &str) -> Option<Self::Node>;
     /// The node of a list's element.
     fn element(&mut self, of: Self::Node, index: usize) -> Option<Self::Node>;
-    /// A value of interest begins.
+    /// A wanted value begins.
     fn enter(&mut self, node: Self::Node);
-    /// It has ended.
+    /// A wanted value has ended.
     fn leave(&mut self, node: Self::Node, place: Place);
 }
 
-/// Whether a text is JSON if it is anything: else it is a plain number or word.
+/// Whether a text looks like JSON; otherwise it is a plain number or word.
 #[must_use]
 pub fn is_likely(text: &str) -> bool {
     text.trim_ascii_start().starts_with(['{', '[', '"'])
 }
 
-/// Goes through a text that must be one JSON value. `O(bytes)`; allocates nothing.
+/// Passes through a text that must be one JSON value. `O(bytes)`; no allocation.
 ///
 /// # Errors
-/// Where it stops to be JSON.
+/// The place where the text is no longer JSON.
 pub fn walk<V: Visitor>(text: &str, root: V::Node, visitor: &mut V) -> Result<(), Broken> {
     let mut walker = Walker { scanner: Scanner::new(text), visitor };
     walker.value(Some(root), 0)?;
@@ -189,7 +189,7 @@ impl<V: Visitor> Walker<'_, V> {
         Ok(())
     }
 
-    /// Whether the list or object ends here; else it goes on behind a comma.
+    /// Whether the list or object ends here; otherwise steps over a comma.
     fn closed(&mut self, by: u8, expected: &'static str) -> Result<bool, Broken> {
         self.scanner.blanks();
         let closed = self.scanner.eat(by);
@@ -221,11 +221,11 @@ impl<V: Visitor> Walker<'_, V> {
     }
 }
 
-/// The places of the elements of a list, told one after the other to `each`, which says whether to go on.
+/// Passes the places of a list's elements to `each`, which returns whether to go on.
 pub fn elements(text: &str, list: Place, mut each: impl FnMut(usize, Place) -> bool) {
     struct Elements<F>(F, usize, bool);
     impl<F: FnMut(usize, Place) -> bool> Visitor for Elements<F> {
-        /// Whether it is the list itself.
+        /// Whether the node is the list itself.
         type Node = bool;
         fn member(&mut self, _of: bool, _name: &str) -> Option<bool> {
             None
@@ -244,6 +244,6 @@ pub fn elements(text: &str, list: Place, mut each: impl FnMut(usize, Place) -> b
     let shifted = |index, place: Place| {
         each(index, Place { kind: place.kind, from: place.from + list.from, to: place.to + list.from })
     };
-    // It is a part of a text that has been gone through: it cannot be broken.
+    // The list is part of a valid text, so the pass cannot fail.
     let _walked = walk(list.of(text), true, &mut Elements(shifted, 0, true));
 }

@@ -1,4 +1,4 @@
-//! Descriptors and messages as bytes in, what is found as text out.
+//! Tests with descriptors and messages as bytes, and the results as text.
 
 use super::*;
 use crate::path::Path;

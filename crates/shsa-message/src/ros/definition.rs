@@ -1,16 +1,16 @@
-//! The fields of a message type, as the lines of its definition say.
+//! The fields of a message type, parsed from the lines of its definition.
 //!
 //! Languages: ROS 1, <http://wiki.ros.org/msg>; ROS 2, <https://docs.ros.org/en/rolling/Concepts/Basic/About-Interfaces.html>.
 
 use super::types::full_name;
 use std::sync::Arc;
 
-/// A number on the wire.
+/// A number type on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Primitive {
     /// `bool`: a byte that is 0 or 1.
     Bool,
-    /// `byte` of ROS 2: without a sign.
+    /// `byte` of ROS 2: unsigned.
     Byte,
     /// `int8`, and `byte` of ROS 1.
     I8,
@@ -32,44 +32,44 @@ pub enum Primitive {
     F32,
     /// `float64`.
     F64,
-    /// A point in time of ROS 1: seconds and nanoseconds without signs. ROS 2's is a message.
+    /// A point in time of ROS 1: unsigned seconds and nanoseconds. ROS 2 has a message instead.
     Time,
-    /// A duration of ROS 1: seconds and nanoseconds with signs. ROS 2's is a message.
+    /// A duration of ROS 1: signed seconds and nanoseconds. ROS 2 has a message instead.
     Duration,
 }
 
-/// What a field holds, or each element of it.
+/// The kind of a field, or of its elements.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Kind {
     /// A number.
     Primitive(Primitive),
-    /// At most so many bytes, where it is bounded.
+    /// A text; with the largest number of bytes where it is bounded.
     Text(Option<u32>),
-    /// A text of wide characters; no message of ROS's own has one, and nothing behind one is read.
+    /// A text of wide characters; no standard message has one, and no field behind one can be read.
     WideText,
-    /// Of this type, by its full name.
+    /// A message of the type of this full name.
     Message(Arc<str>),
 }
 
-/// How many values a field holds.
+/// The number of values in a field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Count {
-    /// It is no list.
+    /// A single value, no list.
     One,
-    /// Always so many.
+    /// A list of fixed length.
     Fixed(usize),
-    /// Said on the wire; at most so many, where it is bounded.
+    /// A list whose length is on the wire; with the largest length where it is bounded.
     Free(Option<u32>),
 }
 
 /// A field of a message.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Member {
-    /// Its name.
+    /// The name.
     pub name: String,
-    /// What it holds, or each element of it.
+    /// The kind of the field, or of its elements.
     pub kind: Kind,
-    /// How many elements.
+    /// The number of elements.
     pub count: Count,
 }
 
@@ -81,7 +81,7 @@ pub(super) enum Language {
 }
 
 impl Language {
-    /// A field of a definition's line; `None` for comments, constants, blank lines. `owner`: the type that is defined.
+    /// The field of a definition's line; `None` for comments, constants, blank lines. `owner` is the defined type.
     pub(super) fn member(self, line: &str, owner: &str) -> Option<Member> {
         let line = line.split('#').next()?.trim();
         let (kind, rest) = line.split_once(char::is_whitespace)?;
@@ -141,7 +141,7 @@ impl Language {
     }
 }
 
-/// A type without `[]`, `[3]` or `[<=3]` behind it, and what they say.
+/// Splits a type into its name and the count from `[]`, `[3]` or `[<=3]`.
 fn split_count(kind: &str) -> Option<(&str, Count)> {
     Some(match kind.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
         None => (kind, Count::One),
@@ -154,7 +154,7 @@ fn split_count(kind: &str) -> Option<(&str, Count)> {
 }
 
 impl Primitive {
-    /// Its size, bytes: in CDR its alignment, too.
+    /// The size in bytes, which is also the alignment in CDR.
     #[must_use]
     pub fn size(self) -> usize {
         match self {

@@ -1,21 +1,21 @@
-//! How messages stand on the wire, and the numbers, texts and times in the bytes of one.
+//! The layouts of messages on the wire, and reading of numbers, texts and times.
 
 use super::definition::Primitive;
 use crate::MessageError;
 use shsa_core::time::Time;
 
-/// How messages stand on the wire.
+/// The layout of messages on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Layout {
-    /// ROS 1: one field right after the other, little endian; lists and texts follow a count of four bytes.
+    /// ROS 1: fields without gaps, little endian; lists and texts follow a count of four bytes.
     Packed,
-    /// ROS 2: XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.1). Every number stands at a multiple of its size, counted from the start of
-    /// the body; lists and texts follow a count of four bytes, and a text ends with a zero.
+    /// ROS 2: XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.1). Every number is aligned to its size, counted from the start of the
+    /// body; lists and texts follow a count of four bytes, and a text ends with a zero.
     Cdr,
 }
 
 impl Layout {
-    /// What a position of something of this size is a multiple of.
+    /// The alignment of a field of this size.
     pub(super) fn alignment(self, size: usize) -> usize {
         match self {
             Layout::Packed => 1,
@@ -23,7 +23,7 @@ impl Layout {
         }
     }
 
-    /// How many bytes stand for a message without fields.
+    /// The number of bytes of a message without fields.
     pub(super) fn nothing(self) -> usize {
         match self {
             Layout::Packed => 0,
@@ -35,7 +35,7 @@ impl Layout {
 /// The content of one message.
 #[derive(Clone, Copy, Debug)]
 pub struct Body<'a> {
-    /// Without the header that CDR has.
+    /// The bytes, without the header of CDR.
     pub bytes: &'a [u8],
     /// Whether the first byte of a number is its highest.
     pub is_big_endian: bool,
@@ -43,16 +43,16 @@ pub struct Body<'a> {
 }
 
 impl<'a> Body<'a> {
-    /// Of a message of ROS 1.
+    /// The body of a ROS 1 message.
     #[must_use]
     pub fn packed(bytes: &'a [u8]) -> Body<'a> {
         Body { bytes, is_big_endian: false, layout: Layout::Packed }
     }
 
-    /// Of a CDR message: what stands behind its header of four bytes, which says the order of bytes.
+    /// The body of a CDR message, behind a header of four bytes that gives the byte order.
     ///
     /// # Errors
-    /// When there is no such header, or one of another encoding.
+    /// A missing header, or one of another encoding.
     pub fn cdr(message: &'a [u8]) -> Result<Body<'a>, MessageError> {
         match message.split_first_chunk() {
             Some(([0, order @ (0 | 1), _, _], bytes)) => {
@@ -63,7 +63,7 @@ impl<'a> Body<'a> {
         }
     }
 
-    /// The number at a position, also of ROS 1's times in seconds; `None` past the end.
+    /// The number at a position, also for ROS 1's times in seconds; `None` past the end.
     #[must_use]
     pub fn number(self, primitive: Primitive, at: usize) -> Option<f64> {
         Some(match primitive {
@@ -85,7 +85,7 @@ impl<'a> Body<'a> {
         })
     }
 
-    /// The point in time at a position: seconds, in ROS 1 without a sign, and nanoseconds. `None` past the end.
+    /// The point in time at a position: seconds, unsigned in ROS 1, and nanoseconds. `None` past the end.
     #[must_use]
     pub fn time(self, at: usize) -> Option<Time> {
         let seconds = match self.layout {
@@ -96,7 +96,7 @@ impl<'a> Body<'a> {
         Some(Time(seconds * 1_000_000_000 + i64::from(nanoseconds)))
     }
 
-    /// The text at a position, in CDR without its closing zero, and the position behind it. `None` when it is not whole.
+    /// The text at a position, in CDR without its closing zero, and the position behind it. `None` when it is incomplete.
     #[must_use]
     pub fn text(self, at: usize) -> Option<(&'a [u8], usize)> {
         let (length, at) = self.counted(at)?;
@@ -119,7 +119,7 @@ impl<'a> Body<'a> {
         Some((count as usize, at + 4))
     }
 
-    /// Bytes in the order of this machine.
+    /// Bytes in this machine's order.
     fn take<const N: usize>(self, at: usize) -> Option<[u8; N]> {
         let mut bytes: [u8; N] = *self.bytes.get(at..)?.first_chunk()?;
         if self.is_big_endian != cfg!(target_endian = "big") {

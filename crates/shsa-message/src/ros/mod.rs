@@ -1,6 +1,6 @@
-//! Messages of ROS: which fields a type has, and where they stand in the bytes of ROS 1 (packed) and ROS 2 (CDR).
+//! ROS messages: the fields of types, and their places in the bytes of ROS 1 (packed) and ROS 2 (CDR).
 //!
-//! `types` knows the fields of each type from its `definition`, `plan` finds one of them in a `layout` by `steps`, `value` reads it.
+//! `types` has the fields of each type from its `definition`, `plan` finds a field in a `layout` by `steps`, `value` reads it.
 
 mod definition;
 mod types;

@@ -1,4 +1,4 @@
-//! The way to one field of a message, compiled once.
+//! The path to a field of a message, compiled once.
 
 use super::definition::{Count, Kind, Member, Primitive};
 use super::layout::{Body, Layout};
@@ -7,21 +7,21 @@ use super::types::Types;
 use crate::MessageError;
 use crate::path::Step as PathStep;
 
-/// So many fields may be looked at for one plan: definitions nest, and a malicious one nests exponentially.
+/// The largest number of fields visited for one plan: nested definitions can grow exponentially.
 const WORK_MAX: usize = 100_000;
-/// Types may nest so deep.
+/// The deepest nesting of types.
 const DEPTH_MAX: usize = 64;
 
-/// A field's place in one message.
+/// The place of a field in a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Place {
-    /// Of its first byte in the body.
+    /// The first byte in the body.
     pub at: usize,
-    /// How many elements; 1 for what is no list.
+    /// The number of elements; 1 for a field that is no list.
     pub count: usize,
 }
 
-/// What stands at the end of a plan.
+/// The kind of a plan's field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Target {
     /// Numbers.
@@ -30,25 +30,25 @@ pub enum Target {
     Text,
     /// Seconds and nanoseconds: a point in time, in ROS 2 also a duration.
     Time,
-    /// A message, which is no value.
+    /// A message, which has no value of its own.
     Message,
 }
 
-/// How one field is found in the bytes of a message.
+/// The place of a field in the bytes of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Plan {
     steps: Vec<Step>,
-    /// What is there, or each element of it.
+    /// The kind of the field, or of its elements.
     pub target: Target,
-    /// Whether it is a list.
+    /// The number of its elements.
     pub count: Count,
 }
 
 impl Plan {
-    /// The way to the field at a path within a type. No steps: the field `data`.
+    /// The plan for the field at a path within a type. Without steps: the field `data`.
     ///
     /// # Errors
-    /// Says which part of the path is not there, and what is; or that it cannot be reached.
+    /// The part of the path that does not exist, and the existing ones; or why the field cannot be reached.
     pub fn new(
         types: &Types,
         layout: Layout,
@@ -58,10 +58,10 @@ impl Plan {
         Ok(compile(types, layout, message_type, path)?.0)
     }
 
-    /// As [`Plan::new`] for what is a value or a text.
+    /// As [`Plan::new`], for a value or a text.
     ///
     /// # Errors
-    /// As there, and when the field is a message.
+    /// The errors of [`Plan::new`], and a field that is a message.
     pub fn of_value(
         types: &Types,
         layout: Layout,
@@ -74,7 +74,7 @@ impl Plan {
         }
     }
 
-    /// Where the field stands; `None` when the message is too short or a list has no such element. At most `O(message)`.
+    /// The place of the field; `None` when the message is too short or a list has no such element. At most `O(message)`.
     #[must_use]
     pub fn locate(&self, body: Body<'_>) -> Option<Place> {
         let at = run(&self.steps, body, 0)?;
@@ -98,7 +98,7 @@ impl Plan {
     }
 }
 
-/// The plan, and what the definition says that the field is.
+/// The plan, and the field's kind in the definition.
 fn compile<'t>(
     types: &'t Types,
     layout: Layout,
@@ -148,7 +148,7 @@ fn is_message(types: &Types, name: &str, path: &[PathStep]) -> MessageError {
     }
 }
 
-/// Makes the steps of one plan.
+/// Compiles the steps of a plan.
 struct Compiler<'t> {
     types: &'t Types,
     layout: Layout,
@@ -214,7 +214,7 @@ impl<'t> Compiler<'t> {
         Ok(element.list)
     }
 
-    /// Appends the steps over one field, or over one element of it.
+    /// Appends the steps over a field, or over one of its elements.
     fn over(
         &mut self,
         member: &Member,
@@ -229,7 +229,7 @@ impl<'t> Compiler<'t> {
         let uniform = self.uniform(&member.kind, depth)?;
         match (count, uniform) {
             (Count::Fixed(0), _) => {}
-            // After no elements it stands behind the count.
+            // An empty list ends behind its count.
             (Count::Free(_), Some((align, size))) => steps.push(Step::List { align, size }, align.min(4)),
             (Count::One, Some((align, size))) => {
                 steps.align(align);
@@ -248,7 +248,7 @@ impl<'t> Compiler<'t> {
         Ok(())
     }
 
-    /// Appends the steps over a value of changing size.
+    /// Appends the steps over a value of variable size.
     fn over_one(&mut self, kind: &Kind, depth: usize, steps: &mut Steps) -> Result<(), MessageError> {
         match kind {
             Kind::Text(_) => steps.push(Step::Text, 1),
@@ -263,7 +263,7 @@ impl<'t> Compiler<'t> {
         Ok(())
     }
 
-    /// Alignment and size of what has no gaps wherever it stands: numbers of one alignment.
+    /// Alignment and size of a value without gaps at any position: numbers of one alignment.
     fn uniform(&mut self, kind: &Kind, depth: usize) -> Result<Option<(usize, usize)>, MessageError> {
         self.work_left = self.work_left.checked_sub(1).ok_or(MessageError::TooLarge)?;
         let members = match kind {
@@ -295,7 +295,7 @@ impl<'t> Compiler<'t> {
     }
 }
 
-/// The index that a step says: `[1]`, or the name `1`.
+/// The index of a step: `[1]`, or the name `1`.
 fn index(step: &PathStep) -> Option<usize> {
     match step {
         PathStep::Index(index) => Some(*index),

@@ -1,25 +1,25 @@
-//! From the start of a message to a field: skips and alignments, few of which depend on the message.
+//! Steps from the start of a message to a field: skips and alignments, most of them the same for all messages.
 
 use super::definition::Count;
 use super::layout::Body;
 
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Step {
-    /// So many bytes.
+    /// Skips a number of bytes.
     Skip(usize),
-    /// To a multiple of this.
+    /// Skips to a multiple of this.
     Align(usize),
-    /// A text.
+    /// Skips a text.
     Text,
-    /// As many elements as the wire says, of this size, the first one at a multiple of `align`.
+    /// Skips a list whose count is on the wire: elements of this size, the first one aligned to `align`.
     List { align: usize, size: usize },
-    /// Elements of changing size.
+    /// Skips elements of variable size.
     Each { count: Count, element: Vec<Step> },
-    /// To one element of a list that must be longer than the index.
+    /// Goes to one element of a list, which must be longer than the index.
     Enter { count: Count, index: usize, element: Vec<Step> },
 }
 
-/// Steps, and what is known of the position behind them: modulo `modulus` it is `residue`.
+/// Steps, and the position behind them: `residue` modulo `modulus`.
 pub(super) struct Steps {
     pub(super) list: Vec<Step>,
     modulus: usize,
@@ -27,19 +27,19 @@ pub(super) struct Steps {
 }
 
 impl Default for Steps {
-    /// At the beginning of a body.
+    /// The start of a body.
     fn default() -> Steps {
         Steps { list: Vec::new(), modulus: 8, residue: 0 }
     }
 }
 
 impl Steps {
-    /// Somewhere in a body.
+    /// An unknown position in a body.
     pub(super) fn anywhere() -> Steps {
         Steps { modulus: 1, ..Steps::default() }
     }
 
-    /// Appends a step behind which the position is a multiple of `modulus`.
+    /// Appends a step that ends at a multiple of `modulus`.
     pub(super) fn push(&mut self, step: Step, modulus: usize) {
         self.list.push(step);
         (self.modulus, self.residue) = (modulus, 0);
@@ -92,8 +92,8 @@ impl Step {
     }
 }
 
-/// Behind so many elements. Those of one size are skipped in one go; every other takes a byte at least, so this ends with the
-/// message.
+/// The position behind a number of elements. Elements of one size are skipped together; every other takes at least a byte, so the
+/// loop ends with the message.
 fn each(count: usize, element: &[Step], body: Body<'_>, at: usize) -> Option<usize> {
     match element {
         [] => Some(at),

@@ -1,4 +1,4 @@
-//! Messages of ROS 1: what their definitions say is found in their bytes, and garbage is survived.
+//! Tests with messages of ROS 1: fields are found by their definitions, and garbage is rejected.
 
 use super::*;
 use crate::MessageError;
@@ -29,7 +29,7 @@ MSG: other/Flag
 bool set
 ";
 
-/// A message as its type says: the wire is only its fields, one after the other.
+/// A message of the type: the wire has only its fields, one after the other.
 fn message() -> Vec<u8> {
     let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
     let part = |label: &str, size: i16| [text(label), size.to_le_bytes().into()].concat();
@@ -60,7 +60,7 @@ fn plan(types: &Types, root: &str, path: &str) -> Result<Plan, MessageError> {
     Plan::new(types, Layout::Packed, root, &steps)
 }
 
-/// What stands at the end of a plan.
+/// The values of a plan's field.
 fn taken(plan: &Plan, message: &[u8]) -> Option<String> {
     let body = Body::packed(message);
     let place = plan.locate(body)?;
@@ -159,7 +159,7 @@ fn lists_of_nothing_take_no_time() {
     let types = Types::of_bag("m/A", "Void[4294967295] a\nVoid[] b\nint8 last\nMSG: m/Void\n");
     let plan = plan(&types, "m/A", "last").unwrap();
     assert_eq!(taken(&plan, &[255, 255, 255, 255, 5]).as_deref(), Some("Number(5.0)"));
-    // Nor do lists of what holds lists of nothing.
+    // Neither do lists of messages with empty lists.
     let types = Types::of_bag("m/A", "Empty[] b\nint8 last\nMSG: m/Empty\nstring[0] a\n");
     let plan = super::tests::plan(&types, "m/A", "last").unwrap();
     assert_eq!(taken(&plan, &[255, 255, 255, 255, 5]).as_deref(), Some("Number(5.0)"));

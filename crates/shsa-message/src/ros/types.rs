@@ -1,4 +1,4 @@
-//! Message types by their names: ROS 2's common ones, those of a workspace, those that a bag carries.
+//! Message types by their names: ROS 2's common ones, those of a workspace, and those in a bag.
 
 use super::definition::{Count, Kind, Language, Member};
 use crate::MessageError;
@@ -23,7 +23,7 @@ impl Types {
         STANDARD.clone()
     }
 
-    /// One type a line: `name: kind field, kind field`.
+    /// Parses a table of one type a line: `name: kind field, kind field`.
     fn table(text: &str) -> Types {
         let mut types = Types::default();
         for (name, fields) in text.lines().filter_map(|line| line.split_once(':')) {
@@ -32,8 +32,8 @@ impl Types {
         types
     }
 
-    /// The types of a definition as bags of ROS 1 carry it: the fields of the type `root`, then those of the types that it uses,
-    /// each after a line `MSG: package/Type`. Names are ROS 1's, as `nav_msgs/Odometry`. Lines that are no field are passed over.
+    /// The types of a definition in a bag of ROS 1: the fields of the type `root`, then those of the used types, each after a
+    /// line `MSG: package/Type`. Names are ROS 1's, such as `nav_msgs/Odometry`. Lines without a field are skipped.
     #[must_use]
     pub fn of_bag(root: &str, definition: &str) -> Types {
         let mut types = Types::default();
@@ -41,8 +41,8 @@ impl Types {
         types
     }
 
-    /// Adds the types of a definition as recordings of ROS 2 carry it, in the form of [`Types::of_bag`]. Names become ROS 2's full
-    /// ones; those that are known are replaced.
+    /// Adds the types of a definition in a recording of ROS 2, in the form of [`Types::of_bag`]. Names become ROS 2's full ones;
+    /// known types are replaced.
     pub fn add_recorded(&mut self, root: &str, definition: &str) {
         self.add_joined(Language::Ros2, root, definition);
     }
@@ -68,8 +68,7 @@ impl Types {
         }
     }
 
-    /// Adds the type that the text of a `.msg` file of ROS 2 defines; one of the same name is replaced. What is no field
-    /// (comments, constants) is passed over.
+    /// Adds the type of a `.msg` file of ROS 2, or replaces one of the same name. Comments and constants are skipped.
     pub fn add(&mut self, name: &str, definition: &str) {
         self.insert(&full_name(name), definition.lines());
     }
@@ -79,11 +78,11 @@ impl Types {
         self.0.insert(name.into(), members);
     }
 
-    /// Adds the types of a folder and those below it: `PACKAGE/msg/NAME.msg`, as in the `share` folder of a ROS
-    /// installation or the folder of a workspace.
+    /// Adds the types of a folder and its subfolders: `PACKAGE/msg/NAME.msg`, as in the `share` folder of a ROS installation or
+    /// the folder of a workspace.
     ///
     /// # Errors
-    /// When the folder or a file in it cannot be read.
+    /// A folder or file that cannot be read.
     pub fn add_folder(&mut self, folder: &Path) -> Result<(), MessageError> {
         let wrong = |what: &Path, why: std::io::Error| MessageError::Folder {
             path: what.to_owned(),
@@ -106,7 +105,7 @@ impl Types {
     /// The fields of a type.
     ///
     /// # Errors
-    /// When the type is not known; names the nearest one.
+    /// An unknown type, with the nearest known one.
     pub fn members(&self, name: &str) -> Result<&[Member], MessageError> {
         self.0.get(name).map(Vec::as_slice).ok_or_else(|| MessageError::UnknownType {
             name: name.to_owned(),
@@ -114,7 +113,7 @@ impl Types {
         })
     }
 
-    /// The path of the stamp in the header that a type begins with; `None` where it begins with none.
+    /// The path of the stamp in a leading header; `None` for a type without one.
     #[must_use]
     pub fn header_stamp(&self, name: &str) -> Option<[Step; 2]> {
         let Member { name, kind: Kind::Message(kind), count: Count::One } =
@@ -122,16 +121,16 @@ impl Types {
         else {
             return None;
         };
-        // ROS 1 knows a header by its name, too.
+        // ROS 1 recognises a header by its name, too.
         let is_header = &**kind == "std_msgs/msg/Header" || &**kind == "std_msgs/Header" && name == "header";
         is_header.then(|| [name.as_str(), "stamp"].map(|name| Step::Key(name.to_owned())))
     }
 
-    /// Appends the paths of all numbers and lists of numbers in a type, until there are `at_most`; of a list of messages
-    /// those of the first one.
+    /// Appends the paths of all numbers and lists of numbers in a type, until there are `at_most`; of a list of messages, those
+    /// of the first one.
     ///
     /// # Errors
-    /// When a type is not known.
+    /// An unknown type.
     pub fn paths(
         &self,
         name: &str,
@@ -159,13 +158,13 @@ impl Types {
     }
 }
 
-/// Longer paths are not listed: a type may hold itself.
+/// Longer paths are not listed, as a type may contain itself.
 const PATH_MAX: usize = 200;
 
-/// Folders may nest so deep.
+/// The deepest nesting of folders.
 const DEPTH_MAX: usize = 8;
 
-/// `.../sensor_msgs/msg/Imu.msg` is `sensor_msgs/msg/Imu`.
+/// The type name of a file: `.../sensor_msgs/msg/Imu.msg` is `sensor_msgs/msg/Imu`.
 fn name_of_file(path: &Path) -> Option<String> {
     path.extension().filter(|extension| *extension == "msg")?;
     let folder = path.parent()?;
@@ -174,8 +173,8 @@ fn name_of_file(path: &Path) -> Option<String> {
     Some(format!("{}/msg/{}", package.to_str()?, path.file_stem()?.to_str()?))
 }
 
-/// The full name of a type of ROS 2 that may be written shorter, or as DDS writes it: `std_msgs/Float64` and
-/// `std_msgs::msg::dds_::Float64_` are `std_msgs/msg/Float64`.
+/// The full name of a ROS 2 type from a shorter one, or from DDS's: `std_msgs/Float64` and `std_msgs::msg::dds_::Float64_` are
+/// `std_msgs/msg/Float64`.
 #[must_use]
 pub fn full_name(name: &str) -> Cow<'_, str> {
     let name = name.trim();

@@ -1,4 +1,4 @@
-//! What a plan finds in a message: a value, a stamp, the element that conditions choose.
+//! Reads a plan's field from a message: a value, a stamp, or the element that conditions select.
 
 use super::definition::{Count, Primitive};
 use super::layout::Body;
@@ -8,8 +8,8 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
 impl Plan {
-    /// The value of the field, or of one element of its list; times in seconds. `None` when the message is too short, or the field
-    /// is no number and no list of numbers, or has no such element.
+    /// The value of the field, or of one element of its list; times in seconds. `None` when the message is too short, or the
+    /// field is no number and no list of numbers, or has no such element.
     #[must_use]
     pub fn value(&self, body: Body<'_>, element: Option<usize>) -> Option<RawValue> {
         let place = self.locate(body)?;
@@ -33,8 +33,8 @@ impl Plan {
         (index < list.count && self.count != Count::One).then(|| list.at + index * primitive.size())
     }
 
-    /// The field as a stamp: a point in time, or a number of steps. `None` as in [`Plan::value`], and for zero, which means that
-    /// nobody has stamped the message.
+    /// The field as a stamp: a point in time, or a number of steps. `None` as in [`Plan::value`], and for zero, which means an
+    /// unstamped message.
     #[must_use]
     pub fn stamp(&self, body: Body<'_>, step: Span) -> Option<Time> {
         let place = self.locate(body)?;
@@ -55,8 +55,8 @@ impl Plan {
         (self.target == Target::Text && self.count == Count::One).then(|| self.entry(body, &mut at)).flatten()
     }
 
-    /// Where the field says what is asked: `Some(None)` for one value that does, of a list the first element. Times and messages
-    /// never do.
+    /// Whether the field has the wanted text: `Some(None)` for a single value, the first matching element of a list. Times and
+    /// messages never match.
     #[must_use]
     pub fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
         let place = self.locate(body)?;
@@ -65,7 +65,7 @@ impl Plan {
         Some((self.count != Count::One).then_some(index))
     }
 
-    /// One element of a list as text; moves on to the next one.
+    /// The element of a list at a position, as text; moves the position behind it.
     fn entry(&self, body: Body<'_>, at: &mut usize) -> Option<String> {
         match self.target {
             Target::Text => {
@@ -83,8 +83,7 @@ impl Plan {
     }
 }
 
-/// The element that conditions (a field, and what it must say) choose, if they choose one: where a list has what is asked.
-/// `None`: a condition is not met.
+/// The list element that conditions (a field, and its wanted text) select, if any. `None`: a condition is not met.
 #[must_use]
 pub fn chosen(conditions: &[(Plan, String)], body: Body<'_>) -> Option<Option<usize>> {
     let mut chosen = None;

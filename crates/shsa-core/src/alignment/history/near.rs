@@ -1,17 +1,17 @@
-//! What is added up over samples: the mean over a stretch of time, and the hull of those nearest to a moment.
+//! Accumulators over samples: the mean over a stretch of time, and the hull of the samples nearest to a moment.
 
 use super::Sample;
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
-/// The integral over a stretch of time, from its end backwards: numbers of nanoseconds before that, and one division when all
-/// is summed, as this is what a mean costs.
+/// The integral over a stretch of time, from its end backwards. Times are numbers of nanoseconds, and only the sum is divided, as
+/// divisions are the main cost of a mean.
 pub(super) struct Weighted {
     stretch: Validity,
     length: f64,
-    /// What comes after this is in the sums.
+    /// The time before the end up to which the sums are complete.
     until: f64,
-    /// The value and the middle of the sample that was taken last, and when it began.
+    /// The value and the middle of the sample taken last, and when it began.
     later: Interval,
     centre: f64,
     began: Time,
@@ -27,7 +27,7 @@ impl Weighted {
         Weighted { stretch, length, until: 0.0, later, centre: 0.0, began, count: 0, lo: 0.0, hi: 0.0 }
     }
 
-    /// Takes the next older sample; whether one before it may be in the stretch, too.
+    /// Takes the next older sample; returns whether a still older one may be in the stretch, too.
     #[inline]
     pub(super) fn take(&mut self, sample: &Sample) -> bool {
         let Validity { from, to } = sample.validity;
@@ -40,7 +40,7 @@ impl Weighted {
         let end = self.stretch.to;
         let centre = 0.5 * ((end - from).0 as f64 + (end - to).0 as f64);
         if self.count > 0 {
-            // Each counts from halfway between its middle and that of the one before it.
+            // Each sample counts from halfway between its middle and that of the one before.
             self.add(0.5 * (self.centre + centre));
         }
         (self.later, self.centre, self.began) = (sample.value, centre, from);
@@ -48,7 +48,7 @@ impl Weighted {
         true
     }
 
-    /// Adds the value that was taken last, which counts from so long before the end.
+    /// Adds the sample taken last, which counts back to this time before the end.
     #[inline]
     fn add(&mut self, since: f64) {
         let most = if since < self.length { since } else { self.length };
@@ -69,13 +69,13 @@ impl Weighted {
     }
 }
 
-/// A part of the way from one value to another.
+/// The linear interpolation between two values.
 pub(super) fn between(one: Interval, other: Interval, share: f64) -> Interval {
     let part = |one: f64, other: f64| one * (1.0 - share) + other * share;
     Interval::new(part(one.lo(), other.lo()), part(one.hi(), other.hi()))
 }
 
-/// The hull of the samples that are nearest to a moment so far.
+/// The hull of the samples found nearest to a moment.
 pub(super) struct Nearest {
     pub(super) moment: Validity,
     pub(super) gap: Span,
@@ -83,7 +83,7 @@ pub(super) struct Nearest {
 }
 
 impl Nearest {
-    /// Takes the next older sample; whether one before it may be as near.
+    /// Takes the next older sample; returns whether a still older one may be as near.
     #[inline]
     pub(super) fn take(&mut self, sample: &Sample) -> bool {
         let gap = sample.validity.gap(self.moment);

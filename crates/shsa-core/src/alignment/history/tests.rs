@@ -1,4 +1,4 @@
-//! What a history says about a moment, and what its ring keeps.
+//! Tests of values at a moment, and of the ring.
 
 use super::*;
 use proptest::prelude::*;
@@ -49,12 +49,12 @@ fn in_a_mean_each_sample_counts_for_the_time_around_it() {
     // 0 for 5, 10 for 10, 20 for 25, 60 for 25, 70 for 5.
     let expected = (100.0 + 500.0 + 1500.0 + 350.0) / 70.0;
     assert!((mean(0, 70).unwrap().lo() - expected).abs() < 1e-9);
-    // The last one stands for what has not come yet.
+    // The last sample counts for the time without one.
     let expected = (60.0 * 5.0 + 70.0 * 35.0) / 40.0;
     assert!((mean(60, 100).unwrap().hi() - expected).abs() < 1e-9);
     assert_eq!(mean(15, 25), None);
     assert_eq!(mean(20, 20), None);
-    // What began after more than a quarter says nothing about the whole.
+    // A mean with more than a quarter missing at its begin is unknown.
     assert!(mean(-23, 70).is_some());
     assert_eq!(mean(-24, 70), None);
 }
@@ -72,11 +72,11 @@ fn between_the_middles_of_two_means_a_value_is_in_proportion() {
             .centred_at(Validity { from: Time(from), to: Time(to) }, Span::ZERO, gap)
             .map(|value| value.lo())
     };
-    // Middles are 5, 15 and 55; only the middle of what is asked counts.
+    // Middles are 5, 15 and 55; only the middle of the requested moment counts.
     assert_eq!([at(55, 55), at(0, 90), at(0, 10), at(8, 12)], [Some(4.0), Some(3.5), Some(1.0), Some(1.5)]);
     let unsure = history.centred_at(Validity::at(Time(15)), Span(10), gap).unwrap();
     assert_eq!((unsure.lo(), unsure.hi()), (1.0, 2.5));
-    // Too far from any, and before all.
+    // Too far from any sample, and before all of them.
     assert_eq!(
         [at(25, 25), at(28, 28), at(67, 67), at(68, 68), at(4, 4)],
         [Some(2.5), None, Some(4.0), None, None]
@@ -84,7 +84,7 @@ fn between_the_middles_of_two_means_a_value_is_in_proportion() {
 }
 
 proptest! {
-    /// A mean lies within what its samples say, and that of what never changes is exact but for rounding.
+    /// A mean lies within its samples, and that of a constant is exact but for rounding.
     #[test]
     fn means_lie_within_their_samples(
         samples in proptest::collection::vec((0i64..40, 0i64..12, -3i32..3), 1..8), from in -5i64..60, length in 1i64..40,
@@ -109,7 +109,7 @@ proptest! {
         }
     }
 
-    /// Reading the newest sample alone is reading all.
+    /// The fast test of the newest sample alone gives the result of the full one.
     #[test]
     fn what_is_read_at_a_glance_is_what_a_look_at_all_says(
         samples in proptest::collection::vec((0i64..40, 0i64..12), 1..8), from in -5i64..60, length in 0i64..12,

@@ -1,4 +1,4 @@
-//! What a port knows newest, whatever its shape.
+//! The newest values of a port, whatever its shape.
 
 use super::Port;
 use crate::interval::Interval;
@@ -6,7 +6,7 @@ use crate::knowledge::Shape;
 use crate::time::Validity;
 
 impl Port {
-    /// When a value was true that is kept, scalar or vector: `back` before the newest.
+    /// The validity of a kept value, scalar or vector, `back` before the newest.
     #[must_use]
     pub fn moment(&self, back: usize) -> Option<Validity> {
         match self.shape {
@@ -15,7 +15,7 @@ impl Port {
         }
     }
 
-    /// The newest value; of a vector, what all of its elements lie within.
+    /// The newest value; for a vector, the hull of its elements.
     #[must_use]
     pub fn hull(&self) -> Option<Interval> {
         match self.shape {
@@ -24,7 +24,7 @@ impl Port {
         }
     }
 
-    /// How wide the newest value is, as a point; of a vector, its widest element.
+    /// The width of the newest value, as a point; for a vector, of its widest element.
     #[must_use]
     pub fn widest(&self) -> Option<Interval> {
         let width = match self.shape {

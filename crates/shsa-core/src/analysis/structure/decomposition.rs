@@ -1,11 +1,11 @@
-//! The Dulmage-Mendelsohn decomposition: what is known not at all, exactly, and more than once.
+//! The Dulmage-Mendelsohn decomposition into an underdetermined, a just determined and an overdetermined part.
 
 use super::EquationId;
 use super::matching::{Incidence, Matching};
 use crate::knowledge::{IdSet, IdVec, VariableId};
 use alloc::vec::Vec;
 
-/// Equations with the variables that they determine, or fail to.
+/// Equations and the variables that belong to them.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Part {
     /// Ascending.
@@ -14,26 +14,26 @@ pub struct Part {
     pub variables: Vec<VariableId>,
 }
 
-/// Equations and unknown variables, split by how well they determine each other.
+/// Equations and unknown variables, by how well they determine each other.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Decomposition {
     /// More variables than equations: these variables cannot be known.
     pub under: Part,
-    /// As many variables as equations, in the smallest blocks that are solved together, and in the order in which
-    /// one after the other can be solved once `over` is known. A fault in them shows nowhere.
+    /// As many variables as equations, in the smallest blocks that are solved together. The blocks are in an order in which one
+    /// after the other can be solved once `over` is known. A fault in them is not detectable.
     pub just: Vec<Part>,
     /// More equations than variables: they can contradict each other.
     pub over: Part,
 }
 
 impl Decomposition {
-    /// By how many the equations of the overdetermined part outnumber its variables: the structural redundancy.
+    /// The structural redundancy: the number of equations beyond the number of variables in the overdetermined part.
     #[must_use]
     pub fn redundancy(&self) -> usize {
         self.over.equations.len().saturating_sub(self.over.variables.len())
     }
 
-    /// Of the equations over the variables `unknown`: O(edges * sqrt(equations)).
+    /// The decomposition of the equations over the variables `unknown`: O(edges * sqrt(equations)).
     ///
     /// Dulmage and Mendelsohn 1958, doi:10.4153/CJM-1958-052-0; the blocks by Tarjan 1972, doi:10.1137/0201010.
     pub(super) fn new(
@@ -53,7 +53,7 @@ impl Decomposition {
     }
 }
 
-/// What alternating paths from free variables reach.
+/// The equations and variables that alternating paths from free variables reach.
 fn underdetermined(
     incidence: &Incidence<EquationId, VariableId>,
     matching: &Matching<EquationId, VariableId>,
@@ -76,17 +76,17 @@ fn underdetermined(
     (equations, variables)
 }
 
-/// Strongly connected components of the just determined equations: one rests on another when it holds the
-/// variable that the other determines.
+/// Strongly connected components of the just determined equations: one rests on another when it contains the variable that the
+/// other determines.
 pub(super) struct Blocks<'i> {
     incidence: &'i Incidence<EquationId, VariableId>,
     matching: &'i Matching<EquationId, VariableId>,
     equations: IdSet<EquationId>,
-    /// When each equation was met, from 1; 0 is never, and `DONE` when its block is complete.
+    /// The step in which each equation was met, from 1; 0 before, and `DONE` when its block is complete.
     met: IdVec<EquationId, usize>,
     /// The earliest equation that each is known to lead back to.
     low: IdVec<EquationId, usize>,
-    /// Met, and not yet in a block.
+    /// Equations that were met and are not in a block yet.
     waiting: Vec<EquationId>,
     blocks: Vec<Part>,
 }
@@ -104,7 +104,7 @@ impl<'i> Blocks<'i> {
         Blocks { incidence, matching, equations, met, low, waiting: Vec::new(), blocks: Vec::new() }
     }
 
-    /// Blocks, those that others rest on first.
+    /// The blocks in order of dependence: a block follows the blocks that it rests on.
     pub(super) fn find(mut self) -> Vec<Part> {
         let mut clock = 0;
         for root in self.incidence.rows.ids() {
@@ -115,7 +115,7 @@ impl<'i> Blocks<'i> {
         self.blocks
     }
 
-    /// Depth first from `root`, on a stack of our own: chains of relations may be long.
+    /// Depth first from `root`, on an explicit stack: chains of relations may be long.
     fn walk(&mut self, root: EquationId, clock: &mut usize) {
         let mut path = Vec::from([(root, 0)]);
         self.meet(root, clock);
@@ -150,7 +150,7 @@ impl<'i> Blocks<'i> {
         self.waiting.push(equation);
     }
 
-    /// Makes a block of all that is above `equation` when nothing of it leads further back.
+    /// Makes a block of everything above `equation` when nothing in it leads further back.
     fn close(&mut self, equation: EquationId) {
         if self.low[equation] != self.met[equation] {
             return;

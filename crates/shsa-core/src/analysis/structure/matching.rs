@@ -1,10 +1,10 @@
-//! Which equation determines which variable: a largest matching of a bipartite graph.
+//! Maximum matching of a bipartite graph of equations and variables.
 
 use crate::knowledge::{Id, IdSet, IdVec};
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 
-/// Which variables (columns) stand in which equations (rows).
+/// The variables (columns) of each equation (row).
 #[derive(Clone, Debug)]
 pub(super) struct Incidence<R, C> {
     /// The columns of each row, each once.
@@ -13,7 +13,7 @@ pub(super) struct Incidence<R, C> {
     pub(super) columns: IdVec<C, Vec<R>>,
 }
 
-/// Pairs of a row and a column in which no row and no column stands twice.
+/// Pairs of a row and a column; each row and each column is in at most one pair.
 #[derive(Clone, Debug)]
 pub(super) struct Matching<R, C> {
     /// The column of each row.
@@ -23,7 +23,7 @@ pub(super) struct Matching<R, C> {
 }
 
 impl<R: Id, C: Id> Incidence<R, C> {
-    /// From the columns of each row, each once; there are `columns` of them.
+    /// The incidence of the columns of each row, each once; there are `columns` of them.
     pub(super) fn new(rows: IdVec<R, Vec<C>>, columns: usize) -> Self {
         let mut transposed = IdVec::filled(columns, |_| Vec::new());
         for (row, of_row) in rows.enumerate() {
@@ -34,7 +34,7 @@ impl<R: Id, C: Id> Incidence<R, C> {
         Incidence { rows, columns: transposed }
     }
 
-    /// The `rows` alone, with their columns, under new ids in the order of the rows.
+    /// The incidence of `rows` alone, with new ids in their order.
     pub(super) fn restricted<Q: Id, D: Id>(&self, rows: &[R]) -> Incidence<Q, D> {
         let mut names: BTreeMap<C, D> = BTreeMap::new();
         let mut own = IdVec::new();
@@ -49,7 +49,7 @@ impl<R: Id, C: Id> Incidence<R, C> {
         Incidence::new(own, names.len())
     }
 
-    /// The rows among `within` that shared columns connect with `first`, itself first; edges are counted.
+    /// The rows among `within` that shared columns connect with `first`, which comes first; counts edges.
     pub(super) fn connected(&self, first: R, within: &IdSet<R>, edges: &mut u64) -> Vec<R> {
         let mut rows = IdSet::from_iter([first]);
         let mut columns = IdSet::new();
@@ -73,7 +73,7 @@ impl<R: Id, C: Id> Incidence<R, C> {
         reached.iter().filter_map(|row| rows.get(row.index()).copied()).collect()
     }
 
-    /// A largest matching: O(edges * sqrt(rows)).
+    /// A maximum matching: O(edges * sqrt(rows)).
     ///
     /// Hopcroft and Karp 1973, doi:10.1137/0202019.
     pub(super) fn matching(&self) -> Matching<R, C> {
@@ -92,7 +92,7 @@ impl<R: Id, C: Id> Incidence<R, C> {
         phase.matching
     }
 
-    /// The rows that alternating paths from free rows reach, with the columns on the way: the overdetermined part.
+    /// The overdetermined part: the rows that alternating paths from free rows reach, and their columns.
     pub(super) fn reached(&self, matching: &Matching<R, C>) -> (IdSet<R>, IdSet<C>) {
         let mut rows: IdSet<R> = matching.free_rows().collect();
         let mut columns = IdSet::new();
@@ -124,7 +124,7 @@ const UNSEEN: u32 = u32::MAX;
 struct Phase<'i, R, C> {
     incidence: &'i Incidence<R, C>,
     matching: Matching<R, C>,
-    /// How many pairs a shortest alternating path from a free row to this row has.
+    /// The number of pairs on a shortest alternating path from a free row to each row.
     levels: IdVec<R, u32>,
     /// The next column of each row to try.
     cursors: IdVec<R, usize>,
@@ -165,7 +165,7 @@ impl<R: Id, C: Id> Phase<'_, R, C> {
         free.into_iter().for_each(|row| self.augment(row));
     }
 
-    /// Walks down the layers from a free row to a free column, and gives each row on the way the column that it found.
+    /// Follows the layers from a free row to a free column, and matches each row on the path with the next column.
     fn augment(&mut self, row: R) {
         let mut path = Vec::from([row]);
         while let Some(&row) = path.last() {

@@ -1,10 +1,9 @@
 //! Structural redundancy: which equations of a knowledge base can contradict each other, and thus show a fault.
 //!
-//! Every relation is an equation over its variables (inputs, outputs, and those of its condition), every usable
-//! signal an equation that gives its variable a value; constants are known. Only *which* variables stand in an
-//! equation counts, not how, nor in which directions it can be solved: the results are the best that any method
-//! can reach with these equations. A derivative and its variable are two unknowns with an equation between them
-//! (`climb = derivative(height, 1 s)`).
+//! Every relation is an equation over its variables (inputs, outputs, and those of its condition); every usable signal is an
+//! equation for its variable; constants are known. Only *which* variables an equation contains counts, not how, nor in which
+//! directions it can be solved: the results are the best that any method can reach with these equations. A derivative and its
+//! variable are two unknowns with an equation between them (`climb = derivative(height, 1 s)`).
 //!
 //! # What may be faulty
 //!
@@ -15,9 +14,8 @@
 //!
 //! # Derived signals
 //!
-//! A signal that is derived from others is no witness of its own. It counts as a relation between its variable
-//! and those of the signals that it is derived from, and as none when that is the same variable. So does another name of
-//! the same field of the same source.
+//! A derived signal is no witness of its own. It counts as a relation between its variable and those of its origins, and not at
+//! all when these are the same variable. The same applies to a second name of the same field of the same source.
 //!
 //! # The words
 //!
@@ -64,7 +62,7 @@ impl Id for EquationId {
 /// A set of equations.
 pub type EquationSet = IdSet<EquationId>;
 
-/// What an equation stands for.
+/// The element that an equation stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Origin {
     /// A relation holds.
@@ -76,17 +74,17 @@ pub enum Origin {
 /// One equation.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Equation {
-    /// What it stands for.
+    /// The element that the equation stands for.
     pub origin: Origin,
-    /// The unknowns in it, ascending.
+    /// The unknowns of the equation, ascending.
     pub variables: Vec<VariableId>,
-    /// Whether its violation is a fault that is looked for.
+    /// Whether a violation of the equation counts as a fault.
     pub may_fail: bool,
 }
 
-/// What the searches may spend when nothing else is said: about a second, and 20 MB for the sets at the most.
+/// The default limits of searches: about a second, and at most 20 MB for the sets.
 ///
-/// An expansion is an edge between an equation and a variable that is walked along, a state a set that is found.
+/// An expansion is a visited edge between an equation and a variable; a state is a set that was found.
 pub const LIMITS: Limits = Limits { expansions: 20_000_000, states: 100_000 };
 
 /// The equations of a knowledge base over its unknown variables.
@@ -97,32 +95,32 @@ pub struct Structure {
     decomposition: Decomposition,
 }
 
-/// Which faults show, and which can be told apart, as far as the structure allows.
+/// Structural detectability and isolability of faults.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Isolability {
     class: IdVec<EquationId, Option<usize>>,
     classes: Vec<Vec<EquationId>>,
-    /// Why it ended: with a limit, equations of the overdetermined part that were not looked at are in one class
-    /// of their connected part, the last one.
+    /// The reason for the end: with a limit, the unexamined equations of the overdetermined part are in the last class of their
+    /// connected part.
     pub stop: StopReason,
-    /// How many edges were walked.
+    /// The number of visited edges.
     pub expanded: u64,
 }
 
 impl Isolability {
-    /// Whether a fault in this equation can show at all.
+    /// Whether a fault in this equation is detectable at all.
     #[must_use]
     pub fn is_detectable(&self, equation: EquationId) -> bool {
         self.class.find(equation).is_some_and(Option::is_some)
     }
 
-    /// Whether a fault in `equation` can show in a way that a fault in `other` does not explain.
+    /// Whether a fault in `equation` is isolable from one in `other`.
     #[must_use]
     pub fn is_isolable(&self, equation: EquationId, other: EquationId) -> bool {
         self.is_detectable(equation) && self.class.find(equation) != self.class.find(other)
     }
 
-    /// The overdetermined equations, those together that cannot be told apart.
+    /// Classes of overdetermined equations whose faults are not isolable from each other.
     #[must_use]
     pub fn classes(&self) -> &[Vec<EquationId>] {
         &self.classes
@@ -130,9 +128,9 @@ impl Isolability {
 }
 
 impl Structure {
-    /// Of a knowledge base as it is now: signals that are not available are left out.
+    /// The structure of a knowledge base as it is now: unavailable signals are left out.
     ///
-    /// O(edges * sqrt(equations)), for [`Structure::decomposition`] is computed here.
+    /// O(edges * sqrt(equations)), as [`Structure::decomposition`] is computed here.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Structure {
         let mut equations: IdVec<EquationId, Equation> = IdVec::new();
@@ -162,19 +160,19 @@ impl Structure {
         &self.equations
     }
 
-    /// The equation of a signal; `None` when it is not available, or derived from signals of its own variable.
+    /// The equation of a signal; `None` when the signal is unavailable, or derived from signals of its own variable.
     #[must_use]
     pub fn of_signal(&self, signal: SignalId) -> Option<EquationId> {
         self.of(Origin::Signal(signal))
     }
 
-    /// The equation of a relation; `None` for one of another knowledge base.
+    /// The equation of a relation; `None` for a relation of another knowledge base.
     #[must_use]
     pub fn of_relation(&self, relation: RelationId) -> Option<EquationId> {
         self.of(Origin::Relation(relation))
     }
 
-    /// Equations stand in the order of their origins.
+    /// Binary search: equations are in the order of their origins.
     fn of(&self, origin: Origin) -> Option<EquationId> {
         let (mut low, mut high) = (0, self.equations.len());
         while low < high {
@@ -188,19 +186,19 @@ impl Structure {
         None
     }
 
-    /// What is known not at all, exactly, and more than once.
+    /// The Dulmage-Mendelsohn decomposition.
     #[must_use]
     pub fn decomposition(&self) -> &Decomposition {
         &self.decomposition
     }
 
-    /// The equations of a set that may fail: the faults to which a test of this set reacts.
+    /// The equations of a set that may fail: a test of this set reacts to these faults.
     #[must_use]
     pub fn support(&self, equations: &EquationSet) -> EquationSet {
         equations.iter().filter(|&equation| self.may_fail(equation)).collect()
     }
 
-    /// Which faults show and which can be told apart.
+    /// Detectability and isolability of faults.
     ///
     /// O(edges) for each class, within each connected part. Krysander and Frisk 2008,
     /// doi:10.1109/TSMCA.2008.2003968. The states of the limits are not used.
@@ -236,8 +234,8 @@ impl Structure {
 
     /// All minimal structurally overdetermined sets (MSO), as many as the limits allow.
     ///
-    /// Their number grows as the number of equations to the power of the redundancy; each costs O(edges) and up.
-    /// Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555.
+    /// Their number grows as the number of equations to the power of the redundancy; each costs at least O(edges). Krysander,
+    /// Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555.
     #[must_use]
     pub fn overdetermined_sets(&self, limits: Limits) -> Sets {
         let mut found = Found::new(limits);
@@ -252,9 +250,9 @@ impl Structure {
 
     /// All minimal test equation supports (MTES), as many as the limits allow.
     ///
-    /// Each is the largest set for its faults ([`Structure::support`]): it also holds what is overdetermined
-    /// without any fault. Krysander, Aslund and Frisk 2010, "A structural algorithm for finding testable sub-models
-    /// and multiple fault isolability analysis", 21st International Workshop on Principles of Diagnosis.
+    /// Each is the largest set with its faults ([`Structure::support`]): it also contains equations that are overdetermined
+    /// without any fault. Krysander, Aslund and Frisk 2010, "A structural algorithm for finding testable sub-models and multiple
+    /// fault isolability analysis", 21st International Workshop on Principles of Diagnosis.
     #[must_use]
     pub fn test_supports(&self, limits: Limits) -> Sets {
         let sound: Vec<EquationId> =
@@ -281,8 +279,8 @@ impl Structure {
         found.finished()
     }
 
-    /// How a minimal overdetermined set would be solved with the fewest equations that have to be solved together, or for a
-    /// variable for which they are not: `solves` says whether an equation is. `None` for a set that is not minimal.
+    /// The solving of a minimal overdetermined set with the fewest equations in loops or in impossible directions; `solves` says
+    /// whether an equation can be solved for a variable. `None` for a set that is not minimal.
     ///
     /// Complexity: O(n edges sqrt(n)) for n equations.
     #[must_use]
@@ -294,7 +292,7 @@ impl Structure {
         solving::best(&self.incidence, set, solves)
     }
 
-    /// A minimal overdetermined set with one equation and without another; `None` where there is none.
+    /// A minimal overdetermined set that contains one equation and not another; `None` where there is none.
     ///
     /// Complexity: O(edges sqrt(n)) for each of n equations.
     #[must_use]
@@ -336,7 +334,7 @@ fn of_signal(
     signal: &Signal,
     unknown: &IdSet<VariableId>,
 ) -> Option<Equation> {
-    // Another name of the same measurement is derived from it.
+    // A second name of the same measurement is derived from the first.
     let first = Some(knowledge.witness(id)).filter(|&first| first != id);
     let origins = signal.derived_from.iter().copied().chain(first);
     let is_derived = first.is_some() || !signal.derived_from.is_empty();

@@ -1,4 +1,4 @@
-//! A connected overdetermined part from which equations are taken out and put back.
+//! A connected overdetermined part whose equations can be removed and put back.
 
 use super::EquationId;
 use super::matching::{Incidence, Matching};
@@ -32,21 +32,20 @@ impl Id for Column {
     }
 }
 
-/// Equations of which any one can be left out while all variables are still determined, with a matching that
-/// gives every variable an equation.
+/// Equations any one of which can be left out while all variables stay determined, with a matching that covers every variable.
 ///
-/// What is in it changes; the matching always holds: an equation that is left out hands its variable over first,
-/// and those that go together with it (its class) determine just the variables that go with them. So what was
-/// taken out can be put back as it is, in the opposite order.
+/// The present equations change while the matching stays valid: an equation that is removed hands its variable over first, and
+/// the others of its class determine exactly the variables of the class. So removed equations can be put back unchanged, in the
+/// opposite order.
 #[derive(Clone, Debug)]
 pub(super) struct Redundant {
-    /// What each row is in the whole structure.
+    /// The equation of each row in the whole structure.
     equations: IdVec<Row, EquationId>,
     incidence: Incidence<Row, Column>,
     matching: Matching<Row, Column>,
-    /// The rows that are in it now.
+    /// The present rows.
     present: IdSet<Row>,
-    /// How many edges were walked.
+    /// The number of visited edges.
     visits: u64,
 }
 
@@ -78,22 +77,22 @@ impl Redundant {
         Redundant { equations: origins, matching, present, incidence, visits: 0 }
     }
 
-    /// The rows that are in it.
+    /// The present rows.
     pub(super) fn present(&self) -> &IdSet<Row> {
         &self.present
     }
 
-    /// How many edges were walked so far.
+    /// The number of edges visited so far.
     pub(super) fn visits(&self) -> u64 {
         self.visits
     }
 
-    /// What each row is in the whole structure.
+    /// The equation of each row in the whole structure.
     pub(super) fn equations(&self) -> &IdVec<Row, EquationId> {
         &self.equations
     }
 
-    /// Takes a row out, or a class of them.
+    /// Removes a row, or a class of rows.
     pub(super) fn take_out(&mut self, rows: &[Row]) {
         rows.iter().for_each(|&row| self.present.remove(row));
     }
@@ -103,18 +102,18 @@ impl Redundant {
         self.present.insert(row);
     }
 
-    /// By how many the rows of a connected part outnumber their columns.
+    /// The number of rows of a connected part beyond the number of its columns.
     pub(super) fn redundancy(&self, rows: &[Row]) -> usize {
         rows.iter().filter(|&&row| self.matching.rows[row].is_none()).count()
     }
 
-    /// The present rows that shared columns connect with `row`, itself first.
+    /// The present rows that shared columns connect with `row`, which comes first.
     pub(super) fn connected(&mut self, row: Row) -> Vec<Row> {
         self.incidence.connected(row, &self.present, &mut self.visits)
     }
 
-    /// What of the connected part `rows` is no longer overdetermined when `row` is left out, itself included: any
-    /// overdetermined set has all of them or none.
+    /// The class of `row`: the rows of the connected part `rows` that are no longer overdetermined without it, itself included.
+    /// Every overdetermined set contains all of them or none.
     ///
     /// O(edges). Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555.
     pub(super) fn class(&mut self, row: Row, rows: &[Row]) -> Vec<Row> {
@@ -137,10 +136,10 @@ impl Redundant {
         rows.iter().copied().filter(|&other| !reached.contains(other)).collect()
     }
 
-    /// Gives the column of `row` to another row, so that `row` determines nothing.
+    /// Gives the column of `row` to another row, so that `row` is free.
     fn release(&mut self, row: Row) {
         let Some(column) = self.matching.rows[row] else { return };
-        // For each row that is met: the column that it would take.
+        // For each met row: the column that it would take over.
         let mut takes: BTreeMap<Row, Column> = BTreeMap::new();
         let mut open = Vec::from([column]);
         let mut at = 0;
@@ -173,7 +172,7 @@ impl Redundant {
         self.matching.rows[row] = None;
     }
 
-    /// The overdetermined part of `rows` alone, whatever is present.
+    /// The overdetermined part of `rows` alone, regardless of the present rows.
     pub(super) fn overdetermined(&mut self, rows: &[Row]) -> Vec<Row> {
         let edges = |row: &Row| 1 + self.incidence.rows[*row].len() as u64;
         self.visits += rows.iter().map(edges).sum::<u64>();

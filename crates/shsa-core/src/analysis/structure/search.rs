@@ -1,18 +1,18 @@
-//! All smallest redundant sets of a connected part, each once.
+//! Finds all smallest redundant sets of a connected part, each once.
 //!
-//! Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555: leave out one equation, go on with what is
-//! still overdetermined, until the redundancy is 1. Equations that only go together (a class) are left out
-//! together: a set that is looked for either misses the class or holds all of it. Here the second case is searched
-//! first, with the class *kept*, for that soon leads to a set when there is much redundancy.
+//! Krysander, Aslund and Nyberg 2008, doi:10.1109/TSMCA.2007.909555: leaves out one equation and continues with the remaining
+//! overdetermined part, until the redundancy is 1. Equations of one class are left out together, as a redundant set contains all
+//! of them or none. Here the sets that *keep* the class are searched first, since that soon leads to a set when there is much
+//! redundancy.
 //!
-//! Beyond the paper, branches that hold nothing are seen early, for a knowledge base with several signals for each
-//! variable has much more redundancy than the models of the literature. A minimal set is connected: the search
-//! stays in the connected part of what is kept, so parts that have nothing to do with each other cost a sum and
-//! not a product. And when what is kept is redundant itself, there is no other set that holds it.
+//! Beyond the paper, empty branches are detected early, as a knowledge base with several signals for each variable has much more
+//! redundancy than the models of the literature. A minimal set is connected: the search stays in the connected part of the kept
+//! rows, so unconnected parts cost a sum and not a product. When the kept rows are redundant themselves, no other set contains
+//! them.
 //!
-//! The same search gives the supports of minimal tests when only what may be faulty is left out, until the faults
-//! are one class: Krysander, Aslund and Frisk 2010, "A structural algorithm for finding testable sub-models and
-//! multiple fault isolability analysis", 21st International Workshop on Principles of Diagnosis.
+//! The same search gives the supports of minimal tests when only possible faults are left out, until the faults are one class:
+//! Krysander, Aslund and Frisk 2010, "A structural algorithm for finding testable sub-models and multiple fault isolability
+//! analysis", 21st International Workshop on Principles of Diagnosis.
 
 use super::redundant::{Redundant, Row};
 use crate::knowledge::{Id, IdSet};
@@ -21,56 +21,56 @@ use alloc::vec::Vec;
 /// A search through one connected part; its memory is of the order of the part, whatever the redundancy.
 pub(super) struct Search<'p> {
     part: &'p mut Redundant,
-    /// What may be left out.
+    /// The rows that may be left out.
     removable: IdSet<Row>,
-    /// What every set that is still looked for holds, in the order in which it was kept.
+    /// The rows that every remaining set contains, in the order in which they were kept.
     kept: Vec<Row>,
     is_kept: IdSet<Row>,
-    /// What is left out, in order.
+    /// The rows that are left out, in order.
     removed: Vec<Row>,
     frames: Vec<Frame>,
 }
 
-/// Up to this redundancy, branches that hold nothing are too small to be looked for.
+/// Up to this redundancy, empty branches are too small to test for.
 const LOOK_AHEAD: usize = 4;
 
-/// How far a subset of the part is searched.
+/// The state of the search of a subset.
 struct Frame {
-    /// The length of `removed` and of `kept` before.
+    /// The lengths of `removed` and of `kept` before.
     removed: usize,
     kept: usize,
-    /// Rows before this index are kept, left out, or must not be left out.
+    /// Rows before this index are kept, left out, or not removable.
     cursor: usize,
     next: Next,
 }
 
-/// What is to be done with a frame.
+/// The next step for a frame.
 enum Next {
-    /// Look what the kept rows say; those before this index are known to be whole classes.
+    /// Evaluate the kept rows; those before this index are known to be whole classes.
     Settle(usize),
-    /// Go on with all sets that hold some class.
+    /// Search the sets that contain some class.
     Keep,
-    /// They were searched; go on with the sets that miss the class of this row.
+    /// After that, search the sets without the class of this row.
     LeaveOut(Row),
 }
 
-/// What a search says when it is asked to go on.
+/// The result of a step of a search.
 pub(super) enum Progress {
     /// The rows of the next set.
     Found(Vec<Row>),
     /// There is no further set.
     Done,
-    /// As many edges were walked as were allowed.
+    /// The limit of visited edges was reached.
     Limited,
 }
 
-/// What the kept rows say about a subset.
+/// The result for a subset, from its kept rows.
 enum Outlook {
     /// A smallest set.
     Minimal(Vec<Row>),
-    /// It may hold several.
+    /// The subset may contain several sets.
     Open,
-    /// It holds none.
+    /// The subset contains no set.
     Lost,
 }
 
@@ -81,7 +81,7 @@ impl<'p> Search<'p> {
         Search { part, removable, kept, is_kept, removed, frames: Vec::from([root]) }
     }
 
-    /// The next smallest set; at most `visits` edges are walked in all.
+    /// The next smallest set; at most `visits` edges are visited in total.
     pub(super) fn advance(&mut self, visits: u64) -> Progress {
         while let Some(mut frame) = self.frames.pop() {
             if self.part.visits() >= visits {
@@ -107,7 +107,7 @@ impl<'p> Search<'p> {
         Progress::Done
     }
 
-    /// How many edges were walked so far.
+    /// The number of edges visited so far.
     pub(super) fn visits(&self) -> u64 {
         self.part.visits()
     }
@@ -122,7 +122,7 @@ impl<'p> Search<'p> {
         self.part.overdetermined(rows)
     }
 
-    /// Searches the sets that hold the next class, if there is one.
+    /// Searches the sets that contain the next class, if there is one.
     fn keep_next(&mut self, mut frame: Frame) {
         let is_open = |row: &Row| self.removable.contains(*row) && !self.is_kept.contains(*row);
         let Some(row) = self.part.present().iter_from(frame.cursor).find(is_open) else {
@@ -138,7 +138,7 @@ impl<'p> Search<'p> {
         self.frames.extend([frame, Frame { removed, kept, cursor, next }]);
     }
 
-    /// Goes on without the class of a row.
+    /// Searches the sets without the class of a row.
     fn leave_out(&mut self, mut frame: Frame, row: Row) {
         let rows = self.part.connected(row);
         let class = self.part.class(row, &rows);
@@ -159,7 +159,7 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// Stays in the connected part of the kept rows, keeps what they take with them, and looks whether they are a set.
+    /// Restricts the subset to the connected part of the kept rows, keeps their classes, and evaluates them.
     fn settle(&mut self, whole: usize) -> Outlook {
         let Some(&first) = self.kept.first() else { return Outlook::Open };
         let rows = self.part.connected(first);
@@ -188,7 +188,7 @@ impl<'p> Search<'p> {
         self.removable.len() == self.part.equations().len()
     }
 
-    /// Keeps the classes of the kept rows from an index on.
+    /// Keeps the classes of the kept rows, from an index on.
     fn keep_classes(&mut self, whole: usize, rows: &[Row]) {
         let mut covered = IdSet::new();
         let mut at = whole;
@@ -202,8 +202,8 @@ impl<'p> Search<'p> {
         }
     }
 
-    /// Whether the kept rows, with those that are never left out, are redundant: then there is nothing else to find,
-    /// for whatever holds all of them holds this.
+    /// Tests whether the rows that must stay are redundant: then there is no other set, as any set with these rows contains
+    /// theirs.
     fn outlook(&mut self, rows: &[Row]) -> Outlook {
         let needed: Vec<Row> = rows
             .iter()
@@ -221,7 +221,7 @@ impl<'p> Search<'p> {
         if count(&smaller) == 0 { Outlook::Minimal(set) } else { Outlook::Lost }
     }
 
-    /// Puts back what was left out for a frame, and forgets what was kept in it.
+    /// Puts back the rows left out for a frame, and forgets its kept rows.
     fn leave(&mut self, frame: &Frame) {
         for row in self.removed.drain(frame.removed..) {
             self.part.put_back(row);

@@ -1,4 +1,4 @@
-//! Sets of equations that a search has found, and what it may still spend.
+//! Sets of equations that a search has found, and its remaining limits.
 
 use super::EquationSet;
 use super::redundant::Row;
@@ -10,15 +10,15 @@ use alloc::vec::Vec;
 /// Sets of equations that a search has found.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Sets {
-    /// Each once; fewest equations first, then by file order.
+    /// The sets, each once; fewest equations first, then by file order.
     pub sets: Vec<EquationSet>,
-    /// Why there are no more: with a limit, those that are here are right, but others are missing.
+    /// The reason for the end: after a limit, the sets are right but incomplete.
     pub stop: StopReason,
-    /// How many edges were walked.
+    /// The number of visited edges.
     pub expanded: u64,
 }
 
-/// Sets so far, and what may still be spent.
+/// The sets found so far, and the remaining limits.
 pub(super) struct Found {
     pub(super) limits: Limits,
     pub(super) sets: Vec<EquationSet>,
@@ -38,7 +38,7 @@ impl Found {
         mut set: impl FnMut(&mut Search<'_>, Vec<Row>) -> EquationSet,
     ) {
         while self.stop == StopReason::Complete {
-            // What a set takes to keep counts, too: so the limit of expansions is one of memory.
+            // Storing a set counts, too, so that the limit of expansions also limits the memory.
             match search.advance(self.limits.expansions.saturating_sub(self.expanded)) {
                 Progress::Done => break,
                 Progress::Limited => self.stop = StopReason::LimitExpansions,

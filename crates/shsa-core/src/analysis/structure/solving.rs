@@ -1,4 +1,4 @@
-//! How a minimal overdetermined set would be solved: one equation after the other, or some only together.
+//! The solving of a minimal overdetermined set: one equation after the other, or some together.
 
 use super::decomposition::{Blocks, Part};
 use super::matching::Incidence;
@@ -6,31 +6,30 @@ use super::{EquationId, EquationSet};
 use crate::knowledge::{Id, IdSet, IdVec, VariableId};
 use alloc::vec::Vec;
 
-/// What stands between a minimal overdetermined set and a comparison of two ways, for the best choice of the equation that
-/// is left over as the residual.
+/// The obstacles between a minimal overdetermined set and a comparison of two ways, for the best choice of the residual equation.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Solving {
-    /// Equations that have to be solved together, with their variables: a variable of each rests on itself.
+    /// Equations that must be solved together, with their variables: a variable of each rests on itself.
     pub loops: Vec<Part>,
-    /// Equations that would have to be solved for a variable for which they are not.
+    /// Equations that must be solved for a variable, and cannot be.
     pub backwards: Vec<(EquationId, VariableId)>,
 }
 
 impl Solving {
-    /// Whether one equation after the other gives two ways of knowing a variable.
+    /// Whether solving one equation after the other gives two ways of knowing a variable.
     #[must_use]
     pub fn is_free(&self) -> bool {
         self.backwards.is_empty() && self.loops.is_empty()
     }
 
-    /// How many equations are in the way; of as many, those that only have to be solved together come first.
+    /// The number of equations that are obstacles; of equal numbers, loops rank before impossible directions.
     pub(crate) fn rank(&self) -> (usize, usize) {
         let together = self.loops.iter().map(|part| part.equations.len()).sum::<usize>();
         (self.backwards.len() + together, self.backwards.len())
     }
 }
 
-/// The best way of solving a set, tried with each of its equations as the residual; the first of equals.
+/// The best solving of a set, over all choices of the residual; the first of equals.
 ///
 /// `solves` says whether an equation can be solved for a variable. `None` for a set that is not minimal. Complexity:
 /// O(n edges sqrt(n)) for n equations.
@@ -55,7 +54,7 @@ pub(super) fn best(
     best
 }
 
-/// How the rest is solved when one equation is the residual.
+/// The solving of the other equations when one equation is the residual.
 fn without(
     incidence: &Incidence<EquationId, VariableId>,
     residual: EquationId,
@@ -70,7 +69,7 @@ fn without(
     let names = names(incidence, rest);
     let blocks = Blocks::new(&own, &matching, own.rows.ids().collect()).find();
     let mut solving = Solving::default();
-    // What each variable rests on, itself included.
+    // The variables that each variable rests on, itself included.
     let mut under: IdVec<VariableId, IdSet<VariableId>> = IdVec::filled(names.len(), |_| IdSet::new());
     for block in &blocks {
         let read = block.equations.iter().flat_map(|&equation| own.rows[equation].iter().copied());
@@ -93,7 +92,7 @@ fn without(
         |variable: VariableId| names.iter().position(|&name| name == variable).map(VariableId::from_index);
     let read: Vec<(VariableId, VariableId)> =
         incidence.rows[residual].iter().filter_map(|&variable| Some((variable, local(variable)?))).collect();
-    // The residual gives one of its variables from others that do not rest on it.
+    // The residual gives a variable from other variables that do not rest on the first one.
     let is_last = |(_, own): &&(VariableId, VariableId)| {
         read.iter().all(|&(_, other)| other == *own || !under[other].contains(*own))
     };

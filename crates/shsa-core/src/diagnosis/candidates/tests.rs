@@ -1,4 +1,4 @@
-//! Explanations against the definition, and the cases of the literature.
+//! Tests of explanations against their definition, and on cases of the literature.
 
 use super::*;
 use proptest::prelude::*;
@@ -18,8 +18,8 @@ fn cause(index: usize) -> Component {
     Component::Cause(CauseId::from_index(index))
 }
 
-/// `"0 c0 | 1 r0"`: signals by number, relations with an `r`, causes with a `c`; between the ways `|` when they conflict,
-/// `~` when they agree; after `?` what only conditions read.
+/// `"0 c0 | 1 r0"`: signals by number, relations with an `r`, causes with a `c`; between the ways `|` for a conflict, `~` for an
+/// agreement; after `?` the components that only conditions read.
 fn comparison(text: &str) -> Comparison {
     let component = |word: &str| match (word.strip_prefix('r'), word.strip_prefix('c')) {
         (Some(index), _) => relation(index.parse().unwrap()),
@@ -132,9 +132,9 @@ fn two_against_two_over_a_relation_may_be_the_signals_or_the_relation() {
 
 #[test]
 fn two_of_one_device_against_one_are_not_a_majority() {
-    // As likely as not for a device of half the signal's prior; far from clear here.
+    // A device of half the signal's prior is as likely as not: far from clear here.
     check(&["0 c0 | 2", "1 c0 | 2", "0 c0 ~ 1 c0"], "2 c0");
-    // Against two others, the device is.
+    // Against two other signals, the device is clear.
     check(&["0 c0 | 2", "1 c0 | 2", "0 c0 | 3", "1 c0 | 3", "0 c0 ~ 1 c0", "2 ~ 3"], "c0");
 }
 
@@ -147,9 +147,9 @@ fn agreements_alone_never_rule_out() {
 #[test]
 fn what_a_condition_reads_explains_only_where_nothing_else_does() {
     check(&["0 | 1 ? 2"], "0 1");
-    // As probable as each of two faults at once.
+    // As probable as each pair of simultaneous faults.
     check(&["0 | 1 ? 2", "2 | 3"], "0+2 0+3 1+2 1+3 2");
-    // By agreements alone nothing is ruled out.
+    // Agreements alone rule nothing out.
     check(&["0 | 1 ? 2", "0 ~ 3", "0 ~ 6", "1 ~ 4", "1 ~ 5"], "0 1 2");
 }
 
@@ -168,8 +168,8 @@ fn a_condition_that_goes_on_to_hold_exonerates_nobody() {
 /// * b and c: p^2 (1 - p) 0.01, as both err alike: 0.00000099
 /// * all three: p^3 0.01: 0.00000001
 ///
-/// together 0.0099010; so P(a) = 0.9999 and P(b) = P(c) = 0.0051. The thesis has no numbers of its own for it at hand:
-/// these are derived from the likelihoods at the head of the module.
+/// The sum is 0.0099010; so P(a) = 0.9999 and P(b) = P(c) = 0.0051. The thesis has no numbers for this case: these are derived
+/// from the likelihoods at the head of the module.
 #[test]
 fn the_vote_of_three_sensors() {
     let comparisons = ["0 | 1", "0 | 2", "1 ~ 2"].map(comparison);
@@ -273,7 +273,7 @@ proptest! {
             for bits in 0..1_u32 << part.components.len() {
                 let set: PlaceSet = (0..part.components.len()).filter(|at| bits >> at & 1 == 1).map(Place).collect();
                 let needs_condition = |set: &PlaceSet| local.first_by_condition(set).is_some();
-                // A smaller one is better, unless only this one needs no condition.
+                // A smaller explanation is better, unless only this one needs no condition.
                 let is_beaten = (0..bits).filter(|smaller| smaller & bits == *smaller).any(|smaller| {
                     let smaller: PlaceSet =
                         (0..part.components.len()).filter(|at| smaller >> at & 1 == 1).map(Place).collect();

@@ -7,36 +7,36 @@ use crate::circle;
 use crate::interval::Interval;
 use crate::time::{Span, Time};
 
-/// Who gave the last value, and what is left of the way from the one before.
+/// The server of the last value, and the rest of the offset from the server before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Blend {
     server: Option<Server>,
-    /// How far the output was from its new server when that took over, and when.
+    /// How far the output was from the new server's value when that server took over, and when.
     offset: Option<(f64, Time)>,
 }
 
 impl Blend {
-    /// Who gave the last value.
+    /// The server of the last value.
     pub(super) fn server(&self) -> Option<Server> {
         self.server
     }
 
-    /// The server is the same only where this says so; else the next value is that of another one.
+    /// Renames the server; where `rename` gives `None`, the next value counts as that of another server.
     pub(super) fn renamed(self, rename: impl FnOnce(Server) -> Option<Server>) -> Blend {
         Blend { server: self.server.and_then(rename), ..self }
     }
 
-    /// The next value is that of another server, whoever gives it.
+    /// The next value counts as that of another server.
     pub(super) fn leave(&mut self) {
         self.server = None;
     }
 
-    /// The next value of this server goes on from the last one.
+    /// The next value of this server is not a switch.
     pub(super) fn pass_to(&mut self, server: Server) {
         self.server = Some(server);
     }
 
-    /// What goes out uncertain is not blended.
+    /// Ends blending: uncertain values are not blended.
     pub(super) fn stop(&mut self) {
         *self = Blend { server: Some(Server::Unsure), offset: None };
     }

@@ -1,4 +1,4 @@
-//! Which source serves a need: the best one, another one when it is lost, the better one again, or the one that is ordered.
+//! Chooses the source of a need: the best one, a substitute when it is lost, a better one later, or the ordered one.
 
 use super::super::message::{Event, EventKind};
 use super::settings::{Given, width};
@@ -17,7 +17,7 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Provider {
-    /// Looks again for what may serve the need.
+    /// Finds the sources of the need again.
     pub(super) fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;
         let lost = self.sources.find(self.settings.need, situation, &mut self.contracts);
@@ -28,13 +28,13 @@ impl Provider {
         self.sources.rank(knowledge, monitor, Some(*now));
     }
 
-    /// Starts the best source; whether there is one.
+    /// Starts the best source; returns whether there is one.
     pub(super) fn start_best(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>) -> bool {
         let best = self.sources.ways().next().cloned();
         self.start(knowledge, best, ports)
     }
 
-    /// Starts the best source whose signals have all spoken, else the best; whether there is one.
+    /// Starts the best source whose signals have all given values, else the best one; returns whether there is one.
     pub(super) fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
         let Situation { knowledge, monitor, .. } = *situation;
         let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
@@ -50,12 +50,11 @@ impl Provider {
         }
     }
 
-    /// Starts the best source in the place of one that was lost, of those whose newest value is fit where there are any; whether
-    /// there is one. What it knows already that is newer
-    /// than what was published last goes out at once.
+    /// Starts the best source whose newest value is fit, else the best one, in the place of a lost source; returns whether there
+    /// is one. Its known values newer than the last published one go out at once.
     fn replace_by_best(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> bool {
         let best = self.fittest(monitor, now, None).or_else(|| self.sources.ways().next()).cloned();
-        // What was not admitted until now, though it was known, is owed.
+        // Under contract, a value that was known before its admission is still to be published.
         let never = self.contracts.is_demanding().then_some(Time::MIN);
         let since = self.last.map(|(_, sample)| sample.validity.to).or(never);
         let assured = best.and_then(|way| self.contracts.admit(way));
@@ -83,7 +82,7 @@ impl Provider {
         self.delegate.retire();
     }
 
-    /// Chooses again after the trust in a signal has changed, or an order.
+    /// Chooses the source again after a change of trust, or an order.
     pub(in super::super) fn replan(&mut self, situation: &Situation<'_>) -> Option<Event> {
         let Situation { knowledge, monitor, now, .. } = *situation;
         let was_outdone = self.better().is_some();
@@ -119,7 +118,7 @@ impl Provider {
             return self.do_without(situation, because);
         }
         self.switched = Some(now);
-        // Where nothing was lost, the need was not served: the first value tells that it is again.
+        // After an unserved time, the first value causes the event that the need is served again.
         let why = match order {
             Some(order) => by_order(order, lost?),
             None => {
@@ -131,7 +130,7 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
-    /// Leaves a source that a change of the model has taken away.
+    /// Replaces a source that a change of the model has taken away.
     pub(super) fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
         let Situation { knowledge, now, .. } = change.situation;
         let is_served = self.start_heard(&change.situation);
@@ -150,18 +149,18 @@ impl Provider {
         self.sources.alternatives(knowledge, self.settings.variable, self.state.way())
     }
 
-    /// A source that is better than the one in use, where another one may serve.
+    /// A source that is better than the one in use, where the need is not tied to one source.
     pub(super) fn better(&self) -> Option<&Way> {
         let active = self.state.way().filter(|_| self.forced.is_none())?;
         self.sources.better(active, self.settings.switching.hysteresis)
     }
 
-    /// Until when the last switch holds.
+    /// Until when the last switch is held.
     pub(super) fn held_until(&self) -> Option<Time> {
         self.switched.map(|at| at + self.settings.switching.hold)
     }
 
-    /// Goes back to a better source when the hold time is over.
+    /// Switches to a better source when the hold time is over.
     pub(super) fn go_back(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -195,7 +194,7 @@ impl Provider {
         watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(&sample)))
     }
 
-    /// The best source whose newest value is fit, another one than `left`; of those that are not watched, nothing is known.
+    /// The best source, not `left`, whose newest value is fit; a source that is not watched counts as fit.
     fn fittest(&self, monitor: &Monitor, now: Time, left: Option<&Way>) -> Option<&Way> {
         let fits = |way: &&Way| {
             left != Some(*way) && !self.refusals.is_short(way, now) && self.delivers(monitor, way, now)
@@ -203,7 +202,7 @@ impl Provider {
         self.sources.ways().find(fits)
     }
 
-    /// Leaves a source whose value is too wide, or not for the first time too old, for one whose newest value is fit.
+    /// Leaves a source whose value is too wide, or repeatedly too old, for the best source whose newest value is fit.
     pub(super) fn leave_unfit(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -218,7 +217,7 @@ impl Provider {
         if self.forced.is_some() || (is_first && width <= max_width) {
             return None;
         }
-        // In the place of the last ranks: while nothing better is there, this is done with every value.
+        // Ranks in place, without allocation: this runs with every value while no source is fit.
         self.sources.rank(knowledge, monitor, Some(now));
         let next = self.fittest(monitor, now, self.state.way())?.clone();
         let current = self.state.way()?.clone();
@@ -243,13 +242,13 @@ impl Provider {
         self.state.end_unsure();
     }
 
-    /// Serves the need from one source from now on. Tells the switch, when it is one.
+    /// Serves the need from one source from now on. Reports a switch, if the source is another one.
     pub(in super::super) fn force(&mut self, way: Way, situation: &Situation<'_>) -> Option<Event> {
         self.tie(way);
         self.stay_forced(situation)
     }
 
-    /// Chooses the source again, as after a change of trust: what serves well goes on until a better one may take over.
+    /// Chooses the source again, as after a change of trust: a source that serves well stays until a better one may take over.
     pub(in super::super) fn release(&mut self, situation: &Situation<'_>) -> Option<Event> {
         self.forced = None;
         let event = self.replan(situation);
@@ -260,7 +259,7 @@ impl Provider {
         event
     }
 
-    /// Looks whether the source that the need is tied to can serve it, and tells when that has changed.
+    /// Checks whether the source that the need is tied to can serve it, and reports a change of that.
     pub(super) fn stay_forced(&mut self, situation: &Situation<'_>) -> Option<Event> {
         let Situation { knowledge, monitor, judge, now, .. } = *situation;
         let forced = self.forced.as_mut()?;
@@ -290,7 +289,7 @@ impl Provider {
                 let kind = if is_back { EventKind::Restored } else { EventKind::Substituted };
                 return Some(self.event(knowledge, kind, because, now));
             };
-            // The switch is told, though it may have been told before that nothing serves the need.
+            // The switch is reported even after an event that nothing serves the need.
             self.told.lose(self.settings.switching.probation, now);
             return Some(self.event(knowledge, EventKind::Unhealable, because.then(Joint::And, absent), now));
         }
@@ -298,7 +297,7 @@ impl Provider {
         self.tell_unserved(knowledge, because, now)
     }
 
-    /// What the source rests on and gives no usable value.
+    /// The signals of the source that give no usable value.
     fn absent(&self, knowledge: &KnowledgeBase, monitor: &Monitor) -> Option<Reason> {
         let is_absent = |signal: &SignalId| monitor.timeouts().absence(*signal).is_some();
         let absent = self.state.serving()?.rests_on.iter().filter(is_absent);
@@ -306,7 +305,7 @@ impl Provider {
         (!signals.is_empty()).then_some(Reason::InputsAbsent { signals })
     }
 
-    /// Nothing trusted can serve the need: goes on with what may be right, or tells that it is not served.
+    /// No trusted source can serve the need: goes on with the candidates, or reports that the need is not served.
     pub(super) fn do_without(
         &mut self,
         situation: &Situation<'_>,
@@ -326,12 +325,12 @@ impl Provider {
         None
     }
 
-    /// The ways that may be right, where they are enough.
+    /// The candidates for uncertain values, where they are enough.
     fn candidates(&self, situation: &Situation<'_>) -> Option<Vec<Way>> {
         let Situation { knowledge, graph, ready_sources, .. } = *situation;
         let least = match self.settings.when_unsure {
             WhenUnsure::Withhold => return None,
-            // No certificate is about a value that nobody observes now.
+            // No certificate covers a value without an observation now.
             WhenUnsure::Last if self.contracts.is_demanding() => return None,
             WhenUnsure::Last => 1,
             WhenUnsure::Hull => 2,
@@ -345,8 +344,8 @@ impl Provider {
         Some(ways).filter(|ways| ways.len() >= least)
     }
 
-    /// The source is contradicted, and nothing can stand in for it: before anybody is suspect, what may be right goes on when the
-    /// need is about to be overdue.
+    /// The source is contradicted without a stand-in and without a suspect: candidates serve when the need is about to be
+    /// overdue.
     pub(super) fn doubt(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, now: Time) {
         let is_due = self.last_served().is_none_or(|last| now - last > self.settings.half_age());
         let is_hull = self.settings.when_unsure == WhenUnsure::Hull && !self.settings.is_vector;
@@ -363,7 +362,7 @@ impl Provider {
         }
     }
 
-    /// These ways may be right from now on.
+    /// The uncertain service by these ways.
     fn unsure(
         &self,
         knowledge: &KnowledgeBase,
@@ -373,7 +372,7 @@ impl Provider {
         now: Time,
     ) -> Unsure {
         let kind = self.settings.when_unsure;
-        // So it was before a change of the model, too.
+        // A change of the model repeats no event: values may have been uncertain before the change.
         let is_told = self.told.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
         let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);

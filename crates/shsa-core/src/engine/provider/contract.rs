@@ -1,4 +1,4 @@
-//! Where a provider asks contracts what may serve its need, and what it tells of their answers.
+//! Asks contracts which sources may serve a need, and reports their refusals.
 
 use super::super::instruments::{Attested, Instruments};
 use super::super::message::{Event, EventKind};
@@ -16,24 +16,24 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// How many sets of what is lacking an event tells of one source.
+/// The largest number of sets of lacking evidence that an event lists for one source.
 const MOST_SETS: usize = 3;
 
-/// What a need's contract says of how the need is served.
+/// What the contract of a need says of its source.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NeedAssurance {
-    /// On which ground it is served, and at which level; `None` while nothing that is admitted serves it.
+    /// Ground and level of the admission; `None` while no admitted source serves the need.
     pub admitted: Option<Admitted>,
-    /// The verdict on what serves it.
+    /// The verdict on the present source.
     pub verdict: Option<Verdict>,
-    /// What would have to change for it to hold, where it does not: sets of evidence, of which one would do.
+    /// What the verdict lacks, where it does not hold: sets of evidence or demands, of which one suffices.
     pub lacking: Vec<Vec<Lacking>>,
-    /// Until when an operator has overridden it.
+    /// Until when an operator has overridden the contract.
     pub overridden: Option<Time>,
 }
 
 impl Provider {
-    /// Begins while no evidence is known: with what needs none.
+    /// Begins with the sources that need no evidence, as no evidence is known yet.
     pub(super) fn begin_under_contract(&mut self, knowledge: &KnowledgeBase, assurance: Option<&Assurance>) {
         let Provider { sources, contracts, .. } = self;
         let all = sources.all().iter().map(|source| (&source.way, Trust::Trusted));
@@ -48,7 +48,7 @@ impl Provider {
         sources.preferred = preferred;
     }
 
-    /// What served before a change of the model goes on to do so as long as it may be unknown whether it still may.
+    /// A source from before a change of the model goes on until the evidence about it is known again.
     pub(super) fn inherit_contract(&mut self, old: &Provider, change: &Succession<'_>) {
         if !self.contracts.is_demanding() {
             return;
@@ -60,8 +60,8 @@ impl Provider {
         self.contracts.go_on(knowledge, assurance, &old.contracts, before.zip(way.as_ref()));
     }
 
-    /// Reads the evidence that may have changed. Whether a source is admitted otherwise than before; and an override that is
-    /// over.
+    /// Reads the evidence that may have changed. Returns whether the admission of a source has changed; reports an override that
+    /// is over.
     pub(in super::super) fn follow_evidence(
         &mut self,
         has_spoken: &dyn Fn(SignalId) -> bool,
@@ -86,17 +86,17 @@ impl Provider {
         (has_changed || is_over, event)
     }
 
-    /// Whether its need demands anything of contracts.
+    /// Whether the need demands anything of contracts.
     pub(in super::super) fn is_under_contract(&self) -> bool {
         self.contracts.is_demanding()
     }
 
-    /// How an operator has overridden its contract.
+    /// The operator's override of the contract.
     pub(in super::super) fn overridden(&self) -> Option<&Override> {
         self.contracts.overridden()
     }
 
-    /// Lets out what the contract refuses; `None` ends that. Whether anything is demanded.
+    /// Overrides the refusals of the contract, or ends that (`None`). Returns whether the need demands anything.
     pub(in super::super) fn set_aside(&mut self, order: Option<Override>, now: Time) -> bool {
         match order {
             Some(order) => self.contracts.override_by(order, now),
@@ -112,19 +112,19 @@ impl Provider {
         self.contracts.is_any_open()
     }
 
-    /// What the source may go out on.
+    /// The admission of the present source.
     pub(super) fn admitted(&self) -> Option<Admitted> {
         let way = self.state.way()?;
         self.contracts.admit(way).map(|assured| assured.admitted())
     }
 
-    /// What a way that stands in may go out on.
+    /// The admission of a stand-in.
     pub(super) fn admitted_stand_in(&self, monitor: &Monitor, index: WayIndex) -> Option<Admitted> {
         let way = monitor.way(index)?.computation.way();
         self.contracts.admit(way).map(|assured| assured.admitted())
     }
 
-    /// What the only source that may serve the need by order is admitted on; why not.
+    /// Admits the source that is ordered for the need; else returns why contracts refuse it.
     pub(super) fn admit_forced(&mut self, situation: &Situation<'_>) -> Result<(), Reasons> {
         let Some(Forced { way, .. }) = self.forced.as_ref().filter(|_| self.contracts.is_demanding()) else {
             return Ok(());
@@ -136,7 +136,7 @@ impl Provider {
         }
     }
 
-    /// Why contracts do not let a way serve by order; `None` where they do.
+    /// Why contracts refuse a way that serves by order; `None` where they admit it.
     pub(in super::super) fn refuses(&mut self, way: &Way, situation: &Situation<'_>) -> Option<Reasons> {
         if !self.contracts.is_demanding() {
             return None;
@@ -161,14 +161,14 @@ impl Provider {
         Some(lacking(because.then(Joint::Namely, verdict(&refused)), &refused.lacking))
     }
 
-    /// That contracts admit nothing of what is there, where that is why nothing goes out.
+    /// The reason that contracts admit no source, where that is why the need is not served.
     pub(super) fn why_none_admitted(&self) -> Option<Reasons> {
         let is_served = self.state.serving().is_some() || !self.sources.all().is_empty();
         (self.contracts.is_demanding() && !is_served).then(|| Reason::NoneAdmitted.into())
     }
 
-    /// Tells which sources that would be preferred contracts refuse, once each time that it happens; of what is not known, when
-    /// that has lasted for longer than a value may be old.
+    /// Reports which preferred sources contracts refuse, once each time; where evidence is unknown, only after the longest age of
+    /// a value.
     pub(super) fn tell_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let calm = self.settings.switching.probation;
         let untold = self.contracts.untold(calm, now);
@@ -204,7 +204,7 @@ impl Provider {
         }
     }
 
-    /// What the contract says of how the need is served.
+    /// What the contract says of the present service.
     pub(super) fn assurance(&self) -> Option<NeedAssurance> {
         if !self.contracts.is_demanding() {
             return None;
@@ -220,7 +220,7 @@ impl Provider {
     }
 }
 
-/// Of which kind the reason is.
+/// The reason's kind.
 fn verdict(refused: &Refused) -> Reason {
     match refused.verdict {
         Verdict::Holds | Verdict::Refused => Reason::DemandRefused,

@@ -1,5 +1,5 @@
-//! A source that somebody else computes, such as a process of its own. The engine brings the inputs to one moment, hands them out
-//! as a task, and judges the answer like a value that it has computed itself. While nobody is there, the engine computes.
+//! A source that another process computes. The engine brings the inputs to one moment, hands them out as a task, and judges the
+//! answer like a value of its own. Without such a process, the engine computes the source.
 
 use super::super::message::{Output, PublishedValue};
 use super::settings::Given;
@@ -12,16 +12,16 @@ use crate::substitution::Way;
 use crate::time::Validity;
 use alloc::collections::VecDeque;
 
-/// What somebody else could compute.
+/// A source that another process could compute.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Delegation<'a> {
-    /// Counts the sources of the need, so that who is ready for one is not taken for another.
+    /// Counts the sources of the need, so that a process ready for an earlier source is not taken for ready.
     pub era: u64,
     /// The source.
     pub way: &'a Way,
 }
 
-/// Who computes the source of a need instead of the engine.
+/// The delegation of the source of a need to another process.
 #[derive(Debug, Default)]
 pub(super) struct Delegate {
     /// Counts the sources.
@@ -31,23 +31,23 @@ pub(super) struct Delegate {
     given: u64,
     /// The moments of the tasks that are not answered yet, oldest first.
     open: VecDeque<(u64, Validity)>,
-    /// What was answered and not looked at yet.
+    /// The answer that has not been looked at yet.
     answer: Option<Given>,
-    /// Whether what was looked at last is from there.
+    /// Whether the last value is from the delegate.
     has_given: bool,
 }
 
-/// Tasks that may be open; of more, the oldest are taken for lost.
+/// Tasks that may be open; beyond that, the oldest count as lost.
 const MOST_OPEN: usize = 16;
 
 impl Delegate {
-    /// The source is another one from now on.
+    /// Ends the delegation: the need has another source from now on.
     pub(super) fn retire(&mut self) {
         let Delegate { era, given, .. } = *self;
         *self = Delegate { era: era.wrapping_add(1), given, ..Delegate::default() };
     }
 
-    /// Whether the value that was looked at last is not the engine's own.
+    /// Whether the last value is from the delegate.
     pub(super) fn has_given(&self) -> bool {
         self.has_given
     }
@@ -61,18 +61,18 @@ impl Delegate {
         self.given
     }
 
-    /// What could be computed, where there is something to compute.
+    /// The source, where there is something to compute.
     pub(super) fn offer<'w>(&self, way: Option<&'w Way>) -> Option<Delegation<'w>> {
         let way = way.filter(|way| way.direct().is_none())?;
         Some(Delegation { era: self.era, way })
     }
 
-    /// Somebody is ready to compute the source with this number, of which a way was offered or none.
+    /// A process is ready to compute the source with this number; `is_offered` tells whether one was offered.
     pub(super) fn begin(&mut self, era: u64, is_offered: bool) {
         self.is_ready = era == self.era && is_offered;
     }
 
-    /// Nobody is there any more: computes the source here from now on, as if it had always been so, where contracts still admit
+    /// The process has ended: the engine computes the source itself, from the newest open task on, where contracts still admit
     /// it.
     pub(super) fn end(
         &mut self,
@@ -96,7 +96,7 @@ impl Delegate {
         }
     }
 
-    /// The next value of a source: computed, or answered; in the latter case what is to be computed next is handed out.
+    /// The next value of a source: computed here, or answered by the delegate, which gets the next task.
     pub(super) fn next(
         &mut self,
         service: &mut Service,
@@ -120,7 +120,7 @@ impl Delegate {
         Some(answer)
     }
 
-    /// Hears the answer to a task.
+    /// Takes the answer to a task.
     pub(super) fn take(&mut self, number: u64, result: Option<Given>, shape: Shape) {
         let Some((_, moment)) = self.open.iter().copied().find(|(open, _)| *open == number) else { return };
         self.open.retain(|(open, _)| *open > number);
@@ -128,7 +128,7 @@ impl Delegate {
     }
 }
 
-/// Whether a value says something.
+/// Whether a value has the shape of the variable and is not empty.
 fn is_sound(value: &PublishedValue, shape: Shape) -> bool {
     match (value, shape) {
         (PublishedValue::Scalar(value), Shape::Scalar) => value.is_bounded() && !value.is_empty(),
@@ -137,7 +137,7 @@ fn is_sound(value: &PublishedValue, shape: Shape) -> bool {
     }
 }
 
-/// Whether a value can be from the inputs of a moment: it may rest on earlier ones, and on no later ones.
+/// Whether a value can come from the inputs of a moment: these may be older, not newer.
 fn is_of(validity: Validity, moment: Validity) -> bool {
     validity.from <= validity.to && validity.to == moment.to
 }

@@ -1,8 +1,8 @@
-//! Tells when another way has stood in for the source for a while, and when the source gives values again.
+//! Reports when another way has stood in for the source for a while, and when the source gives values again.
 //!
-//! A source that jitters misses one moment and delivers at the next; no event tells of that. An episode begins with the first
-//! value of a stand-in and ends when the source has given all values for a while. An event tells of it when it has lasted longer
-//! than a value may be old: without the stand-in, the need would not have been served.
+//! A source that jitters misses one moment and delivers at the next; no event reports that. An episode begins with the first
+//! value of a stand-in and ends when the source has given all values for a while. An event reports an episode that has lasted
+//! longer than a value may be old: without the stand-in, the need would not have been served.
 
 use super::settings::Settings;
 use crate::monitor::{Inheritance, WayIndex};
@@ -17,23 +17,23 @@ pub(super) struct Episode {
     since: Time,
     /// Since when the source gives all values again.
     own_since: Option<Time>,
-    /// Which way was told.
+    /// The stand-in that an event has reported.
     told: Option<WayIndex>,
 }
 
 impl Episode {
-    /// Begins now.
+    /// An episode that begins now.
     pub(super) fn new(way: WayIndex, now: Time) -> Episode {
         Episode { way, since: now, own_since: None, told: None }
     }
 
-    /// The same after a change of the model; `None` where the way is gone.
+    /// The episode after a change of the model; `None` where the stand-in is gone.
     pub(super) fn inherit(self, inheritance: &Inheritance) -> Option<Episode> {
         let way = inheritance.way(self.way)?;
         Some(Episode { way, told: self.told.and_then(|way| inheritance.way(way)), ..self })
     }
 
-    /// A way has stood in at this moment: for how long it has, where that is to be told.
+    /// Notes a value of a stand-in; returns how long it has stood in where an event is due.
     pub(super) fn note_stand_in(&mut self, way: WayIndex, max_age: Span, now: Time) -> Option<Span> {
         self.own_since = None;
         if self.way != way {
@@ -46,7 +46,7 @@ impl Episode {
         Some(now - self.since)
     }
 
-    /// The source has given the value of this moment itself: whether the episode is over.
+    /// Notes a value of the source itself; returns whether the episode is over.
     pub(super) fn note_own(&mut self, settings: &Settings, now: Time) -> bool {
         let own_since = *self.own_since.get_or_insert(now);
         let calm = match self.told {
@@ -56,7 +56,7 @@ impl Episode {
         now - own_since >= calm
     }
 
-    /// The way that was told.
+    /// The stand-in that an event has reported.
     pub(super) fn told(&self) -> Option<WayIndex> {
         self.told
     }
@@ -71,7 +71,7 @@ pub(super) enum Fault {
 }
 
 impl Fault {
-    /// Said of a source.
+    /// The fault as a reason about a source.
     pub(super) fn reason(self, source: String) -> Reason {
         match self {
             Fault::Late => Reason::NotInTime { source },

@@ -1,8 +1,7 @@
-//! Keeps one need served: chooses its source, gates every value, and tells when the source changes.
+//! Keeps one need served: chooses its source, gates every value, and reports when the source changes.
 //!
-//! A lost source is replaced at once; a better one is taken after the hold time only. A value that more of the
-//! other ways contradict than support is held back even before there is a verdict, and a trusted way that is
-//! not contradicted fills in.
+//! A lost source is replaced at once; a better one is taken after the hold time only. A value that more ways contradict than
+//! support is held back even before there is a verdict, and a trusted way that is not contradicted fills in.
 
 mod settings;
 mod told;
@@ -51,43 +50,43 @@ use told::Told;
 /// How a need is served.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NeedStatus {
-    /// What serves it; `None` while nothing can.
+    /// The source or the uncertain service; `None` while the need is not served.
     pub source: Option<ServedBy>,
-    /// The only source that may serve it, where an operator has ordered that.
+    /// The only source that may serve the need, where an operator has ordered one.
     pub forced: Option<String>,
-    /// Values published.
+    /// The number of published values.
     pub published: u64,
-    /// The longest time between two of them.
+    /// The longest time between two published values.
     pub longest_gap: Span,
-    /// The widest of them, SI.
+    /// The width of the widest published value, SI.
     pub widest: f64,
-    /// When the last one was.
+    /// When the last value was published.
     pub last: Option<Time>,
-    /// What its contract says of that; `None` where it demands nothing.
+    /// The state of the need's contract; `None` where the need demands nothing.
     pub assurance: Option<NeedAssurance>,
 }
 
-/// Who gives a value of a need.
+/// The origin of a value of a need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Server {
     /// The chosen source, since the last switch.
     Active { since: Option<Time> },
     /// Another trusted way, for the moment.
     StandIn(WayIndex),
-    /// What may be right, while nothing is trusted.
+    /// The candidates, while nothing is trusted.
     Unsure,
 }
 
-/// Why there is a better source than the one in use.
+/// Why a better source than the one in use exists.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Better {
-    /// Its signals are trusted again.
+    /// The signals of the better source are trusted again.
     Trusted,
-    /// The changed model has brought another one that is preferred.
+    /// The changed model has brought a preferred source.
     Changed,
-    /// The operator has given it back.
+    /// The operator has ended an order.
     Ordered,
-    /// Contracts admit it again.
+    /// Contracts admit the better source again.
     Admitted,
 }
 
@@ -95,7 +94,7 @@ enum Better {
 #[derive(Debug)]
 struct Forced {
     way: Way,
-    /// Whether nobody would choose it.
+    /// Whether the source would not be chosen without the order.
     is_doubted: bool,
 }
 
@@ -103,23 +102,23 @@ struct Forced {
 #[derive(Debug)]
 pub(super) struct Provider {
     settings: Settings,
-    /// What may serve it.
+    /// The sources that may serve the need.
     sources: Sources,
-    /// What contracts say of these.
+    /// The assessments of the sources by contracts.
     contracts: Assessments,
-    /// What was refused, and what was left because its values fell short.
+    /// Refused sources, and sources whose values fell short.
     refusals: Refusals,
-    /// What serves it.
+    /// The present service.
     state: State,
     forced: Option<Forced>,
-    /// Who computes the source instead of us.
+    /// The process that computes the source instead of the engine.
     delegate: Delegate,
     /// When the last switch was.
     switched: Option<Time>,
     started: Option<Time>,
-    /// The last value, and when it went out.
+    /// The last value, and when it was published.
     last: Option<(Time, Sample)>,
-    /// Who gave it, and what is left of the way from the one before.
+    /// The server of the last value, and the rest of the offset from the server before.
     blend: Blend,
     told: Told,
     statistics: Statistics,
@@ -203,7 +202,7 @@ impl Provider {
         self.last.map(|(time, _)| time).or(self.started)
     }
 
-    /// What serves it.
+    /// What serves the need now.
     fn served_by(&self, knowledge: &KnowledgeBase) -> Option<ServedBy> {
         let unsure = self.state.unsure().filter(|unsure| unsure.is_told());
         let unsure = unsure.map(|unsure| unsure.served_by(knowledge));
@@ -227,7 +226,7 @@ impl Provider {
         Event { substitution, need: Some(self.settings.need), ..about }
     }
 
-    /// Tells that the need is not served, once.
+    /// Reports that the need is not served, once.
     fn tell_unserved(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -239,22 +238,22 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Unhealable, because, now))
     }
 
-    /// The only source that may serve the need, where that is ordered.
+    /// The only source that may serve the need, where one is ordered.
     pub(super) fn forced(&self) -> Option<&Way> {
         self.forced.as_ref().map(|forced| &forced.way)
     }
 
-    /// When the last switch was.
+    /// When the last switch happened.
     pub(super) fn switched(&self) -> Option<Time> {
         self.switched
     }
 
-    /// Whether it has been told that nothing serves the need.
+    /// Whether an event has reported that nothing serves the need.
     pub(super) fn is_unserved(&self) -> bool {
         self.told.is_unserved()
     }
 
-    /// The last published value, and when that was.
+    /// The last published value, and when it was published.
     pub(super) fn last(&self) -> Option<(Time, Sample)> {
         self.last
     }
@@ -264,12 +263,12 @@ impl Provider {
         self.state.serving().map(|serving| &serving.service)
     }
 
-    /// What somebody else could compute, where there is something to compute.
+    /// The source that another process could compute.
     pub(super) fn delegation(&self) -> Option<Delegation<'_>> {
         self.delegate.offer(self.state.way())
     }
 
-    /// Hears from who computes the source.
+    /// Takes a report of the process that computes the source.
     pub(super) fn hear(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, report: Report) {
         match report {
             Report::Ready { era } => self.delegate.begin(era, self.delegation().is_some()),
@@ -285,7 +284,7 @@ impl Provider {
         }
     }
 
-    /// Goes on from the provider of the same need before a change of the model. Tells when the source had to be left.
+    /// Goes on from the provider of the same need before a change of the model. Reports when the source had to be left.
     pub(super) fn inherit(&mut self, old: Provider, change: &Succession<'_>) -> Option<Event> {
         self.started = old.started;
         self.last = old.last;
@@ -324,7 +323,7 @@ impl Provider {
         }
     }
 
-    /// Whether a source that has served until the change may do so.
+    /// Whether the source in use before the change may go on.
     fn may_go_on(&self, way: &Way, change: &Succession<'_>) -> bool {
         let Situation { knowledge, judge, .. } = change.situation;
         match self.forced() {
@@ -333,33 +332,33 @@ impl Provider {
         }
     }
 
-    /// Goes on with the same source, without a gap in what its program remembers where it still computes the same.
+    /// Goes on with the same source; its program keeps its memory where it still computes the same.
     fn go_on(&mut self, way: Way, old: &mut Service, change: &Succession<'_>) {
         let Situation { knowledge, monitor, .. } = change.situation;
         let assured = self.contracts.admit(way);
         let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
         let Some(mut service) = service else { return };
         if !service.inherit(old, change.lineage) {
-            // Its values may differ from now on: that is a switch, as for the blending.
+            // The source's values may differ from now on: for the blending, that is a switch.
             self.blend.leave();
         }
         self.take_over(knowledge, Some(service));
     }
 
-    /// A need that is new, or means something else now, begins with what can be trusted.
+    /// Starts a new or redefined need with a source that is trusted.
     pub(super) fn begin(&mut self, change: &Succession<'_>) {
         self.find_sources(&change.situation);
         self.start_heard(&change.situation);
     }
 
-    /// Goes on from before a restart: from the source that served the need, where that may still be used. Tells when it had to
-    /// be left.
+    /// Goes on from before a restart: from the source that served the need, where that source may still be used. Reports when the
+    /// source had to be left.
     pub(super) fn resume(&mut self, before: &Resumption<'_>, situation: &Situation<'_>) -> Option<Event> {
         let Situation { knowledge, monitor, now, .. } = *situation;
         self.started = Some(now);
         self.switched = before.switched;
         self.told.recall(before.unserved);
-        // What is older says nothing about now: neither is there a jump from it, nor can anything go on from it.
+        // An older value says nothing about now: it makes no jump, and no computation goes on from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
         self.blend.pass_to(Server::Active { since: self.switched });
         self.refusals.take_as_told();
@@ -377,7 +376,7 @@ impl Provider {
         }
         let is_served = self.start_best(knowledge, monitor.ports());
         if !is_served && self.may_be_admitted_yet() {
-            // After a restart nothing is known of the evidence yet: that is no news.
+            // After a restart no evidence is known yet, so a refusal is no news.
             return None;
         }
         let left = Reasons::from(Reason::ServedBefore { source: before.source?.into() });

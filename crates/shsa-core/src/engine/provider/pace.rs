@@ -1,4 +1,4 @@
-//! How regularly a source gives values, and when the next one is late.
+//! The usual time between the values of a source, and when its next value is late.
 
 use crate::time::{Span, Time};
 
@@ -15,7 +15,7 @@ pub(super) struct Pace {
 }
 
 impl Pace {
-    /// The source has given a value now.
+    /// Notes a value of the source.
     pub(super) fn step(&mut self, now: Time) {
         let Some(last) = self.last.replace(now) else { return };
         let gap = now - last;
@@ -25,7 +25,7 @@ impl Pace {
                 self.deviation = Span(gap.0 / 2);
             }
             Some(mean) => {
-                // One long silence does not make a source that is waited for longer; a slower one it becomes all the same.
+                // A single long silence hardly raises the mean; a source that has become slower does.
                 let gap = gap.0.min(mean.0.saturating_mul(3));
                 let off = gap - mean.0;
                 mean.0 += off / 8;
@@ -47,8 +47,8 @@ impl Pace {
         Some(Span(mean.saturating_add(mean.saturating_sub(mean / 4).max(jitter))))
     }
 
-    /// From when on another way shall fill in because nothing comes: when the source is late by its own pace, at the latest
-    /// `most` after its last value; and not more often than the source would speak. `served` is when the last value went out.
+    /// From when on a stand-in serves because no value comes: when the source is late by its own pace, at most `most` after its
+    /// last value; and half a mean gap after the last published value (`served`).
     pub(super) fn late_after(&self, served: Time, most: Span) -> Time {
         let patience = self.patience().map_or(most, |patience| patience.min(most));
         let rest = self.mean.map_or(most, |mean| Span(mean.0 / 2).min(most));

@@ -1,22 +1,22 @@
-//! How well a source is proven among others of the same utility.
+//! How well proven a source is, among sources of the same utility.
 
 use crate::knowledge::{KnowledgeBase, VariableId};
 use crate::monitor::Figures;
 use crate::reason::{Amount, Proof};
 use core::cmp::{Ordering, Reverse};
 
-/// What a share of comparisons counts as while nothing is known of it: better than what was wrong more often than right.
+/// The share of agreement that an unknown record counts as: better than a source that was wrong more often than right.
 const UNKNOWN_SHARE: f64 = 0.5;
 
-/// Errors below this share of the narrowest width are all as good.
+/// Errors below this share of the narrowest width count as equal.
 const FINEST_ERROR: f64 = 0.1;
 
-/// A source with its worth when the sources were last ranked.
+/// A source with its rank when the sources were last ranked.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Ranked {
-    /// Where it stands in the sources.
+    /// The place of the source in the list.
     pub(super) at: usize,
-    /// Its utility with how it ran, where the model rates that.
+    /// The utility of the source with its record, where the model rates records.
     pub(super) utility: f64,
     figures: Figures,
     goes_on: bool,
@@ -28,31 +28,31 @@ impl Ranked {
         Ranked { at, utility, figures, goes_on, standing: Standing::NONE }
     }
 
-    /// Better sources come first: what does not only go on from its own last value, by utility, the best proven of equals,
-    /// then in the order of the search.
+    /// Better sources come first: not relying on the need's own last value, then by utility, by record, and by the order of the
+    /// search.
     pub(super) fn order(&self, other: &Ranked) -> Ordering {
         let by_utility = self.goes_on.cmp(&other.goes_on).then(other.utility.total_cmp(&self.utility));
         by_utility.then(self.standing.cmp(&other.standing)).then(self.at.cmp(&other.at))
     }
 
-    /// What is known of it from how it ran.
+    /// The source's record, as events report it.
     pub(super) fn proof(&self, knowledge: &KnowledgeBase, variable: VariableId) -> Proof {
         let Figures { agreement, error, availability, .. } = self.figures;
         Proof { agreement, error: error.map(|error| Amount::of(knowledge, variable, error)), availability }
     }
 }
 
-/// How well a source is proven among others of the same utility; less is better.
+/// The record of a source compared with others of the same utility; less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) struct Standing {
-    /// Per cent of the time in which it was there and right.
+    /// Per cent of the time in which the source was present and right.
     share: Reverse<u32>,
-    /// How much further from the others it was than the nearest, in steps of the root of two; unknown is the last.
+    /// The source's error beyond the smallest one, in steps of the root of two; an unknown error ranks last.
     distance: u32,
 }
 
 impl Standing {
-    /// That of all where proof does not count.
+    /// The standing of every source where records do not count.
     const NONE: Standing = Standing { share: Reverse(0), distance: 0 };
 
     pub(super) fn among(all: &[Ranked], ranked: &Ranked) -> Standing {
@@ -64,7 +64,7 @@ impl Standing {
         let least_width = equals().filter_map(|figures| figures.width).reduce(f64::min);
         let finest = (FINEST_ERROR * least_width.unwrap_or(0.0)).max(least_error.unwrap_or(0.0));
         let Figures { agreement, error, availability, .. } = ranked.figures;
-        // What is not watched is not known to have been absent.
+        // A way that is not watched is not known to have been absent.
         let share = agreement.unwrap_or(UNKNOWN_SHARE) * availability.unwrap_or(1.0);
         let steps = |error: f64| match error <= finest {
             true => 0,
@@ -88,7 +88,7 @@ mod tests {
         Ranked { at: 0, utility: 1.0, figures, goes_on: false, standing: Standing::NONE }
     }
 
-    /// Each of the list is better than the next.
+    /// Checks that each source of the list is better than the next.
     #[track_caller]
     fn check(list: &[Ranked]) {
         let standings: Vec<Standing> = list.iter().map(|one| Standing::among(list, one)).collect();
@@ -124,7 +124,7 @@ mod tests {
     }
 
     proptest! {
-        /// A source that is nowhere worse stands nowhere behind.
+        /// A source that is worse in no respect never ranks lower.
         #[test]
         fn what_is_better_in_all_respects_is_not_behind(
             others in prop::collection::vec((share(), prop::option::of(0.0..9.0_f64), share()), 0..6),

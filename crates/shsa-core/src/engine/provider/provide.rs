@@ -1,4 +1,4 @@
-//! What goes out for a need at a moment: the value of its source, of another way, or what may be right; and what is told of it.
+//! Publishes the value of a need at a moment: of its source, of a stand-in, or of the candidates; and reports changes.
 
 use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::episode::{Episode, Fault};
@@ -15,7 +15,7 @@ use crate::reason::{Joint, Reason, Reasons, ServedBy};
 use crate::time::Time;
 use alloc::collections::VecDeque;
 
-/// Tells an event where there is one. Most often there is none, and a list that is extended by nothing costs more.
+/// Reports an event where there is one. Most often there is none, and extending a list by nothing costs more.
 #[inline]
 fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
     if let Some(event) = event {
@@ -24,7 +24,7 @@ fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
 }
 
 impl Provider {
-    /// Publishes what this moment brings.
+    /// Publishes the value of this moment.
     pub(in super::super) fn provide(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -53,7 +53,7 @@ impl Provider {
             "what was found of the sources is out of date"
         );
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
-        // What is only doubted is better than nothing.
+        // A doubted value is better than none.
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
         let is_unfit = self.state.serving().is_some_and(|serving| serving.unfit_since.is_some());
@@ -93,7 +93,7 @@ impl Provider {
         self.provide_uncertain(knowledge, monitor, now, outputs);
     }
 
-    /// The next value of the source; where it falls short of what the need demands and another one does not, that of the other
+    /// The next value of the source; where it falls short of the need's demands and another source's does not, the value of that
     /// one.
     fn given(
         &mut self,
@@ -121,14 +121,14 @@ impl Provider {
         Some(given)
     }
 
-    /// What the source gives, or who computes it.
+    /// The next value of the source, computed here or by another process.
     fn computed(&mut self, monitor: &Monitor, outputs: &mut VecDeque<Output>) -> Option<Given> {
         let last = self.last.map(|(_, sample)| sample);
         let serving = self.state.serving_mut()?;
         self.delegate.next(&mut serving.service, self.settings.need, monitor.ports(), last, outputs)
     }
 
-    /// What is wrong with a value of the source, and whether it may go out all the same where nothing better is there.
+    /// The fault of a value of the source, and whether the value may still be published where nothing better is there.
     fn weigh(
         &mut self,
         monitor: &Monitor,
@@ -147,13 +147,13 @@ impl Provider {
         (fault, !is_unfit && !votes.is_contradicted())
     }
 
-    /// Whether another way shall fill in now because nothing has come.
+    /// Whether a stand-in shall serve now because the source gives no value.
     fn is_late(&self, now: Time) -> bool {
         self.last_served().is_some_and(|served| now > self.state.late_after(served, &self.settings))
     }
 
-    /// What another trusted way gives at this moment, or has given since the last value that went out, when it is not
-    /// contradicted itself: the best proven one.
+    /// The value of a stand-in: of the best proven trusted way that is not contradicted and has a value of this moment, or one
+    /// newer than the last published value.
     fn stand_in(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -180,7 +180,7 @@ impl Provider {
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
             (!votes.is_contradicted()).then_some((sample, index, votes.is_doubted()))
         };
-        // What is only doubted is taken where there is nothing else: not in the place of a value that is doubted itself.
+        // A doubted value is taken only where the source gives no value: it does not replace another doubted value.
         let mut doubted = None;
         for way in self.sources.ways() {
             match monitor.find(way).and_then(usable) {
@@ -200,7 +200,7 @@ impl Provider {
         fresh.map(|(_, sample)| sample).or_else(|| way.latest(now).filter(is_newer))
     }
 
-    /// A way has stood in at this moment: tells when it has for a while.
+    /// Notes a value of a stand-in, and reports when the way has stood in for a while.
     fn note_stand_in(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -220,7 +220,7 @@ impl Provider {
         Some(Event { substitution: Some(ServedBy::Way(stands_in)), ..event })
     }
 
-    /// The source has given the value of this moment itself: tells when it does again.
+    /// Notes a value of the source itself, and reports when the source gives values again.
     fn note_own(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let serving = self.state.serving_mut()?;
         let episode = serving.episode.as_mut()?;
@@ -235,7 +235,7 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
-    /// The source gives the value of this moment itself.
+    /// Publishes the source's own value of this moment.
     fn publish_own(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -313,7 +313,7 @@ impl Provider {
         }
     }
 
-    /// Whether nobody has agreed yet with a source that was silent as all others were: it may have begun to lie meanwhile.
+    /// Whether the source has just returned after a silence of all, and no other way has agreed with it: it may be faulty now.
     fn is_unconfirmed(&self, now: Time) -> bool {
         let unconfirmed = self.state.serving().is_some_and(|serving| !serving.is_confirmed);
         // Vectors are not compared element by element.
@@ -321,7 +321,7 @@ impl Provider {
         unconfirmed && is_weighed && self.sources.are_returning(now)
     }
 
-    /// Tells that the need is served again, and that it is by what is trusted.
+    /// Reports that the need is served again, or by a trusted source again.
     fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
         let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
@@ -333,7 +333,7 @@ impl Provider {
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
-    /// What may be right, where nothing is trusted; else it may have to be told that the need is not served.
+    /// Publishes an uncertain value where nothing is trusted; else reports when the need has become unserved.
     fn provide_uncertain(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -354,29 +354,29 @@ impl Provider {
         tell(outputs, self.check_age(knowledge, now));
     }
 
-    /// Tells that values go out as uncertain from now on, once.
+    /// Reports once that values are uncertain from now on.
     fn tell_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_decided = matches!(self.state, State::Unsure(_));
         let unsure = self.state.unsure_mut()?;
         let (served_by, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
         self.told.doubt();
         if self.told.is_unserved() {
-            // The event that it is served again tells it.
+            // The event that the need is served again reports the uncertainty, too.
             return None;
         }
         let because = reason.unwrap_or_default().then(Joint::Next, Reason::Uncertain { served_by });
         Some(self.event(knowledge, EventKind::Substituted, because, now))
     }
 
-    /// Tells at once where from the beginning nothing can go out, and when the last trusted value has become too old.
+    /// Reports when no uncertain value is fit from the beginning, or the last trusted value has become too old.
     fn tell_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
-        // While there still is a source, time tells.
+        // While there is a source, `check_age` reports.
         let State::Unsure(unsure) = &mut self.state else { return None };
         let because = unsure.tell_nothing(knowledge, &self.settings, now)?;
         self.tell_unserved(knowledge, Some(because), now)
     }
 
-    /// Tells when the need has not been served for longer than a value may be old.
+    /// Reports when the need has not been served for longer than a value may be old.
     fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let age = now - self.last_served()?;
         if age <= self.settings.max_age || self.told.is_unserved() {

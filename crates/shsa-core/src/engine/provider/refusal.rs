@@ -1,4 +1,4 @@
-//! What a need would be served by if it demanded less, and what was left because its values fell short.
+//! Sources that the demands of a need refuse, and sources left because their values fell short.
 
 use super::super::ready_sources::ReadySources;
 use super::super::ways::Lost;
@@ -13,13 +13,13 @@ use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
-/// So many refusals are remembered, so that each is told once.
+/// At most this many refusals are remembered, so that each is reported once.
 const MOST_TOLD: usize = 256;
 
-/// How often the wait before a source that fell short is used again doubles at most.
+/// The wait before a source that fell short is used again doubles at most this often.
 const MOST_DOUBLINGS: u32 = 6;
 
-/// Sources that were refused, each with how it falls short, and those whose values fell short.
+/// Refused sources, each with its shortfalls, and sources whose values fell short.
 #[derive(Debug, Default)]
 pub(super) struct Refusals {
     told: Vec<Refused>,
@@ -27,24 +27,24 @@ pub(super) struct Refusals {
     short: Vec<Short>,
 }
 
-/// A source that was refused, and how it falls short.
+/// A refused source, and its shortfalls.
 type Refused = (Way, Vec<Reason>);
 
 /// A source whose values fell short.
 #[derive(Clone, Debug)]
 struct Short {
     way: Way,
-    /// Where it is watched.
+    /// The index of the source's way, where the way is watched.
     index: Option<WayIndex>,
-    /// When a value of it fell short last.
+    /// When a value of the source last fell short.
     last: Time,
-    /// How long none must before it is used again.
+    /// How long no value must fall short before the source is used again.
     wait: Span,
     doublings: u32,
 }
 
 impl Short {
-    /// The same after a change of the model; `None` where the source is gone.
+    /// The same record after a change of the model; `None` where the source is gone.
     fn inherit(&self, change: &Succession<'_>) -> Option<Short> {
         let index = self.index.and_then(|index| change.inheritance.way(index));
         Some(Short { way: self.way.succeeded(change.lineage)?, index, ..self.clone() })
@@ -52,20 +52,20 @@ impl Short {
 }
 
 impl Refusals {
-    /// Goes on after a change of the model: a refusal that is still the same is not told again, and a source whose values fell
-    /// short is still left aside.
+    /// Goes on after a change of the model: an unchanged refusal is not reported again, and sources that fell short are still
+    /// left aside.
     pub(super) fn inherit(&mut self, old: &Refusals, change: &Succession<'_>) {
         let same = |(way, reasons): &Refused| Some((way.succeeded(change.lineage)?, reasons.clone()));
         self.told = old.told.iter().filter_map(same).collect();
         self.short = old.short.iter().filter_map(|short| short.inherit(change)).collect();
     }
 
-    /// After a restart nothing is news that was true before.
+    /// Marks the open refusals as reported: after a restart they are no news.
     pub(super) fn take_as_told(&mut self) {
         self.told.append(&mut self.open);
     }
 
-    /// Notes what would serve a need rather than what may, if it demanded less.
+    /// Notes the sources better than the allowed ones that the need's demands refuse.
     pub(super) fn note(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -84,13 +84,13 @@ impl Refusals {
         }
     }
 
-    /// Whether something was refused since the last time that it was told.
+    /// Whether there are refusals that no event has reported.
     #[inline]
     pub(super) fn is_open(&self) -> bool {
         !self.open.is_empty()
     }
 
-    /// What was refused since the last time.
+    /// The reasons for the refusals that no event has reported.
     pub(super) fn tell(&mut self, knowledge: &KnowledgeBase) -> Reasons {
         let open = core::mem::take(&mut self.open);
         let mut because = Reasons::from(Reason::DemandsMore);
@@ -107,12 +107,12 @@ impl Refusals {
         because
     }
 
-    /// Whether the values of a source fell short of late.
+    /// Whether values of a source fell short within its wait.
     pub(super) fn is_short(&self, way: &Way, now: Time) -> bool {
         self.short.iter().any(|short| short.way == *way && now - short.last < short.wait)
     }
 
-    /// Sees whether what was left because its values fell short still does.
+    /// Notes the sources left aside whose values still fall short.
     #[inline]
     pub(super) fn follow(&mut self, settings: &Settings, monitor: &Monitor, now: Time) {
         for known in &mut self.short {
@@ -126,7 +126,7 @@ impl Refusals {
         }
     }
 
-    /// A source is left because its values fall short.
+    /// Remembers a source that is left because its values fall short.
     pub(super) fn remember(&mut self, settings: &Settings, monitor: &Monitor, way: &Way, now: Time) {
         let usual = settings.switching.probation.max(settings.switching.hold);
         if let Some(known) = self.short.iter_mut().find(|short| short.way == *way) {
@@ -143,7 +143,7 @@ impl Refusals {
     }
 }
 
-/// A source with how it falls short.
+/// A source with its shortfalls, as reasons.
 fn short(knowledge: &KnowledgeBase, way: &Way, reasons: &[Reason]) -> Reasons {
     let mut short = Reasons::from(Reason::ShortSource { source: way.describe(knowledge) });
     let mut joint = Joint::Namely;

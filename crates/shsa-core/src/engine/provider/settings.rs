@@ -1,4 +1,4 @@
-//! What a need demands of the values that serve it, and how it changes its source: nothing of this changes.
+//! The fixed settings of a need: what it demands of values, and how it changes its source.
 
 use super::super::message::PublishedValue;
 use crate::alignment::Sample;
@@ -8,7 +8,7 @@ use crate::time::{Span, Time, Validity};
 /// A value of a source, with the time in which it was true.
 pub(super) type Given = (PublishedValue, Validity);
 
-/// What the model says of a need.
+/// The model's settings of a need.
 #[derive(Debug)]
 pub(super) struct Settings {
     pub(super) need: NeedId,
@@ -38,12 +38,12 @@ impl Settings {
         }
     }
 
-    /// Whether a number is as new and as narrow as the need demands.
+    /// Whether a scalar value is as new and as narrow as the need demands.
     pub(super) fn is_fit(&self, sample: &Sample, now: Time) -> bool {
         now - sample.validity.to <= self.max_age && sample.value.width() <= self.max_width
     }
 
-    /// Whether a value of any shape is.
+    /// Whether a value of any shape is as new and as narrow as the need demands.
     pub(super) fn is_met_by(&self, (value, validity): &Given, now: Time) -> bool {
         now - validity.to <= self.max_age && width(value) <= self.max_width
     }
@@ -54,7 +54,7 @@ impl Settings {
     }
 }
 
-/// That of the widest element.
+/// The width of a value; for a vector, of its widest element.
 pub(super) fn width(value: &PublishedValue) -> f64 {
     match value {
         PublishedValue::Scalar(value) => value.width(),

@@ -1,4 +1,4 @@
-//! What needs choose their sources by: at a moment, over a change of the model, and after a restart.
+//! The state that needs choose their sources by: at a moment, over a change of the model, and after a restart.
 
 use super::super::instruments::{Attested, Instruments};
 use super::super::ready_sources::ReadySources;
@@ -16,36 +16,36 @@ use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-/// What a need's sources are chosen by.
+/// The state that the sources of a need are chosen by.
 pub(in super::super) struct Situation<'a> {
     pub(in super::super) knowledge: &'a KnowledgeBase,
     pub(in super::super) graph: &'a Graph,
     pub(in super::super) ready_sources: &'a ReadySources,
     pub(in super::super) monitor: &'a Monitor,
     pub(in super::super) judge: &'a Judge,
-    /// What may not be used: the first of these losses that lets a need be served counts. What only the last one lets serve
-    /// is uncertain.
+    /// Three sets of excluded signals and relations, the strictest first: the first set under which a need can be served counts.
+    /// A source that only the last set allows is uncertain.
     pub(in super::super) lost: [Lost; 3],
-    /// What may not be used even where it is not known what is right: what has failed, is forbidden or absent.
+    /// What even uncertain values may not rest on: what has failed, is forbidden or absent.
     pub(in super::super) doubted: Lost,
     pub(in super::super) now: Time,
-    /// What composes contracts, and what somebody has told of evidence that is not measured; where there are contracts.
+    /// The composition of contracts and the evidence that operators have told, where there are contracts.
     pub(in super::super) contracts: Option<(&'a Assurance, &'a Attested)>,
-    /// Whether evidence of contracts has brought it about.
+    /// Whether changed evidence of contracts is the occasion.
     pub(in super::super) is_about_contracts: bool,
-    /// The order that has brought it about; `None` when the trust in something has changed.
+    /// The order that is the occasion; `None` when the occasion is a change of trust.
     pub(in super::super) order: Option<Reason>,
 }
 
 impl Situation<'_> {
-    /// What can serve a need without what is lost, whatever contracts say, best first.
+    /// The sources of a need without the excluded elements, whatever contracts say, best first.
     pub(super) fn sources(&self, need: NeedId, lost: &Lost) -> Arc<[Source]> {
         self.ready_sources.sources(self.knowledge, self.graph, need, lost)
     }
 
-    /// What can serve a need that demands something, for each of the losses: the best that contracts admit now.
+    /// The sources of a need with a contract, for each of the three exclusions: the best that contracts admit now.
     ///
-    /// Where there may be more than is ready and some of that is refused, it is searched for with the contracts inside.
+    /// Where the list of ready sources may be incomplete and some are refused, a search with the contracts inside finds more.
     pub(super) fn assess(&self, need: NeedId, contracts: &mut Assessments) -> [Arc<[Source]>; 3] {
         let Situation { knowledge, now, .. } = *self;
         let instruments = self.instruments();
@@ -93,7 +93,7 @@ impl Situation<'_> {
         trusted.map(|(list, trust)| (&**list, trust)).chain([(doubted, Trust::Doubted)]).for_each(of);
     }
 
-    /// Asks about one more way, which may serve by order only.
+    /// Assesses one more way, which may serve by order only.
     pub(super) fn assess_one(&self, contracts: &mut Assessments, way: &Way) {
         let instruments = self.instruments();
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
@@ -102,12 +102,12 @@ impl Situation<'_> {
         contracts.settle(self.knowledge, &read, self.now);
     }
 
-    /// What composes contracts, where there are any.
+    /// The composition of contracts, where there are any.
     pub(in super::super) fn assurance(&self) -> Option<&Assurance> {
         self.contracts.map(|(assurance, _)| assurance)
     }
 
-    /// What evidence is read by.
+    /// The instruments that read evidence.
     pub(in super::super) fn instruments(&self) -> Instruments<'_> {
         let Situation { knowledge, monitor, judge, now, .. } = *self;
         Instruments { knowledge, monitor, judge, attested: self.contracts.map(|(_, attested)| attested), now }
@@ -119,12 +119,12 @@ pub(in super::super) struct Succession<'a> {
     pub(in super::super) old: &'a KnowledgeBase,
     pub(in super::super) lineage: &'a Lineage,
     pub(in super::super) inheritance: &'a Inheritance,
-    /// In the changed model.
+    /// The situation in the changed model.
     pub(in super::super) situation: Situation<'a>,
 }
 
 impl Succession<'_> {
-    /// Why the change takes a source away: what is gone, described anew or withdrawn, or that it does not serve any more.
+    /// Why the change takes a source away: elements that are gone, described anew or withdrawn, or else that it no longer serves.
     pub(super) fn lost_by(&self, way: &Way) -> Reason {
         let Succession { old, lineage, .. } = *self;
         let new = self.situation.knowledge;
@@ -149,12 +149,12 @@ impl Succession<'_> {
 /// How a need was served before a restart; its times are not in the future.
 #[derive(Clone, Debug, PartialEq)]
 pub(in super::super) struct Resumption<'a> {
-    /// What served it, in words.
+    /// The source, in words.
     pub(in super::super) source: Option<&'a str>,
-    /// When the last switch was.
+    /// When the last switch happened.
     pub(in super::super) switched: Option<Time>,
-    /// Whether it has been told that nothing serves it.
+    /// Whether an event has reported that nothing serves the need.
     pub(in super::super) unserved: bool,
-    /// The last published value, and when that was.
+    /// The last published value, and when it was published.
     pub(in super::super) last: Option<(Time, Sample)>,
 }

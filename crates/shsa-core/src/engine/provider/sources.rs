@@ -1,6 +1,6 @@
-//! What may serve a need now, and which of it is the best.
+//! The sources that may serve a need now, and the best of them.
 //!
-//! Sources are ranked when the trust in a signal has changed, never in between: how ways run makes no source flap.
+//! Sources are ranked when the trust in a signal has changed, never in between: changing records make no source flap.
 
 use super::super::ready_sources::ReadySources;
 use super::super::ways::{Lost, Source};
@@ -19,35 +19,35 @@ use alloc::vec::Vec;
 /// How many alternatives an event names.
 pub(super) const MOST_NAMED: usize = 3;
 
-/// After a silence of all sources, so long the first of them is not good without another one that agrees.
+/// After a silence of all sources, the first source that gives values is doubtful for this time until another one agrees.
 const CONFIRMATION: Span = Span::from_millis(1_000);
 
 /// The sources of a need.
 #[derive(Debug)]
 pub(super) struct Sources {
-    /// What may serve the need now, best first.
+    /// The sources that may serve the need now, best first.
     found: Arc<[Source]>,
-    /// The same as they were ranked when the trust in a signal last changed.
+    /// The sources as ranked when the trust in a signal last changed.
     ranked: Vec<Ranked>,
-    /// Whether of equally good sources the best proven one is taken.
+    /// Whether the best proven of equally good sources is taken.
     prefers_proven: bool,
-    /// What serves it when nothing is wrong.
+    /// The source that serves the need when nothing is wrong.
     pub(super) preferred: Option<Way>,
-    /// Whether they are trusted only for want of better.
+    /// Whether the sources are uncertain: allowed only because none is trusted.
     is_unproven: bool,
-    /// Since when there is nothing but what has just spoken again after a silence, where that could be confirmed by others.
+    /// Since when all sources give values again after a silence, where others could confirm them.
     returning_since: Option<Time>,
-    /// Whether there are others at all.
+    /// Whether the need has more than one source.
     has_others: bool,
-    /// Whether it was found that no two of them are independent.
+    /// Whether no two of the sources are independent.
     pub(super) is_alone: bool,
-    /// Whether it was found that none is better than the one in use; asked with each value, so it is kept until they, their
-    /// ranks or the one in use change.
+    /// Whether no source is known to be better than the one in use. Kept until the sources, their ranks or the one in use change,
+    /// as every value asks for it.
     pub(super) is_unrivalled: bool,
 }
 
 impl Sources {
-    /// Those with nothing lost, not ranked yet.
+    /// The sources with nothing lost, not ranked yet.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         graph: &Graph,
@@ -69,12 +69,12 @@ impl Sources {
         }
     }
 
-    /// Goes on from those before a change of the model: what has just spoken again has still done so.
+    /// Goes on after a change of the model: a return after a silence keeps its time.
     pub(super) fn inherit(&mut self, old: &Sources) {
         self.returning_since = old.returning_since;
     }
 
-    /// Looks again for what may serve a need; gives what was taken for lost. Ranks nothing.
+    /// Finds the sources of a need again, without ranking; returns the exclusions that were applied.
     pub(super) fn find<'s>(
         &mut self,
         need: NeedId,
@@ -91,7 +91,7 @@ impl Sources {
         let mut tried = tried.map(|(at, lost)| (lost, find(at, lost)));
         let found = tried.find(|(_, sources)| !sources.is_empty());
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
-        // What serves only for want of anything that is trusted.
+        // These sources serve only because none is trusted.
         self.is_unproven = !sources.is_empty() && core::ptr::eq(lost, unproven);
         let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.has_others;
         self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
@@ -101,7 +101,7 @@ impl Sources {
         lost
     }
 
-    /// Keeps only some of them.
+    /// Keeps the sources that `is_kept` accepts.
     pub(super) fn keep(&mut self, is_kept: impl Fn(&Way) -> bool) {
         let kept: Vec<usize> = (0..self.found.len())
             .filter(|&at| self.found.get(at).is_some_and(|source| is_kept(&source.way)))
@@ -114,30 +114,30 @@ impl Sources {
         self.found = kept.iter().filter_map(|&at| self.found.get(at)).cloned().collect();
     }
 
-    /// Whether all of them have just spoken again after a silence, and those that could confirm them may not have yet.
+    /// Whether all sources give values again after a recent silence, and sources that could confirm them may not yet.
     pub(super) fn are_returning(&self, now: Time) -> bool {
         self.returning_since.is_some_and(|since| now - since < CONFIRMATION)
     }
 
-    /// All of them, best utility first.
+    /// All sources, best utility first.
     pub(super) fn all(&self) -> &[Source] {
         &self.found
     }
 
-    /// Whether a way is one of them.
+    /// Whether a way is one of the sources.
     pub(super) fn contain(&self, way: &Way) -> bool {
         self.found.iter().any(|source| source.way == *way)
     }
 
-    /// Whether they are trusted only for want of better.
+    /// Whether the sources are uncertain: allowed only because none is trusted.
     pub(super) fn is_unproven(&self) -> bool {
         self.is_unproven
     }
 
-    /// Ranks the sources by utility, of equals the best proven first: by the share of time in which they gave a value that
-    /// others confirmed, then by their distance from the others, then in the order of the search.
+    /// Ranks the sources by utility; equals by the share of time with a value that others confirmed, then by the distance from
+    /// the others, then in the order of the search.
     ///
-    /// Complexity: O(n²) for the at most 32 sources, whatever the model holds.
+    /// Complexity: O(n²) for at most 32 sources, whatever the size of the model.
     pub(super) fn rank(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Option<Time>) {
         let rates_ways = knowledge.utility().rates_ways();
         let prefers_proven = self.prefers_proven;
@@ -151,7 +151,7 @@ impl Sources {
             };
             Ranked::new(at, utility, figures, source.way.substitution.continues_itself(knowledge))
         };
-        // In the place of the last ones: where nothing serves the need, this is done with every value.
+        // Ranks in place, without allocation: this runs with every value while nothing serves the need.
         self.is_unrivalled = false;
         self.ranked.clear();
         self.ranked.extend(self.found.iter().enumerate().map(ranked));
@@ -161,7 +161,7 @@ impl Sources {
         self.ranked.sort_unstable_by(Ranked::order);
     }
 
-    /// Sees how well each source is proven among the others.
+    /// Compares the record of each source with those of the others.
     fn compare(&mut self) {
         for at in 0..self.ranked.len() {
             let standing = self.ranked.get(at).map(|ranked| Standing::among(&self.ranked, ranked));
@@ -176,13 +176,13 @@ impl Sources {
         self.ranked.iter().filter_map(|ranked| Some((self.found.get(ranked.at)?, ranked)))
     }
 
-    /// Their ways in the same order.
+    /// The ways of the sources in the same order.
     pub(super) fn ways(&self) -> impl Iterator<Item = &Way> {
         self.ranked().map(|(source, _)| &source.way)
     }
 
-    /// The source that is preferred, or else better than the one in use by more than the hysteresis, with and without
-    /// how the two have run: a record alone makes nobody leave a source that is sound.
+    /// The preferred source if it is the best, or one whose utility is above that of the source in use by more than the
+    /// hysteresis, both with and without records: a record alone makes no need leave a sound source.
     pub(super) fn better(&self, active: &Way, hysteresis: f64) -> Option<&Way> {
         let best = self.found.first()?;
         if best.way == *active {
@@ -206,7 +206,7 @@ impl Sources {
         variable: VariableId,
         active: Option<&Way>,
     ) -> Reasons {
-        // What is known from how they ran is told where it has made the choice.
+        // Records are reported where they decide the choice.
         let in_order = self.ranked.iter().map(|ranked| ranked.at).is_sorted();
         let is_proven = !in_order || knowledge.utility().rates_ways();
         let candidate = |(source, ranked): (&Source, &Ranked)| Candidate {

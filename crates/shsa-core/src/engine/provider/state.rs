@@ -1,4 +1,4 @@
-//! What serves a need: a source, what may be right, or nothing; what belongs to one of these ends with it.
+//! How a need is served: by a source, by candidates, or not at all. Each state carries its own data.
 
 use super::Better;
 use super::episode::Episode;
@@ -13,18 +13,18 @@ use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
 
-/// What serves the need.
+/// How the need is served.
 #[derive(Debug)]
 #[expect(
     clippy::large_enum_variant,
     reason = "one for each need, and its source is read with every observation"
 )]
 pub(super) enum State {
-    /// Nothing does.
+    /// Nothing serves the need.
     Unserved,
-    /// A source does.
+    /// A source serves the need.
     Serving(Serving),
-    /// Nothing that is trusted can: what may be right goes out as uncertain, as far as it is fit.
+    /// Nothing trusted can serve the need: values of the candidates go out as uncertain, where they are fit.
     Unsure(Unsure),
 }
 
@@ -37,15 +37,15 @@ pub(super) struct Serving {
     stands: bool,
     /// How regularly it gives values.
     pub(super) pace: Pace,
-    /// Since when it has given nothing but values that are too old or too wide.
+    /// Since when the source has given only values that are too old or too wide.
     pub(super) unfit_since: Option<Time>,
-    /// Whether another way has agreed with a value of it.
+    /// Whether another way has agreed with a value of the source.
     pub(super) is_confirmed: bool,
-    /// Why there is a better source, when there is one.
+    /// Why a better source exists, when one does.
     pub(super) better_by: Better,
-    /// Another way stands in for it.
+    /// The stand-in for the source, while there is one.
     pub(super) episode: Option<Episode>,
-    /// It is contradicted, nothing can stand in for it, and nobody is suspect yet: what goes out meanwhile.
+    /// The candidates that serve while the source is contradicted without a stand-in and without a suspect.
     pub(super) doubt: Option<Unsure>,
 }
 
@@ -91,7 +91,7 @@ impl State {
         self.serving().map(|serving| serving.service.way())
     }
 
-    /// What may be right, beside a source that is contradicted as well.
+    /// The candidates; beside a source, where that is contradicted.
     pub(super) fn unsure(&self) -> Option<&Unsure> {
         match self {
             State::Unserved => None,
@@ -108,7 +108,7 @@ impl State {
         }
     }
 
-    /// A source takes over, or is lost without another one; then what may be right goes on beyond it.
+    /// A source takes over, or the source is lost; then the candidates beside it go on.
     pub(super) fn take_over(&mut self, knowledge: &KnowledgeBase, service: Option<Service>) {
         *self = match service {
             Some(service) => State::Serving(Serving::new(knowledge, service)),
@@ -116,7 +116,7 @@ impl State {
         };
     }
 
-    /// Leaves the source, if there is one, and takes out what may be right: nothing serves the need after that.
+    /// Leaves the source, if there is one, and takes out the candidates: nothing serves the need afterwards.
     pub(super) fn take_unsure(&mut self) -> Option<Unsure> {
         match core::mem::replace(self, State::Unserved) {
             State::Unserved => None,
@@ -125,7 +125,7 @@ impl State {
         }
     }
 
-    /// A trusted value goes out: what may be right is not needed any more.
+    /// Drops the candidates, as a trusted value goes out.
     #[inline]
     pub(super) fn end_unsure(&mut self) {
         match self {
@@ -139,7 +139,7 @@ impl State {
         }
     }
 
-    /// What may be right goes out from now on: beside the source while there is one.
+    /// The candidates serve from now on: beside the source while there is one.
     pub(super) fn go_on_unsure(&mut self, unsure: Unsure) {
         match self {
             State::Serving(serving) => serving.doubt = Some(unsure),
@@ -156,7 +156,7 @@ impl State {
         }
     }
 
-    /// From when on another way shall fill in because nothing comes, where the last value went out at `served`.
+    /// From when on a stand-in shall serve, where the last value went out at `served`.
     pub(super) fn late_after(&self, served: Time, settings: &Settings) -> Time {
         let most = settings.half_age();
         match self {
@@ -165,8 +165,8 @@ impl State {
         }
     }
 
-    /// When something is to be done although nothing comes: the source is late, a better one is not `held` back any more,
-    /// or the last trusted value is too old.
+    /// When something is due without an input: the source is late, a better source is no longer held back (`held`), or the last
+    /// trusted value is too old.
     pub(super) fn deadline(
         &self,
         settings: &Settings,

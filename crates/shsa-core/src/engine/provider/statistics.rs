@@ -1,20 +1,20 @@
-//! What has gone out for a need, in numbers.
+//! Statistics of the values published for a need.
 
 use crate::time::Span;
 
-/// Of all values since the beginning.
+/// Statistics of all values since the beginning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Statistics {
-    /// How many.
+    /// The number of values.
     pub(super) published: u64,
-    /// The longest time between two.
+    /// The longest time between two values.
     pub(super) longest_gap: Span,
-    /// The widest, SI.
+    /// The width of the widest value, SI.
     pub(super) widest: f64,
 }
 
 impl Statistics {
-    /// One more goes out, so long after the one before.
+    /// Counts a value, published `gap` after the one before.
     pub(super) fn count(&mut self, gap: Option<Span>, width: f64) {
         if let Some(gap) = gap {
             self.longest_gap = self.longest_gap.max(gap);

@@ -1,41 +1,41 @@
-//! What was last told of how a need is served, so that each change is told once.
+//! What events have last reported about a need, so that each change is reported once.
 
 use crate::time::{Span, Time};
 
-/// What was told last.
+/// The last reported state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Standing {
-    /// That it is served; so it begins.
+    /// The need is served; this is the initial state.
     Served,
-    /// That it is not served.
+    /// The need is not served.
     Unserved {
-        /// It was not served again for long: that it is served is told when it lasts.
+        /// The last service was shorter than the probation: the next one is reported when it has lasted that long.
         is_wary: bool,
     },
 }
 
-/// What is to be told of a value that goes out.
+/// A change to report with a published value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum News {
-    /// The need was not served, and is now.
+    /// The need was not served, and is served now.
     ServedAgain,
-    /// What went out was uncertain, and is trusted now.
+    /// Values were uncertain, and are trusted now.
     TrustedAgain,
 }
 
-/// What was told of a need, and since when it is served.
+/// What events have reported about a need, and since when it is served.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Told {
     standing: Standing,
-    /// Whether it was told that values go out as uncertain.
+    /// Whether an event has reported that values are uncertain.
     is_uncertain: bool,
-    /// When it was told last that it is served again, and since when it is without a break.
+    /// When an event last reported that the need is served again, and since when it is served without a break.
     served_again: Option<Time>,
     steady_since: Option<Time>,
 }
 
 impl Told {
-    /// Nothing yet.
+    /// Nothing has been reported.
     pub(super) const NOTHING: Told =
         Told { standing: Standing::Served, is_uncertain: false, served_again: None, steady_since: None };
 
@@ -47,25 +47,25 @@ impl Told {
         self.is_uncertain
     }
 
-    /// What was told before a restart.
+    /// Sets what was reported before a restart.
     pub(super) fn recall(&mut self, unserved: bool) {
         self.standing = if unserved { Standing::Unserved { is_wary: false } } else { Standing::Served };
     }
 
-    /// It is told that the need is not served. Who is served again and again for a moment only is told so when it lasts:
-    /// for the probation.
+    /// Notes an event that the need is not served. If the need is then served for moments only, the service is reported after the
+    /// probation.
     pub(super) fn lose(&mut self, probation: Span, now: Time) {
         let is_wary = self.served_again.is_some_and(|at| now - at < probation);
         self.standing = Standing::Unserved { is_wary };
         self.is_uncertain = false;
     }
 
-    /// It is told that values go out as uncertain.
+    /// Notes an event that values are uncertain.
     pub(super) fn doubt(&mut self) {
         self.is_uncertain = true;
     }
 
-    /// A value goes out: whether it is trusted, and whether it is the first after a break.
+    /// Notes a published value: whether it is trusted, and whether it is the first after a break. Returns the change to report.
     pub(super) fn serve(
         &mut self,
         is_certain: bool,

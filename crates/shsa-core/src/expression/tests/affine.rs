@@ -1,4 +1,4 @@
-//! Temperatures on a scale with a zero of its own: what is a temperature, what a difference, and what is neither.
+//! Tests of temperatures on a scale with its own zero: temperatures, differences, and values that are neither.
 
 use super::*;
 

@@ -1,8 +1,8 @@
-//! Reading and checking: trees, places, messages, helps.
+//! Tests of parsing and checking: trees, places, messages, helps.
 
 use super::*;
 
-/// The formula reads back from its own text.
+/// Checks that a formula reads back from its own text.
 #[track_caller]
 fn check_text(text: &str, expected: &str) {
     let model = rover();

@@ -1,4 +1,4 @@
-//! Evaluating programs over numbers and intervals.
+//! Tests of programs over numbers and intervals.
 
 use super::*;
 use crate::time::{Time, Validity};

@@ -129,7 +129,7 @@ impl Scope for Model {
     }
 }
 
-/// A rover, in units.
+/// The units of a rover's variables.
 pub(super) fn rover() -> Model {
     Model::new()
         .variable("dmin", "m", None)

@@ -1,5 +1,5 @@
-//! Random formulas: against a plain evaluator of the written tree, over numbers and intervals; there and back by solving;
-//! any text at all.
+//! Tests with random formulas: compared with a plain evaluator of the written tree, over numbers and intervals; solved and
+//! inverted again; and with arbitrary text.
 
 use super::evaluation::value;
 use super::*;
@@ -53,7 +53,7 @@ fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
     })
 }
 
-/// The value of a written tree, computed in the plainest way.
+/// The value of a written tree, by a plain recursion.
 fn plain(expression: &Expr, at: &[f64; 3]) -> f64 {
     let of = |expression: &Expr| plain(expression, at);
     match &expression.node {
@@ -145,8 +145,8 @@ fn roomy(interval: Interval) -> Interval {
     if size.is_finite() { interval.widened(1e-9 * (1.0 + size)) } else { interval }
 }
 
-/// Whether no step of the plain evaluation is without a value or overflows: what the rest makes of it does not count. A number
-/// below zero has a power only where the exponent is written as a whole number, and not where rounding made one of it.
+/// Whether every step of the plain evaluation has a value and does not overflow: other results are not compared. A negative
+/// number has a power only where the exponent is written as a whole number, not where rounding made it one.
 fn is_defined(expression: &Expr, at: &[f64; 3]) -> bool {
     let below = match &expression.node {
         Node::Call(_, arguments) => arguments.iter().all(|argument| is_defined(argument, at)),
@@ -180,7 +180,7 @@ proptest! {
         let model = model();
         let expression = parse_expression(&text).unwrap();
         let Some(formula) = check(&expression, &model).formula else {
-            // constant folding of impossible steps is no error, but a formula can be one of shapes and units
+            // impossible steps of constant folding are no error, but a formula can have errors of shapes and units
             panic!("{text}: {:?}", check(&expression, &model).problems);
         };
         let lows = points.map(|point| f64::from(point) / 4.0);

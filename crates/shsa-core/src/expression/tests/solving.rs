@@ -1,4 +1,4 @@
-//! Solving equations for their variables.
+//! Tests of solving equations for their variables.
 
 use super::*;
 
@@ -170,7 +170,7 @@ fn a_substitution_is_written_as_one_formula() {
     assert!(large.is_bounded());
 }
 
-/// Each formula with the ones before it put in, one after the other: the plain way.
+/// The last formula with all earlier ones inlined one after the other, as a plain reference.
 fn put_in_one_by_one(last: &Formula, definitions: &[(Symbol, &Formula)]) -> Formula {
     fn replaced(formula: &Formula, known: &[(Symbol, Formula)], room: &mut usize) -> Formula {
         if let Operation::Symbol(symbol) = formula.operation() {
@@ -203,13 +203,13 @@ fn long_chains_are_put_in_as_one_by_one() {
     let chain = |length: u32, kind: u32| -> Vec<(Symbol, Formula)> {
         let link = |at: u32| match (at * 7 + kind) % 5 {
             0 => Formula::unary(Unary::Neg, symbol(at - 1)),
-            // Another name for it, and one that is used twice.
+            // A second name, and a symbol that is used twice.
             1 => symbol(at - 1),
             2 if at.is_multiple_of(40) => Formula::binary(Binary::Add, symbol(at - 1), symbol(at - 1)),
             3 => Formula::binary(Binary::Mul, symbol(at - 1), symbol(at.saturating_sub(9))),
             _ => Formula::binary(Binary::Add, symbol(at - 1), symbol(1_000_000)),
         };
-        // Some are defined again.
+        // Some symbols are defined again.
         (1..length).map(|at| (Symbol(if at.is_multiple_of(23) { at - 1 } else { at }), link(at))).collect()
     };
     for (length, kind) in [(1, 0), (2, 0), (3, 1), (30, 2), (150, 0), (260, 3), (700, 4), (900, 1)] {
@@ -218,7 +218,7 @@ fn long_chains_are_put_in_as_one_by_one() {
         let last = Formula::unary(Unary::Sqr, symbol(length.saturating_sub(1)));
         assert_eq!(last.inline(&definitions), put_in_one_by_one(&last, &definitions), "{length} {kind}");
     }
-    // Many names for one thing, deeper than any stack.
+    // A chain of names that is deeper than any stack.
     let names: Vec<(Symbol, Formula)> = (1..300_000).map(|at| (Symbol(at), symbol(at - 1))).collect();
     let definitions: Vec<(Symbol, &Formula)> = names.iter().map(|(symbol, it)| (*symbol, it)).collect();
     assert_eq!(symbol(299_999).inline(&definitions), symbol(0));

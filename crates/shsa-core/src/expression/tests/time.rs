@@ -1,4 +1,4 @@
-//! Time operators: what they remember, and since when their results hold.
+//! Tests of time operators: their memory, and the validity of their results.
 
 use super::*;
 use crate::time::{Span, Time, Validity};

@@ -1,4 +1,4 @@
-//! Checks what signals share: the common causes of their faults.
+//! Checks the common causes of faults that signals share.
 
 use super::problems::Problems;
 use super::quantity;
@@ -9,15 +9,15 @@ use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::vec::Vec;
 
-/// A cause as far as it is read.
+/// A cause as it is read so far.
 struct Declared {
-    /// Where it was named first.
+    /// The place that names the cause first.
     at: Text,
     signals: Vec<SignalId>,
     prior: Option<f64>,
 }
 
-/// Reads what signals share. Time: O(n log n) in the names.
+/// Reads the common causes of signals. Time: O(n log n) in the names.
 pub(super) fn build(problems: &mut Problems, shares: &IdVec<SignalId, Shares>) -> IdVec<CauseId, Cause> {
     let mut declared: Vec<Declared> = Vec::new();
     let mut places = BTreeMap::new();

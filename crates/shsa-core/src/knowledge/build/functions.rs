@@ -9,7 +9,7 @@ use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
 
-/// Reads functions by name; a broken one is left out.
+/// Reads functions by name; an invalid function is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,

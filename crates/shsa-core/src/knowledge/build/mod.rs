@@ -1,6 +1,6 @@
 //! Checks a draft and builds the knowledge base, with every problem reported at once.
 //!
-//! Later checks skip what earlier ones reported, so that one mistake gives one error.
+//! A check skips elements with an earlier error, so that one mistake gives one error.
 
 mod problems;
 mod quantity;
@@ -28,15 +28,15 @@ use scope::Names;
 
 /// Checks a model and builds its knowledge base.
 ///
-/// Never fails: gives every error and warning in the order of the file, and a knowledge base, which is complete
-/// when there is no error and else holds what was right. Time: linear in the draft, but for sorting names
-/// and for solving equations (bounded by their size).
+/// Never fails: returns every error and warning in the order of the file, and a knowledge base. The knowledge base is complete
+/// when there is no error; otherwise it holds the valid part. Time: linear in the draft, but for sorting names and for solving
+/// equations (bounded by their size).
 #[must_use]
 pub fn build(mut draft: &Draft) -> (KnowledgeBase, Vec<Diagnostic>) {
     build_from(&mut draft)
 }
 
-/// As [`build`], for a model that is read a piece at a time: beside the knowledge base, little is kept of each.
+/// As [`build`], for a model that is read a piece at a time, which keeps memory low.
 #[must_use]
 pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let mut problems = Problems::default();

@@ -1,4 +1,4 @@
-//! Checks needs, and that each can be provided at all.
+//! Checks needs, and whether each of them can be served at all.
 
 use super::problems::Problems;
 use super::quantity::{self, Kind};
@@ -17,16 +17,16 @@ use alloc::vec::Vec;
 
 /// A need whose variable no rated signal carries accepts values of this age.
 const UNRATED_AGE: Span = Span::from_millis(1_000);
-/// The least default age: three periods of a 10 Hz sensor, the usual rate of the slow ones on a machine.
+/// The smallest default age: three periods of a 10 Hz sensor, the usual rate of slow sensors.
 const LEAST_AGE: Span = Span::from_millis(300);
 
-/// Where a need is declared, and of which variable it is.
+/// Where a need is declared, and its variable.
 pub(super) struct Needed {
     at: Place,
     variable: VariableId,
 }
 
-/// Reads needs; one of an unknown variable is left out.
+/// Reads needs; a need of an unknown variable is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
@@ -48,7 +48,7 @@ pub(super) fn build(
     (needs, needed)
 }
 
-/// Reports needs that are published where another need or a signal is.
+/// Reports needs that are published under the name of another need or of a signal.
 fn check_published(
     problems: &mut Problems,
     needs: &IdVec<NeedId, Need>,
@@ -86,7 +86,7 @@ fn check_published(
 
 /// Reports the needs that no signal, constant or chain of relations provides even when everything is healthy.
 ///
-/// `undecided`: variables that broken relations name; they may be providable once these are corrected.
+/// `undecided`: variables that invalid relations name; a correction may make them providable.
 pub(super) fn check_providable(
     problems: &mut Problems,
     needed: &[Needed],
@@ -101,7 +101,7 @@ pub(super) fn check_providable(
     }
 }
 
-/// Which variables are provided or given, or can be computed from those: the least fixpoint.
+/// The variables that are provided, given, or computable from these: the least fixpoint.
 ///
 /// Time and space: linear in the edges of the relations.
 pub(super) fn providable(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>) -> IdVec<VariableId, bool> {
@@ -164,7 +164,7 @@ fn need(
         max_width,
         integrity,
         min_rate_hz,
-        // Without a stated width, nobody has said that bounds are read: no middle between a liar and the truth.
+        // Without a largest width, readers may ignore the bounds and use the middle, which is wrong while one source is faulty.
         when_unsure: when_unsure.unwrap_or(match max_width {
             Some(_) => WhenUnsure::Hull,
             None => WhenUnsure::Withhold,
@@ -174,7 +174,7 @@ fn need(
     })
 }
 
-/// As long as the fastest rated signal of a variable may be silent, and not less than three tenths of a second.
+/// The longest silence of the fastest rated signal of a variable, and at least [`LEAST_AGE`].
 fn usual_ages(signals: &IdVec<SignalId, Signal>) -> BTreeMap<VariableId, Span> {
     let mut ages = BTreeMap::new();
     for signal in signals {
@@ -222,7 +222,7 @@ fn unsure(problems: &mut Problems, text: &Text) -> Option<WhenUnsure> {
     found
 }
 
-/// Whether substitutes are to be computed in processes of their own.
+/// Whether substitutes are computed in processes of their own.
 fn isolation(problems: &mut Problems, text: &Text) -> bool {
     let found = ISOLATIONS.into_iter().find(|(name, _)| *name == text.text);
     if found.is_none() {

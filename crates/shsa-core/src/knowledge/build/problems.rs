@@ -1,4 +1,4 @@
-//! Collects what is wrong with a draft.
+//! Collects the problems of a draft.
 
 use crate::expression::{Problem, Severity};
 use crate::knowledge::draft::{Diagnostic, Place, Text};
@@ -7,13 +7,13 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// How many pairs of names are compared in search of the nearest one: about a second.
+/// At most this many pairs of names are compared to find the nearest name: about a second.
 pub(super) const MAX_COMPARISONS: usize = 1_000_000;
 
-/// How many problems are kept: more help nobody.
+/// At most this many problems are kept: more do not help.
 const MAX_PROBLEMS: usize = 10_000;
 
-/// Everything that was found so far.
+/// All problems found so far.
 #[derive(Default)]
 pub(super) struct Problems {
     found: Vec<Diagnostic>,
@@ -36,18 +36,18 @@ impl Problems {
         self.push(Severity::Warning, at.into(), message.into(), help.into());
     }
 
-    /// Adds something to know about a whole piece of text that may be as it is meant.
+    /// Adds a note about a whole piece of text that may be as intended.
     pub(super) fn note(&mut self, at: impl Into<Place>, message: impl Into<String>, help: impl Into<String>) {
         self.push(Severity::Note, at.into(), message.into(), help.into());
     }
 
-    /// Adds what was found inside a piece of text.
+    /// Adds a problem inside a piece of text.
     pub(super) fn inside(&mut self, text: &Text, problem: Problem) {
         let Problem { severity, span, message, help } = problem;
         self.keep(Diagnostic { severity, place: text.place, span: Some(span), message, help });
     }
 
-    /// Adds that a name is not known, with the nearest of the `count` known ones as help.
+    /// Adds the error of an unknown name, with the nearest of the `count` known names as help.
     pub(super) fn unknown<'a>(
         &mut self,
         name: &Text,
@@ -62,7 +62,7 @@ impl Problems {
         self.error(name, format!("there is no {what} `{}`", name.text), help);
     }
 
-    /// All that was found, in the order of the file.
+    /// All problems, in the order of the file.
     pub(super) fn sorted(mut self) -> Vec<Diagnostic> {
         self.found.sort_by_key(|found| (found.place, found.span.as_ref().map(|span| span.start)));
         self.found

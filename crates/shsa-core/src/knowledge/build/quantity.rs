@@ -12,12 +12,12 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 
-/// What a number stands for: a temperature of 20 degC is 293.15 K, a difference of 20 degC is 20 K.
+/// The meaning of a number: a temperature of 20 degC is 293.15 K, a difference of 20 degC is 20 K.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Kind {
     /// A value of a variable.
     Value,
-    /// How much two values differ.
+    /// A difference of two values.
     Difference,
 }
 
@@ -76,19 +76,19 @@ pub(super) fn quantity(problems: &mut Problems, text: &Text, unit: Option<&Unit>
     finite(problems, text, in_si(read.value, unit, kind))
 }
 
-/// Reads a finite number or quantity into SI, with the dimension that it has.
+/// Reads a finite number or quantity into SI, and returns its dimension.
 pub(super) fn dimensioned(problems: &mut Problems, text: &Text, kind: Kind) -> Option<(f64, Dimension)> {
     let read = read(problems, text)?;
     let dimension = read.unit.as_ref().map_or(Dimension::PLAIN, |unit| unit.dimension);
     Some((finite(problems, text, in_si(read.value, read.unit.as_ref(), kind))?, dimension))
 }
 
-/// Reads how much two values differ into SI; a plain number counts in `unit`.
+/// Reads a difference of two values into SI; a plain number counts in `unit`.
 pub(super) fn difference(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     quantity(problems, text, unit, Kind::Difference)
 }
 
-/// As [`quantity`], and `inf` and `-inf` are bounds too.
+/// As [`quantity`], but also accepts `inf` and `-inf`.
 pub(super) fn bound(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     match text.text.as_str() {
         "inf" | ".inf" | "+.inf" => Some(f64::INFINITY),
@@ -97,7 +97,7 @@ pub(super) fn bound(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -
     }
 }
 
-/// Reads a number without a unit; a percentage is a hundredth.
+/// Reads a number without a unit; a percentage counts in hundredths.
 pub(super) fn number(problems: &mut Problems, text: &Text) -> Option<f64> {
     let read = read(problems, text)?;
     match &read.unit {
@@ -121,7 +121,7 @@ pub(super) fn signed_span(problems: &mut Problems, text: &Text) -> Option<Span> 
             return None;
         }
     };
-    // Beyond a hundred years the nanoseconds of all sums would not fit any more.
+    // Longer times could overflow the nanoseconds of sums.
     if seconds.abs() > 3.2e9 {
         problems.error(text, format!("`{}` is too long", text.text), "a time has at most 100 years");
         return None;
@@ -129,7 +129,7 @@ pub(super) fn signed_span(problems: &mut Problems, text: &Text) -> Option<Span> 
     Some(Span::from_seconds(seconds))
 }
 
-/// As [`signed_span`], and not negative.
+/// As [`signed_span`], but rejects negative times.
 pub(super) fn span(problems: &mut Problems, text: &Text) -> Option<Span> {
     let span = signed_span(problems, text)?;
     if span < Span::ZERO {
@@ -187,7 +187,7 @@ pub(super) fn time_error(problems: &mut Problems, bounds: &Bounds) -> Option<(Sp
     }
 }
 
-/// Reads a constant's value: exact, or between two bounds. A unit that stands at the value is the constant's.
+/// Reads a constant's value: exact, or between two bounds. The unit of the value is the constant's unit.
 pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit, Interval)> {
     let (first, second) = match bounds {
         Bounds::One(text) => (text, None),
@@ -203,7 +203,7 @@ pub(super) fn constant(problems: &mut Problems, bounds: &Bounds) -> Option<(Unit
     Some((unit, Interval::new(low, high)))
 }
 
-/// Named numbers; those that are shares or probabilities must be. (What the utility reads it checks itself.)
+/// Reads named numbers, and checks those that are shares or probabilities. (The numbers of a utility are checked with it.)
 pub(super) fn properties(
     problems: &mut Problems,
     names: &mut SharedNames,
@@ -227,7 +227,7 @@ pub(super) fn properties(
     drafts.iter().filter_map(&mut property).collect()
 }
 
-/// Why a property cannot have a value; `None` when it can.
+/// Why a value is impossible for a property; `None` when it is possible.
 pub(in crate::knowledge) fn senseless(name: &str, value: f64) -> Option<&'static str> {
     match name {
         _ if !value.is_finite() => Some("a property is a finite number"),
@@ -239,7 +239,7 @@ pub(in crate::knowledge) fn senseless(name: &str, value: f64) -> Option<&'static
     }
 }
 
-/// `0.15`, `5 cm`, `2 %`, or a sum of an absolute error and a share.
+/// Reads `0.15`, `5 cm`, `2 %`, or a sum of an absolute error and a share.
 fn plus_minus(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<ValueError> {
     let (first, second) = match text.text.rsplit_once('+') {
         Some((first, second)) if parse_quantity(&text.text).is_err() => (first, Some(second)),
@@ -279,7 +279,7 @@ fn read(problems: &mut Problems, text: &Text) -> Option<Quantity> {
     }
 }
 
-/// What most values of large models are: digits with a point between them, read without the formulas' parser.
+/// Reads digits with a point between them, the most frequent form in large models, without the formulas' parser.
 fn plain_number(text: &str) -> Option<f64> {
     let bytes = text.as_bytes();
     let ends = bytes.first().zip(bytes.last())?;
@@ -305,7 +305,7 @@ fn finite(problems: &mut Problems, text: &Text, value: f64) -> Option<f64> {
     None
 }
 
-/// The two when they are in order.
+/// Both bounds, if they are in order.
 pub(super) fn ordered<T: PartialOrd>(problems: &mut Problems, at: &Text, lo: T, hi: T) -> Option<(T, T)> {
     if lo <= hi {
         return Some((lo, hi));

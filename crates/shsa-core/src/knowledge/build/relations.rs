@@ -1,4 +1,4 @@
-//! Checks relations: equations are solved for every variable that they can be solved for.
+//! Checks relations, and solves equations for as many of their variables as possible.
 
 use super::problems::Problems;
 use super::quantity;
@@ -18,13 +18,13 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// How many reasons why an equation cannot be solved are told.
+/// At most this many reasons why an equation cannot be solved are reported.
 const MAX_REASONS: usize = 3;
 
-/// For how many variables an equation is solved: each gives a formula of the equation's size.
+/// An equation is solved for at most this many variables: each gives a formula of the equation's size.
 const MAX_DIRECTIONS: usize = 100;
 
-/// Reads relations; a broken one is left out, and the variables that it names are told apart.
+/// Reads relations; an invalid relation is left out, and its variables are returned separately.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
@@ -134,7 +134,7 @@ fn equation(problems: &mut Problems, draft: &RelationDraft, text: &Text, names: 
     (!solved.outputs.is_empty()).then_some(solved)
 }
 
-/// A relation that says nothing yet.
+/// The relation before it is solved.
 fn unsolved(draft: &RelationDraft, text: &str) -> Relation {
     Relation {
         name: draft.name.text.clone(),
@@ -147,7 +147,7 @@ fn unsolved(draft: &RelationDraft, text: &str) -> Relation {
     }
 }
 
-/// The equation with the relation's own error in it, when there is nothing wrong.
+/// The equation including the relation's own error; `None` when there is a problem.
 fn checked(
     problems: &mut Problems,
     draft: &RelationDraft,
@@ -186,7 +186,7 @@ fn error(
     quantity::value_error(problems, bounds, unit.as_ref())
 }
 
-/// The equation's text with the error written into it.
+/// The equation's text including the error.
 fn loosened(
     text: &str,
     parsed: &Equation,
@@ -217,7 +217,7 @@ fn condition(problems: &mut Problems, text: &Text, names: &Names) -> Option<Form
     Some(formula)
 }
 
-/// The names after `for` with their variables.
+/// The names after `for` and their variables.
 fn directions<'d>(
     problems: &mut Problems,
     draft: &'d RelationDraft,
@@ -242,7 +242,7 @@ fn directions<'d>(
     Some(found)
 }
 
-/// Solved for the named variables; those for which it cannot be are errors.
+/// The formulas for the named variables; an impossible one is an error.
 fn named(
     problems: &mut Problems,
     wanted: &[(&Text, VariableId)],
@@ -269,7 +269,7 @@ fn named(
     solved
 }
 
-/// Solved for every variable for which it can be; none at all is an error.
+/// The formulas for all possible variables; none at all is an error.
 fn every(
     problems: &mut Problems,
     text: &Text,
@@ -308,7 +308,7 @@ fn every(
     solved
 }
 
-/// Notes for which variables an equation is not solved: those with the same reason together, at the first of them.
+/// Notes for which variables an equation is not solved: those with the same reason in one note, at the first of them.
 fn note_unsolved(
     problems: &mut Problems,
     text: &Text,
@@ -317,13 +317,13 @@ fn note_unsolved(
     names: &Names,
 ) {
     let sides = check_equation(equation, names).sides;
-    // What only the condition reads, or the past of a variable, is nothing to solve for.
+    // A variable that only the condition reads, or only by its past, cannot be solved for.
     let is_in = |id: &VariableId| {
         let count = |side: &Formula| side.occurrences(id.symbol());
         sides.as_ref().is_some_and(|(lhs, rhs)| count(lhs) + count(rhs) > 0)
     };
     let mut by_reason: Vec<(&str, &Problem, Vec<&str>)> = Vec::new();
-    // That a smallest or a mean of many has no inverse is what it is for.
+    // Aggregates of vectors have no inverse by design: no note.
     let is_number = |id: &VariableId| names.variables.list[*id].shape == Shape::Scalar;
     for (id, problem) in unsolved.iter().filter(|(id, _)| is_in(id) && is_number(id)) {
         let (message, name) = (why(problem), names.variables.list[*id].name.as_str());
@@ -332,7 +332,7 @@ fn note_unsolved(
             None => by_reason.push((message, problem, Vec::from([name]))),
         }
     }
-    // With an error of the relation, the equation that is solved is longer than the text.
+    // With an error, the solved equation is longer than the written text.
     let written = parse_equation(&text.text).ok();
     for (why, problem, variables) in by_reason {
         let place = |name: &&str| {
@@ -352,13 +352,13 @@ fn reason(variable: &str, problem: &Problem) -> String {
     format!("not for `{variable}`: {}", why(problem))
 }
 
-/// Why it cannot be solved, alone.
+/// The reason why an equation cannot be solved, without its introduction.
 fn why(problem: &Problem) -> &str {
     let message = problem.message.as_str();
     message.strip_prefix("this cannot be solved for it: ").unwrap_or(message)
 }
 
-/// Why an equation can be solved for nothing, and what to do.
+/// Why an equation can be solved for no variable, and the help.
 fn unsolvable(equation: &Equation, reasons: &[String], names: &Names) -> (&'static str, String) {
     let sides = check_equation(equation, names).sides;
     let constants = sides.and_then(|(lhs, rhs)| lhs.as_constant().zip(rhs.as_constant()));
@@ -384,7 +384,7 @@ fn is_constant(names: &Names, name: &str) -> bool {
     names.variables.find(name).is_some_and(|id| names.variables.list[id].constant.is_some())
 }
 
-/// What was read; else its problem is noted.
+/// The result; a problem is reported instead.
 fn reported<T>(problems: &mut Problems, text: &Text, read: Result<T, Problem>) -> Option<T> {
     read.map_err(|problem| problems.inside(text, problem)).ok()
 }

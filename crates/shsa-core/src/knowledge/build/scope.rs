@@ -1,4 +1,4 @@
-//! What formulas may name: the model's variables, constants and functions.
+//! The names that formulas may use: the model's variables, constants and functions.
 
 use super::problems::MAX_COMPARISONS;
 use super::variables::Variables;
@@ -9,10 +9,10 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use core::cell::{Cell, RefCell};
 
-/// How much work solving all equations may be, in directions times squared variables: some seconds.
+/// The largest effort to solve all equations, in directions times squared variables: some seconds.
 const MAX_WORK: usize = 20_000_000;
 
-/// All names, with a note of which variables and constants a formula used.
+/// All names; records which variables and constants formulas use.
 pub(super) struct Names<'a> {
     pub(super) variables: &'a Variables,
     functions: &'a BTreeMap<String, Function>,
@@ -34,7 +34,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// The variables and constants that were used since the last call, ascending, functions written out.
+    /// The variables and constants used since the last call, ascending, also through functions.
     pub(super) fn take_used(&self) -> BTreeSet<VariableId> {
         let used = self.used.take();
         self.mentioned.borrow_mut().extend(&used);
@@ -46,14 +46,14 @@ impl<'a> Names<'a> {
         self.variables.list.find(variable(symbol)).is_some_and(|it| it.constant.is_some())
     }
 
-    /// Counts the work of solving an equation of so many variables; whether it is not too much in all.
+    /// Counts the effort of solving an equation of this many variables; returns whether the total is within the limit.
     pub(super) fn may_solve(&self, directions: usize, variables: usize) -> bool {
         let work = directions.saturating_mul(variables).saturating_mul(variables);
         self.work.set(self.work.get().saturating_add(work));
         self.work.get() <= MAX_WORK
     }
 
-    /// The variables and constants that any formula used.
+    /// The variables and constants that any formula has used.
     pub(super) fn mentioned(&self) -> BTreeSet<VariableId> {
         self.take_used();
         self.mentioned.borrow().clone()

@@ -19,12 +19,12 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// A rated signal is silent after this many periods: one or two are lost or late on every real bus.
+/// A rated signal is silent after this many periods: on every real bus, one or two readings are lost or late.
 const SILENT_PERIODS: f64 = 5.0;
-/// And not before this: the scheduling of a busy machine alone delays a fast signal by tens of milliseconds.
+/// No signal is silent earlier: the scheduling of a busy machine delays a fast signal by tens of milliseconds.
 const SILENT_AT_LEAST: Span = Span::from_millis(100);
 
-/// Reads signals, and what each shares; one without a known variable is left out.
+/// Reads signals and their common causes; a signal without a known variable is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
@@ -59,7 +59,7 @@ pub(super) fn build(
     (signals, shares)
 }
 
-/// Tells which signals are found to be derived from others by their sources.
+/// Notes which signals are derived from others because of their sources.
 fn tell_sources(
     problems: &mut Problems,
     signals: &mut IdVec<SignalId, Signal>,
@@ -77,14 +77,14 @@ fn tell_sources(
     }
 }
 
-/// What later checks read of a draft.
+/// The parts of a draft that later checks read.
 struct Declared {
     name: Place,
     derived_from: Vec<Text>,
     shares: Shares,
 }
 
-/// What a signal shares with others, each with the prior of a fault of it.
+/// The common causes of a signal, each with its prior probability.
 pub(super) type Shares = Vec<(Text, Option<Text>)>;
 
 /// Drops and reports the signals that have the name of an earlier one.
@@ -157,7 +157,7 @@ fn carried(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) 
     }
 }
 
-/// The signal's own unit, else its variable's; and the number that stands before it.
+/// The signal's own unit, else its variable's; and the number before the unit.
 fn unit(
     problems: &mut Problems,
     draft: &SignalDraft,
@@ -183,7 +183,7 @@ fn unit(
     (Some(own), multiple)
 }
 
-/// What makes values of the readings: a scale, or the number before the unit, and an offset; `None` where readings are values.
+/// The scaling of readings: a scale, or the number before the unit, and an offset; `None` where readings are values.
 fn scaling(
     problems: &mut Problems,
     draft: &SignalDraft,
@@ -264,7 +264,7 @@ fn mean_over(problems: &mut Problems, draft: &SignalDraft, variable: Option<&Var
     }
 }
 
-/// What is declared, else the delay and the timeout together: a value that comes later has been waited for in vain.
+/// The declared delay, else the usual delay and the timeout together: after that, nothing waits for a value.
 fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, Span)>) -> Option<Span> {
     match text {
         None => usual.map(|(delay, timeout)| delay + timeout),
@@ -288,7 +288,7 @@ fn vectors_have_none(problems: &mut Problems, key: &str, text: &Text, variable: 
     problems.error(text, message, "leave it away");
 }
 
-/// What the readings of a signal can be, but for their delay.
+/// The limits of a signal's readings, without the delay.
 fn limits(
     problems: &mut Problems,
     draft: &SignalDraft,
@@ -319,7 +319,7 @@ fn limits(
     ReadingLimits { range, max_rate, turn: variable.wraps, ..ReadingLimits::default() }
 }
 
-/// From which signals each derived one is derived, ascending; `left_out`: names of signals that were.
+/// The origins of each derived signal, ascending; `left_out`: names of invalid signals.
 fn derivations(
     problems: &mut Problems,
     signals: &IdVec<SignalId, Signal>,
@@ -355,8 +355,7 @@ fn derivations(
     derived.map(|(id, declared)| (id, origins(&declared.derived_from))).collect()
 }
 
-/// Takes away, again and again, the signals that are derived from none that is left; what stays is in or behind a
-/// cycle, and the first of it is reported.
+/// Reports the first signal of a cycle, or behind one: removes signals without remaining origins until none is left.
 fn report_cycles(
     problems: &mut Problems,
     signals: &IdVec<SignalId, Signal>,

@@ -1,5 +1,5 @@
-//! What only drafts made by programs can hold, the fixpoint against its definition, and errors as written.
-//! What a file can hold is tested where files are read.
+//! Tests of drafts that only programs can make, of the fixpoint, and of errors as written. Drafts from files are tested where
+//! files are read.
 
 use super::*;
 use crate::knowledge::draft::{
@@ -126,7 +126,7 @@ fn knowledge(count: usize, relations: &[(Vec<usize>, Vec<usize>)]) -> KnowledgeB
     KnowledgeBase::from_parts(variables, list, IdVec::new(), IdVec::new())
 }
 
-/// Adds what any relation gives until nothing changes.
+/// Adds the outputs of relations with known inputs until nothing changes.
 fn naive(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>) -> BTreeSet<VariableId> {
     let mut known = given.clone();
     loop {

@@ -1,4 +1,4 @@
-//! Notes relations in which a variable that wraps gives one that does not.
+//! Notes relations that compute a variable without `wraps` from a variable with `wraps`.
 
 use super::problems::Problems;
 use super::scope::{Names, variable};
@@ -11,7 +11,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 use core::f64::consts::TAU;
 
-/// Notes each output that does not wrap and takes whole turns over from variables that do.
+/// Notes each output that does not wrap but contains whole turns of its inputs.
 pub(super) fn note(problems: &mut Problems, text: &Text, relation: &Relation, names: &Names) {
     for (&output, formula) in relation.outputs.iter().zip(&relation.formulas) {
         let described = &names.variables.list[output];
@@ -45,7 +45,7 @@ pub(super) fn note(problems: &mut Problems, text: &Text, relation: &Relation, na
     }
 }
 
-/// The formulas of outputs, those that wrap at a whole turn without the cut of `atan2`.
+/// The formulas of outputs; those of angles that wrap at a whole turn without the cut of `atan2`.
 pub(super) fn around(outputs: &[VariableId], formulas: Vec<Formula>, names: &Names) -> Vec<Formula> {
     let is_angle = |output: &VariableId| {
         names.variables.list[*output].wraps.is_some_and(|turn| (turn / TAU - 1.0).abs() < 1e-6)
@@ -62,7 +62,7 @@ fn turn(variable: &Variable) -> String {
     }
 }
 
-/// The variables that wrap and of which whole turns show in a formula's value.
+/// The wrapping variables whose whole turns show in a formula's value.
 fn taken_over(formula: &Formula, names: &Names, found: &mut BTreeSet<VariableId>) {
     match formula.operation() {
         Operation::Symbol(symbol) => {
@@ -71,7 +71,7 @@ fn taken_over(formula: &Formula, names: &Names, found: &mut BTreeSet<VariableId>
                 found.insert(id);
             }
         }
-        // A condition asks where it is shown; a rate of change has no turns.
+        // A comparison is reported where its value is used; a rate of change has no turns.
         Operation::Compare(_) | Operation::Derivative(_) => {}
         Operation::Unary(Unary::Sin | Unary::Cos | Unary::Tan)
             if formula.arguments().iter().all(|of| is_periodic(of, names)) => {}
@@ -79,7 +79,7 @@ fn taken_over(formula: &Formula, names: &Names, found: &mut BTreeSet<VariableId>
     }
 }
 
-/// Whether sine and cosine of it are the same after a turn of any variable in it.
+/// Whether sine and cosine of a formula stay the same after a turn of any of its variables.
 fn is_periodic(formula: &Formula, names: &Names) -> bool {
     match formula.operation() {
         Operation::Symbol(symbol) => {

@@ -1,4 +1,4 @@
-//! Checks the utility: its formulas, and that more relations never raise it.
+//! Checks the utility: its formulas, and that additional relations never raise it.
 
 use super::problems::Problems;
 use super::quantity;
@@ -19,10 +19,10 @@ use alloc::format;
 use alloc::string::ToString;
 use alloc::vec::Vec;
 
-/// How many elements with a rating out of range are told.
+/// At most this many elements with a rating out of range are reported.
 const MAX_TOLD: usize = 10;
 
-/// The utility as far as it is right, proven to get no better with more relations.
+/// The utility, as far as it is valid and proven not to rise with additional relations.
 pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge: &KnowledgeBase) -> Utility {
     let draft = source.utility();
     let (at, utility) = match &draft {
@@ -93,7 +93,7 @@ fn read_aggregate(problems: &mut Problems, text: &Text) -> Option<Aggregate> {
     known.map(|&(_, aggregate)| aggregate)
 }
 
-/// What formulas of a utility may name.
+/// The names that formulas of a utility may use.
 struct Names<'a> {
     facts: Vec<(&'a str, Fact)>,
 }
@@ -140,7 +140,7 @@ impl Scope for Names<'_> {
     }
 }
 
-/// The rating of ways by how they run, proven to lie in the range of the aggregate.
+/// The rating of ways by their records, proven to lie in the range of the aggregate.
 fn way_rating(
     problems: &mut Problems,
     text: &Text,
@@ -197,7 +197,7 @@ fn rating(problems: &mut Problems, text: &Text, names: &Names) -> Option<Rating>
 }
 
 fn compiled(text: &str, formula: &Formula, names: &Names) -> Result<Rating, Problem> {
-    // The result is a symbol that no fact has.
+    // The result has a symbol of its own.
     let symbol = Symbol(u32::MAX);
     let program = Program::compile(&[Assignment { symbol, formula, condition: None }])?;
     let fact = |symbol: Symbol| names.facts.get(symbol.0 as usize).map(|(_, fact)| fact.clone());
@@ -228,7 +228,7 @@ fn report(
     }
 }
 
-/// Where the elements of some problems are declared; relations by their cost where it is what is wrong.
+/// The places of the elements of some problems; for relations the place of their cost, where the cost is wrong.
 fn places(
     source: &mut dyn Source,
     by_cost: bool,

@@ -13,7 +13,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::vec::Vec;
 
-/// Variables and constants with their names.
+/// Variables and constants, found by their names.
 #[derive(Default)]
 pub(super) struct Variables {
     pub(super) list: IdVec<VariableId, Variable>,
@@ -45,7 +45,7 @@ impl Variables {
         found
     }
 
-    /// Those of a list of names, ascending, each once; unknown ones are reported.
+    /// The variables of a list of names, ascending, each once; unknown names are reported.
     pub(super) fn look_up_all(&self, problems: &mut Problems, names: &[Text]) -> Vec<VariableId> {
         let mut found: Vec<_> = names.iter().filter_map(|name| self.look_up(problems, name)).collect();
         found.sort_unstable();
@@ -53,7 +53,7 @@ impl Variables {
         found
     }
 
-    /// The variables that are named anywhere in a text, whether it is a formula or not.
+    /// The variables named anywhere in a text, even if it is no valid formula.
     pub(super) fn named_in(&self, text: &str) -> impl Iterator<Item = VariableId> {
         text.split(|c: char| !c.is_alphanumeric() && c != '_').filter_map(|word| self.find(word))
     }
@@ -65,7 +65,7 @@ impl Variables {
         names
     }
 
-    /// What the knowledge base holds, and where each was declared.
+    /// The variables and constants, and their places.
     pub(super) fn into_parts(self) -> (IdVec<VariableId, Variable>, Declared) {
         (self.list, self.declared)
     }
@@ -75,7 +75,7 @@ impl Variables {
         self.declared.push(place);
     }
 
-    /// Drops what has the name of an earlier one, reports it and other names that formulas could not use.
+    /// Drops and reports repeated names; reports names that formulas could not use.
     fn check_names(&mut self, problems: &mut Problems) {
         self.index();
         let repeated = self.names.repeated(|id| self.list[id].name.as_str());
@@ -114,7 +114,7 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source) -> Variabl
     variables
 }
 
-/// Warns of variables and constants that nothing carries, computes, reads or needs.
+/// Warns of variables and constants that no signal, relation, formula or need uses.
 pub(super) fn check_used(
     problems: &mut Problems,
     declared: &Declared,
@@ -152,7 +152,7 @@ fn variable(problems: &mut Problems, draft: &VariableDraft) -> Variable {
     }
 }
 
-/// A constant whose value is wrong is any number, so that what uses it can still be checked.
+/// Reads a constant; an invalid value becomes the whole number line, so that formulas can still be checked.
 fn constant(problems: &mut Problems, name: &Text, bounds: &Bounds) -> Variable {
     let read = quantity::constant(problems, bounds);
     let (unit, value) = read.map_or((None, Interval::ENTIRE), |(unit, value)| (Some(unit), value));
@@ -177,7 +177,7 @@ fn shape(problems: &mut Problems, text: &Text) -> Shape {
     found.map_or(Shape::Scalar, |(_, shape)| shape)
 }
 
-/// The turn after which values are the same again.
+/// Reads the turn after which the values of a variable repeat.
 fn turn(problems: &mut Problems, text: &Text, unit: Option<&Unit>, shape: Shape) -> Option<f64> {
     if shape == Shape::Vector {
         problems.error(text, "`wraps` has no meaning for a vector", "leave it away");
@@ -202,7 +202,7 @@ pub(super) fn possible(
     Some(Interval::new(low, high))
 }
 
-/// A plain number counts in this unit a second.
+/// Reads a rate; a plain number counts in this unit a second.
 pub(super) fn max_rate(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     let a_second = unit.and_then(|unit| Unit::parse(&format!("{unit}/s")).ok());
     let rate = quantity::quantity(problems, text, a_second.as_ref(), Kind::Difference)?;

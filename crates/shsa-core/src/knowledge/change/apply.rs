@@ -1,4 +1,4 @@
-//! Edits made in a draft, section by section.
+//! Applies edits to a draft, section by section.
 
 use super::{Edit, Section, error, function_name, put_property};
 use crate::knowledge::draft::{
@@ -12,10 +12,10 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 impl Draft {
-    /// Makes these changes, in their order, without looking at what they mean; what is replaced keeps its place. Gives an
-    /// error for each name that there is not. Availability is no matter of drafts.
+    /// Makes these changes, in their order, without checking their meaning; a replaced element keeps its place. Returns an error
+    /// for each unknown name. Availability is not part of drafts.
     ///
-    /// Time: O(n log n) in the sections that are changed.
+    /// Time: O(n log n) in the changed sections.
     pub fn apply(&mut self, edits: &[Edit]) -> Vec<Diagnostic> {
         let mut changes = Changes::default();
         edits.iter().for_each(|edit| changes.sort(edit));
@@ -71,17 +71,17 @@ impl Draft {
     }
 }
 
-/// What happens to one element.
+/// A change of one element.
 enum Change<'e, T> {
     Put(T),
     Remove,
     Property(&'e Text, Option<&'e Text>),
 }
 
-/// The changes of one section, each with the name that it is about.
+/// The changes of one section, each with the name of its element.
 type Named<'e, T> = Vec<(&'e Text, Change<'e, T>)>;
 
-/// Edits by section: what happens in one has no influence on another.
+/// Edits by section: changes in one section do not affect another.
 #[derive(Default)]
 struct Changes<'e> {
     variables: Named<'e, VariableDraft>,
@@ -203,7 +203,7 @@ impl Work<'_> {
         *list = slots.into_iter().flatten().collect();
     }
 
-    /// A variable's needs are one element: they are given together, and replaced together.
+    /// The needs of a variable are one element: they are added and replaced together.
     fn needs(&mut self, list: &mut Vec<NeedDraft>, changes: Named<'_, Vec<NeedDraft>>) {
         for (about, change) in changes {
             let is_of = |need: &NeedDraft| need.variable.text == about.text;

@@ -1,4 +1,4 @@
-//! A fusion as it is written: what goes in, the model of its states, the method, and what comes out.
+//! A fusion as it is written: its inputs, the model of its states, its method, and its outputs.
 
 use super::{PropertyDrafts, Text};
 use alloc::vec::Vec;
@@ -8,13 +8,13 @@ use alloc::vec::Vec;
 pub struct FusionDraft {
     /// Unique among fusions.
     pub name: Text,
-    /// One word.
+    /// The method's name.
     pub method: Option<Text>,
-    /// What is estimated.
+    /// The estimated quantities.
     pub states: Vec<FusionStateDraft>,
-    /// Names in formulas, and the signals that set them.
+    /// Names in formulas, and the control signals.
     pub controls: Vec<(Text, Text)>,
-    /// What measures the states.
+    /// The measurements of the states.
     pub inputs: Vec<FusionInputDraft>,
     /// New signals.
     pub outputs: Vec<FusionOutputDraft>,
@@ -22,47 +22,47 @@ pub struct FusionDraft {
     pub period: Option<Text>,
     /// How far behind the newest measurement a late one still counts.
     pub horizon: Option<Text>,
-    /// After how long without a measurement nothing is known.
+    /// After how long without a measurement the estimate is unknown.
     pub unknown_after: Option<Text>,
     /// The share of healthy measurements that count, or `none`.
     pub gate: Option<Text>,
     /// `all` or `none`: whether each input is predicted by the others.
     pub witnesses: Option<Text>,
-    /// How many inputs may lie, for fusion of intervals.
+    /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: Option<Text>,
-    /// How many values a moving average or median goes over.
+    /// The number of values of a moving average or median.
     pub window: Option<Text>,
-    /// How many particles there are.
+    /// The number of particles.
     pub particles: Option<Text>,
-    /// Of the particles' random numbers.
+    /// The seed of the particles' random numbers.
     pub seed: Option<Text>,
 }
 
 /// A quantity that is estimated.
 #[derive(Clone, Debug, Default)]
 pub struct FusionStateDraft {
-    /// An identifier; of a variable of this name it takes unit and turn.
+    /// An identifier; a state with the name of a variable takes its unit and turn.
     pub name: Text,
-    /// A unit; that of the variable of its name when absent.
+    /// A unit; that of the variable of the same name when absent.
     pub unit: Option<Text>,
-    /// What it is at first; 0 when absent.
+    /// The initial value; 0 when absent.
     pub initial: Option<Text>,
-    /// Standard deviation of that.
+    /// Standard deviation of the initial value.
     pub spread: Option<Text>,
-    /// Standard deviation of what the transition does not know, in a second.
+    /// Standard deviation of the state's unmodelled change, in a second.
     pub noise: Option<Text>,
-    /// What it is `dt` later, a formula over states and controls; the same when absent.
+    /// The state `dt` later, a formula over states and controls; unchanged when absent.
     pub transition: Option<Text>,
 }
 
-/// What measures the states.
+/// A measurement of the states.
 #[derive(Clone, Debug, Default)]
 pub struct FusionInputDraft {
     /// A signal, or a variable for all signals that carry it.
     pub name: Text,
-    /// A formula over states and controls; the state of its variable's name when absent.
+    /// A formula over states and controls; the state of the variable's name when absent.
     pub measures: Option<Text>,
-    /// Standard deviation of its noise; that of the signal when absent.
+    /// Standard deviation of the noise; the signal's noise when absent.
     pub noise: Option<Text>,
 }
 
@@ -73,16 +73,16 @@ pub struct FusionOutputDraft {
     pub name: Text,
     /// A formula over states and controls.
     pub value: Option<Text>,
-    /// What it carries; the variable that `value` names when absent.
+    /// The variable that the output carries; the variable that `value` names when absent.
     pub variable: Option<Text>,
-    /// The share of probability within its interval.
+    /// The probability that the interval holds the truth.
     pub confidence: Option<Text>,
     /// Named numbers.
     pub properties: PropertyDrafts,
 }
 
 impl FusionDraft {
-    /// All of its texts, to change.
+    /// Visits all texts, to change them.
     pub(in crate::knowledge) fn texts(&mut self, each: &mut dyn FnMut(&mut Text)) {
         each(&mut self.name);
         let settings = [
@@ -115,7 +115,7 @@ impl FusionDraft {
         }
     }
 
-    /// All of its texts.
+    /// All texts.
     pub(in crate::knowledge) fn words(&self) -> Vec<Text> {
         let mut all = Vec::new();
         self.clone().texts(&mut |text| all.push(text.clone()));

@@ -1,4 +1,4 @@
-//! What parts say about an element: keys with their words, and which of them mean something else.
+//! Descriptions of elements as keys and texts, and which of them differ in meaning.
 
 use crate::expression::parse_quantity;
 use crate::knowledge::draft::{
@@ -10,13 +10,13 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// A key, and what is said under it earlier and later.
+/// A key, with its earlier and its later text.
 pub(super) type Clash = (&'static str, String, String);
 
-/// What is said about an element: the key and the words, empty where nothing is.
+/// The keys and texts of an element; a text is empty where nothing is written.
 pub(super) type Fields = Vec<(&'static str, String)>;
 
-/// Keys whose words mean something else.
+/// The keys whose texts differ in meaning.
 pub(super) fn different(one: &Fields, other: &Fields, counts: impl Fn(&str, &str) -> bool) -> Vec<Clash> {
     let pairs = one.iter().zip(other);
     pairs
@@ -25,7 +25,7 @@ pub(super) fn different(one: &Fields, other: &Fields, counts: impl Fn(&str, &str
         .collect()
 }
 
-/// Words without what makes no difference: blanks, and how numbers and units are written.
+/// A text in a normal form: without blanks, and with numbers and units written alike.
 fn meaning(key: &str, words: &str) -> String {
     let one = |word: &str| {
         let word = word.trim();
@@ -206,7 +206,7 @@ fn terms(terms: &PropertyDrafts) -> String {
     terms.iter().map(|(name, bound)| format!("{}: {}; ", name.text, bound.text)).collect()
 }
 
-/// All that a fusion says, in its order.
+/// All texts of a fusion, in order.
 pub(super) fn fusion_fields(draft: &FusionDraft) -> Fields {
     let said: Vec<String> = draft.words().into_iter().map(|text| text.text).collect();
     Vec::from([("fusion", said.join(", "))])

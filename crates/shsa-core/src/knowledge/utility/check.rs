@@ -1,4 +1,4 @@
-//! Whether a utility can only get worse as relations are added, whichever signals are available.
+//! Proves that a utility never rises with additional relations, whichever signals are available.
 
 use super::{Aggregate, Fact, Inputs, Rating, Utility, property};
 use crate::interval::Interval;
@@ -8,17 +8,17 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// By how much a rating may leave its range through rounding.
+/// By how much rounding may move a rating out of its range.
 pub(super) const SLACK: f64 = 1e-9;
 
-/// A rating that would let the utility rise with more relations, or that has no value.
+/// A rating that would let the utility rise with additional relations, or that has no value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct UtilityProblem {
-    /// Where.
+    /// The element with the rating.
     pub element: Element,
-    /// What is wrong.
+    /// The problem.
     pub message: String,
-    /// What to do.
+    /// The help.
     pub help: String,
 }
 
@@ -34,7 +34,7 @@ pub enum Element {
 }
 
 impl Utility {
-    /// Everything for which more relations could raise the utility, whichever signals are available. Complexity:
+    /// Every problem because of which additional relations could raise the utility, whichever signals are available. Complexity:
     /// O(model).
     ///
     /// The searches refuse a knowledge base with such problems.
@@ -48,7 +48,7 @@ impl Utility {
         accuracies.chain(relations).chain(signals).collect()
     }
 
-    /// What [`Utility::check`] says about one element.
+    /// The problem that [`Utility::check`] finds for one element.
     #[must_use]
     pub fn check_element(&self, knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
         match element {
@@ -60,8 +60,8 @@ impl Utility {
         }
     }
 
-    /// The first problem after a property of one element has changed, where there was none before. Complexity: that of the
-    /// element with the norm; else O(model), as formulas of relations may read the accuracy of their inputs.
+    /// The first problem after a change of one element's property, where there was none before. Complexity: that of the element
+    /// with the norm; else O(model), as formulas of relations may read the accuracy of their inputs.
     pub(in super::super) fn check_after(
         &self,
         knowledge: &KnowledgeBase,
@@ -133,7 +133,7 @@ pub(in super::super) fn out_of_range(aggregate: Aggregate) -> &'static str {
     }
 }
 
-/// What the rating of a relation may be that it must not, over all numbers of provided inputs.
+/// The range of a relation's rating, if that exceeds the allowed one for some number of provided inputs.
 fn outside(
     aggregate: Aggregate,
     rating: &Rating,
@@ -150,7 +150,7 @@ fn outside(
             !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
         (!is_right).then_some(value)
     };
-    // Bounds pass over where a formula has no value, as a root of what may be negative, so its points are asked, too.
+    // Interval bounds can miss points without a value, such as roots of negative numbers, so the end points are tested, too.
     let accuracies = [accuracy, Interval::point(accuracy.lo()), Interval::point(accuracy.hi())];
     let most = if rating.facts.contains(&Fact::Unprovided) { inputs.len() } else { 0 };
     let numbers = (0..=most).map(|unprovided| Interval::point(unprovided as f64));
@@ -166,7 +166,7 @@ pub(super) fn described(value: Interval) -> String {
     }
 }
 
-/// What the accuracy of an input may count, whichever of its signals are available.
+/// The range of an input's accuracy, whichever of its signals are available.
 fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
     let of_signal = |&signal: &SignalId| knowledge.signals()[signal].properties.get(ACCURACY).copied();
     match knowledge.variables()[variable].properties.get(ACCURACY) {
@@ -178,7 +178,7 @@ fn accuracies(knowledge: &KnowledgeBase, variable: VariableId) -> Interval {
     }
 }
 
-/// An accuracy that is no share: a product of them could rise.
+/// The problem of an accuracy that is no share: a product of such could rise.
 fn inaccurate(knowledge: &KnowledgeBase, element: Element) -> Option<UtilityProblem> {
     let (name, properties) = match element {
         Element::Variable(id) => (&knowledge.variables()[id].name, &knowledge.variables()[id].properties),

@@ -1,4 +1,4 @@
-//! The norm of the thesis in numbers.
+//! Tests of the thesis's norm with numbers.
 
 use super::*;
 

@@ -1,11 +1,11 @@
-//! What the readings of a signal at one moment show, together.
+//! The readings of a signal at one moment, taken together.
 
 use super::{DETECTED, Evidence};
 use crate::alignment::{Acceptance, Defect, Jump, Misdated, Reception};
 use crate::interval::Interval;
 use crate::time::Span;
 
-/// What the readings of a signal at one moment show, the worst of each kind.
+/// The symptoms of a signal's readings at one moment, the worst of each kind.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Moment {
     defect: Option<Defect>,
@@ -39,7 +39,7 @@ impl Moment {
         }
     }
 
-    /// By symptom, in the order of [`DETECTED`].
+    /// The evidence by symptom, in the order of [`DETECTED`].
     pub(super) fn shown(&self) -> [Option<Evidence>; DETECTED.len()] {
         [
             self.defect.map(Evidence::Invalid),
@@ -58,7 +58,7 @@ fn larger(one: Interval, other: Interval) -> Interval {
     if order.is_lt() { other } else { one }
 }
 
-/// The jump over the longer distance; one value of two when they are as long.
+/// The jump over the longer distance; of equally long ones, the choice does not depend on the order.
 fn worse(one: Jump, other: Jump) -> Jump {
     let order = one.from.distance(one.to).total_cmp(&other.from.distance(other.to));
     let order = order.then(one.to.lo().total_cmp(&other.to.lo())).then(one.to.hi().total_cmp(&other.to.hi()));

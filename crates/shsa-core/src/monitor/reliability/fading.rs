@@ -1,11 +1,11 @@
-//! The past counts the less the longer ago it is.
+//! Exponential fading of past evidence.
 
 use crate::time::Span;
 
-/// Up to this share of the memory a step is short.
+/// A step up to this share of the memory is short.
 const SHORT: f64 = 1.0 / 64.0;
 
-/// A sum in which the past fades: what is `memory` old counts 1/e.
+/// The fading of a sum: what is `memory` old has 1/e of its weight.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Fading {
     pub(super) memory_s: f64,
@@ -26,7 +26,7 @@ impl Fading {
     #[inline]
     pub(super) fn over(&mut self, span: Span) -> f64 {
         if span == Span::ZERO {
-            // Several at one moment: the steps from moment to moment stay as they are.
+            // Several values at one moment do not change the usual step.
             return 1.0;
         }
         if span != self.span {
@@ -37,8 +37,8 @@ impl Fading {
     }
 }
 
-/// `exp(-x)` for `x` from 0 on. Most steps are short beside the memory: there five terms of the series are within 1e-13, at a
-/// fifth of the cost.
+/// `exp(-x)` for `x >= 0`. Most steps are short beside the memory: there five terms of the series are within 1e-13, at a fifth of
+/// the cost.
 #[inline(never)]
 fn faded(x: f64) -> f64 {
     if x > SHORT {

@@ -1,30 +1,30 @@
-//! How much of the time a way gave a value.
+//! The share of the time in which a way gave a value.
 
 use super::fading::Fading;
 use crate::time::{Span, Time};
 
-/// A way gives a value for this many periods after one has come, as long as the port holds it.
+/// A value counts as present for this many periods, as long as a port holds it.
 const HELD_PERIODS: i64 = 2;
 
-/// When a way gave values.
+/// The times in which a way gave values.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Presence {
     stretches: Fading,
-    /// How long a value is one, where that is declared.
+    /// How long a value counts as present, where a rate is declared.
     held: Option<Span>,
     since: Option<Time>,
     last: Option<Time>,
-    /// Between the last two values.
+    /// The time between the last two values.
     gap: Option<Span>,
-    /// The share of the time that counts, with a value and in all, until `counted`. From then until `last` there was a value
-    /// all the time, which is counted when it ends: mostly, a value just goes on.
+    /// The weighted time with a value, and in all, until `counted`. From then until `last` there always was a value; that time is
+    /// added when it ends.
     given: f64,
     all: f64,
     counted: Time,
 }
 
 impl Presence {
-    /// Of a way that gives a value every `period`, if that is declared.
+    /// The presence of a way that gives a value every `period`, if that is declared.
     pub(super) fn new(period: Option<Span>, memory: Span) -> Presence {
         Presence {
             stretches: Fading::new(memory),
@@ -38,7 +38,7 @@ impl Presence {
         }
     }
 
-    /// Goes on with the settings of another record.
+    /// Adopts the settings of another record.
     pub(super) fn adopt(&mut self, new: &Presence) {
         if self.stretches.memory_s != new.stretches.memory_s {
             self.count();
@@ -47,12 +47,12 @@ impl Presence {
         self.held = new.held;
     }
 
-    /// From this moment on there could be values.
+    /// Begins the record: from this moment on there could be values.
     pub(super) fn begin(&mut self, now: Time) {
         self.since.get_or_insert(now);
     }
 
-    /// The share of the time until a moment.
+    /// The share of the time with a value until a moment.
     pub(super) fn share(mut self, now: Time) -> Option<f64> {
         self.pass_until(now);
         (self.all > 0.0).then(|| (self.given / self.all).clamp(0.0, 1.0))
@@ -67,7 +67,7 @@ impl Presence {
         self.last = Some(now);
     }
 
-    /// The first value, or the first one after a pause.
+    /// Notes the first value, or the first one after a pause.
     #[cold]
     fn resume(&mut self, now: Time) {
         self.since.get_or_insert(now);
@@ -76,7 +76,7 @@ impl Presence {
         self.gap = self.last.map(|last| now - last).or(self.gap);
     }
 
-    /// Counts the time until the last value in.
+    /// Adds the time until the last value.
     fn count(&mut self) {
         if let Some(last) = self.last {
             self.pass(last - self.counted, 1.0);
@@ -84,7 +84,7 @@ impl Presence {
         }
     }
 
-    /// Counts the time until a moment in.
+    /// Adds the time until a moment.
     fn pass_until(&mut self, now: Time) {
         self.count();
         let Some(from) = self.last.or(self.since) else { return };
@@ -96,8 +96,8 @@ impl Presence {
         }
     }
 
-    /// How long a value is one: as declared, else as the last two came. Before the first value only a declared rate
-    /// says how long is no absence.
+    /// How long a value counts as present: as declared, else twice the last gap. Without either, the time before the first value
+    /// counts as absence and the time after it as presence.
     #[inline]
     fn held(&self) -> Span {
         let learnt = || self.gap.map(|gap| gap.times(HELD_PERIODS));

@@ -1,6 +1,6 @@
 //! The monitor as published: periodic steps, every combination of buffered inputs, all pairs of outputs.
 //!
-//! Kept because it is the published method; the default monitor of the parent module is the one to use.
+//! Kept because it is the published method. The monitor of the parent module is the one to use.
 
 mod score;
 mod run;

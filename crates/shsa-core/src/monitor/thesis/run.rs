@@ -1,4 +1,4 @@
-//! The published steps: observations are buffered over a few periods and combined in every way.
+//! The steps of the published method: observations are buffered over a few periods and combined in every way.
 
 use super::score::{ThesisMonitor, ThesisOptions, ThesisOutput, ThesisStep};
 use crate::circle;
@@ -10,7 +10,7 @@ use crate::substitution::Way;
 use crate::time::{Time, Validity};
 use alloc::vec::Vec;
 
-/// Combinations of one substitution in one step; more are not formed, and the step says so.
+/// The largest number of combinations of one substitution in a step; the step says where there were more.
 const MOST_COMBINATIONS: usize = 10_000;
 
 /// An observation in the buffer.
@@ -26,14 +26,14 @@ pub struct ThesisRun {
     options: ThesisOptions,
     computations: Vec<Computation>,
     buffers: IdVec<SignalId, Vec<Buffered>>,
-    /// The last value of each signal whose variable wraps: the next one goes on from it.
+    /// The last value of each signal whose variable wraps: the next value is unwrapped from it.
     unwrapped: IdVec<SignalId, Option<Interval>>,
     monitor: ThesisMonitor,
     steps: usize,
 }
 
 impl ThesisRun {
-    /// For these ways, which are numbered in their order; those that are structure only are left out.
+    /// The monitor of these ways, numbered in their order; ways of structure only are left out.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, ways: Vec<Way>, options: ThesisOptions) -> ThesisRun {
         let computations: Vec<Computation> = ways
@@ -54,7 +54,7 @@ impl ThesisRun {
         self.computations.iter().map(Computation::way)
     }
 
-    /// Takes an observation in for the next step; it is used for as many steps as the buffer holds.
+    /// Buffers an observation; it is used for as many steps as the buffer holds.
     pub fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
         let signal = &knowledge.signals()[observation.signal];
         let mut values: Vec<Interval> = match &observation.value {
@@ -71,7 +71,7 @@ impl ThesisRun {
         self.buffers[observation.signal].push(Buffered { step: self.steps, item });
     }
 
-    /// A step at the end of a period. Complexity: O(c^2) for c combinations.
+    /// Evaluates a step at the end of a period. Complexity: O(c^2) for c combinations.
     pub fn step(&mut self, time: Time) -> ThesisStep {
         let (mut outputs, mut truncated) = (Vec::new(), false);
         for (substitution, computation) in self.computations.iter_mut().enumerate() {
@@ -87,8 +87,8 @@ impl ThesisRun {
     }
 }
 
-/// Empty when an input has no value, which is an error; `None` when they all have one but the substitution gives
-/// nothing: its constraint does not hold, or it needs an earlier value that there was not yet.
+/// The value for these inputs: empty when an input has no value, which is an error; `None` when the substitution gives no value,
+/// as its constraint does not hold or an earlier value is missing.
 fn value_of(computation: &mut Computation, items: &[Option<&Item>], validity: Validity) -> Option<Interval> {
     let lacks_value = |item: &&Item| item.values.iter().any(|value| value.is_empty());
     match items.iter().flatten().any(lacks_value) {
@@ -97,8 +97,8 @@ fn value_of(computation: &mut Computation, items: &[Option<&Item>], validity: Va
     }
 }
 
-/// Every choice of one buffered observation for each source whose times all overlap, with the time they share;
-/// `truncated` becomes true when there are too many.
+/// Every choice of one buffered observation for each source whose times all overlap, with their common time; `truncated` becomes
+/// true when there are too many.
 fn combinations<'a>(
     way: &Way,
     buffers: &'a IdVec<SignalId, Vec<Buffered>>,

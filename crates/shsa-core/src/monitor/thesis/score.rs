@@ -1,13 +1,13 @@
-//! The published score: what every two substitutions disagree by, summed, filtered, the highest first.
+//! The published score: the disagreements of every two substitutions, summed and filtered.
 //!
-//! Of every two substitutions, every two outputs that overlap in time are compared; the error of a pair,
-//! `max(0, max(lows) - min(highs))`, is added to both substitutions. The sums pass an average, then a median
-//! filter; the substitution with the highest error above zero has failed. Source: D. Ratasich et al.,
-//! "A Self-Healing Framework for Building Resilient Cyber-Physical Systems", and the thesis, chapter 5.
+//! Of every two substitutions, every two outputs that overlap in time are compared; the error of a pair, `max(0, max(lows) -
+//! min(highs))`, is added to both substitutions. The sums pass an average, then a median filter; the substitution with the
+//! highest error above zero has failed. Source: D. Ratasich et al., "A Self-Healing Framework for Building Resilient
+//! Cyber-Physical Systems", and the thesis, chapter 5.
 //!
-//! Kept exactly, but for what is wrong in the public program: a tie names nobody, and an output without a value
-//! never agrees with anything (its own error is infinite, and no other substitution is blamed for it). What wraps, of which the
-//! publications do not speak, is compared the shorter way round.
+//! The method is kept exactly, except for errors of the public program: a tie names no substitution, and an output without a
+//! value never agrees with anything (its own error is infinite, and no other substitution is blamed for it). Variables that wrap,
+//! which the publications do not mention, are compared the shorter way round.
 
 use crate::circle;
 use crate::interval::Interval;
@@ -17,22 +17,22 @@ use alloc::vec::Vec;
 /// One output of a substitution in one step.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ThesisOutput {
-    /// Which substitution, by its index.
+    /// The index of the substitution.
     pub substitution: usize,
     /// The value; empty when an input has none.
     pub value: Interval,
-    /// The intersection of the inputs' times; `None` when they bear no time, which overlaps everything.
+    /// The intersection of the inputs' times; `None` for inputs without times, which overlap everything.
     pub validity: Option<Validity>,
 }
 
-/// How many steps are looked back at.
+/// The lengths of buffer and filters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ThesisOptions {
     /// Steps whose observations are combined; 1 takes only the new ones.
     pub buffer: usize,
-    /// Errors over which the average is taken; 1 leaves them as they are.
+    /// Errors over which the average is taken; 1 for no average.
     pub average: usize,
-    /// Averages over which the median is taken; 1 leaves them as they are.
+    /// Averages over which the median is taken; 1 for no median.
     pub median: usize,
 }
 
@@ -42,18 +42,18 @@ impl Default for ThesisOptions {
     }
 }
 
-/// What a step found.
+/// The result of a step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ThesisStep {
-    /// When.
+    /// The end of the step.
     pub time: Time,
-    /// What the substitutions gave.
+    /// The outputs of the substitutions.
     pub outputs: Vec<ThesisOutput>,
     /// Filtered error of each substitution.
     pub errors: Vec<f64>,
-    /// The substitution with the highest error, when it is above zero and no other's is as high.
+    /// The substitution with the highest error, where that is above zero and unique.
     pub failed: Option<usize>,
-    /// Whether there were more combinations of inputs than are formed: the errors are from a part of them.
+    /// Whether the step left out combinations of inputs: the errors are from a part of them.
     pub truncated: bool,
 }
 
@@ -65,7 +65,7 @@ pub struct ThesisMonitor {
 }
 
 impl ThesisMonitor {
-    /// For so many substitutions of a variable that is the same again after a `turn`, in SI; `None` of what does not wrap.
+    /// The monitor of this many substitutions of a variable that wraps after a `turn`, SI; `None` if it does not wrap.
     #[must_use]
     pub fn new(substitutions: usize, turn: Option<f64>, options: ThesisOptions) -> ThesisMonitor {
         ThesisMonitor { filters: (0..substitutions).map(|_| Filter::new(options)).collect(), turn }

@@ -1,43 +1,43 @@
-//! The first detector: the mean difference of two ways has left what is usual between them, and lasts.
+//! The first detector: a lasting departure of the mean difference of two ways from its usual value.
 
 use super::{Noise, TrendOptions, approach};
 use crate::time::{Span, Time};
 
-/// Where the noise is declared, a difference that is further from what is usual than so many deviations comes together,
+/// With known noise: the deviations from the usual difference that a comparison must exceed to count towards a drift.
 const STEP: f64 = 0.75;
-/// to a drift when it is so many in all: white noise comes to that once in some hundred million comparisons (the average run
-/// length of a cumulative sum, D. Siegmund, Sequential Analysis, 1985, doi:10.1007/978-1-4757-1862-1).
+/// With known noise: the sum of such excesses that is a drift. White noise reaches it once in some hundred million comparisons
+/// (the average run length of a cumulative sum, D. Siegmund, Sequential Analysis, 1985, doi:10.1007/978-1-4757-1862-1).
 const ENOUGH: f64 = 12.0;
-/// No single difference counts as more deviations than this: what is wild once is neither a drift nor scatter.
+/// No single difference counts as more deviations than this: a single wild value is neither a drift nor scatter.
 pub(super) const WILD: f64 = 4.0;
-/// Means that rest on less are none.
+/// A mean with less weight is not used.
 const FULL: f64 = 0.5;
-/// Where the noise is declared, a quarter of them says early what is usual, as the noise says how wrong that may be.
+/// With known noise, this weight suffices for the usual difference, as the noise bounds its error.
 const EARLY: f64 = 0.2;
-/// A drift that has come so far towards an alarm may yet become one.
+/// A drift this near to an alarm may become one.
 const OPEN: f64 = 0.25;
-/// A drift that had come so far when comparisons began to disagree is why they do.
+/// A drift this near to an alarm, when comparisons begin to disagree, is the reason for that.
 const BEGUN: f64 = 0.25;
 
-/// The mean difference of two ways, and how far it has come towards a drift.
+/// The mean difference of two ways, and how near it is to a drift.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Drift {
-    /// A difference up to this share of the tolerance is none.
+    /// A difference up to this share of the tolerance does not count.
     allowance: f64,
     /// Cumulative sums (CUSUM, E. S. Page, Continuous Inspection Schemes, 1954, doi:10.1093/biomet/41.1-2.100) of
     /// differences beyond the allowance, above and below; an alarm at 1.
     pub(super) sums: [f64; 2],
-    /// The mean difference at the beginning, SI: two sensors may differ for good within their errors.
+    /// The usual difference, learnt at the beginning, SI: two sensors may differ for good within their errors.
     pub(super) usual: Option<f64>,
-    /// Since when that is known for good; until then it follows the mean once that rests on enough.
+    /// When `usual` became final; before that it follows the mean, once the mean has enough weight.
     pub(super) settled: Option<Time>,
-    /// How much the mean must rest on.
+    /// The weight that the mean needs.
     enough: f64,
-    /// The mean of differences, SI, weighted exponentially.
+    /// The mean difference, SI, weighted exponentially.
     pub(super) mean: f64,
-    /// How much the means rest on, this one and those of a shift in time: 1 when they are full.
+    /// The weight of this mean and of those of a shift in time, up to 1.
     pub(super) weight: f64,
-    /// What it had come to when single comparisons began to disagree.
+    /// How near to an alarm the drift was when single comparisons began to disagree.
     begun: f64,
 }
 
@@ -55,13 +55,13 @@ impl Drift {
         }
     }
 
-    /// Adds what exceeds the allowance; what disagrees outright is for the single comparisons to tell.
-    // A part of what is done for every comparison: by a hint alone it would be called.
+    /// Adds the excess over the allowance; a disagreement is left to the single comparisons.
+    // Part of every comparison: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
         let [above, below] = self.sums;
         if share.abs() <= self.allowance && above + below == 0.0 {
-            // Most often: there is nothing to add, whatever is usual, and nothing to take from.
+            // The most frequent case: the sums are zero and stay so.
             return;
         }
         self.add_excess(share, shares, gain);
@@ -77,8 +77,8 @@ impl Drift {
         }
     }
 
-    /// Adds what exceeds the declared noise, from what is usual; what disagrees outright is for the single comparisons to tell.
-    /// `scatter` is how the differences scatter, as a multiple of that noise.
+    /// Adds the excess over the known noise, from the usual difference; a disagreement is left to the single comparisons.
+    /// `scatter` is the variance of the differences as a multiple of that noise's.
     pub(super) fn accumulate_beyond(
         &mut self,
         difference: f64,
@@ -88,7 +88,7 @@ impl Drift {
     ) {
         let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
         let beyond = ((difference - usual) * per_deviation).clamp(-WILD, WILD);
-        // What scatters more than it should comes together by chance.
+        // Too large a scatter would reach the sum by chance.
         let step = STEP * scatter.max(1.0);
         for (sum, beyond) in self.sums.iter_mut().zip([beyond, -beyond]) {
             *sum = (*sum + (beyond - step) / ENOUGH).clamp(0.0, 1.0);
@@ -102,7 +102,7 @@ impl Drift {
         approach(&mut self.weight, 1.0, gain);
     }
 
-    /// Learns what is usual, until that is known for good.
+    /// Learns the usual difference until it is final.
     #[inline(always)]
     pub(super) fn learn(&mut self, time: Time) {
         if self.settled.is_none() && self.rests_on_enough() {
@@ -111,53 +111,52 @@ impl Drift {
         }
     }
 
-    /// What is usual outlasts everything else: it is not learnt anew from what follows a fault.
+    /// Keeps the usual difference of before: it must not be learnt anew from a fault.
     pub(super) fn keep_usual(&mut self, old: &Drift) {
         self.usual = old.usual;
         self.settled = old.settled.or(old.usual.map(|_| Time::MIN));
     }
 
-    /// Single comparisons begin to disagree.
+    /// Notes that single comparisons begin to disagree.
     pub(super) fn note(&mut self) {
         self.begun = self.nearness();
     }
 
-    /// Whether the means rest on enough: a mean over few comparisons is none.
+    /// Whether the means have enough weight.
     #[inline(always)]
     pub(super) fn rests_on_enough(&self) -> bool {
         self.weight > self.enough
     }
 
-    /// How far it has come towards an alarm, in 0..1.
+    /// How near the drift is to an alarm, in 0..1.
     pub(super) fn nearness(&self) -> f64 {
         let [above, below] = self.sums;
         above.max(below)
     }
 
-    /// Whether it may become an alarm.
+    /// Whether the drift may become an alarm.
     pub(super) fn is_open(&self) -> bool {
         self.nearness() > OPEN
     }
 
-    /// Whether it is far from an alarm.
+    /// Whether the drift is far from an alarm.
     #[inline(always)]
     pub(super) fn stays_calm(&self) -> bool {
         let [above, below] = self.sums;
         above <= OPEN && below <= OPEN
     }
 
-    /// Whether it is why single comparisons disagree.
+    /// Whether a drift is why single comparisons disagree.
     pub(super) fn had_begun(&self) -> bool {
         self.begun > BEGUN
     }
 
-    /// The mean difference of late, SI.
+    /// The recent mean difference, SI.
     pub(super) fn mean(&self) -> f64 {
         if self.weight > 0.0 { self.mean / self.weight } else { 0.0 }
     }
 
-    /// How long it takes until the mean difference is as large as the tolerance (SI), at its pace since what is usual was
-    /// learnt.
+    /// The time until the mean difference reaches the tolerance (SI), at its pace since the usual difference was final.
     pub(super) fn parts_in(&self, tolerance: f64, now: Time) -> Option<Span> {
         let (usual, settled) = (self.usual?, self.settled?);
         let mean = self.mean();
@@ -167,7 +166,7 @@ impl Drift {
     }
 }
 
-/// What two numbers have in common: nothing when they have different signs, else the smaller one.
+/// The smaller of two numbers of the same sign; 0 for different signs.
 fn common(one: f64, other: f64) -> f64 {
     if one * other <= 0.0 {
         0.0

@@ -1,4 +1,4 @@
-//! A value with its middle and width, which every comparison asks for.
+//! A value with its middle and width, which every comparison needs.
 
 use crate::interval::Interval;
 
@@ -12,32 +12,32 @@ pub struct Measured {
 }
 
 impl Measured {
-    /// Finds the middle and the width.
+    /// Computes the middle and the width.
     #[inline]
     #[must_use]
     pub fn of(value: Interval) -> Measured {
         Measured { value, middle: value.midpoint(), width: value.width() }
     }
 
-    /// The same bounds around another best guess.
+    /// The same bounds with another best guess as the middle.
     pub(in super::super) fn with_guess(self, guess: Option<f64>) -> Measured {
         Measured { middle: guess.unwrap_or(self.middle), ..self }
     }
 
-    /// What it says with a margin on both sides: the middle is the same.
+    /// The value with a margin on both sides; the middle stays.
     #[inline]
     pub(in super::super) fn widened(&self, margin: f64) -> Measured {
         let value = self.value.widened(margin);
         Measured { value, middle: self.middle, width: self.width + 2.0 * margin }
     }
 
-    /// Its middle, SI.
+    /// The middle of the value, SI.
     #[inline]
     pub(in super::super) fn middle(&self) -> f64 {
         self.middle
     }
 
-    /// Its width, SI.
+    /// The width of the value, SI.
     #[inline]
     pub(in super::super) fn width(&self) -> f64 {
         self.width

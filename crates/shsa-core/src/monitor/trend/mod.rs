@@ -1,9 +1,9 @@
-//! What many comparisons of two ways say together although each single one agrees: drift, scatter, skew in time.
+//! Trends over many comparisons of two ways that each agree: drift, scatter, skew in time.
 //!
-//! Each of the three has a detector of its own; this holds them together and says which of them raises the alarm.
+//! Each of the three has a detector of its own; this module combines them and chooses the alarm.
 //!
-//! All figures are shares of the tolerance: half the sum of both widths. A difference of 1 is where the intervals part. Where
-//! the noise of both is known, they are multiples of its deviation.
+//! All figures are shares of the tolerance, which is half the sum of both widths: at a difference of 1 the intervals part. Where
+//! the noise of both is known, figures are multiples of its deviation.
 
 mod options;
 mod measured;
@@ -23,72 +23,72 @@ use drift::{Drift, WILD};
 use scatter::{BEYOND, Scatter};
 use skew::{SHIFTED, Skew};
 
-/// Means go over so many times as many comparisons as a drift takes at least.
+/// Means go over this multiple of the least number of comparisons of a drift.
 const MEMORY: f64 = 4.0;
-/// Differences count at most so many tolerances, as one wild value is no trend.
+/// A difference counts at most this many tolerances, as one wild value is no trend.
 const LARGEST: f64 = 1.5;
-/// Scatter and skew that have come so far towards an alarm may yet become one.
+/// Scatter or skew above this share of its limit may become an alarm.
 const HALF: f64 = 0.5;
 /// An alarm about scatter or skew ends below this share of its limit.
 const HYSTERESIS: f64 = 0.5;
 
-/// What has come together over many comparisons.
+/// The present trend of many comparisons.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Tendency {
-    /// Nothing.
+    /// No trend.
     Calm,
-    /// Too little to count, but it may become more.
+    /// A trend that is no alarm but may become one.
     Building,
-    /// The mean difference lasts.
+    /// The mean difference has left its usual value for long.
     Drift,
-    /// Differences scatter.
+    /// Differences scatter too much.
     Noise,
-    /// Differences go with the slope of the values.
+    /// Differences are proportional to the slope of the values.
     Skew,
 }
 
 impl Tendency {
-    /// Whether it accuses.
+    /// Whether the trend is an alarm, which accuses.
     pub(super) fn is_alarm(self) -> bool {
         !matches!(self, Tendency::Calm | Tendency::Building)
     }
 }
 
-/// What many comparisons say together and the declared bounds allow: it accuses nobody.
+/// A trend within the declared bounds: the trend accuses no component.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Note {
-    /// The mean difference, SI, lasts; and how long it takes at this pace until the two ways part.
+    /// The mean difference lasts.
     Drift {
-        /// The first minus the second.
+        /// The mean of the first value minus the second, SI.
         mean: f64,
-        /// `None` where it does not grow.
+        /// The time until the two ways part at this pace; `None` where the difference does not grow.
         parts_in: Option<Span>,
     },
     /// The differences scatter.
     Scatter,
 }
 
-/// The comparison before.
+/// The previous comparison.
 #[derive(Clone, Copy, Debug)]
 struct Before {
     time: Time,
-    /// Half the sum of both widths, SI, and the difference as a share of that,
+    /// Half the sum of both widths, SI, and the difference as a share of that.
     tolerance: f64,
     share: f64,
-    /// and in the unit of all figures, clipped.
+    /// The clipped difference, in the unit of all figures.
     clipped: f64,
     /// The middle of the other way's value, SI.
     other: f64,
 }
 
-/// What many comparisons of two ways say together.
+/// The trend of many comparisons of two ways.
 #[derive(Clone, Copy, Debug)]
 pub struct Trend {
     options: TrendOptions,
     noise: Noise,
-    /// One over the deviation of the noise, where that is known.
+    /// The reciprocal of the noise's deviation, where that is known.
     per_deviation: f64,
-    /// The share of a mean that a second of comparisons replaces, and the most that one comparison does.
+    /// The weight of a second of comparisons in a mean, and the largest weight of one comparison.
     gain_per_second: f64,
     most_gain: f64,
     before: Option<Before>,
@@ -96,14 +96,14 @@ pub struct Trend {
     scatter: Scatter,
     skew: Skew,
     alarm: Tendency,
-    /// When the alarm was raised.
+    /// When the last alarm was raised.
     raised: Time,
-    /// The single comparisons are in conflict.
+    /// Whether single comparisons are in conflict.
     in_conflict: bool,
 }
 
 impl Trend {
-    /// Nothing compared yet; each comparison tells about so long a window.
+    /// The trend before the first comparison; each comparison covers a window of this length.
     #[must_use]
     pub fn new(options: TrendOptions, window: Span, noise: Noise) -> Trend {
         let span = options.span.max(window.times(2));
@@ -136,7 +136,7 @@ impl Trend {
         }
     }
 
-    /// Forgets everything but how the two usually differ.
+    /// Forgets everything but the usual difference.
     pub fn forget(&mut self) {
         let before = self.drift;
         self.begin_anew();
@@ -148,25 +148,25 @@ impl Trend {
         *self = Trend::empty(self.options, self.noise);
     }
 
-    /// Whether it goes by the noise that is declared, and so by the best guess of both values.
+    /// Whether the trend goes by known noise, and so by the best guess of both values.
     pub(super) fn goes_by_noise(&self) -> bool {
         matches!(self.noise, Noise::Known(_))
     }
 
-    /// Takes a comparison in.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// Takes in a comparison.
+    // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub fn record(&mut self, value: &Measured, other: &Measured, validity: Validity, now: Time) {
         let tolerance = 0.5 * (value.width() + other.width());
         let (difference, middle) = (value.middle() - other.middle(), other.middle());
-        // Divisions are what this costs: one for all shares of the tolerance.
+        // Divisions are the main cost: one serves for all shares of the tolerance.
         let per_tolerance = 1.0 / tolerance;
         let share = difference * per_tolerance;
-        // A tolerance that is infinite has none, and of one that is zero they are no numbers.
+        // An infinite tolerance has no shares, and shares of a zero tolerance are not numbers.
         if !(per_tolerance > 0.0 && share.abs() < f64::INFINITY) {
             return;
         }
-        // A hull of neighbours is wider where the plant moves: noise is not.
+        // The tolerance grows where the plant moves, as it includes a hull of neighbours; noise does not.
         let (shares, largest) = match self.noise {
             Noise::Known(_) => (self.per_deviation, WILD),
             Noise::Unknown | Noise::Declared(_) => (per_tolerance, LARGEST),
@@ -188,7 +188,7 @@ impl Trend {
         let gain = gain / MEMORY;
         self.drift.average(difference, gain);
         if !matches!(self.noise, Noise::Unknown) {
-            // A shift in time may be many deviations wide.
+            // Clipped by the tolerance: a shift in time may be many deviations wide.
             let apart = difference.clamp(-LARGEST * tolerance, LARGEST * tolerance) * shares;
             let slope = (middle - before.other) * shares / elapsed;
             self.skew.record(apart, slope, gain);
@@ -199,12 +199,12 @@ impl Trend {
         }
     }
 
-    /// The share of a mean that a comparison replaces, and of an alarm that twice the allowance adds.
+    /// The weight of a comparison in a mean, and the share of an alarm that twice the allowance adds.
     fn gain(&self, elapsed: f64) -> f64 {
         smaller(elapsed * self.gain_per_second, self.most_gain)
     }
 
-    /// Whether nothing has come together, and nothing comes near to it: most often, and quickly seen.
+    /// Whether there is no alarm and none is near: the most frequent case, tested quickly.
     fn stays_calm(&self) -> bool {
         self.alarm == Tendency::Calm
             && self.drift.stays_calm()
@@ -235,7 +235,7 @@ impl Trend {
         self.alarm = alarm;
     }
 
-    /// Single comparisons are in conflict: while they are, there is nothing to add.
+    /// Notes a conflict of single comparisons: while it lasts, the trend is not evaluated.
     pub fn engage(&mut self) {
         if !self.in_conflict {
             self.drift.note();
@@ -245,20 +245,20 @@ impl Trend {
         self.in_conflict = true;
     }
 
-    /// The single comparisons agree again: what was gathered during their conflict is over.
+    /// Notes that single comparisons agree: means gathered during a conflict are forgotten.
     pub fn relax(&mut self) {
         if self.in_conflict {
             self.forget();
         }
     }
 
-    /// What has come together that may accuse: nothing while the noise is not declared.
+    /// The present trend; [`Tendency::Calm`] where the noise is not declared, as the trend may not accuse then.
     #[must_use]
     pub fn tendency(&self) -> Tendency {
         if matches!(self.noise, Noise::Unknown) { Tendency::Calm } else { self.alarm }
     }
 
-    /// What has come together where nothing of it may accuse.
+    /// The present trend where it may not accuse, as the noise is not declared.
     #[must_use]
     pub fn note(&self) -> Option<Note> {
         match self.alarm {
@@ -269,7 +269,7 @@ impl Trend {
         }
     }
 
-    /// How long it takes until the mean difference is as large as the tolerance, at its pace since what is usual was learnt.
+    /// The time until the mean difference reaches the tolerance, at its pace since the usual difference was final.
     fn parts_in(&self) -> Option<Span> {
         let before = self.before?;
         self.drift.parts_in(before.tolerance, before.time)
@@ -287,31 +287,30 @@ impl Trend {
         self.options.span.max(period.times(i64::from(self.options.least)))
     }
 
-    /// How far apart the two were at the last comparison.
+    /// The last difference as a share of the tolerance.
     pub(super) fn last_share(&self) -> f64 {
         self.before.map_or(0.0, |before| before.share.abs())
     }
 
-    /// When what has come together became enough.
+    /// When the trend became an alarm.
     #[must_use]
     pub fn raised(&self) -> Time {
         self.raised
     }
 
-    /// The mean difference of late, SI.
+    /// The recent mean difference, SI.
     #[must_use]
     pub fn mean(&self) -> f64 {
         self.drift.mean()
     }
 
-    /// How much later than the other the first way tells what happens; `None` where no shift in time explains the
-    /// differences.
+    /// How late the first way is beside the other; `None` where no shift in time explains the differences.
     #[must_use]
     pub fn skew(&self) -> Option<Span> {
         self.skew.late()
     }
 
-    /// What the differences look like, for comparisons that are in conflict.
+    /// The character of the differences, for comparisons that are in conflict.
     #[must_use]
     pub fn character(&self) -> Tendency {
         if self.alarm == Tendency::Drift || self.drift.had_begun() {

@@ -1,26 +1,26 @@
-//! Takes the state of the trend detectors out as numbers and puts it back: it took many comparisons to gather.
+//! Saves and restores the state of the trend detectors, which many comparisons have built up.
 
 use super::{Tendency, Trend};
 use crate::time::Time;
 
-/// What many comparisons of two ways have shown.
+/// The state of the trend of two ways.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct TrendRecord {
-    /// How much the two usually differ, SI; `None` while that is not known.
+    /// The usual difference, SI; `None` while that is not known.
     pub usual: Option<f64>,
-    /// How far a drift above and below that has come towards an alarm, in 0..1.
+    /// How near a drift above and below the usual difference is to an alarm, in 0..1.
     pub sums: [f64; 2],
     /// Weighted means of the difference, SI, and in shares of the tolerance of its square, of the same in the last second,
     /// of half the square of its changes, and of the slope with itself and with the difference.
     pub means: [f64; 6],
-    /// How much the means rest on, in 0..1.
+    /// The weight of the means, in 0..1.
     pub weight: f64,
-    /// What has come together.
+    /// The trend.
     pub tendency: Tendency,
 }
 
 impl Trend {
-    /// What is to be remembered; `None` before there is anything.
+    /// The state to remember; `None` before the first comparison.
     #[must_use]
     pub fn to_record(&self) -> Option<TrendRecord> {
         let Trend { drift, scatter, skew, .. } = self;
@@ -40,7 +40,7 @@ impl Trend {
         })
     }
 
-    /// Goes on from what was remembered; numbers that cannot be are left out.
+    /// Goes on from a remembered state; a state with impossible numbers is ignored.
     pub fn recall(&mut self, record: &TrendRecord, now: Time) {
         let [mean, square, recent, variance, slope_slope, slope_difference] = record.means;
         let numbers = record.means.iter().chain(&record.sums).chain(&record.usual).chain([&record.weight]);

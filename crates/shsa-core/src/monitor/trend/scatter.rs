@@ -3,22 +3,22 @@
 use super::{HALF, MEMORY, TrendOptions, approach, smaller};
 use crate::time::Span;
 
-/// Scatter shows at once, when there are enough comparisons.
+/// Scatter is estimated over this time, where that has enough comparisons.
 const QUICK: Span = Span::from_millis(1_000);
-/// So many comparisons are enough for that.
+/// The least number of comparisons for that.
 const FEW: f64 = 16.0;
-/// Scatter of so many times the declared noise is beyond it: of white noise the estimate over the 64 comparisons that it goes
-/// over at least is never so far off.
+/// The multiple of the known noise that is too much scatter: with white noise, the estimate over at least 64 comparisons is never
+/// so far off.
 pub(super) const BEYOND: f64 = 2.0;
-/// The share of the differences' squares that changes from one to the next, from which on they are noise.
+/// From this share on of change in the differences' squares, the differences are noise.
 const ALTERNATING: f64 = 0.75;
 
-/// How much the differences of two ways scatter, as means over the last second.
+/// The scatter of the differences of two ways, as means over the last seconds.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Scatter {
-    /// The variance that is noise beyond the declared errors.
+    /// The variance that is beyond the declared errors.
     limit: f64,
-    /// Below this it comes near to nothing.
+    /// The variance below which no alarm is near.
     calm: f64,
     /// The mean of half the squares of the differences' changes (von Neumann), which is their variance when they are
     /// independent.
@@ -33,8 +33,8 @@ impl Scatter {
         Scatter { limit, calm: HALF * limit, variance: 0.0, square: 0.0 }
     }
 
-    /// Takes in a difference and the one before, so many seconds ago.
-    // A part of what is done for every comparison: by a hint alone it would be called.
+    /// Takes in a difference and the one before; `elapsed` is the time between them in seconds.
+    // Part of every comparison: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn record(&mut self, difference: f64, before: f64, elapsed: f64) {
         let change = difference - before;
@@ -48,13 +48,13 @@ impl Scatter {
         self.variance / self.limit
     }
 
-    /// Whether it is far from an alarm.
+    /// Whether the scatter is far from an alarm.
     #[inline(always)]
     pub(super) fn stays_calm(&self) -> bool {
         self.variance <= self.calm
     }
 
-    /// Whether differences come and go rather than last.
+    /// Whether differences alternate rather than last.
     pub(super) fn alternates(&self) -> bool {
         self.variance > ALTERNATING * self.square
     }

@@ -1,11 +1,11 @@
-//! The third detector: one way says what the other one says, but earlier or later.
+//! The third detector: one way gives the other way's values earlier or later.
 //!
-//! Such differences go with the slope of the values, so a regression of the one on the other tells how late the way is.
+//! Such differences are proportional to the slope of the values, so a linear regression gives the shift in time.
 
 use super::{HALF, HYSTERESIS, MEMORY, TrendOptions, approach};
 use crate::time::Span;
 
-/// A root mean square difference of so many deviations may be a shift in time, when that explains it.
+/// With known noise: the root mean square difference, in deviations, from which on a shift in time counts.
 pub(super) const SHIFTED: f64 = 3.0;
 /// The share of the differences' squares that a shift in time must explain.
 const EXPLAINED: f64 = 0.8;
@@ -13,14 +13,14 @@ const EXPLAINED: f64 = 0.8;
 /// A single difference adds at most this share of the limit, even where it is one of the fewest that means rest on.
 const SINGLE: f64 = 0.25;
 
-/// How the differences of two ways go with the slope of the values: means, weighted exponentially.
+/// The relation between the differences of two ways and the slope of the values: means, weighted exponentially.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Skew {
-    /// The mean square difference that must be explained by a shift in time to be one.
+    /// The mean square difference from which on a shift in time counts, where it explains the differences.
     limit: f64,
-    /// Below this it comes near to nothing.
+    /// The mean square difference below which no alarm is near.
     calm: f64,
-    /// No difference counts as more: a wild value is no shift in time.
+    /// The largest difference that counts: a wild value is no shift in time.
     largest: f64,
     /// The mean of the differences' squares.
     pub(super) square: f64,
@@ -45,8 +45,8 @@ impl Skew {
         }
     }
 
-    /// Takes in a difference with the slope of the other way's values.
-    // A part of what is done for every comparison: by a hint alone it would be called.
+    /// Takes in a difference and the slope of the other way's values.
+    // Part of every comparison: `inline` alone would not inline it.
     #[inline(always)]
     pub(super) fn record(&mut self, difference: f64, slope: f64, gain: f64) {
         let difference = difference.clamp(-self.largest, self.largest);
@@ -55,8 +55,8 @@ impl Skew {
         approach(&mut self.slope_difference, slope * difference, gain);
     }
 
-    /// The mean square difference as a multiple of its limit, where a shift in time explains it; `held` of the share that it
-    /// must explain is enough.
+    /// The mean square difference as a multiple of its limit, where a shift in time explains it; `held` scales the share to
+    /// explain.
     pub(super) fn nearness(&self, held: f64) -> f64 {
         self.shifted(held) / self.limit
     }
@@ -70,24 +70,24 @@ impl Skew {
         if squares > 0.0 { self.slope_difference * self.slope_difference / squares } else { 0.0 }
     }
 
-    /// Whether it is far from an alarm.
+    /// Whether the skew is far from an alarm.
     #[inline(always)]
     pub(super) fn stays_calm(&self) -> bool {
         self.square <= self.calm
     }
 
-    /// Single comparisons begin to disagree; whether there is an alarm, and whether the means rest on enough.
+    /// Notes that single comparisons begin to disagree; the arguments tell whether the skew is an alarm, and whether the means
+    /// have enough weight.
     pub(super) fn note(&mut self, is_alarm: bool, rests_on_enough: bool) {
         self.was_shifted = is_alarm || (rests_on_enough && self.shifted(HYSTERESIS) > HALF * self.limit);
     }
 
-    /// Whether it is why single comparisons disagree.
+    /// Whether a shift in time is why single comparisons disagree.
     pub(super) fn was_shifted(&self) -> bool {
         self.was_shifted
     }
 
-    /// How much later than the other the first way tells what happens; `None` where no shift in time explains the
-    /// differences.
+    /// How late the first way is beside the other; `None` where no shift in time explains the differences.
     pub(super) fn late(&self) -> Option<Span> {
         let is_explained = self.slope_slope > 0.0 && self.explained() > EXPLAINED * HYSTERESIS;
         is_explained.then(|| Span::from_seconds(-self.slope_difference / self.slope_slope))

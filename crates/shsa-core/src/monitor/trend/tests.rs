@@ -1,4 +1,4 @@
-//! Recorded differences, and what comes together from them.
+//! Tests of the trend detectors with made differences.
 
 use super::*;
 use crate::interval::Interval;

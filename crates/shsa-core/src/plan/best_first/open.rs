@@ -1,4 +1,4 @@
-//! Where the exact search stands: the decisions made, and what is open.
+//! The state of the exact search: the decisions made, and the open states.
 
 use crate::knowledge::RelationId;
 use crate::plan::decisions::Decisions;
@@ -9,28 +9,28 @@ use crate::plan::utility::Weight;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-/// Where the search stands.
+/// The state of the search.
 #[derive(Debug)]
 pub(in super::super) struct Open {
     pub(super) decisions: Decisions,
     pub(super) frontier: Frontier,
     pub(super) expanded: u64,
     pub(super) pruned: u64,
-    /// Sets of relations that were given and could appear again with other outputs.
+    /// Sets of relations of earlier answers that could appear again with other outputs.
     pub(super) given: BTreeSet<Vec<RelationId>>,
-    /// The states that the decisions led through, from depth 1 on.
+    /// The states of the decisions made, from depth 1 on.
     pub(super) line: Vec<StateId>,
     pub(super) path: Vec<StateId>,
 }
 
-/// What taking an open state came to.
+/// The result of a step.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Progress {
-    /// The decisions made give a substitution.
+    /// The decisions made are a substitution.
     Answer,
-    /// Something was decided, or dropped.
+    /// A variable was decided, or a state dropped.
     Decision,
-    /// Nothing is open.
+    /// No state is open.
     End,
 }
 
@@ -49,32 +49,32 @@ impl Open {
         }
     }
 
-    /// How many decisions were taken.
+    /// The number of decisions taken.
     pub(in super::super) fn expanded(&self) -> u64 {
         self.expanded
     }
 
-    /// How many partial substitutions are kept.
+    /// The number of partial substitutions kept.
     pub(in super::super) fn states(&self) -> usize {
         self.frontier.len()
     }
 
-    /// How many partial substitutions are open.
+    /// The number of open partial substitutions.
     pub(in super::super) fn count(&self) -> usize {
         self.frontier.open_count()
     }
 
-    /// No open one weighs less; `None` when nothing is open.
+    /// The smallest weight of an open state; `None` when none is open.
     pub(in super::super) fn bound(&self) -> Option<Weight> {
         self.frontier.open_bound()
     }
 
-    /// The weight of what it stands at, and the decisions that lead there.
+    /// The weight of the present decisions, and the decisions.
     pub(in super::super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
         (self.decisions.bound(), self.decisions.decisions())
     }
 
-    /// The limit that is reached while something is open.
+    /// The reached limit, while something is open.
     pub(super) fn limit(&self, limits: Limits, kept: usize) -> Option<StopReason> {
         self.frontier.open_bound()?;
         if self.expanded >= limits.expansions {
@@ -83,13 +83,13 @@ impl Open {
         (self.frontier.len() + kept >= limits.states).then_some(StopReason::LimitStates)
     }
 
-    /// Whether the substitution of the decisions made was not given before, with other outputs.
+    /// Whether the substitution is no earlier answer with other outputs.
     pub(super) fn is_new(&mut self, subproblem: &Subproblem) -> bool {
         self.decisions.ambiguous_relations(subproblem).is_none_or(|relations| self.given.insert(relations))
     }
 
-    /// Takes back and makes decisions until they lead to a state, over the last state that both have in common; how many decisions more than one are
-    /// taken for it.
+    /// Takes back and makes decisions until they lead to a state, over the last common state; returns how many decisions beyond
+    /// one this takes.
     pub(super) fn go_to(&mut self, subproblem: &Subproblem, target: StateId) -> u64 {
         let mut state = target;
         loop {
@@ -116,7 +116,7 @@ impl Open {
         }
     }
 
-    /// Opens a state for each way of deciding the next place.
+    /// Opens a state for each choice of the next place.
     pub(super) fn expand(&mut self, subproblem: &Subproblem, state: StateId, place: Place) {
         self.decisions.look_up_from(subproblem, place);
         for choice in subproblem.choices(place).rev() {

@@ -1,8 +1,8 @@
-//! What of a table lives on when another knowledge base takes the place of its own.
+//! Carries plans of a table over to the successor of its knowledge base.
 //!
-//! The preparation of a variable depends on nothing but what its searches have read, on the order in which that
-//! stands, and on what is derived from the signals there. Where all this lasts, a preparation that were made anew would
-//! be the old one with other ids, to the last number.
+//! The preparation of a variable depends only on the elements that its searches have read, on their order, and on the derivations
+//! of the signals among them. Where all of this is unchanged, a new preparation would be the old one with other ids, to the last
+//! number.
 
 use super::super::Requirements;
 use super::super::graph::{Graph, Options};
@@ -12,7 +12,7 @@ use crate::knowledge::{IdVec, Lineage, SignalId, VariableId};
 use crate::substitution::{Step, Substitution};
 
 impl Preparation {
-    /// The same by other ids; what is gone need not be forbidden any more.
+    /// The preparation with the new ids; removed elements need not be forbidden any more.
     pub(super) fn succeeded(self, lineage: &Lineage) -> Preparation {
         let signals = self.options.forbidden_signals.iter().filter_map(|&signal| lineage.namesake(signal));
         let relations =
@@ -31,16 +31,16 @@ impl Preparation {
     }
 }
 
-/// From one knowledge base to the next.
+/// The change from one knowledge base to the next.
 pub(super) struct Succession<'a> {
     lineage: &'a Lineage,
-    /// About which variables searches read the same.
+    /// The variables about which searches read the same.
     lasting: IdVec<VariableId, bool>,
     keeps_ids: bool,
 }
 
 impl<'a> Succession<'a> {
-    /// Compares. Complexity: O(model).
+    /// Compares both knowledge bases. Complexity: O(model).
     pub(super) fn new(
         before: (&Graph, &Derivations),
         after: (&Graph, &Derivations),
@@ -54,7 +54,7 @@ impl<'a> Succession<'a> {
         Succession { lineage, lasting, keeps_ids: lineage.keeps_ids() }
     }
 
-    /// What takes the place of a complete preparation; `None` when it must be made anew.
+    /// The successor of a complete preparation; `None` when it must be made again.
     pub(super) fn carried(&self, prepared: Prepared) -> Option<Prepared> {
         let lasts = prepared.complete && prepared.reads.iter().all(|&read| self.lasting[read]);
         if !lasts || self.keeps_ids {
@@ -82,7 +82,7 @@ impl<'a> Succession<'a> {
         keeps_order.then_some(prepared)
     }
 
-    /// `None` where the order is not kept.
+    /// Returns `None` where the order is not kept.
     fn rename_signals(&self, signals: &mut [SignalId]) -> Option<()> {
         for signal in &mut *signals {
             *signal = self.lineage.namesake(*signal)?;
@@ -90,7 +90,7 @@ impl<'a> Succession<'a> {
         signals.is_sorted_by(|a, b| a < b).then_some(())
     }
 
-    /// Its variables are among those that are read.
+    /// The variables of a substitution are among those read.
     fn rename_substitution(&self, substitution: &mut Substitution) -> Option<()> {
         substitution.sink = self.lineage.variable(substitution.sink)?;
         for step in &mut substitution.steps {

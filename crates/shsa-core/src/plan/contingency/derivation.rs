@@ -1,10 +1,10 @@
-//! Which signals are lost with others, since they are derived from them.
+//! Signals that are lost together, because some are derived from others.
 
 use crate::knowledge::{Id, KnowledgeBase, Lineage, SignalId};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
-/// What each signal is derived from and what is derived from it, transitively; signals without are not in it.
+/// The origins of each signal and the signals derived from it, transitively; signals without either have no entry.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Derivations {
     origins: BTreeMap<SignalId, Vec<SignalId>>,
@@ -15,7 +15,7 @@ impl Derivations {
     pub(super) fn new(knowledge: &KnowledgeBase) -> Derivations {
         let mut all = Derivations::default();
         for (signal, facts) in knowledge.signals().enumerate() {
-            // What is fused goes on without some of what it is derived from.
+            // The output of a fusion outlasts the loss of some of its origins.
             if !facts.derived_from.is_empty() && !knowledge.is_fused(signal) {
                 let origins = origins(knowledge, signal);
                 origins.iter().for_each(|&origin| all.derived.entry(origin).or_default().push(signal));
@@ -25,8 +25,8 @@ impl Derivations {
         all
     }
 
-    /// Of so many signals those that are derived from others than before, or others from them, or of which that holds for
-    /// one that they are derived from; ascending. Complexity: O(n log d) for d derived signals, nothing without any.
+    /// The signals with changed derivations, and the signals with such an origin, ascending, out of `signals` many. Complexity:
+    /// O(n log d) for d derived signals, O(1) without any.
     pub(super) fn changed(&self, new: &Derivations, lineage: &Lineage, signals: usize) -> Vec<SignalId> {
         if self.origins.is_empty() && new.origins.is_empty() {
             return Vec::new();
@@ -42,7 +42,7 @@ impl Derivations {
         all
     }
 
-    /// Whether a signal is derived from the same signals as before, and the same ones from it, in the same order.
+    /// Whether the origins of a signal, and the signals derived from it, are the same as before, in the same order.
     fn lasts(&self, new: &Derivations, lineage: &Lineage, signal: SignalId) -> bool {
         let Some(namesake) = lineage.namesake(signal) else { return false };
         let succeeded = |&signal: &SignalId| lineage.namesake(signal);
@@ -51,12 +51,12 @@ impl Derivations {
         })
     }
 
-    /// The same signals, and those whose loss takes them along, ascending.
+    /// These signals and all their origins, ascending.
     pub(super) fn with_origins(&self, signals: &[SignalId]) -> Vec<SignalId> {
         extended(signals, &self.origins)
     }
 
-    /// The same signals, and those that are lost with them, ascending.
+    /// These signals and all signals derived from them, ascending.
     pub(super) fn with_derived(&self, lost: &[SignalId]) -> Vec<SignalId> {
         extended(lost, &self.derived)
     }

@@ -1,4 +1,4 @@
-//! The preparation of one variable: a search for each loss that can make a difference.
+//! The preparation of one variable: a search for each loss that can change its plan.
 
 use super::super::best_first::BestFirst;
 use super::super::graph::{Graph, Options, View};
@@ -11,18 +11,18 @@ use crate::knowledge::{KnowledgeBase, SignalId, VariableId};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
-/// What plans are made from.
+/// The inputs of plans.
 #[derive(Clone, Copy)]
 pub(super) struct Ground<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) graph: &'a Graph,
     pub(super) derivations: &'a Derivations,
     pub(super) preparation: &'a Preparation,
-    /// The options of the preparation without what falls short of its requirements on its own.
+    /// The options of the preparation, without elements that fall short of its requirements on their own.
     pub(super) options: &'a Options,
 }
 
-/// What is needed to make plans, and can be used again.
+/// Reusable working memory for making plans.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Workshop {
     scratch: Scratch,
@@ -30,7 +30,7 @@ pub(super) struct Workshop {
 }
 
 impl Workshop {
-    /// All plans of a variable, and the work that it was; `None` when `work` is not enough for the first.
+    /// All plans of a variable, and the work they took; `None` when `work` is not enough for the first.
     pub(super) fn prepare(
         &mut self,
         ground: Ground,
@@ -49,18 +49,18 @@ impl Workshop {
     }
 }
 
-/// What is known with some signals lost: the best plans, and what a search for them can reach.
+/// The knowledge with some signals lost: the best plans, and the variables that a search for them can reach.
 struct Situation<'a> {
     view: View<'a>,
-    /// Where the plan stands.
+    /// The place of the plan.
     plan: usize,
     /// Whether no limit has stopped the search.
     proven: bool,
-    /// The variables that take part in the plan, ascending.
+    /// The variables of the plan, ascending.
     used: Vec<VariableId>,
-    /// With nothing lost all that can be reached, else what comes in addition.
+    /// The reached variables with nothing lost; after a loss, those reached in addition.
     reached: Reached,
-    /// The signals that carry what is reached, ascending.
+    /// The signals that carry the reached variables, ascending.
     matters: Vec<SignalId>,
 }
 
@@ -68,11 +68,11 @@ struct Job<'a> {
     workshop: &'a mut Workshop,
     ground: Ground<'a>,
     variable: VariableId,
-    /// By the lost signals: where the plan stands, and what matters then.
+    /// By the lost signals: the place of the plan, and the signals whose loss matters then.
     entries: BTreeMap<Vec<SignalId>, (usize, Vec<SignalId>)>,
     plans: Vec<Plan>,
     reads: Vec<VariableId>,
-    /// The work that may still be done.
+    /// The remaining work.
     left: u64,
 }
 
@@ -89,7 +89,7 @@ impl<'a> Job<'a> {
         (Some(Prepared { entries, plans, events, reads, complete, work: 0 }), self.left)
     }
 
-    /// `None` when the work was not enough.
+    /// Returns `None` when the work is not enough.
     fn losses(&mut self, base: &Situation<'a>, events: &[SignalId]) -> Option<()> {
         let mut leaders = Vec::new();
         for &signal in &base.matters {
@@ -106,7 +106,7 @@ impl<'a> Job<'a> {
         Some(())
     }
 
-    /// The loss of some signals and all that is derived from them; the signals that matter after it.
+    /// The loss of some signals and all that are derived from them; returns the signals that matter after it.
     fn event(&mut self, base: &Situation<'a>, lost: &[SignalId]) -> Option<Vec<SignalId>> {
         let lost = self.ground.derivations.with_derived(lost);
         let (mut set, mut matters) = (Vec::new(), base.matters.clone());
@@ -128,7 +128,7 @@ impl<'a> Job<'a> {
             let matters = self.event(base, &[one])?;
             for &other in events.iter().chain(&self.ground.derivations.with_origins(&matters)) {
                 self.pay(1)?;
-                // Without derived signals it is one of the pairs.
+                // Without derived signals, the loss is one of the pairs.
                 if self.ground.derivations.with_derived(&[one, other]).len() > 2 {
                     self.event(base, &[one, other])?;
                 }
@@ -137,7 +137,7 @@ impl<'a> Job<'a> {
         Some(())
     }
 
-    /// Pairs with a signal whose loss alone makes a difference are compared with that loss, others with none.
+    /// A pair with a signal whose loss alone changes the plan is compared with that loss; other pairs are compared with no loss.
     fn pairs(&mut self, base: &Situation<'a>, leaders: &[(SignalId, Situation<'a>)]) -> Option<()> {
         let leads = |signal: &SignalId| leaders.binary_search_by_key(signal, |(leader, _)| *leader).is_ok();
         for (leader, situation) in leaders {
@@ -155,8 +155,8 @@ impl<'a> Job<'a> {
         Some(())
     }
 
-    /// Adds the entry of a loss (ascending) that comes after a `known` situation; the new situation if there has to be
-    /// a search for it. `None` when the work was not enough.
+    /// Adds the entry of a loss (ascending) that comes after a `known` situation; returns the new situation if a search is
+    /// needed. `None` when the work is not enough.
     #[expect(clippy::option_option, reason = "not enough work, or nothing new")]
     fn after(
         &mut self,
@@ -168,20 +168,20 @@ impl<'a> Job<'a> {
         if !self.makes_no_difference(base, known, &view, lost)? {
             return self.without(lost, Some((base, view))).map(Some);
         }
-        // With nothing lost before, what lies beyond the lost signals is of no use, either.
+        // With nothing lost before, variables beyond the lost signals cannot help either.
         let matters = if core::ptr::eq(base, known) { &[][..] } else { &known.matters };
         let matters = matters.iter().filter(|signal| !lost.contains(signal)).copied().collect();
         self.entries.insert(lost.to_vec(), (known.plan, matters));
         Some(None)
     }
 
-    /// Whether the known plan stays the best after a loss, since no search can read it, or since it makes all that
-    /// could read it no better.
+    /// Whether the known plan stays the best after a loss: because no search can read the lost signals, or because the loss
+    /// improves no relation that could read them.
     ///
-    /// The latter: the plan uses no variable that is changed by the loss, so it weighs what it weighed. Any other
-    /// substitution that is there after the loss becomes one that was there before it when the lost variables are
-    /// taken as provided again; this removes relations, and makes none heavier, if no relation that reads the lost
-    /// variables is lighter after the loss. Then it was not before the plan, and is not now.
+    /// The latter: the plan uses no variable that the loss changes, so its weight stays. Take any other substitution that is
+    /// valid after the loss, and regard the lost variables as provided again. This removes relations, and makes none heavier if
+    /// no relation that reads the lost variables is lighter after the loss. The result is a substitution of before the loss that
+    /// is not better than the plan, so the original is not better either.
     fn makes_no_difference(
         &mut self,
         base: &Situation<'a>,
@@ -190,7 +190,7 @@ impl<'a> Job<'a> {
         lost: &[SignalId],
     ) -> Option<bool> {
         if self.ground.preparation.requirements.limits_paths() {
-            // A variable may be older, or less exact, as it comes than it is when it is computed.
+            // A provided variable may be older, or less exact, than a computed one.
             return Some(false);
         }
         for variable in lost.iter().filter_map(|&signal| self.ground.graph.carried(signal)) {
@@ -198,7 +198,7 @@ impl<'a> Job<'a> {
             if before == after {
                 continue;
             }
-            // A signal that has a weight may weigh more than what takes its place.
+            // A signal with a weight may weigh more than its replacement.
             let was_heavy = !after.provided && before.weight != Weight::ZERO;
             if was_heavy || !known.proven || known.used.binary_search(&variable).is_ok() {
                 return Some(false);
@@ -216,7 +216,7 @@ impl<'a> Job<'a> {
         Some(true)
     }
 
-    /// Searches without some signals; `None` when the work was not enough.
+    /// Searches without some signals; `None` when the work is not enough.
     fn without(
         &mut self,
         lost: &[SignalId],
@@ -263,7 +263,7 @@ impl<'a> Job<'a> {
         lost: &[SignalId],
         options: &Options,
     ) -> Option<Reached> {
-        // A search decides again over what it can reach with nothing lost.
+        // A search decides again over everything that it can reach with nothing lost.
         self.pay(base.reached.work)?;
         let is_lost = |&variable: &VariableId| {
             base.view.status(variable).provided
@@ -283,7 +283,7 @@ impl<'a> Job<'a> {
         Some(())
     }
 
-    /// The usable signals that carry what was reached, ascending.
+    /// The usable signals that carry the reached variables, ascending.
     fn carriers(&self, reached: &Reached) -> Vec<SignalId> {
         let forbidden = &self.ground.options.forbidden_signals;
         let carriers =

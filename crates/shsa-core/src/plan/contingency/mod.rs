@@ -1,14 +1,14 @@
-//! The plans for every failure, made ahead: what takes over is known before anything has failed.
+//! Plans for every failure, prepared in advance: the substitute is known before the failure.
 //!
-//! A search from a variable reads only what it can reach without passing a provided variable. So the loss of a
-//! signal changes the plan only where the signal carries something that the search reads, and a set of lost signals
-//! can be reduced to those that do: two failures of which one has nothing to do with the variable are one. A lost
-//! signal may be read though the best plan does not use it, and even one that is not used can change the utility of
-//! the relations that could use it; so every entry is a search of its own, and equals one that is made anew.
+//! A search from a variable reads only what it can reach without passing a provided variable. So the loss of a signal changes the
+//! plan only where the search reads the signal's variable, and a set of lost signals is reduced to those signals: two failures of
+//! which one does not concern the variable count as one. A search may read a lost signal that the best plan does not use, and
+//! even an unused signal can change the utility of relations that could use it. So every entry has a search of its own, and
+//! equals a new search.
 //!
-//! A table lists for each variable which parts of the knowledge base its searches have read; when a number or the
-//! availability of a signal changes there, the plans of this variable are made again, and no others. So it is after a
-//! change of structure: the plans of variables of which nothing that was read has changed are carried over.
+//! A table lists for each variable which elements its searches have read. When a number or the availability of a signal changes
+//! there, the plans of this variable are made again, and no others. After a change of structure, the plans of variables are
+//! carried over where nothing that was read has changed.
 
 mod derivation;
 mod reach;
@@ -30,19 +30,19 @@ use derivation::Derivations;
 use job::{Ground, Workshop};
 use prepare::{Prepared, without};
 
-/// For each of some variables the best plans after each loss; by default for none.
+/// The best plans of some variables after each loss; of no variables by default.
 #[derive(Clone, Debug, Default)]
 pub struct Contingency {
     preparation: Preparation,
-    /// The options without what falls short of the requirements on its own.
+    /// The options, without elements that fall short of the requirements on their own.
     options: Options,
     version: u64,
-    /// Whether searches were refused.
+    /// Whether the utility allows searches.
     monotone: bool,
     prepared: Vec<Prepared>,
-    /// Where the plans of each variable stand.
+    /// The place of the plans of each variable.
     slots: IdVec<VariableId, Option<u32>>,
-    /// Which variables' plans depend on a variable: `(read, prepared)`.
+    /// The variables whose plans depend on a variable: `(read, prepared)`.
     readers: BTreeSet<(VariableId, VariableId)>,
     derivations: Derivations,
     workshop: Workshop,
@@ -50,8 +50,8 @@ pub struct Contingency {
 }
 
 impl Contingency {
-    /// Makes the plans of `variables`, in this order; each counts once. Variables for which
-    /// [`Preparation::work`] is not enough are left out, as losses are for which [`Preparation::work_each`] is not.
+    /// Makes the plans of `variables`, in this order; each counts once. Variables for which [`Preparation::work`] is not enough
+    /// are left out, and so are losses for which [`Preparation::work_each`] is not.
     ///
     /// Complexity: one search for each variable and each signal (with [`Preparation::pairs`]: each pair) that it
     /// depends on.
@@ -67,11 +67,11 @@ impl Contingency {
         table
     }
 
-    /// The table of `variables` after a change of structure, from the one of the knowledge base before, whose graph was
-    /// `before`. It is that of [`Contingency::new`], but only those plans are made that may depend on what has
-    /// changed (with requirements, all); [`Contingency::searches`] goes on counting.
+    /// The table of `variables` after a change of structure, from the table of the knowledge base before, whose graph was
+    /// `before`. It equals that of [`Contingency::new`], but makes only the plans that the change may affect (with requirements,
+    /// all); [`Contingency::searches`] continues.
     ///
-    /// Complexity: O(model), O(table) when ids have changed, and that of [`Contingency::new`] for what is made anew.
+    /// Complexity: O(model), O(table) when ids have changed, and that of [`Contingency::new`] for the new plans.
     #[must_use]
     pub fn carried_over(
         self,
@@ -81,7 +81,7 @@ impl Contingency {
         graph: &Graph,
         variables: impl IntoIterator<Item = VariableId>,
     ) -> Contingency {
-        // What requirements look at beyond the graph is not compared.
+        // Requirements read more than the graph, which is all that is compared.
         let is_asked = self.preparation.requirements != Requirements::default();
         let is_current = self.version == before.version() && !is_asked;
         let mut table = Contingency::empty(knowledge, graph, self.preparation.succeeded(lineage));
@@ -113,7 +113,7 @@ impl Contingency {
         }
     }
 
-    /// Gives each variable the plans that it has already, if their work is allowed, else makes them.
+    /// Takes the known plans of each variable where their work is allowed, and makes the others.
     fn fill(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -151,19 +151,19 @@ impl Contingency {
             .collect();
     }
 
-    /// The version of the knowledge base that it is of.
+    /// The version of the knowledge base of the table.
     #[must_use]
     pub fn version(&self) -> u64 {
         self.version
     }
 
-    /// What it was made for.
+    /// The preparation that the table was made for.
     #[must_use]
     pub fn preparation(&self) -> &Preparation {
         &self.preparation
     }
 
-    /// The variables that it is for, ascending.
+    /// The variables of the table, ascending.
     pub fn variables(&self) -> impl Iterator<Item = VariableId> + '_ {
         self.slots.enumerate().filter(|(_, slot)| slot.is_some()).map(|(variable, _)| variable)
     }
@@ -172,56 +172,54 @@ impl Contingency {
         self.prepared.get((*self.slots.find(variable)?)? as usize)
     }
 
-    /// How many searches were made since the beginning.
+    /// The number of searches since the beginning.
     #[must_use]
     pub fn searches(&self) -> u64 {
         self.searches
     }
 
-    /// Whether all losses of a variable that were asked for are there; the others are to be searched for.
+    /// Whether the table has all requested losses of a variable; other losses need a search.
     #[must_use]
     pub fn is_complete(&self, variable: VariableId) -> bool {
         self.prepared(variable).is_some_and(|prepared| prepared.complete)
     }
 
-    /// Some signals with all that are derived from them, and so are lost with them, ascending.
+    /// These signals and all signals derived from them, which are lost with them, ascending.
     #[must_use]
     pub fn with_derived(&self, lost: &[SignalId]) -> Vec<SignalId> {
         self.derivations.with_derived(lost)
     }
 
-    /// The signals whose loss, with all that is derived from them, can make a difference to a variable, ascending.
+    /// The signals whose loss, with all that are derived from them, can change the plan of a variable, ascending.
     #[must_use]
     pub fn events(&self, variable: VariableId) -> &[SignalId] {
         self.prepared(variable).map_or(&[], |prepared| &prepared.events)
     }
 
-    /// The signals that come to matter after a loss while with nothing lost they do not, ascending.
+    /// The signals that matter after a loss and do not with nothing lost, ascending.
     #[must_use]
     pub fn then_matter(&self, variable: VariableId, lost: &[SignalId]) -> &[SignalId] {
         let entry = self.prepared(variable).and_then(|prepared| prepared.project(lost));
         entry.filter(|entry| !entry.lost.is_empty()).map_or(&[], |entry| &entry.matters)
     }
 
-    /// Those of some lost signals, in any order, that make a difference to `variable`, ascending; `None` when the table
-    /// has no such loss. Complexity: O(lost times log of the table).
+    /// Of some lost signals, in any order, those that can change the plan of `variable`, ascending; `None` when the table has no
+    /// such loss. Complexity: O(lost times log of the table).
     #[must_use]
     pub fn loss(&self, variable: VariableId, lost: &[SignalId]) -> Option<&[SignalId]> {
         self.prepared(variable)?.project(lost).map(|entry| entry.lost.as_slice())
     }
 
-    /// The plan of a variable without some lost signals, in any order; `None` when it is not in the table.
+    /// The plan of a variable without some lost signals, in any order; `None` when the table does not have it.
     ///
-    /// It is that of [`best`](super::best) with the lost signals forbidden. Complexity: O(lost times log of the
-    /// table).
+    /// The plan is that of [`best`](super::best) with the lost signals forbidden. Complexity: O(lost times log of the table).
     #[must_use]
     pub fn plan(&self, variable: VariableId, lost: &[SignalId]) -> Option<&Plan> {
         let prepared = self.prepared(variable)?;
         prepared.plan(prepared.project(lost)?)
     }
 
-    /// The plan of the table, or, where it has none or is of another version than the graph, one that is searched
-    /// for.
+    /// The plan of the table; a search where the table has none, or is of another version than the graph.
     #[must_use]
     pub fn plan_or_search(
         &self,
@@ -246,8 +244,7 @@ impl Contingency {
         Plan::of(&mut BestFirst::meeting(knowledge, graph, variable, &options, requirements, *limits), *count)
     }
 
-    /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss can make no difference
-    /// are not listed.
+    /// The plans of a variable by the lost signals, with nothing lost first. Signals whose loss changes nothing are not listed.
     pub fn losses(&self, variable: VariableId) -> impl Iterator<Item = (&[SignalId], &Plan)> + '_ {
         let prepared = self.prepared(variable);
         prepared
@@ -255,8 +252,8 @@ impl Contingency {
             .flat_map(|p| p.entries.iter().filter_map(|e| Some((e.lost.as_slice(), p.plan(e)?))))
     }
 
-    /// Makes the plans anew that may depend on what has `changed`, once the graph is [`Graph::update`]d; gives the
-    /// variables that have them, ascending. After a change of structure see [`Contingency::new`].
+    /// Makes the plans again that the `changed` elements may affect, after [`Graph::update`]; returns their variables, ascending.
+    /// After a change of structure see [`Contingency::new`].
     pub fn update(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -295,7 +292,7 @@ impl Contingency {
         self.readers.range(all(variable)).map(|&(_, prepared)| prepared)
     }
 
-    /// The plans of one variable, and the work that it was.
+    /// The plans of one variable, and the work they took.
     fn make(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -310,7 +307,7 @@ impl Contingency {
         made
     }
 
-    /// Makes the plans of a variable that has some anew.
+    /// Makes the plans of a variable of the table again.
     fn renew(&mut self, knowledge: &KnowledgeBase, graph: &Graph, variable: VariableId) {
         let (new, _) = self.make(knowledge, graph, variable, u64::MAX);
         let slot = self.slots.find(variable).copied().flatten();
@@ -322,13 +319,13 @@ impl Contingency {
                 difference(&new.reads, &old.reads).for_each(|read| _ = self.readers.insert((read, variable)));
                 *old = new;
             }
-            // What it has read stays: when this changes back the work may be enough again.
+            // The read variables are kept: when they change back, the work may be enough again.
             None => *old = Prepared { reads: core::mem::take(&mut old.reads), ..Prepared::default() },
         }
     }
 }
 
-/// What is in one ascending list and not in another.
+/// The elements of one ascending list that are not in another.
 fn difference(of: &[VariableId], without: &[VariableId]) -> impl Iterator<Item = VariableId> {
     of.iter().copied().filter(|item| without.binary_search(item).is_err())
 }

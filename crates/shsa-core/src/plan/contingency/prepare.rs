@@ -1,32 +1,31 @@
-//! What is asked of a table, and what it keeps for one variable.
+//! The request of a table, and its entries for one variable.
 
 use super::super::graph::Options;
 use super::super::{Limits, Plan, Requirements};
 use crate::knowledge::{SignalId, VariableId};
 use alloc::vec::Vec;
 
-/// What a table is made for, and what making it may cost.
+/// The scope of a table, and the limits of its preparation.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Preparation {
-    /// How many substitutions each plan has at the most.
+    /// The largest number of substitutions in a plan.
     pub count: usize,
-    /// Prepares for the loss of any two signals, too.
+    /// Whether to prepare for the loss of any two signals, too.
     pub pairs: bool,
-    /// Of each search; lost signals are forbidden in addition.
+    /// The options of each search; lost signals are forbidden in addition.
     pub options: Options,
-    /// What substitutions must meet. Of age and width, no loss can be told to make no difference without a search.
+    /// The requirements on substitutions. With limits of age and width, every loss needs a search.
     pub requirements: Requirements,
-    /// Of each search.
+    /// The limits of each search.
     pub limits: Limits,
-    /// How many inputs may be looked at and decisions taken for one variable; a search that has begun ends by its own
-    /// limits.
+    /// The limit of visited inputs and decisions for one variable; a running search ends by its own limits.
     pub work_each: u64,
-    /// The same for all variables together, at the set-up.
+    /// The same limit for all variables together, at the set-up.
     pub work: u64,
 }
 
 impl Default for Preparation {
-    /// The best plan after each single loss; about a second a variable and ten for all, at the most.
+    /// One plan for each single loss; at most about a second a variable and ten for all.
     fn default() -> Self {
         Preparation {
             count: 1,
@@ -50,27 +49,27 @@ pub(super) fn without(options: &Options, lost: &[SignalId]) -> Options {
 /// The plan after a loss.
 #[derive(Clone, Debug)]
 pub(super) struct Entry {
-    /// Signals whose loss can make a difference, ascending.
+    /// Lost signals that can change the plan, ascending.
     pub(super) lost: Vec<SignalId>,
-    /// Where the plan stands: many losses share one.
+    /// The place of the plan: many losses share one.
     pub(super) plan: usize,
-    /// The signals whose loss can make a difference, ascending; after a loss only those that could not before.
+    /// The signals whose loss can change the plan, ascending; after a loss only those that could not before.
     pub(super) matters: Vec<SignalId>,
 }
 
-/// What a table knows of one variable.
+/// The entries of a table for one variable.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Prepared {
-    /// By the lost signals, ascending; the first one is of no loss.
+    /// The entries by the lost signals, ascending; the first is without a loss.
     pub(super) entries: Vec<Entry>,
     pub(super) plans: Vec<Plan>,
-    /// The signals whose loss, with all that is derived from them, can make a difference, ascending.
+    /// The signals whose loss, with all that are derived from them, can change the plan, ascending.
     pub(super) events: Vec<SignalId>,
     /// All variables that the searches have read, ascending.
     pub(super) reads: Vec<VariableId>,
-    /// Whether no loss was left out for its work.
+    /// Whether no loss was left out by the limit of work.
     pub(super) complete: bool,
-    /// With how much work it is made; the highest number when it is not known that less than all there was is enough.
+    /// The work of the preparation; the largest number when it is not known that less than the limit is enough.
     pub(super) work: u64,
 }
 
@@ -84,8 +83,8 @@ impl Prepared {
         self.plans.get(entry.plan)
     }
 
-    /// The entry for those of the lost signals that make a difference: first to the variable with nothing lost, then
-    /// without what is lost of these.
+    /// The entry of a loss, reduced to the lost signals that matter: first those that matter with nothing lost, then those that
+    /// matter after these losses, and so on.
     pub(super) fn project(&self, lost: &[SignalId]) -> Option<&Entry> {
         if lost.len() == 1
             && let Some(entry) = self.find(lost)
@@ -103,7 +102,7 @@ impl Prepared {
     }
 }
 
-/// Lost signals, and those of some others that matter, ascending.
+/// The lost signals, and those of `more` that matter, ascending.
 pub(super) fn with(lost: &[SignalId], more: &[SignalId], matters: &[SignalId]) -> Vec<SignalId> {
     let matters = |signal: &&SignalId| matters.binary_search(signal).is_ok();
     let mut all: Vec<SignalId> = lost.iter().chain(more.iter().filter(matters)).copied().collect();

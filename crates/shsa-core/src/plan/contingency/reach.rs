@@ -1,14 +1,14 @@
-//! The variables that a search can look at: what it answers depends on nothing else.
+//! The variables that a search can visit: its answer depends on nothing else.
 
 use super::super::graph::{Options, Producer, View};
 use crate::knowledge::{IdVec, VariableId};
 use alloc::vec::Vec;
 
-/// Walks over the variables that a search could touch, with stamps instead of sets: a walk costs nothing in the
-/// size of the graph.
+/// Walks over the variables that a search could visit, with stamps instead of sets: a walk costs nothing in the size of the
+/// graph.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reach {
-    /// The last walk that came by each variable.
+    /// The last walk that visited each variable.
     stamps: IdVec<VariableId, u64>,
     /// The last walk from a root.
     base: u64,
@@ -16,7 +16,7 @@ pub(super) struct Reach {
     last: u64,
 }
 
-/// A relation that may be used for `place`, and reads `input` as it is provided.
+/// A relation that may be used for `place` and reads the provided variable `input`.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Reading {
     pub(super) input: VariableId,
@@ -24,14 +24,14 @@ pub(super) struct Reading {
     pub(super) producer: Producer,
 }
 
-/// What a walk has found.
+/// The result of a walk.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Reached {
-    /// In the order of discovery.
+    /// The variables, in the order of discovery.
     pub(super) variables: Vec<VariableId>,
-    /// By their inputs, ascending.
+    /// The readings, ascending by their inputs.
     readings: Vec<Reading>,
-    /// Inputs that were looked at.
+    /// The number of visited inputs.
     pub(super) work: u64,
 }
 
@@ -45,15 +45,15 @@ impl Reached {
 }
 
 impl Reach {
-    /// For a graph of so many variables.
+    /// Fits the stamps to the number of variables of a graph.
     pub(super) fn fit(&mut self, variables: usize) {
         if self.stamps.len() != variables {
             *self = Reach { stamps: IdVec::filled(variables, |_| 0), base: 0, last: 0 };
         }
     }
 
-    /// Every variable of which a search from `root` may read how it is provided: the root, and the inputs of all
-    /// relations above variables that are not provided. `None` after `most` inputs.
+    /// The variables whose provision a search from `root` may read: the root, and the inputs of all relations above variables
+    /// that are not provided. `None` after `most` inputs.
     pub(super) fn from(
         &mut self,
         view: &View,
@@ -68,7 +68,7 @@ impl Reach {
         Some(reached)
     }
 
-    /// What comes in addition to the last walk from a root, when some variables of it are not provided any more.
+    /// The variables reached in addition to the last walk from a root, when some variables of it are no longer provided.
     pub(super) fn beyond(
         &mut self,
         view: &View,

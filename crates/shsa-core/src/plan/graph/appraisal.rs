@@ -1,4 +1,4 @@
-//! What a way is worth: its substitution rated with the signals that it reads, not with the best ones there are.
+//! The utility of a way: its substitution, rated with the signals that it reads instead of the best ones.
 
 use super::{Graph, Options, Status, View};
 use crate::knowledge::{RelationId, SignalId, VariableId};
@@ -14,18 +14,18 @@ pub struct Appraisal<'a> {
 }
 
 impl<'a> Appraisal<'a> {
-    /// With all signals that the graph has available, but not the lost ones (ascending).
+    /// The appraisal with all available signals of the graph but the lost ones (ascending).
     #[must_use]
     pub fn new(graph: &'a Graph, lost: &[SignalId]) -> Appraisal<'a> {
         let options = Options { forbidden_signals: lost.to_vec(), ..Options::default() };
         Appraisal { view: View::new(graph, &options), lost: lost.to_vec() }
     }
 
-    /// The utility of a way: that of its substitution if no other signals carried the variables that it starts from.
+    /// The utility of a way: that of its substitution if no other signals carried its sources.
     ///
-    /// A signal whose accuracy is not given is as exact as the least exact one beside it that may be used: what is not
-    /// known is not good. So the best way of a substitution has the substitution's own utility (where one signal is the
-    /// best in every respect), and no way a higher one, unless a formula prefers less exact inputs.
+    /// A signal without a given accuracy counts as exact as the least exact usable signal beside it: an unknown accuracy is not
+    /// good. So the best way of a substitution has the substitution's own utility (where one signal is the best in every
+    /// respect), and no way a higher one, unless a formula prefers less exact inputs.
     ///
     /// Complexity: O(inputs of its relations, each times the signals of a variable).
     #[must_use]
@@ -43,7 +43,7 @@ impl<'a> Appraisal<'a> {
         scale.utility(scale.join_all(weights.into_values().chain(sources)))
     }
 
-    /// A variable as the way reads it.
+    /// The status of a variable as the way reads it.
     fn status(&self, way: &Way, variable: VariableId) -> Status {
         let best = self.view.status(variable);
         let place = way.substitution.sources.binary_search(&variable).ok();

@@ -1,15 +1,14 @@
-//! What a graph has in common with the one that takes its place after a change of structure.
+//! Compares a graph with its successor after a change of structure.
 
 use super::{Carrier, Graph};
 use crate::knowledge::{IdVec, Lineage, RelationId, VariableId};
 
 impl Graph {
-    /// The variables about which a search that comes by reads the same in both graphs, by other ids: how they are
-    /// provided and by which signals, and the relations that produce them with all their inputs and numbers, in the
-    /// same order. What an input is like is a question to that input.
+    /// The variables about which searches read the same in both graphs, up to ids: whether they are provided and by which
+    /// signals, and the relations that produce them, with all their inputs and numbers, in the same order. The state of an input
+    /// counts for that input.
     ///
-    /// A search in which all that it comes by lasts, and stays in the same order, takes the same decisions. Complexity:
-    /// O(model).
+    /// A search takes the same decisions where all visited variables last, in the same order. Complexity: O(model).
     pub(in crate::plan) fn lasting(&self, new: &Graph, lineage: &Lineage) -> IdVec<VariableId, bool> {
         if self.utility != new.utility || self.monotone != new.monotone {
             return IdVec::filled(self.variables.len(), |_| false);

@@ -1,13 +1,13 @@
-//! Keeping a graph up to date while numbers and availability change, without building it anew.
+//! Updates a graph after changes of numbers and availability, without building it again.
 
 use super::{Carrier, Graph, status};
 use crate::knowledge::{ACCURACY, Element, KnowledgeBase, RelationId, Rows, SignalId, VariableId};
 
 impl Graph {
-    /// Takes over the properties, and the availability of signals, of what has `changed` in the knowledge base that the
-    /// graph was made of. After a change of its structure or utility only [`Graph::new`] helps.
+    /// Takes over the properties, and the availability, of the `changed` elements of the knowledge base that the graph was made
+    /// from. After a change of its structure or utility, use [`Graph::new`].
     ///
-    /// Complexity: O(relations that read what has changed, each times its outputs and inputs).
+    /// Complexity: O(relations that read the changed elements, each times its outputs and inputs).
     pub fn update(&mut self, knowledge: &KnowledgeBase, changed: &[Element]) {
         let mut is_sound = true;
         let mut has_new_numbers = false;
@@ -31,7 +31,7 @@ impl Graph {
         self.version = knowledge.version();
     }
 
-    /// Whether an element and what reads it can only make substitutions worse.
+    /// Whether additional relations can only lower the utility, checked for an element and its readers.
     fn is_sound(&self, knowledge: &KnowledgeBase, element: Element) -> bool {
         let variable = match element {
             Element::Variable(variable) => Some(variable),
@@ -43,7 +43,7 @@ impl Graph {
         !has_problem(element) && !readers.iter().any(|&reader| has_problem(Element::Relation(reader)))
     }
 
-    /// As the others: whether numbers have changed that are checked.
+    /// Updates a variable; returns whether checked numbers have changed.
     fn update_variable(&mut self, knowledge: &KnowledgeBase, id: VariableId) -> bool {
         let Some(variable) = knowledge.variables().find(id) else { return false };
         self.variables[id].own_accuracy = variable.properties.get(ACCURACY).copied();

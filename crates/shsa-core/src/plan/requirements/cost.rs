@@ -1,4 +1,4 @@
-//! What adds up along a substitution, at least: latency, width and period.
+//! Lower bounds of costs along a substitution: latency, width and period.
 
 use crate::expression::{Binary, Formula, Operation, Symbol, Unary};
 use crate::knowledge::{Id, KnowledgeBase, SignalId, VariableId};
@@ -6,13 +6,13 @@ use crate::substitution::{Step, Substitution};
 use crate::time::Span;
 use alloc::collections::BTreeMap;
 
-/// What adds up from the sources to the sink, at least.
+/// Lower bounds of the costs from the sources to the sink.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Cost {
     pub(super) latency: Span,
-    /// SI.
+    /// The width, SI.
     pub(super) width: f64,
-    /// That of the fastest signal; without end of constants.
+    /// The period of the fastest signal; infinite for constants.
     pub(super) period: Span,
 }
 
@@ -20,7 +20,7 @@ impl Cost {
     pub(super) const NONE: Cost = Cost { latency: Span::ZERO, width: 0.0, period: Span::ZERO };
     pub(super) const MAX: Cost = Cost { latency: Span::MAX, width: f64::INFINITY, period: Span::MAX };
 
-    /// What a complete substitution costs, from what its sources do.
+    /// The costs of a complete substitution, from those of its sources.
     pub(super) fn along(
         knowledge: &KnowledgeBase,
         substitution: &Substitution,
@@ -35,7 +35,7 @@ impl Cost {
         known.get(&substitution.sink).copied().unwrap_or(Cost::NONE)
     }
 
-    /// Of the best signals of a provided variable; a constant has the width of its bounds.
+    /// The costs of the best signals of a provided variable; a constant has the width of its bounds.
     pub(super) fn of_source(
         knowledge: &KnowledgeBase,
         variable: VariableId,
@@ -71,7 +71,7 @@ impl Cost {
     }
 }
 
-/// The longest time that operators on a way to a leaf look back.
+/// The longest time that the operators on a path to a leaf look back.
 fn looks_back(formula: &Formula) -> Span {
     let below = formula.arguments().iter().map(looks_back).max().unwrap_or_default();
     match formula.operation() {
@@ -82,10 +82,9 @@ fn looks_back(formula: &Formula) -> Span {
     }
 }
 
-/// The width that the interval evaluation of a formula has at least, from the widths of its variables.
+/// A lower bound of the width of a formula's interval evaluation, from the widths of its variables.
 ///
-/// Sums and differences add widths up, a constant factor scales them; whatever else may narrow them counts as
-/// nothing.
+/// Sums and differences add up widths, constant factors scale them; any other operation may narrow them to zero.
 fn least_width(formula: &Formula, width: &dyn Fn(Symbol) -> f64) -> f64 {
     let argument =
         |at: usize| formula.arguments().get(at).map_or(0.0, |argument| least_width(argument, width));

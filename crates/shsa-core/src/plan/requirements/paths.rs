@@ -1,4 +1,4 @@
-//! The requirements along substitutions, as one search checks them.
+//! The requirements along substitutions, as a search checks them.
 
 use super::cost::Cost;
 use super::{Requirements, usable};
@@ -8,21 +8,21 @@ use crate::plan::subproblem::{ChoiceId, Place, Subproblem};
 use crate::substitution::{Step, Substitution, Way};
 use alloc::collections::BTreeMap;
 
-/// How often lower bounds are carried on from the sources where places need each other in a circle.
+/// The number of rounds that improve lower bounds where places need each other in a cycle.
 const ROUNDS: usize = 4;
 
-/// The requirements along substitutions, as one search checks them.
+/// The requirements along substitutions, as a search checks them.
 #[derive(Debug)]
 pub(in super::super) struct Paths<'a> {
     knowledge: &'a KnowledgeBase,
     options: Options,
     requirements: Requirements,
-    /// What each variable of the scope costs at least, whatever is chosen.
+    /// The least cost of each variable of the subproblem, over all choices.
     least: BTreeMap<VariableId, Cost>,
 }
 
 impl<'a> Paths<'a> {
-    /// For a scope that was made with the same, narrowed options. Complexity: O(scope).
+    /// The check for a subproblem with the same, narrowed options. Complexity: O(subproblem).
     pub(in super::super) fn new(
         knowledge: &'a KnowledgeBase,
         requirements: Requirements,
@@ -31,7 +31,7 @@ impl<'a> Paths<'a> {
     ) -> Paths<'a> {
         let mut paths = Paths { knowledge, options, requirements, least: BTreeMap::new() };
         paths.least.extend(subproblem.places().map(|place| (subproblem.variable(place), Cost::NONE)));
-        // From below, so that the bounds are true after every round; of a tree one is enough.
+        // Starts from below, so that the bounds are valid after every round; for a tree one round is enough.
         for _ in 0..ROUNDS {
             for place in subproblem.places().rev() {
                 let costs = subproblem.choices(place).map(|choice| paths.cost(subproblem, place, choice));
@@ -60,7 +60,7 @@ impl<'a> Paths<'a> {
         self.least.get(&variable).copied().unwrap_or_else(|| self.source(variable))
     }
 
-    /// Whether some completion of these steps, which are in their order of computation, may meet the requirements.
+    /// Whether some completion of these steps, in their order of computation, may meet the requirements.
     ///
     /// Complexity: O(n log n) for n inputs of the steps.
     pub(in super::super) fn allow(&self, root: VariableId, steps: &[Step]) -> bool {

@@ -1,35 +1,35 @@
-//! Why a substitution is no answer, in numbers.
+//! Why a substitution falls short, in numbers.
 
 use crate::knowledge::{INTEGRITY_LEVELS, KnowledgeBase, RelationId, SignalId, VariableId};
 use crate::reason::Reason;
 use crate::time::Span;
 use alloc::string::{String, ToString};
 
-/// Why a substitution is no answer.
+/// A reason why a substitution falls short.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shortfall {
-    /// Forbidden, or not available; no other signal carries the variable.
+    /// The signal is forbidden or unavailable; no other signal carries the variable.
     Signal(VariableId),
-    /// Forbidden.
+    /// The relation is forbidden.
     Relation(RelationId),
-    /// No usable signal of a variable is as fast: the fastest, and what was asked.
+    /// No usable signal of a variable is fast enough: the fastest rate, and the required one.
     Rate(VariableId, f64, f64),
-    /// No usable signal of a variable has the level: the highest, and what was asked.
+    /// No usable signal of a variable has the level: the highest, and the required one.
     SignalIntegrity(VariableId, f64, f64),
-    /// A relation does not have the level: its own, and what was asked.
+    /// A relation does not have the level: its own, and the required one.
     RelationIntegrity(RelationId, f64, f64),
-    /// All signals of a variable share something with a suspect.
+    /// All signals of a variable have an origin in common with a suspect.
     Shared(VariableId, SignalId),
-    /// The age of what it rests on, and the largest that was asked.
+    /// The age of the inputs, and the largest allowed one.
     Latency(Span, Span),
-    /// The time between two of its values, and the longest that was asked.
+    /// The time between two values, and the longest allowed one.
     Period(Span, Span),
-    /// The least width of its values, and the largest that was asked, SI.
+    /// The least width of values, and the largest allowed one, SI.
     Width(f64, f64),
 }
 
 impl Shortfall {
-    /// With names, SI units.
+    /// The shortfall as a reason, with names and SI units.
     #[must_use]
     pub fn reason(&self, knowledge: &KnowledgeBase) -> Reason {
         let variable = |id: VariableId| knowledge.variables()[id].name.clone();

@@ -1,9 +1,9 @@
-//! What is of use in a scope, on its own.
+//! Reduces a subproblem to its useful part.
 
 use super::{Choice, ChoiceId, Node, Place, Subproblem};
 use crate::knowledge::{Id, IdVec};
 
-/// Copies what is of use, renumbered breadth first.
+/// Copies the useful part of a subproblem, renumbered breadth first.
 pub(super) struct Compaction<'a> {
     old: &'a Subproblem,
     new: Subproblem,

@@ -1,4 +1,4 @@
-//! The part of a graph that a search from one root can reach and use, renumbered densely, with a lower bound of what it costs.
+//! The part of a graph that a search from one root can reach and use, renumbered densely, with lower bounds of weights.
 
 mod visit;
 mod compaction;
@@ -33,45 +33,45 @@ macro_rules! local_id {
 }
 
 local_id! {
-    /// A variable that has to be decided when a substitution needs it; the root is the first.
+    /// A variable that must be decided when a substitution needs it; the root is the first.
     Place
     /// One way of knowing the variable of a place.
     ChoiceId
-    /// A relation that a substitution may use for several outputs, and then counts once.
+    /// A relation that a substitution may use for several outputs, and that counts once then.
     SharedRelation
 }
 
 /// A relation above a place, or the place's own signals.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Choice {
-    /// `None`: the variable is provided, and used as it comes.
+    /// `None`: the variable is provided, and used as provided.
     pub(super) relation: Option<RelationId>,
-    /// What it weighs, if the relation is not used already.
+    /// The weight, if the relation is not used already.
     pub(super) weight: Weight,
-    /// Where its inputs begin and end.
+    /// The bounds of its inputs.
     inputs: (u32, u32),
 }
 
-/// A variable that has to be decided.
+/// A variable that must be decided.
 #[derive(Clone, Copy, Debug)]
 struct Node {
-    /// What knowing it weighs at least, whatever else is known.
+    /// A lower bound of the weight of knowing the variable, whatever else is known.
     lower_bound: Weight,
     variable: VariableId,
-    /// Where its choices begin and end.
+    /// The bounds of its choices.
     choices: (u32, u32),
-    /// The best choice, where the hopes are exact.
+    /// The best choice, where the lower bounds are exact.
     best: ChoiceId,
 }
 
 impl Node {
-    /// Before its choices are known.
+    /// The node before its choices are known.
     fn of(variable: VariableId) -> Node {
         Node { lower_bound: Weight::ZERO, variable, choices: (0, 0), best: ChoiceId(0) }
     }
 }
 
-/// For how many places and choices there is room from the start.
+/// The room for places and choices from the start.
 const ROOM: usize = 64;
 
 /// Places and choices; the root is the first place.
@@ -81,21 +81,21 @@ pub(super) struct Subproblem {
     nodes: IdVec<Place, Node>,
     choices: IdVec<ChoiceId, Choice>,
     inputs: Vec<Place>,
-    /// Of each choice, if there is any: set when the relation may be used for another output at the same time.
+    /// The shared relation of each choice, where one exists: its relation may be used for another output at the same time.
     shared_relations: IdVec<ChoiceId, Option<SharedRelation>>,
     team_count: usize,
-    /// Relations that may produce another variable of the scope, ascending.
+    /// Relations that may produce another variable of the subproblem, ascending.
     ambiguous: Vec<RelationId>,
     tree: bool,
     cyclic: bool,
 }
 
 impl Subproblem {
-    /// Finds what can be reached from `root` and is of use. Complexity: O(size of that part).
+    /// Finds the part that is reachable from `root` and useful. Complexity: O(size of that part).
     pub(super) fn find(&mut self, view: &View, root: VariableId, rules: Rules, marks: &mut Marks) {
         if !Visit::new(view, root, rules, marks, self, true).run() {
             Visit::new(view, root, rules, marks, self, false).run();
-            // Of a tree, the hopes tell what is of use.
+            // In a tree, the lower bounds tell which part is useful.
             self.drop_useless();
             self.cyclic = self.has_cycle();
         }
@@ -103,7 +103,7 @@ impl Subproblem {
         if self.is_exact() { self.find_best() } else { self.find_hopes() }
     }
 
-    /// Forgets all, and keeps the room.
+    /// Clears everything, and keeps the room.
     fn clear(&mut self, scale: Scale) {
         let Subproblem { nodes, choices, inputs, shared_relations, ambiguous, .. } = self;
         nodes.clear();
@@ -117,32 +117,32 @@ impl Subproblem {
         (self.scale, self.team_count, self.tree, self.cyclic) = (scale, 0, true, false);
     }
 
-    /// How its weights are joined.
+    /// How weights are joined.
     pub(super) fn scale(&self) -> Scale {
         self.scale
     }
 
-    /// The root, unless nothing can provide it.
+    /// The root; `None` when it cannot be provided.
     pub(super) fn root(&self) -> Option<Place> {
         self.nodes.ids().next().filter(|&root| !self.lower_bound(root).is_impossible())
     }
 
-    /// How many places there are.
+    /// The number of places.
     pub(super) fn len(&self) -> usize {
         self.nodes.len()
     }
 
-    /// How many choices there are.
+    /// The number of choices.
     pub(super) fn count(&self) -> usize {
         self.choices.len()
     }
 
-    /// How many teams there are.
+    /// The number of shared relations.
     pub(super) fn shared_relations(&self) -> usize {
         self.team_count
     }
 
-    /// Whether choices can be such that a variable is needed for itself.
+    /// Whether some choices make a variable depend on itself.
     pub(super) fn is_cyclic(&self) -> bool {
         self.cyclic
     }
@@ -162,7 +162,7 @@ impl Subproblem {
         self.nodes[place].variable
     }
 
-    /// What knowing a place weighs at least, whatever else is known.
+    /// A lower bound of the weight of knowing a place, whatever else is known.
     pub(super) fn lower_bound(&self, place: Place) -> Weight {
         self.nodes[place].lower_bound
     }
@@ -173,12 +173,12 @@ impl Subproblem {
         (start..end).map(ChoiceId)
     }
 
-    /// What a choice is.
+    /// The choice of an id.
     pub(super) fn choice(&self, choice: ChoiceId) -> &Choice {
         &self.choices[choice]
     }
 
-    /// Set when the relation of a choice may be used for another output at the same time.
+    /// The shared relation of a choice, where its relation may be used for another output at the same time.
     pub(super) fn shared_relation(&self, choice: ChoiceId) -> Option<SharedRelation> {
         self.shared_relations.find(choice).copied().flatten()
     }
@@ -201,7 +201,7 @@ impl Subproblem {
         }
     }
 
-    /// How many inputs of each choice cannot be known in any way, by counting forward from the provided ones.
+    /// For each choice, how many of its inputs cannot be known in any way, by counting forward from the provided ones.
     fn missing(&self) -> IdVec<ChoiceId, u32> {
         let mut missing = IdVec::filled(self.choices.len(), |choice| self.inputs(choice).len() as u32);
         let output = self.outputs();
@@ -223,7 +223,7 @@ impl Subproblem {
         missing
     }
 
-    /// The place that each choice is one of.
+    /// The place of each choice.
     pub(super) fn outputs(&self) -> IdVec<ChoiceId, Place> {
         let mut outputs = IdVec::new();
         for place in self.nodes.ids() {
@@ -279,7 +279,7 @@ impl Subproblem {
         }
     }
 
-    /// Whether some place can need itself, by removing places that only removed ones need.
+    /// Whether some place can depend on itself: tested by removing places that only removed places need.
     fn has_cycle(&self) -> bool {
         let mut needed = IdVec::filled(self.len(), |_: Place| 0_u32);
         for &input in &self.inputs {
@@ -299,12 +299,12 @@ impl Subproblem {
         removed < self.len()
     }
 
-    /// Lower bounds, from the last places to the root.
+    /// Computes lower bounds, from the last places to the root.
     ///
-    /// The lower bound of a place adds up only places that nothing else can need (they have no other variable above
-    /// them), so the hopes of different undecided places never speak of the same relation, nor of a relation
-    /// that is decided already: together they are a lower bound of what is still to be paid. Where nothing is shared
-    /// it is exact. A relation that may also serve another output may be paid for there: it counts as nothing.
+    /// The lower bound of a place adds up only places that no other place can need. So the lower bounds of different undecided
+    /// places never count the same relation, nor a relation that is decided already, and their sum is a lower bound of the
+    /// remaining weight. Where nothing is shared, the bound is exact. A relation that may also serve another output may be
+    /// counted there, so it counts as nothing here.
     fn find_hopes(&mut self) {
         let private = if self.tree { IdVec::new() } else { self.private() };
         for place in self.nodes.ids().rev() {
@@ -320,7 +320,7 @@ impl Subproblem {
         }
     }
 
-    /// Which places can be needed for one variable only. Such a place comes after that variable's.
+    /// The places that only one variable can need. Such a place follows the place of that variable.
     fn private(&self) -> IdVec<Place, bool> {
         let mut private = IdVec::filled(self.len(), |_| true);
         let mut above: IdVec<Place, Option<Place>> = IdVec::filled(self.len(), |_| None);
@@ -337,13 +337,13 @@ impl Subproblem {
 /// The choices that need each place.
 #[derive(Debug)]
 pub(super) struct Users {
-    /// Where the list of each place begins, once all are put.
+    /// The start of each place's list, once it is complete.
     starts: Vec<u32>,
     choices: Vec<ChoiceId>,
 }
 
 impl Users {
-    /// Puts in from the back of the list of the place.
+    /// Adds an entry to a place's list, from the back.
     fn put(&mut self, place: Place, choice: ChoiceId) {
         if let Some(start) = self.starts.get_mut(place.index()) {
             *start -= 1;

@@ -1,4 +1,4 @@
-//! Trees: where nothing is shared the best of each place makes the best of all, and is read off.
+//! Trees: where nothing is shared, the best choices of all places together are the best substitution, which is read off.
 
 use super::{Choice, ChoiceId, Place, Subproblem};
 use crate::knowledge::VariableId;
@@ -7,7 +7,7 @@ use crate::plan::utility::Weight;
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
 
-/// Room for reading off.
+/// Working memory for reading off.
 #[derive(Clone, Debug, Default)]
 pub(in crate::plan) struct Reading {
     open: Vec<Place>,
@@ -16,7 +16,7 @@ pub(in crate::plan) struct Reading {
 }
 
 impl Subproblem {
-    /// As [`Scope::find_hopes`], where the hopes are exact: also the best choice of each place, of equals the first.
+    /// As [`Subproblem::find_hopes`], where the bounds are exact; also finds the best choice of each place, the first of equals.
     pub(super) fn find_best(&mut self) {
         for place in self.nodes.ids().rev() {
             let (start, end) = self.nodes[place].choices;
@@ -34,8 +34,8 @@ impl Subproblem {
         }
     }
 
-    /// Puts the best substitution into the place of another; how many decisions it consists of. Only for a scope that
-    /// [is exact](Scope::is_exact) and has a root.
+    /// Replaces a substitution by the best one; returns the number of its decisions. Only for a subproblem that [is
+    /// exact](Subproblem::is_exact) and has a root.
     ///
     /// Complexity: O(s log s) for s inputs of its relations.
     pub(in crate::plan) fn read_off(
@@ -50,7 +50,7 @@ impl Subproblem {
         open.clear();
         open.push(Place(0));
         let mut decisions = 0;
-        // The last input first, and all from the back to the front: a step comes after those that it reads.
+        // The last input first, and the steps from the back to the front: a step comes after those that it reads.
         while let Some(place) = open.pop() {
             decisions += 1;
             let node = &self.nodes[place];
@@ -64,7 +64,7 @@ impl Subproblem {
             for &input in needed {
                 open.push(input);
             }
-            // What is no place is used as it comes. Both lists have the same order.
+            // An input without a place is used as provided. Both lists have the same order.
             for &input in graph.inputs(relation).iter().filter(|&&input| input != output) {
                 match needed.split_first() {
                     Some((&first, rest)) if self.variable(first) == input => needed = rest,

@@ -1,4 +1,4 @@
-//! The walk that finds a scope.
+//! The walk that finds a subproblem.
 
 use super::{Choice, Node, Place, Subproblem};
 use crate::knowledge::{Id, IdVec, RelationId, VariableId};
@@ -6,34 +6,33 @@ use crate::plan::graph::{Producer, View};
 use crate::plan::utility::Weight;
 use alloc::vec::Vec;
 
-/// Which variables may be substituted.
+/// The rules for which variables may be substituted.
 #[derive(Clone, Copy, Debug)]
 pub(in crate::plan) struct Rules {
-    /// Provided variables below the root, too.
+    /// Whether provided variables below the root may be substituted, too.
     pub(in crate::plan) substitute_provided: bool,
-    /// The root's own signals are no answer.
+    /// Whether the root's own signals are no answer.
     pub(in crate::plan) without_empty: bool,
 }
 
-/// What was noted about a variable or relation in one round; an earlier round's note counts as none.
+/// A note about a variable or relation, valid in one round.
 #[derive(Clone, Copy, Debug, Default)]
 struct Mark {
     round: u32,
     value: u32,
 }
 
-/// Marks on the variables and relations of a graph, by rounds, so that searches that share them cost nothing in the
-/// size of the graph.
+/// Marks on the variables and relations of a graph, by rounds: searches that share them pay nothing in the size of the graph.
 #[derive(Clone, Debug, Default)]
 pub(in crate::plan) struct Marks {
     round: u32,
     places: IdVec<VariableId, Mark>,
     relations: IdVec<RelationId, Mark>,
-    /// For what each place was first needed.
+    /// The place that first needed each place.
     above: Vec<Above>,
 }
 
-/// A place that needs another, and the relation for which it does; the root's is itself.
+/// A place that needs another, and the relation that reads it; the root has itself.
 #[derive(Clone, Copy, Debug)]
 struct Above {
     place: Place,
@@ -41,7 +40,7 @@ struct Above {
 }
 
 impl Marks {
-    /// Marks for a graph of so many variables and relations.
+    /// Fits the marks to the variables and relations of a graph.
     #[inline]
     pub(in crate::plan) fn fit(&mut self, variables: usize, relations: usize) {
         if self.places.len() != variables || self.relations.len() != relations {
@@ -74,7 +73,7 @@ impl Marks {
         self.places[variable].round = 0;
     }
 
-    /// Counts a use of a relation; how many there were before.
+    /// Counts a use of a relation; returns how many there were before.
     fn use_relation(&mut self, relation: RelationId) -> u32 {
         let mark = &mut self.relations[relation];
         let before = if mark.round == self.round { mark.value } else { 0 };
@@ -85,20 +84,20 @@ impl Marks {
 
 /// A breadth-first walk from the root over everything that may be needed.
 ///
-/// It first assumes a tree: then what stands above a place is known, and a choice that needs one of those is
-/// left out at once (a relation that is usable in all directions would lead up again). Is a place reached from
-/// two sides, the walk is repeated without this assumption.
+/// It first assumes a tree: then the places above a place are known, and a choice that needs one of them is left out at once (a
+/// relation that is usable in all directions would lead up again). If a place is reached from two sides, the walk is repeated
+/// without this assumption.
 pub(super) struct Visit<'a, 'b> {
     view: &'a View<'b>,
     root: VariableId,
     rules: Rules,
-    /// Provided variables are places, too: they may be substituted, or using them has a weight.
+    /// Whether provided variables are places, too: they may be substituted, or their use has a weight.
     provided_places: bool,
     marks: &'a mut Marks,
     subproblem: &'a mut Subproblem,
 }
 
-/// How far up a walk looks for a variable that would be needed for itself.
+/// How far up a walk tests whether a variable would depend on itself.
 const LOOK_UP: usize = 64;
 
 impl<'a, 'b> Visit<'a, 'b> {
@@ -117,7 +116,7 @@ impl<'a, 'b> Visit<'a, 'b> {
         Visit { view, root, rules, provided_places, marks, subproblem }
     }
 
-    /// `false` when the part turns out to be no tree.
+    /// Returns `false` when the part turns out to be no tree.
     pub(super) fn run(mut self) -> bool {
         self.discover(self.root, Above { place: Place(0), relation: None });
         let mut next = 0;
@@ -146,7 +145,7 @@ impl<'a, 'b> Visit<'a, 'b> {
         let variable = self.subproblem.variable(place);
         let first = self.subproblem.choices.len() as u32;
         let is_root = place.index() == 0;
-        // Below the root, what is provided is no place unless that is to be decided.
+        // Below the root, a provided variable is a place only if its use must be decided.
         let provided = (is_root || self.provided_places) && view.is_provided(variable);
         if provided && !(self.rules.without_empty && is_root) {
             self.add_choice(None, view.status(variable).weight, self.subproblem.inputs.len());
@@ -155,7 +154,7 @@ impl<'a, 'b> Visit<'a, 'b> {
             let above = self.above(place).and_then(|above| above.relation).filter(|_| self.subproblem.tree);
             for producer in view.producers(variable) {
                 if producer.facts.exclusive && Some(producer.relation) == above {
-                    // It needs what it was needed for.
+                    // The relation would need its own output.
                     continue;
                 }
                 match self.find_inputs(place, variable, producer) {
@@ -169,7 +168,7 @@ impl<'a, 'b> Visit<'a, 'b> {
         true
     }
 
-    /// Puts the places that a relation needs at the end of the inputs; nothing when it would need its own output.
+    /// Appends the places that a relation needs to the inputs, unless it would need its own output.
     fn find_inputs(&mut self, place: Place, variable: VariableId, producer: &Producer) -> Found {
         let (start, known) = (self.subproblem.inputs.len(), self.subproblem.len());
         let inputs = self.view.graph().inputs_of(producer);
@@ -198,7 +197,7 @@ impl<'a, 'b> Visit<'a, 'b> {
         self.marks.above.get(place.index()).copied()
     }
 
-    /// Takes back what was found after so many inputs and places.
+    /// Takes back the inputs and places after the given numbers of them.
     fn forget(&mut self, inputs: usize, places: usize) {
         self.subproblem.inputs.truncate(inputs);
         self.marks.above.truncate(places);
@@ -209,7 +208,7 @@ impl<'a, 'b> Visit<'a, 'b> {
         }
     }
 
-    /// Whether a place surely needs another.
+    /// Whether a place surely depends on another.
     fn leads_up(&self, needed: Place, place: Place) -> bool {
         needed == Place(0) || (self.subproblem.tree && self.is_above(needed, place))
     }
@@ -222,7 +221,7 @@ impl<'a, 'b> Visit<'a, 'b> {
 
     fn add_relation(&mut self, producer: &Producer, variable: VariableId, inputs: usize) {
         let Producer { relation, facts, .. } = *producer;
-        // In a tree nothing needs an output of an exclusive relation but what it is used for.
+        // In a tree, nothing needs an output of an exclusive relation but the place that it is used for.
         let may_be_used_twice = facts.several_outputs && !(facts.exclusive && self.subproblem.tree);
         if may_be_used_twice && self.marks.use_relation(relation) > 0 {
             self.subproblem.ambiguous.push(relation);
@@ -236,12 +235,12 @@ impl<'a, 'b> Visit<'a, 'b> {
     }
 }
 
-/// What a relation needs.
+/// The inputs of a relation.
 enum Found {
     /// The places from this input on.
     Inputs(usize),
-    /// What it would be used for.
+    /// The relation would need its own output.
     Itself,
-    /// Something that another place needs, too.
+    /// Another place needs an input, too.
     NoTree,
 }

@@ -1,4 +1,4 @@
-//! Pieces of models, written short.
+//! Short constructors for parts of models.
 
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, Edit, NeedDraft, Place, PropertyDrafts, RelationDraft, Section, SignalDraft,
@@ -54,7 +54,7 @@ pub(crate) fn remove(section: Section, name: &str) -> Edit {
     Edit::Remove(section, text(name))
 }
 
-/// A vehicle and a balloon in one model; nothing connects them.
+/// A vehicle and a balloon in one model, unconnected.
 pub(crate) fn two_systems() -> Draft {
     Draft {
         variables: vec![
@@ -85,7 +85,7 @@ pub(crate) fn two_systems() -> Draft {
     }
 }
 
-/// The same where the climb may be the mean of the last second.
+/// The same systems, where the climb may be the mean of the last second.
 pub(crate) fn two_patient_systems() -> Draft {
     let mut draft = two_systems();
     draft.needs[2] = need("climb", "1500 ms");

@@ -1,4 +1,4 @@
-//! Edits of a model against the plainest way to do the same: lists of names, and the final draft built at once.
+//! Edits of a model compared with the simplest implementation: lists of names, and the final draft built at once.
 
 use super::drafts::{need, properties, relation, remove, signal, structure, text, two_systems, variable};
 use proptest::prelude::*;
@@ -25,14 +25,14 @@ fn put<T>(list: &mut Vec<(String, T)>, name: &str, entry: T) {
     }
 }
 
-/// Whether it was there.
+/// Removes an entry; returns whether it was there.
 fn take<T>(list: &mut Vec<(String, T)>, name: &str) -> bool {
     let at = list.iter().position(|(known, _)| known == name);
     at.map(|at| list.remove(at)).is_some()
 }
 
 impl Lists {
-    /// Makes an edit; whether all names in it are known.
+    /// Makes an edit; returns whether all its names are known.
     fn edit(&mut self, edit: &Edit) -> bool {
         match edit {
             Edit::Variable(draft) => put(&mut self.variables, &draft.name.text, draft.clone()),
@@ -76,7 +76,7 @@ impl Lists {
             Section::Functions => take(&mut self.functions, name),
             Section::Relations => take(&mut self.relations, name),
             Section::Signals => take(&mut self.signals, name),
-            // None is ever added here.
+            // This test adds no fusions.
             Section::Fusions => false,
             Section::Needs => take(&mut self.needs, name),
             Section::Platform | Section::Contracts => false,
@@ -99,7 +99,7 @@ impl Lists {
     }
 }
 
-/// All that a knowledge base holds but its version.
+/// The contents of a knowledge base without its version.
 fn told(knowledge: &KnowledgeBase) -> String {
     let variables = knowledge.variables().ids();
     let edges: Vec<_> =
@@ -120,7 +120,7 @@ fn named(prefix: &'static str, count: usize) -> impl Strategy<Value = String> {
     (0..count).prop_map(move |number| format!("{prefix}{number}"))
 }
 
-/// Edits over few names, so that they meet; most are right.
+/// Edits over few names, so that they interact; most are valid.
 fn edit() -> impl Strategy<Value = Edit> {
     let variables = || named("v", 4);
     let section = prop::sample::select(vec![
@@ -225,7 +225,7 @@ fn every_problem_of_all_edits_is_told() {
             ("there is no signal `/x` to change", None),
         ],
     );
-    // What still names the removed one is told as in a file.
+    // Elements that still name the removed one are reported as in a file.
     check_wrong(
         &[remove(Section::Variables, "gain")],
         &[

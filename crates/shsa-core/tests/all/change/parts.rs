@@ -1,4 +1,4 @@
-//! Parts of a model: taken out whole, joined without contradiction.
+//! Parts of a model: taken out with all that they need, and joined without contradiction.
 
 use super::drafts::{need, properties, relation, signal, structure, text, two_systems, variable};
 use proptest::prelude::*;
@@ -6,7 +6,7 @@ use shsa_core::knowledge::{
     Bounds, Draft, Place, Severity, Text, UtilityDraft, VariableDraft, build, join, part,
 };
 
-/// Two systems, with a function, constants and a derived signal that connect some of it.
+/// Two systems, partly connected by a function, constants and a derived signal.
 fn whole() -> Draft {
     let mut draft = two_systems();
     draft.constants =

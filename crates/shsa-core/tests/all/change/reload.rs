@@ -1,4 +1,4 @@
-//! An engine that a new knowledge base takes over: what is not touched goes on byte for byte.
+//! An engine with a new knowledge base: unaffected parts go on byte for byte.
 
 use super::drafts::{need, relation, remove, signal, two_patient_systems, two_systems, variable};
 use proptest::prelude::*;
@@ -10,10 +10,10 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Joint, Reason, Reasons, ServedBy};
 use shsa_core::time::Time;
 
-/// A value on the bus: who says it, when, what.
+/// A value on the bus: its sensor, time and value.
 type Row = (&'static str, f64, f64);
 
-/// What somebody does to a sensor from one second to another: nothing comes for `None`, else this is added.
+/// A fault of a sensor from one second to another: silence for `None`, else this is added.
 #[derive(Clone, Debug)]
 struct Fault {
     signal: &'static str,
@@ -40,7 +40,7 @@ fn truth(signal: &str, seconds: f64) -> f64 {
     }
 }
 
-/// What the sensors of both systems say for so many seconds, with faults, by time.
+/// The values of both systems' sensors for some seconds, with faults, by time.
 fn rows(seconds: f64, faults: &[Fault]) -> Vec<Row> {
     let mut rows: Vec<Row> = Vec::new();
     for (number, (name, rate)) in SENSORS.iter().enumerate() {
@@ -59,11 +59,11 @@ fn rows(seconds: f64, faults: &[Fault]) -> Vec<Row> {
     rows
 }
 
-/// An engine under way, and what it has said, with names in the place of ids.
+/// A running engine and its outputs, with names in place of ids.
 struct Stage {
     model: Model,
     engine: Engine,
-    /// The knowledge base that the ids of the next output belong to.
+    /// The knowledge base of the next output's ids.
     speaking: KnowledgeBase,
     said: Vec<(String, String)>,
     events: Vec<Event>,
@@ -101,7 +101,7 @@ impl Stage {
         self.listen();
     }
 
-    /// Writes down what the engine says, and what about: a signal, or a need's variable.
+    /// Records the engine's outputs, each with its signal, or its need's variable.
     fn listen(&mut self) {
         while let Some(output) = self.engine.poll() {
             let known = &self.speaking;
@@ -149,7 +149,7 @@ impl Stage {
 
 const BALLOON: [&str; 6] = ["height", "climb", "gain", "barometer", "lidar", "vario"];
 
-/// What can happen to the vehicle's part of the model, each after those before it.
+/// Possible changes of the vehicle's part of the model, each after the earlier ones.
 fn vehicle_changes() -> Vec<Vec<Edit>> {
     let wider = SignalDraft {
         value_error: Some(Bounds::One(super::drafts::text("0.8"))),
@@ -200,7 +200,7 @@ proptest! {
             let now = rest.partition_point(|row| row.1 < seconds);
             changed.run(&rest[..now]);
             rest = &rest[now..];
-            // In the order given, some changes are wrong by then: the model goes on as it is.
+            // In the given order, some changes are invalid: the model then stays.
             let mut model = changed.model.clone();
             if model.edit(edits).is_ok() {
                 changed.change(seconds, edits);
@@ -238,7 +238,7 @@ proptest! {
     }
 }
 
-/// How the ways have run at the end, in 12 decimals: what a moment adds to a sum is added in another order after a change.
+/// The records of the ways at the end, in 12 decimals: after a change, sums are added in another order.
 fn records(stage: &Stage) -> Vec<String> {
     let monitor = stage.engine.monitor();
     let figures = |(index, way): (WayIndex, &WatchedWay)| {
@@ -274,7 +274,7 @@ fn a_need_without_a_source_is_told_and_goes_on_when_there_is_one_again() {
     let (before, after) = halves();
     let mut stage = Stage::new(two_patient_systems());
     stage.run(&before);
-    // The climb can only be computed from now on, and then not even that.
+    // From now on the climb can only be computed, and later not even that.
     stage.change(5.0, &[remove(Section::Signals, "vario")]);
     let computed = stage.source(2).unwrap();
     assert!(computed.ends_with(" by climbing"), "{computed}");
@@ -319,7 +319,7 @@ fn a_signal_that_has_never_spoken_does_not_take_over_until_it_does() {
 fn verdicts_stay_with_their_evidence_and_go_with_it() {
     let fault = Fault { signal: "gnss", from: 2.0, to: 60.0, added: Some(5.0) };
     let (before, after): (Vec<Row>, Vec<Row>) = rows(20.0, &[fault]).into_iter().partition(|row| row.1 < 5.0);
-    // Only the others can tell that it is wrong.
+    // Only the other signals can show that it is wrong.
     let mut compared = two_systems();
     compared.signals.iter_mut().for_each(|signal| signal.max_rate = Some(super::drafts::text("none")));
     let mut stage = Stage::new(compared.clone());
@@ -331,14 +331,14 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     assert_eq!(stage.verdict("gnss"), Verdict::Failed);
     stage.change(5.0, &[remove(Section::Signals, "wheel_1")]);
     assert_eq!((stage.verdict("gnss"), failures(&stage)), (Verdict::Failed, 1));
-    // Without a witness nothing could ever clear it.
+    // Without a witness, nothing could ever clear the signal.
     let mut alone = Stage::new(compared);
     alone.run(&before);
     let witnesses = [remove(Section::Signals, "wheel_1"), remove(Section::Signals, "wheel_2")];
     alone.change(5.0, &witnesses);
     assert_eq!(alone.verdict("gnss"), Verdict::Unknown);
     assert_eq!(alone.last_event(EventKind::Restored).because, Reason::ComparisonsGone.into());
-    // What its own readings have shown stays; where the comparisons that spoke against it are gone, nobody knows.
+    // A fault of its own readings stays; without the accusing comparisons, the signal is unknown.
     let mut jumped = Stage::new(two_systems());
     jumped.run(&before);
     jumped.change(5.0, &witnesses);
@@ -352,7 +352,7 @@ fn verdicts_stay_with_their_evidence_and_go_with_it() {
     assert!(jumped.events.iter().any(is_unproven), "{:?}", jumped.events);
     let is_cleared = |event: &Event| event.kind == EventKind::Restored && event.signal.is_some();
     assert!(!jumped.events.iter().any(is_cleared), "{:?}", jumped.events);
-    // Described anew, it is judged anew, and found again.
+    // A signal that is described anew is judged anew, and fails again.
     stage.change(5.0, &[Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"))]);
     assert_eq!(stage.last_event(EventKind::Restored).because, Reason::DescribedAnew.into());
     stage.run(&after);
@@ -394,7 +394,7 @@ fn orders_outlast_a_change_as_long_as_what_they_name_does() {
         refused.map(|event| event.because.clone()).collect()
     };
     assert_eq!(stage.source(2).as_deref(), Some("barometer by climbing"));
-    // The forbidden signal is described anew and means the same to the operator.
+    // The forbidden signal is described anew, and stays forbidden.
     let anew = Edit::Signal(signal("gnss", "speed", "10 Hz", "0.4"));
     stage.change(5.0, &[anew, remove(Section::Signals, "wheel_2")]);
     assert_eq!(stage.engine.standing_orders().len(), 2);
@@ -403,7 +403,7 @@ fn orders_outlast_a_change_as_long_as_what_they_name_does() {
     let (soon, later): (Vec<Row>, Vec<Row>) = after.into_iter().partition(|row| row.1 < 7.0);
     stage.run(&soon);
     assert_ne!(stage.source(0).as_deref(), Some("gnss"));
-    // What they name is gone: told, and the need chooses for itself.
+    // The named elements are gone: this is reported, and the need chooses by itself.
     stage.change(7.0, &[remove(Section::Signals, "gnss"), remove(Section::Signals, "barometer")]);
     stage.run(&later);
     assert_eq!(stage.engine.standing_orders(), []);

@@ -1,4 +1,4 @@
-//! Definitions at the edges, by table.
+//! Definitions at the edges, by tables.
 
 use core::f64::consts::{FRAC_PI_2, PI};
 use shsa_core::interval::{Interval, Truth};
@@ -22,7 +22,7 @@ fn check(result: Interval, expected: Interval) {
     assert_eq!(result, expected);
 }
 
-/// Equal up to two steps outward.
+/// Checks equality up to two steps outward.
 #[track_caller]
 fn check_near(result: Interval, lo: f64, hi: f64) {
     let near = i(lo.next_down().next_down().next_down(), hi.next_up().next_up().next_up());

@@ -8,7 +8,7 @@ use shsa_core::interval::Interval;
 
 type Operation = fn(Interval, Interval) -> Interval;
 
-/// Operations whose bounds are the tightest, by the oracle's names for them.
+/// Operations with the tightest bounds, by the oracle's names for them.
 const TIGHT: &[(&str, Operation)] = &[
     ("neg", |x, _| -x),
     ("add", |x, y| x + y),
@@ -27,7 +27,7 @@ const TIGHT: &[(&str, Operation)] = &[
     ("sign", |x, _| x.sign()),
 ];
 
-/// The others: they are widened by some last digits, so isotonic up to those only.
+/// The other operations: widened by some last digits, so isotonic only up to these.
 const WIDENED: &[(&str, Operation)] = &[
     ("hypot", Interval::hypot),
     ("exp", |x, _| x.exp()),
@@ -60,7 +60,7 @@ fn number() -> impl Strategy<Value = f64> {
     ]
 }
 
-/// What turns a number into the interval around it.
+/// A distance from a number to the bound of its interval.
 fn margin() -> impl Strategy<Value = f64> {
     prop_oneof![
         2 => Just(0.0),

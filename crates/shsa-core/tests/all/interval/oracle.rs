@@ -1,17 +1,17 @@
 //! Real functions to 64 correctly rounded bits or more, by `astro-float`.
 //!
-//! Rounding never moves a number across an f64, so a value within f64 bounds stays within them when rounded to
-//! 64 bits, and leaves them only when it was outside.
+//! Rounding never moves a number across an f64. So a value within f64 bounds stays within them when rounded to 64 bits, and a
+//! value outside stays outside.
 
 use astro_float_num::{BigFloat, Consts, RoundingMode};
 use shsa_core::interval::Interval;
 
 const BITS: usize = 64;
-/// For steps on the way to a result of `BITS` bits.
+/// The precision of intermediate results.
 const MORE_BITS: usize = 256;
 const NEAREST: RoundingMode = RoundingMode::ToEven;
 
-/// The functions, with the constants that they share.
+/// The functions, and their common constants.
 pub(crate) struct Oracle {
     constants: Consts,
 }
@@ -21,7 +21,7 @@ impl Oracle {
         Oracle { constants: Consts::new().unwrap() }
     }
 
-    /// The value of the function called `name`, `None` where it is not defined. `y` counts for binary ones only.
+    /// The value of the function called `name`; `None` where it is undefined. `y` counts only for binary functions.
     pub(crate) fn value(&mut self, name: &str, x: f64, y: f64) -> Option<BigFloat> {
         arithmetic(name, x, y).unwrap_or_else(|| self.elementary(name, x, y))
     }
@@ -69,7 +69,7 @@ impl Oracle {
     }
 }
 
-/// The inner `None`: not defined there. The outer one: not a function of this kind.
+/// The inner `None`: undefined there. The outer one: a function of another kind.
 fn arithmetic(name: &str, x: f64, y: f64) -> Option<Option<BigFloat>> {
     let (a, b) = (big(x), big(y));
     Some(match name {

@@ -4,10 +4,10 @@ use super::oracle::{Oracle, encloses, powi};
 use core::f64::consts::FRAC_PI_2;
 use shsa_core::interval::Interval;
 
-/// Cases for functions whose oracle takes some 50 microseconds.
+/// The number of cases for functions whose oracle takes some 50 microseconds.
 const CASES: u32 = 30_000;
 
-/// SplitMix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014, DOI 10.1145/2660193.2660195): the same cases every run.
+/// SplitMix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014, DOI 10.1145/2660193.2660195): the same cases in every run.
 struct Random(u64);
 
 impl Random {
@@ -60,7 +60,7 @@ impl Random {
     }
 }
 
-/// How many numbers of f64 lie between the two bounds, one included.
+/// The number of f64 values between the two bounds, including one of these.
 fn steps_across(x: Interval) -> i64 {
     let ordinal = |value: f64| {
         let bits = value.to_bits() as i64;
@@ -157,7 +157,7 @@ fn real_powers() {
     let mut random = Random(7);
     let mut oracle = Oracle::new();
     for _ in 0..CASES {
-        // Bases near 1 with large exponents, and everyday ones with small exponents: results within f64 mostly.
+        // Bases near 1 with large exponents, and everyday bases with small exponents: most results are within f64.
         let x = random.point().abs().min(1e300);
         let y = random.between(-1.0, 1.0) * (700.0 / x.ln().abs().max(1e-9)).min(1e9);
         let result = Interval::point(x).powf(Interval::point(y));

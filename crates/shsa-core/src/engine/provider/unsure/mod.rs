@@ -1,8 +1,8 @@
-//! Serves a need while all that could serve it is suspect: one of the candidates is faulty, and nothing tells which.
+//! Serves a need while all its sources are suspect: one candidate is faulty, and the faulty one is unknown.
 //!
 //! The published value is the [fault-tolerant interval](crate::interval::tolerant) of all candidates. The number of faulty
-//! candidates is the size of the smallest explanation: the fewest that must be left out so that the others have a value in
-//! common, and at least one.
+//! candidates is the size of the smallest explanation: the fewest candidates to leave out so that the others overlap, and at
+//! least one.
 
 use super::super::ways::Source;
 use super::settings::Settings;
@@ -24,30 +24,30 @@ use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// What serves a need that nothing trusted can serve.
+/// The service of a need without a trusted source.
 #[derive(Debug)]
 pub(super) struct Unsure {
     kind: WhenUnsure,
     candidates: Vec<Candidate>,
-    /// The most that had to be left out at a moment, for the others to agree.
+    /// The largest number of candidates that had to be left out at a moment so that the others overlap.
     faults: usize,
     /// The last value that was trusted, for [`WhenUnsure::Last`].
     trusted: Option<Sample>,
-    /// A candidate has said something since the last value.
+    /// Whether a candidate has given a value since the last published one.
     is_heard: bool,
-    /// Why nothing trusted is left; until it is told how it goes on.
+    /// Why no trusted source is left; taken when an event reports it.
     reason: Option<Reasons>,
-    /// Since when; nobody is suspect yet while there still is a source.
+    /// Since when the candidates serve; without a suspect while there still is a source.
     since: Time,
-    /// Whether it was told that values go out as uncertain.
+    /// Whether an event has reported that values are uncertain.
     is_told: bool,
-    /// The width of what would have gone out last, had it been narrow enough.
+    /// The width of the last value, if that was not fit to publish.
     too_wide: Option<f64>,
-    /// Room for the intervals of a moment.
+    /// Buffer for the intervals of a moment.
     present: Vec<Interval>,
 }
 
-/// One way that may be right.
+/// A way that may be right.
 #[derive(Debug)]
 struct Candidate {
     service: Service,
@@ -56,7 +56,7 @@ struct Candidate {
 }
 
 impl Unsure {
-    /// What may be right from now on: these ways, where they are enough for what the need demands.
+    /// The service by these ways, where they are enough for what the need demands.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         ports: &IdVec<SignalId, Port>,
@@ -81,13 +81,13 @@ impl Unsure {
         }
     }
 
-    /// Goes on from the last value that went out, as it was told before.
+    /// Goes on from the last published value; `is_told` shows whether an event reported this value as uncertain.
     pub(super) fn following(self, last: Option<Sample>, is_told: bool) -> Unsure {
         let trusted = last.filter(|sample| !sample.value.is_empty());
         Unsure { trusted, is_told, ..self }
     }
 
-    /// Goes on with these ways, which are others than before or the same.
+    /// Goes on with these ways, which may have changed.
     pub(super) fn goes_on(
         self,
         knowledge: &KnowledgeBase,
@@ -118,12 +118,12 @@ impl Unsure {
         self.trusted.filter(|_| self.kind == WhenUnsure::Last).map(|last| last.validity.to + max_age)
     }
 
-    /// Whether it was told that values go out as uncertain.
+    /// Whether an event has reported that values are uncertain.
     pub(super) fn is_told(&self) -> bool {
         self.is_told
     }
 
-    /// On which ground a value may go out that rests on all of them: the weakest, at the lowest level.
+    /// The admission of a value that rests on all candidates: the weakest ground, at the lowest level.
     pub(super) fn admitted(&self, contracts: &Assessments) -> Option<Admitted> {
         let of = |it: &Candidate| contracts.admit(it.service.way()).map(|assured| assured.admitted());
         let mut all = self.candidates.iter().map(of);
@@ -131,7 +131,7 @@ impl Unsure {
         all.try_fold(first, |weakest, next| next.map(|next| weakest.weaker(next)))
     }
 
-    /// What goes out.
+    /// The candidates, as events report them.
     pub(super) fn served_by(&self, knowledge: &KnowledgeBase) -> ServedBy {
         let name = |it: &Candidate| it.service.way().describe(knowledge);
         let ways = || -> Vec<String> { self.candidates.iter().map(name).collect() };
@@ -144,7 +144,7 @@ impl Unsure {
         }
     }
 
-    /// The uncertain value of this moment, where there is news and it is fit.
+    /// The uncertain value of this moment, where a candidate has given a value and the value is fit.
     pub(super) fn value(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -179,8 +179,8 @@ impl Unsure {
         is_fit.then_some(sample)
     }
 
-    /// That values go out as uncertain is to be told, once: at once where it is `decided` that nothing is trusted, else when it
-    /// lasts. What goes out, and why.
+    /// What serves and why, when the uncertainty is to be reported: once; at once where nothing is trusted (`is_decided`), else
+    /// after `max_age`.
     pub(super) fn tell(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -195,7 +195,8 @@ impl Unsure {
         Some((self.served_by(knowledge), self.reason.take()))
     }
 
-    /// That nothing can go out is to be told: from the beginning, or as the last trusted value has become too old; and why.
+    /// Why nothing can be published, when that is to be reported: no value has been fit yet, or the last trusted value has become
+    /// too old.
     pub(super) fn tell_nothing(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -212,7 +213,7 @@ impl Unsure {
         Some(reason.then(Joint::And, self.why_not(knowledge, settings)))
     }
 
-    /// Why no uncertain value goes out, in numbers.
+    /// Why no uncertain value is published, in numbers.
     pub(super) fn why_not(&self, knowledge: &KnowledgeBase, settings: &Settings) -> Reason {
         let &Settings { variable, max_width, max_age, .. } = settings;
         let served_by = self.served_by(knowledge);
@@ -226,7 +227,7 @@ impl Unsure {
         }
     }
 
-    /// What the candidates say together at the newest moment of any; `None` where too few speak.
+    /// The joint value of the candidates at their newest moment; `None` where too few have a value.
     ///
     /// Complexity: O(n^2) for n candidates, no allocation.
     fn together(&mut self, variable: &Variable, max_age: Span, now: Time) -> Option<Sample> {
@@ -240,7 +241,7 @@ impl Unsure {
         };
         self.present.clear();
         self.present.extend(known().map(brought));
-        // What wraps is put together in one turn.
+        // Values that wrap are combined within one turn.
         if let (Some(turn), Some(&first)) = (variable.wraps, self.present.first()) {
             self.present.iter_mut().for_each(|it| *it = circle::nearest(*it, first, turn));
         }
@@ -261,14 +262,14 @@ fn candidates(
 ) -> Vec<Candidate> {
     let candidate = |way: Way| {
         let rests_on = rests_on(knowledge, &way);
-        // What it has said already counts.
+        // Values from before the start count, too.
         let service = Service::start(knowledge, contracts.admit(way)?, ports, Some(Time::MIN))?;
         Some(Candidate { service, rests_on, latest: None })
     };
     ways.into_iter().filter_map(candidate).collect()
 }
 
-/// The best ways that have neither signals nor relations nor causes of faults in common.
+/// The best ways without common signals, relations or causes of faults.
 pub(super) fn independent(knowledge: &KnowledgeBase, sources: &[Source]) -> Vec<Way> {
     let mut taken = (SignalSet::new(), BTreeSet::<RelationId>::new(), BTreeSet::<CauseId>::new());
     let mut chosen = Vec::new();

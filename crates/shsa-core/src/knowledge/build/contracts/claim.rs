@@ -1,4 +1,4 @@
-//! Whether a level that is claimed for two redundant demands is one that a standard allows.
+//! Checks the levels that contracts claim for two redundant demands against the standards.
 
 use super::super::problems::Problems;
 use crate::expression::{Binary, Formula, Operation, Reduction};
@@ -11,7 +11,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// Reports every claim of a decomposition that does not stand.
+/// Reports every invalid claim of a decomposition.
 pub(super) fn check(
     problems: &mut Problems,
     knowledge: &KnowledgeBase,
@@ -63,12 +63,12 @@ fn of_given(
     }
 }
 
-/// Whether what is asked of one says all that is given, whatever the level and the name of the variable.
+/// Whether a demand has all properties of a guarantee, whatever the level and the name of the variable.
 fn suffices(asked: &Statement, given: &Statement) -> bool {
     given.properties.iter().all(|wanted| asked.properties.iter().any(|part| part.meets(wanted)))
 }
 
-/// Whether what is computed is always the value of one of the two, so that each is enough.
+/// Whether the relation always gives the value of one of the two, so that each is enough.
 fn selects(knowledge: &KnowledgeBase, relation: RelationId, one: VariableId, other: VariableId) -> bool {
     let row = &knowledge.relations()[relation];
     let outputs = row.outputs.iter().filter(|output| **output != one && **output != other);
@@ -76,7 +76,7 @@ fn selects(knowledge: &KnowledgeBase, relation: RelationId, one: VariableId, oth
     !formulas.is_empty() && formulas.iter().all(|formula| is_selection(formula))
 }
 
-/// `min` and `max` of variables, or a variable itself.
+/// Whether a formula is a variable, or `min` and `max` of variables.
 fn is_selection(formula: &Formula) -> bool {
     match formula.operation() {
         Operation::Symbol(_) => true,
@@ -87,7 +87,7 @@ fn is_selection(formula: &Formula) -> bool {
     }
 }
 
-/// Whether the relation's condition looks at both.
+/// Whether the relation's condition reads both variables.
 fn are_compared(knowledge: &KnowledgeBase, relation: RelationId, one: VariableId, other: VariableId) -> bool {
     let condition = knowledge.relations()[relation].condition.as_ref();
     condition.is_some_and(|formula| {
@@ -96,8 +96,8 @@ fn are_compared(knowledge: &KnowledgeBase, relation: RelationId, one: VariableId
     })
 }
 
-/// What every choice of a signal for each of the two has in common; nothing where some choice is independent, or where one of
-/// them is always computed: the flow of information tells then.
+/// The common faults of every choice of a signal for each of the two variables; empty where some choice is independent. Where one
+/// of them is always computed, the flow of information decides instead.
 fn shared_by_all(
     knowledge: &KnowledgeBase,
     contracts: &Contracts,
@@ -117,7 +117,7 @@ fn shared_by_all(
     shared.unwrap_or_default()
 }
 
-/// An objection in words, and what to do.
+/// An objection in words, and the help.
 fn told(
     knowledge: &KnowledgeBase,
     contracts: &Contracts,

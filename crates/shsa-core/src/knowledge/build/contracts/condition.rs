@@ -17,7 +17,7 @@ pub(super) const WORDS: [&str; 4] = ["and", "or", "of", ALWAYS];
 /// The condition that needs nothing.
 const ALWAYS: &str = "always";
 
-/// Reads a condition; `leaf` finds what a name means.
+/// Reads a condition; `leaf` resolves a name.
 pub(super) fn read(text: &str, leaf: &dyn Fn(&str) -> Option<Condition>) -> Result<Condition, Problem> {
     if text.len() > MAX_TEXT {
         let problem = Problem::error(0..text.len(), format!("a condition has at most {MAX_TEXT} bytes"));

@@ -12,9 +12,9 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// How evidence is written, for whom wrote something else.
+/// Examples of evidence, as help after an error.
 const EXAMPLES: &str = "write `age at most 300 ms`, `value of /battery/temperature at most 60 degC`, `verdict healthy` or `told`";
-/// What stands before the time for which an observation counts.
+/// The words before the time for which an observation counts.
 const MAX_AGE: &str = " no older than ";
 
 /// Reads a piece of evidence of a contract.
@@ -40,7 +40,7 @@ pub(super) fn watched(
     Some(Watched { name, source, within, max_age: max_age.or_else(usual) })
 }
 
-/// A measure, of whom, and its bound.
+/// A measure, the signal that it is about, and its bound.
 struct Words<'t> {
     measure: Measure,
     of: Option<&'t str>,

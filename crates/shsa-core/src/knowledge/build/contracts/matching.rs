@@ -1,4 +1,4 @@
-//! Whether demands can ever be met, and guarantees are ever demanded, whatever serves a need.
+//! Checks that demands can be met and guarantees are demanded, whichever source serves a need.
 
 use super::super::problems::Problems;
 use crate::knowledge::contract::{
@@ -23,7 +23,7 @@ fn is_taken(asking: &Contract, asked: &Asked, given: &Given) -> bool {
 
 /// Reports demands that no guarantee can meet, and guarantees that nothing demands.
 ///
-/// Time: the demands times the guarantees of those who may be asked.
+/// Time: the demands times the guarantees of their possible providers.
 pub(super) fn check(
     problems: &mut Problems,
     knowledge: &KnowledgeBase,
@@ -67,17 +67,17 @@ pub(super) fn check(
     }
 }
 
-/// Guarantees with whose they are: the contract and the place in it.
+/// Guarantees, each with its contract and its place there.
 type Offers<'c> = Vec<(ContractId, usize, &'c Given)>;
 
-/// Everybody who offers and asks.
+/// All guarantees and demands.
 struct Market<'a> {
     knowledge: &'a KnowledgeBase,
     contracts: &'a Contracts,
 }
 
 impl<'a> Market<'a> {
-    /// What those who may be asked give for this type of service.
+    /// The guarantees of this type of service by the contracts that may be asked.
     fn offers(&self, of: ContractId, asked: &Asked) -> Offers<'a> {
         let mut offers = Vec::new();
         let service = &asked.statement.service;
@@ -117,8 +117,8 @@ impl<'a> Market<'a> {
         offered || self.is_met_by_shorthand(of, asked)
     }
 
-    /// Whether somebody without a contract can meet a demand: a constant, a signal by its `integrity`, a relation that passes
-    /// on what its inputs give.
+    /// Whether an element without a contract can meet a demand: a constant, a signal by its `integrity`, a relation that passes
+    /// on the level of its inputs.
     fn is_met_by_shorthand(&self, of: ContractId, asked: &Asked) -> bool {
         let Statement { level, properties, .. } = &asked.statement;
         let is_level_only = properties.is_empty();
@@ -148,7 +148,7 @@ impl<'a> Market<'a> {
         }
     }
 
-    /// Why a demand is never met, by the guarantee that comes nearest.
+    /// Why a demand can never be met, explained by the nearest guarantee.
     fn why(&self, asked: &Asked, offers: &Offers<'_>) -> (String, String) {
         let scales = self.contracts.scales();
         let message = |why: String| format!("nothing can ever meet `{}`: {why}", asked.name);
@@ -190,7 +190,7 @@ impl<'a> Market<'a> {
         format!("`{name}` gives {} at most, and {} is asked", scales.written(level), scales.written(wanted))
     }
 
-    /// The first demanded property that the nearest guarantee does not have.
+    /// The first demanded property that the nearest guarantee lacks.
     fn unmet_property(&self, asked: &Asked, offers: &Offers<'_>) -> String {
         let wanted = &asked.statement.properties;
         let met = |given: &Given| {
@@ -207,7 +207,7 @@ impl<'a> Market<'a> {
         }
     }
 
-    /// Whether what is given serves whoever looks at it: what a need does with it, and the last resort of who has a contract.
+    /// Whether a contract's guarantees need no demand: those of a need's consumer and of this program.
     fn serves_by_itself(&self, contract: &Contract) -> bool {
         matches!(contract.subject, Subject::Need(_)) || contract.name == HEALER
     }

@@ -1,4 +1,4 @@
-//! Checks contracts: who has them, what they say, and whether what they ask can ever be met.
+//! Checks contracts: their subjects, their statements, and whether their demands can be met.
 
 mod words;
 mod condition;
@@ -21,7 +21,7 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// Reads contracts; one of nobody is left out.
+/// Reads contracts; a contract without a subject is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
@@ -56,7 +56,7 @@ pub(super) fn build(
     contracts
 }
 
-/// Whose contract it is; a name that nobody or several have is reported.
+/// The subject of a contract; a name of no element or of several is reported.
 fn subject(problems: &mut Problems, knowledge: &KnowledgeBase, name: &Text) -> Option<Subject> {
     let relations = knowledge.relations().enumerate().filter(|(_, relation)| relation.name == name.text);
     let mut found: Vec<Subject> = relations.map(|(id, _)| Subject::Relation(id)).collect();
@@ -124,7 +124,7 @@ fn check_platforms(
 struct Reader<'a, 'p> {
     problems: &'p mut Problems,
     knowledge: &'a KnowledgeBase,
-    /// Platforms and this program.
+    /// The contracts of platforms and of this program, by name.
     names: &'a BTreeMap<&'a str, ContractId>,
     scales: &'a Scales,
     draft: &'a ContractDraft,
@@ -180,7 +180,7 @@ impl Reader<'_, '_> {
         found.map(|(_, policy)| policy).unwrap_or_default()
     }
 
-    /// What is asked and observed is named in conditions, and what is given in reports.
+    /// Names of demands and evidence occur in conditions, names of guarantees in reports.
     fn check_names(&mut self) {
         let draft = self.draft;
         let leaves: Vec<&Text> =
@@ -228,7 +228,7 @@ impl Reader<'_, '_> {
             asked.or_else(|| evidence.iter().position(|it| it.name == name).map(Condition::Watched))
         };
         let when = match &draft.when {
-            // Nothing is left out by forgetting it.
+            // Without `when`, every demand and piece of evidence is a condition.
             None => Condition::All(
                 (0..asks.len())
                     .map(Condition::Asked)
@@ -242,7 +242,7 @@ impl Reader<'_, '_> {
         Some(Given { name: draft.name.text.clone(), statement, when, redundant })
     }
 
-    /// A condition; names that are unknown because their own text is wrong are not told twice.
+    /// Reads a condition; unknown names are not reported where their own text is wrong already (not `complete`).
     fn condition(
         &mut self,
         text: &Text,
@@ -268,7 +268,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// What is given, and of which variable.
+    /// The type of service that is given, and its variable.
     fn service(&mut self, draft: &GuaranteeDraft) -> Option<(String, Option<VariableId>)> {
         let named = |id: VariableId| Some((self.knowledge.variables()[id].name.clone(), Some(id)));
         let outputs: Vec<VariableId> = match self.subject {
@@ -360,7 +360,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Warns of what is asked or observed and belongs to no condition.
+    /// Warns of demands and evidence that no condition uses.
     fn check_leaves(&mut self, contract: &Contract, complete: bool) {
         let mut used = Vec::new();
         contract.gives.iter().for_each(|given| given.when.leaves(&mut |leaf| used.push(leaf.clone())));

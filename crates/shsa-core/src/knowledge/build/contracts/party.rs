@@ -1,4 +1,4 @@
-//! Who is asked: a provider of an input, the producer of a signal, a platform, this program, or everybody who uses what is given.
+//! Resolves whom a demand asks: a provider of an input, the producer of a signal, a platform, this program, or all consumers.
 
 use super::Reader;
 use crate::knowledge::VariableId;
@@ -10,7 +10,7 @@ use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
 impl Reader<'_, '_> {
-    /// Who is asked, and for which type of service.
+    /// The party that a demand asks, and the type of service.
     pub(super) fn party(
         &mut self,
         draft: &DemandDraft,
@@ -41,7 +41,7 @@ impl Reader<'_, '_> {
         self.provider(of)
     }
 
-    /// Who provides a variable: an input of the relation, or the variable that is needed.
+    /// The provider of a variable: of an input of the relation, or of the needed variable.
     fn provider(&mut self, of: &Text) -> Option<(Party, String)> {
         let inputs = self.inputs();
         let name = |id: VariableId| self.knowledge.variables()[id].name.as_str();
@@ -68,7 +68,7 @@ impl Reader<'_, '_> {
         }
     }
 
-    /// Who is asked where nobody is named: the only input, else the platform.
+    /// The party of a demand that names none: the provider of the only input, else the platform.
     fn usual_party(&mut self, draft: &DemandDraft, runs_on: Option<ContractId>) -> Option<(Party, String)> {
         let inputs = self.inputs();
         let outputs = match self.subject {

@@ -11,16 +11,16 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// How bounds are written, for whom wrote something else.
+/// Examples of bounds, as help after an error.
 pub(super) const EXAMPLES: &str = "write `at most 0.5 m`, `at least 64 MiB`, `between 5 V and 6 V`, `one of slow or stop`, `covers day and night` or `yes`";
 
-/// The keys of statements that are no bounds.
+/// The keys of a statement that are not properties.
 const KEYS: [&str; 4] = ["of", "level", "when", "redundant"];
 
-/// What stands before the time for which a deviation may go unnoticed.
+/// The words before the time for which a deviation may go unnoticed.
 const UNDETECTED: &str = " undetected for at most ";
 
-/// What a bound says, in pieces of its text.
+/// A bound, in pieces of its text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Bound<'t> {
     AtMost(&'t str),
@@ -33,7 +33,7 @@ pub(super) enum Bound<'t> {
 }
 
 impl<'t> Bound<'t> {
-    /// Reads the words of a bound; `None` where they are others.
+    /// Reads the words of a bound; `None` for other words.
     pub(super) fn read(text: &'t str) -> Option<Bound<'t>> {
         let text = text.trim();
         let after =
@@ -51,7 +51,7 @@ impl<'t> Bound<'t> {
     }
 }
 
-/// What a statement's property is about: a failure of the field, by the words for it.
+/// The failure mode that a property's name stands for.
 fn mode(name: &str) -> Option<FailureMode> {
     if name == "error" {
         return Some(FailureMode::Value);
@@ -59,7 +59,7 @@ fn mode(name: &str) -> Option<FailureMode> {
     FailureMode::ALL.into_iter().find(|mode| mode.name() == name)
 }
 
-/// Reads a property; `variable` is the unit of what it is about, in which an error without a unit counts.
+/// Reads a property; an error without a unit counts in the unit of `variable`.
 pub(super) fn property(
     problems: &mut Problems,
     (name, text): &(Text, Text),
@@ -109,7 +109,7 @@ fn content(
         Bound::Covers(names) => Some(categories(names, " and ", Inclusion::DemandInGuarantee)),
         Bound::AtMost(high) => numeric(problems, name, text, [None, Some(high)], unit),
         Bound::AtLeast(low) => {
-            // More includes less: what is free for 2 s is free for 1.5 s.
+            // As a range up to the bound: a guarantee of at least 2 s includes a demand of at least 1.5 s.
             let content = numeric(problems, name, text, [None, Some(low)], unit)?;
             Some(turned(content))
         }
@@ -146,7 +146,7 @@ fn numeric(
     Some(Content::Numeric { ranges, dimension, inclusion: Inclusion::GuaranteeInDemand })
 }
 
-/// Reads the ends of a range; both have one dimension, and that of the unit where there is one.
+/// Reads the ends of a range: both in one dimension, that of `unit` where there is one.
 pub(super) fn range(
     problems: &mut Problems,
     text: &Text,
@@ -176,7 +176,7 @@ pub(super) fn range(
     Some((Interval::new(low, high), dimension))
 }
 
-/// A piece of a text, told at the place of the whole.
+/// A piece of a text, reported at the place of the whole.
 pub(super) fn piece(text: &Text, part: &str) -> Text {
     Text { text: part.trim().to_string(), place: text.place }
 }

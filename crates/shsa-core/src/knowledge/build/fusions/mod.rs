@@ -19,13 +19,13 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use parts::Parts;
 
-/// The most states, inputs or outputs of a fusion: a Kalman filter of so many states takes a second for a step.
+/// The largest number of states, inputs or outputs of a fusion: a step of a Kalman filter with this many states takes a second.
 const MOST: usize = 64;
 
-/// Up to so many inputs each is predicted without each other one, too, so that it can be told which of two is wrong.
+/// Up to this many inputs, each is also predicted without each other one, so that of two inputs the wrong one can be isolated.
 const MOST_PAIRED: usize = 6;
 
-/// Reads fusions; a wrong one is left out.
+/// Reads fusions; an invalid fusion is left out.
 pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
@@ -118,7 +118,7 @@ fn fastest(signals: &IdVec<SignalId, Signal>, inputs: &[FusionInput]) -> Option<
     inputs.iter().filter_map(|input| signals[input.signal].rate_hz).max_by(f64::total_cmp)
 }
 
-/// What is computed here does not fail by itself, but with its inputs.
+/// A computed signal does not fail by itself, but with its inputs.
 const SOUND: f64 = 1e-9;
 
 fn sound(mut properties: Properties) -> Properties {
@@ -128,7 +128,7 @@ fn sound(mut properties: Properties) -> Properties {
     properties
 }
 
-/// A signal that is computed: its values bring their intervals and times.
+/// A computed signal: its observations bring their intervals and times.
 fn computed(names: &Names, name: String, variable: VariableId, derived_from: Vec<SignalId>) -> Signal {
     let known = &names.variables.list[variable];
     let properties = sound(Properties::new());
@@ -142,7 +142,7 @@ fn computed(names: &Names, name: String, variable: VariableId, derived_from: Vec
     }
 }
 
-/// For each input what the others say of it; and, to tell which of two is wrong, what those without either say of each.
+/// The predictions of each input by the others; and, to isolate the wrong one of two, by the inputs without either.
 fn predictions(
     draft: &FusionDraft,
     states: &[FusionState],
@@ -172,7 +172,7 @@ fn predictions(
     predictions
 }
 
-/// Which input is predicted without which ones.
+/// The inputs to predict, each with the inputs that its prediction leaves out.
 fn left_out(count: usize) -> impl Iterator<Item = (usize, Vec<usize>)> {
     let alone = (0..count).map(|input| (input, Vec::from([input])));
     let pairs = (0..count).flat_map(move |input| (0..count).map(move |other| (input, other)));
@@ -181,7 +181,7 @@ fn left_out(count: usize) -> impl Iterator<Item = (usize, Vec<usize>)> {
     alone.chain(pairs).filter(move |(_, without)| without.len() < count)
 }
 
-/// Whether all that an input measures shows in what others measure, now or later: by which states each formula names.
+/// Whether the other inputs observe all that an input measures, now or later; decided by the states that each formula names.
 fn is_seen<'i>(
     states: &[FusionState],
     others: impl Iterator<Item = &'i FusionInput>,
@@ -201,7 +201,7 @@ fn is_seen<'i>(
     measured.iter().filter(|symbol| is_state(symbol)).all(|state| seen.contains(state))
 }
 
-/// A text that must be there.
+/// A text that must be given.
 fn required<'d>(
     problems: &mut Problems,
     text: Option<&'d Text>,

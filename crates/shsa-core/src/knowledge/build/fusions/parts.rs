@@ -20,25 +20,25 @@ use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Within how much probability the truth lies in the interval of an output, where nothing is said.
+/// The default probability of the truth within the interval of an output.
 const CONFIDENCE: f64 = 0.99;
 
-/// A signal that is to be made.
+/// An output signal that is to be added.
 pub(super) struct Written {
     pub(super) name: String,
     pub(super) variable: VariableId,
     pub(super) properties: Properties,
 }
 
-/// What the parts of one fusion are checked against.
+/// The elements that the parts of a fusion refer to.
 pub(super) struct Parts<'a> {
     pub(super) signals: &'a IdVec<SignalId, Signal>,
-    /// How many of them the model declares.
+    /// How many of the signals the model declares.
     pub(super) declared: usize,
     pub(super) local: &'a Local<'a>,
 }
 
-/// The controls, and all names of states and controls with their units.
+/// The control signals, and the names of states and controls with their units.
 pub(super) fn local<'a>(
     problems: &mut Problems,
     draft: &FusionDraft,
@@ -79,7 +79,7 @@ pub(super) fn local<'a>(
     (controls, Local { model, names })
 }
 
-/// A signal that the model declares.
+/// Finds a signal that the model declares.
 fn find(
     problems: &mut Problems,
     name: &Text,
@@ -102,7 +102,7 @@ impl Parts<'_> {
 
     pub(super) fn states(&self, problems: &mut Problems, draft: &FusionDraft) -> Option<Vec<FusionState>> {
         let all = draft.states.iter().enumerate().map(|(place, state)| self.state(problems, place, state));
-        // All are looked at, so that everything is told at once.
+        // All elements are checked, so that every problem is reported at once.
         all.collect::<Vec<_>>().into_iter().collect()
     }
 
@@ -135,7 +135,7 @@ impl Parts<'_> {
         })
     }
 
-    /// The inputs in the order of the file; a variable stands for all signals that carry it and are not named themselves.
+    /// The inputs in the order of the file; a variable stands for all its signals that are not named themselves.
     pub(super) fn inputs(
         &self,
         problems: &mut Problems,
@@ -254,7 +254,7 @@ impl Parts<'_> {
         Some((output, Written { name: draft.name.text.clone(), variable, properties }))
     }
 
-    /// A number in a unit that is not below 0.
+    /// Reads a number in a unit that is not below 0.
     fn deviation(&self, problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
         let read = quantity::quantity(problems, text, unit, Kind::Difference)?;
         if read >= 0.0 {
@@ -264,7 +264,7 @@ impl Parts<'_> {
         None
     }
 
-    /// A standard deviation: a number or a quantity, or a formula.
+    /// Reads a standard deviation: a number, a quantity, or a formula.
     fn noise(&self, problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<Formula> {
         match expression::parse_quantity(&text.text) {
             Ok(_) => self.deviation(problems, text, unit).map(number),
@@ -272,7 +272,7 @@ impl Parts<'_> {
         }
     }
 
-    /// A formula over states, controls and constants that counts in a unit.
+    /// Reads a formula over states, controls and constants whose value is in a unit.
     fn formula(&self, problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<Formula> {
         self.checked(problems, text, unit, false)
     }

@@ -1,4 +1,4 @@
-//! What the formulas of a fusion may name: its states, then its controls, and the model's constants and functions.
+//! The names that formulas of a fusion may use: its states, then its controls, and the model's constants and functions.
 
 use crate::expression::{Function, Kind, Scope, Shape, Symbol};
 use crate::knowledge::build::scope::Names;
@@ -6,13 +6,13 @@ use crate::unit::Unit;
 use alloc::string::String;
 use alloc::vec::Vec;
 
-/// Symbols from here on are the model's constants; states and controls stand before.
+/// Symbols from this one on are the model's constants; lower ones are states and controls.
 const CONSTANTS: u32 = 1 << 24;
 
 /// States and controls by their places.
 pub(super) struct Local<'a> {
     pub(super) model: &'a Names<'a>,
-    /// Those of states first.
+    /// Names and units, states first.
     pub(super) names: Vec<(String, Option<Unit>)>,
 }
 

@@ -1,4 +1,4 @@
-//! How a fusion takes measurements in.
+//! Reads the settings of a fusion.
 
 use crate::knowledge::build::problems::Problems;
 use crate::knowledge::build::quantity;
@@ -8,15 +8,15 @@ use crate::time::Span;
 use alloc::format;
 use core::ops::RangeInclusive;
 
-/// What is waited for where nothing is declared: longer than the delays of most buses.
+/// The default horizon: longer than the delays of most buses.
 const HORIZON: Span = Span::from_millis(500);
-/// A dead reckoning of some seconds is what vehicles bridge tunnels and blocked wheels with.
+/// Vehicles bridge tunnels and blocked wheels by a dead reckoning of some seconds.
 const UNKNOWN_AFTER: Span = Span::from_millis(2_000);
-/// Of healthy measurements.
+/// The share of healthy measurements that the gate accepts by default.
 const GATE: f64 = 0.999;
 const WINDOW: f64 = 5.0;
 const PARTICLES: f64 = 1_000.0;
-/// The moments that are kept at least and at most.
+/// The smallest and largest number of moments that are kept.
 const MOMENTS: (f64, f64) = (8.0, 512.0);
 
 /// Every setting with its default; `None` when one is wrong.
@@ -52,7 +52,7 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
     })
 }
 
-/// How many moments the horizon holds: what its inputs deliver in it, counted generously.
+/// The number of moments within the horizon, estimated generously from the inputs' rates.
 pub(super) fn moments(
     horizon: Span,
     inputs: impl Iterator<Item = SignalId>,
