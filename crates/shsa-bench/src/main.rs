@@ -50,12 +50,12 @@ enum Command {
     Truth(truth::Arguments),
 }
 
-/// How a measurement ended.
+/// The outcome of a benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     /// Done.
     Done,
-    /// Done, and the answer is no.
+    /// Done, and the answer to the question is no.
     No,
 }
 

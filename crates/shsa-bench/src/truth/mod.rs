@@ -106,8 +106,8 @@ fn all(arguments: &Arguments) -> anyhow::Result<Vec<Measured>> {
 mod tests {
     use super::*;
 
-    /// Few plants for few hours: that the promise holds is for `shsa-bench truth` to show; here, that nothing is far from it and
-    /// that the same seeds give the same.
+    /// Few plants and few hours. `shsa-bench truth` shows that the promise holds; this test shows that no result is far from it,
+    /// and that the same seeds give the same results.
     #[test]
     fn calibrated_plants_keep_what_is_promised() {
         let arguments =
