@@ -1,4 +1,4 @@
-//! `shsa-bench alignment`: what an input of a substitute is worth when it is computed, by its latest value and by extrapolation.
+//! `shsa-bench alignment`: the error of a substitution's input at the time of computation, as its latest value and extrapolated.
 //!
 //! Recorded signals are thinned out to longer periods. The omitted values are the truth that each access is compared with
 //! (temporal alignment, D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, 1.6.3).

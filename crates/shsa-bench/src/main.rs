@@ -1,4 +1,4 @@
-//! `shsa-bench`: measurements of this project that anyone can repeat, and its answers beside those of others.
+//! `shsa-bench`: repeatable measurements of this project, and comparisons with recorded answers of other programs.
 
 mod processor;
 mod program;

@@ -44,9 +44,9 @@ fn nanoseconds_in(schedstat: &str) -> Option<f64> {
     schedstat.split_whitespace().next()?.parse().ok()
 }
 
-/// A line of the status of a process that holds kibibytes, in bytes; `who` is its number, or `self`.
+/// A line of a process's status that holds kibibytes, as bytes; `who` is its number, or `self`.
 ///
-/// `VmHWM` is the largest resident memory so far, `VmRSS` that of now. Not a number where the system does not tell it.
+/// `VmHWM` is the largest resident memory so far, `VmRSS` the present one. NaN where the system does not tell.
 pub(super) fn memory_bytes(who: &str, line: &str) -> f64 {
     let status = fs::read_to_string(format!("/proc/{who}/status")).unwrap_or_default();
     let value = status.lines().find_map(|each| each.strip_prefix(line)?.strip_prefix(':'));

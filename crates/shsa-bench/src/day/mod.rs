@@ -1,4 +1,4 @@
-//! `shsa-bench day`: a day of data through `shsa replay`, with its memory watched from outside.
+//! `shsa-bench day`: replays a day of data with `shsa replay`, and records the memory from outside.
 
 mod data;
 mod report;

@@ -1,4 +1,4 @@
-//! `shsa-bench live`: what healing costs on the wire, measured with real parts.
+//! `shsa-bench live`: the costs of healing on the wire, measured with real components.
 
 mod awake;
 mod model;

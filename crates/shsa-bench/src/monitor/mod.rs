@@ -1,4 +1,4 @@
-//! `shsa-bench monitor`: what watching costs, beside the published programs.
+//! `shsa-bench monitor`: the costs of monitoring, compared with the published programs.
 
 mod model;
 mod measure;

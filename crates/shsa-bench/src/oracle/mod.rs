@@ -1,4 +1,4 @@
-//! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
+//! `shsa-bench oracle`: compares our answers with recorded ones, one by one.
 //!
 //! A file is JSON with its `format`; each reader describes its own ([`search`], [`monitor`], [`assurance`], [`fusion`]).
 //! Recordings are given as a folder ([`formats`]).

@@ -1,5 +1,5 @@
-//! `shsa-bench truth`: random plants with known truth, each calibrated and then watched: what is promised, what is kept, and
-//! how small a fault is told.
+//! `shsa-bench truth`: calibrates random plants with known truth and watches them; compares the promised with the measured false
+//! alarms, and tells the smallest detected fault.
 
 mod plant;
 mod measure;

@@ -1,4 +1,4 @@
-//! `shsa-bench navigation`, `charge` and `alignment`: the methods of estimation side by side.
+//! `shsa-bench navigation`, `charge` and `alignment`: the methods of estimation compared.
 //!
 //! The recordings lie outside the project; tests without their recording print SKIPPED.
 

@@ -1,4 +1,4 @@
-//! `shsa-bench oracle` over recorded answers: small ones written here, and those of the published programs.
+//! `shsa-bench oracle` with small recorded answers written here, and with those of the published programs.
 //!
 //! The latter lie outside the project; tests without their file print SKIPPED. Intended differences from the published programs
 //! are listed below with their reasons; no other difference may occur.

@@ -13,7 +13,7 @@ pub(super) struct OutOfSequence {
     label: String,
     #[serde(flatten)]
     model: Model,
-    /// `null` is never.
+    /// `null`: unlimited.
     horizon_s: Option<f64>,
     tolerance: f64,
     arrivals: Vec<Arrival>,
