@@ -81,7 +81,7 @@ impl Offer {
 pub(super) type Note = (&'static str, String);
 
 impl Federation {
-    /// `None` where the bus does not tell who is there.
+    /// `None` where the bus does not tell which instances are present.
     ///
     /// # Errors
     /// When a name cannot be part of a key.
