@@ -14,7 +14,7 @@ use std::collections::BTreeMap;
 /// The most variables that are drawn on a page.
 const MOST_DRAWN: usize = 4;
 
-/// A note about facts that the drawing does not show.
+/// How to read the times in the drawing.
 const NOTE: &str = "bands stand at the time of which the values tell, marks at the time of the decision";
 
 /// Ends the replay early.
