@@ -1,26 +1,25 @@
-//! What the tests need beyond Rust: probed, installed when absent, or named with the one command that installs it.
+//! What the tests need besides Rust: each is probed, installed if absent, or named with the command that installs it.
 
 use crate::command;
 use anyhow::{Result, bail};
 
-/// Something that must be there before the checks and tests run.
+/// A tool that must be present before the checks and tests run.
 struct Need {
-    /// Its name, for people.
+    /// Its name in messages.
     name: &'static str,
-    /// Succeeds when it is there.
+    /// A command that succeeds if it is present.
     probe: &'static [&'static str],
-    /// Installs it.
+    /// The command that installs it.
     install: &'static [&'static str],
 }
 
-/// Whether every wheel that `xtask/python.txt` pins is there, in this version.
+/// Checks that every wheel pinned in `xtask/python.txt` is installed in this version.
 const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
      assert all(version(name) == pin for name, pin in (line.split('==') for line in open('xtask/python.txt').read().split()))";
 
-/// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
-/// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, Prometheus
-/// reads the figures of a run, libfaketime steps a clock that is not the machine's, iproute2 lays and cuts cables between network namespaces, and the clients and routers that are not ours
-/// are Python's.
+/// A minimal toolchain lacks the first two. SWI-Prolog checks our searches, valgrind counts instructions, Mosquitto is the broker
+/// for the MQTT bridge, Prometheus reads a run's figures, libfaketime steps a process's clock, iproute2 creates and cuts network
+/// links between namespaces, and the independent clients and routers are in Python.
 const NEEDS: [Need; 9] = [
     Need {
         name: "rustfmt",
@@ -73,10 +72,10 @@ const NEEDS: [Need; 9] = [
     },
 ];
 
-/// Sees to it that everything needed is there.
+/// Provides everything that is needed.
 ///
 /// # Errors
-/// When something is absent and could not be installed.
+/// When something is absent and cannot be installed.
 pub(crate) fn provide() -> Result<()> {
     NEEDS.iter().try_for_each(|need| provide_one(need, command::succeeds, |line| command::run(line).is_ok()))
 }
@@ -97,7 +96,7 @@ fn provide_one(
     bail!("{} is absent and could not be installed; run `{line}`, then try again", need.name)
 }
 
-/// A command as one may copy it into a shell.
+/// A command, ready for a shell.
 fn shown(line: &[&str]) -> String {
     let words =
         line.iter().map(|word| if word.contains(' ') { format!("'{word}'") } else { (*word).to_owned() });
