@@ -1,4 +1,4 @@
-//! A driver for every toolchain: changes seeds at random, repeatably, and keeps the input that breaks something.
+//! A fuzzing driver for every toolchain: changes seeds at random, reproducibly, and keeps an input that breaks a promise.
 
 use crate::Target;
 use std::fs;
@@ -8,14 +8,14 @@ use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// Inputs grow no longer than this, in bytes.
+/// The longest input in bytes.
 const LENGTH_MAX: usize = 4096;
-/// An input that takes longer is a fault like a panic: work is bounded by construction.
+/// A longer time for one input is an error like a panic, because all work must be bounded.
 const DURATION_MAX: Duration = Duration::from_secs(1);
-/// Bytes at which readers take decisions.
+/// Bytes that are special to readers.
 const BYTES: &[u8] = b"\0\x01\x7f\x80\xff \t\n\r\"'#%()*+,-./0123456789:;<=>?@[]^_eEnN{|}~";
 
-/// Random numbers that a seed repeats: splitmix64.
+/// Reproducible random numbers: splitmix64.
 pub struct Random(u64);
 
 impl Random {
@@ -62,10 +62,10 @@ fn pick(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     seeds.get(random.below(seeds.len())).cloned().unwrap_or_default()
 }
 
-/// Feeds one input; gives how long it took.
+/// Feeds one input; returns the time it took.
 ///
 /// # Errors
-/// When the target panicked or took too long; the text says which.
+/// When the target panicked or took too long; the text tells which.
 pub fn feed(target: &Target, input: &[u8]) -> Result<Duration, String> {
     let start = Instant::now();
     catch_unwind(AssertUnwindSafe(|| (target.run)(input))).map_err(|_| "it panicked".to_owned())?;
@@ -73,19 +73,19 @@ pub fn feed(target: &Target, input: &[u8]) -> Result<Duration, String> {
     if elapsed > DURATION_MAX { Err(format!("it took {elapsed:.1?}")) } else { Ok(elapsed) }
 }
 
-/// What a run without a fault has done.
+/// The result of a run without an error.
 #[derive(Default)]
 pub struct Summary {
-    /// How many inputs were fed.
+    /// The number of inputs.
     pub inputs: u64,
-    /// How long the slowest took.
+    /// The longest time for an input.
     pub slowest: Duration,
 }
 
-/// Feeds the seeds, then changed ones until `done` says so of the number of inputs.
+/// Feeds the seeds, then changed seeds until `done` holds for the number of inputs.
 ///
 /// # Errors
-/// The first input that breaks something, and how.
+/// The first input that breaks a promise, and the reason.
 pub fn fuzz(target: &Target, seed: u64, done: impl Fn(u64) -> bool) -> Result<Summary, (Vec<u8>, String)> {
     let seeds = (target.seeds)();
     let mut random = Random::new(seed);
@@ -99,7 +99,7 @@ pub fn fuzz(target: &Target, seed: u64, done: impl Fn(u64) -> bool) -> Result<Su
     Ok(summary)
 }
 
-/// Keeps an input that breaks a target, in a file named after its content.
+/// Keeps an input that breaks a promise, in a file named after its content.
 ///
 /// # Errors
 /// When the file cannot be written.

@@ -1,4 +1,4 @@
-//! The engine: any inputs in any order; it keeps its promises about time, trust and values, and repeats itself.
+//! The engine: for any inputs in any order, it keeps its promises about time, trust and values, and its results are reproducible.
 
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
 use shsa_core::diagnosis::Verdict;
@@ -11,8 +11,8 @@ use shsa_core::time::{Span, Time};
 use shsa_format::model::load;
 use std::sync::LazyLock;
 
-/// What the shipped models lack: a source that cannot be run but looks best, relations in both directions, all time
-/// operators, undeclared and slow rates, limits of zero and without end, needs of vectors and of what has no signal.
+/// Cases that the shipped models lack: a source without formulas that looks best, relations in both directions, all time
+/// operators, undeclared and slow rates, limits of zero and without end, needs of vectors and of variables without a signal.
 const CORNERS: &str = "\
 shsa: 1
 variables:
@@ -55,16 +55,16 @@ pub(crate) static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
     [CORNERS, CAR, ROVER, QUAD, HUSKY].iter().map(knowledge).collect()
 });
 
-/// More steps are not taken, so that an input takes no longer than the driver allows.
+/// The most steps of an input, so that it stays within the driver's time.
 const MOST_STEPS: usize = 48;
 
-/// How often each signal speaks in a burst.
+/// The number of observations of each signal in a burst.
 const BURST: i64 = 24;
 
-/// Ticks between two inputs, for every signal and need: each may run out, come back and be looked at again.
+/// The most ticks between two inputs, for every signal and need: each may expire, come back and be checked again.
 const MOST_TICKS: usize = 16;
 
-/// Numbers that a byte below 16 stands for.
+/// The numbers for a byte below 16.
 const SPECIAL: [f64; 16] = [
     0.0,
     -0.0,
@@ -84,7 +84,7 @@ const SPECIAL: [f64; 16] = [
     1e6,
 ];
 
-/// How far time goes on, by a byte below 24.
+/// The time steps for a byte below 24.
 const GAPS_NS: [i64; 24] = [
     0,
     1,
@@ -112,8 +112,8 @@ const GAPS_NS: [i64; 24] = [
     i64::MIN,
 ];
 
-/// The first byte picks a model; then four bytes are a step: who speaks (or a tick, or all in a burst), after how
-/// long, what, and in which shape and with which stamp; or an operator's order: what about, after how long, which.
+/// The first byte chooses a model; each step takes four bytes: the signal (or a tick, or a burst of all), the time step, the
+/// value, and the shape with the stamp; or an operator's order: its subject, the time step, its kind.
 pub fn run(bytes: &[u8]) {
     let (model, steps) = bytes.split_first().unwrap_or((&0, &[]));
     let knowledge = &MODELS[usize::from(*model) % MODELS.len()];
@@ -121,7 +121,7 @@ pub fn run(bytes: &[u8]) {
     assert_eq!(Run::of(knowledge, &inputs), Run::of(knowledge, &inputs), "two runs differ");
 }
 
-/// What four bytes a step stand for, from time zero on.
+/// The inputs for four bytes a step, from time zero on.
 pub(crate) fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
     let mut inputs = Vec::new();
     let mut now = Time::default();
@@ -149,7 +149,7 @@ pub(crate) fn inputs(knowledge: &KnowledgeBase, steps: &[u8]) -> Vec<Input> {
     inputs
 }
 
-/// Who from here on, below a burst, is an order.
+/// A first byte from here on, below a burst, is an order.
 const ORDERS: usize = 128;
 
 fn order(knowledge: &KnowledgeBase, about: usize, what: u8, how: u8) -> Order {
@@ -183,7 +183,7 @@ fn number(what: u8) -> f64 {
     SPECIAL.get(usize::from(what)).copied().unwrap_or((f64::from(what) - 128.0) / 8.0)
 }
 
-/// `how` is a shape in its low half and a stamp in its high one.
+/// The low half of `how` is a shape, the high half a stamp.
 fn observe(knowledge: &KnowledgeBase, signal: usize, received: Time, number: f64, how: u8) -> Input {
     let signal = SignalId::from_index(signal);
     let known = knowledge.signals().find(signal);
@@ -211,7 +211,7 @@ fn observe(knowledge: &KnowledgeBase, signal: usize, received: Time, number: f64
     Input::Observation(Observation { signal, stamp, received, value })
 }
 
-/// An engine at work, and all that it has said.
+/// An engine, and all of its outputs.
 pub(crate) struct Run<'a> {
     knowledge: &'a KnowledgeBase,
     engine: Engine,
@@ -225,12 +225,12 @@ impl Run<'_> {
         Run::new(knowledge, engine, Time::MIN).through(inputs)
     }
 
-    /// An engine of this knowledge base that has come to this time.
+    /// A run of an engine of this knowledge base at this time.
     pub(crate) fn new(knowledge: &KnowledgeBase, engine: Engine, now: Time) -> Run<'_> {
         Run { knowledge, engine, now, said: Vec::new() }
     }
 
-    /// What comes out when the inputs go in, with the ticks that fall due between them.
+    /// The outputs for the inputs, with the ticks that are due between them.
     pub(crate) fn through(mut self, inputs: &[Input]) -> Vec<String> {
         for input in inputs {
             let time = input.time();
@@ -241,7 +241,7 @@ impl Run<'_> {
         self.said
     }
 
-    /// Sends the ticks that are due before `moment`: after each, the next one is later, and they come to an end.
+    /// Passes the ticks that are due before `moment`: after each one the next is later, and their number is bounded.
     fn pass_until(&mut self, moment: Time) {
         let most = MOST_TICKS * (self.knowledge.signals().len() + self.knowledge.needs().len());
         let mut ticks = 0;
@@ -293,7 +293,7 @@ impl Run<'_> {
         }
     }
 
-    /// What serves a need is trusted, unless an operator has chosen it, and never forbidden.
+    /// The source of a need is trusted, unless an operator has chosen it, and is never forbidden.
     fn check_needs(&self) {
         let orders = self.engine.standing_orders();
         for need in self.knowledge.needs().ids() {
@@ -324,7 +324,7 @@ impl Run<'_> {
     }
 }
 
-/// For each model: all is well, one lies, one is silent, orders, strange times and shapes.
+/// For each model: healthy signals, one wrong, one silent, orders, strange times and shapes.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let well = [255, 5, 144, 144];

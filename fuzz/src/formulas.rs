@@ -1,4 +1,5 @@
-//! Formulas: any text is read, checked, solved, compiled and evaluated, and what numbers give lies in what intervals give.
+//! Formulas: any text can be read, checked, solved, compiled and evaluated, and results of numbers lie within results of
+//! intervals.
 
 use shsa_core::expression::{
     Assignment, Constant, Formula, Function, Kind, Number, Operation, Program, Reduction, Scope, Shape,
@@ -9,18 +10,18 @@ use shsa_core::time::{Time, Validity};
 use shsa_core::unit::Unit;
 use std::sync::LazyLock;
 
-/// Variables with their units; the last two are vectors, `k` is a constant and `p` never negative.
+/// Variables with their units; the last two are vectors, `k` is a constant, and `p` is never negative.
 const NAMES: [&str; 8] = ["x", "y", "z", "a", "k", "p", "v", "w"];
 const UNITS: [Option<&str>; 8] =
     [None, Some("m"), Some("s"), Some("rad"), Some("m"), Some("1"), None, Some("m")];
 
-/// How many elements the vectors have.
+/// The number of elements of a vector.
 const LENGTH: usize = 4;
 
-/// How often a program is evaluated, 10 ms apart.
+/// The number of evaluations of a program, 10 ms apart.
 const STEPS: usize = 4;
 
-/// Numbers that a byte below 16 stands for.
+/// The numbers for a byte below 16.
 const SPECIAL: [f64; 16] = [
     0.0,
     -0.0,
@@ -76,7 +77,7 @@ impl Scope for Model {
     }
 }
 
-/// The first line is a formula or an equation, the rest are the values of its inputs, one byte each.
+/// The first line is a formula or an equation; the remaining bytes are the values of its inputs.
 pub fn run(bytes: &[u8]) {
     let end = bytes.iter().position(|byte| *byte == b'\n').unwrap_or(bytes.len());
     let (text, values) = bytes.split_at(end);
@@ -120,16 +121,17 @@ fn evaluate(formula: &Formula, values: &[u8]) {
     }
 }
 
-/// What a step without a value does to the rest of a formula.
+/// The effect of a step without a value on the rest of a formula.
 #[derive(Clone, Copy, PartialEq)]
 enum Gaps {
-    /// There is no value then.
+    /// The formula has no value then.
     Harmless,
-    /// The rest goes on without it, so that numbers, which overflow, may go on from other steps than intervals.
+    /// The rest continues without the value. Numbers can overflow where intervals do not, so both may continue from different
+    /// steps.
     PassedOver,
 }
 
-/// Whether a formula has parts that pass over missing values.
+/// Whether a formula has parts that skip missing values.
 fn gaps(formula: &Formula) -> Gaps {
     use Reduction::{Count, Either, Max, Mean, Median, Min};
     let passes = match formula.operation() {
@@ -170,13 +172,13 @@ fn number(values: &[u8], at: usize) -> f64 {
     SPECIAL.get(usize::from(byte)).copied().unwrap_or((f64::from(byte) - 128.0) / 8.0)
 }
 
-/// The number alone, or with room on both sides.
+/// An interval around a number, of zero or positive width.
 fn around(number: f64, values: &[u8], at: usize) -> Interval {
     let width = values.get(at % values.len().max(1)).copied().unwrap_or(0) % 3;
     Interval::point(number).widened(f64::from(width) * 0.25)
 }
 
-/// The inputs of a program; of `numbers`, each variable has its own few.
+/// The inputs of a program; each variable has its own of the `numbers`.
 fn inputs<'a, N: Number>(program: &Program, numbers: &'a [N]) -> Vec<Value<'a, N>> {
     let of = |symbol: Symbol| {
         let own = symbol.0 as usize * LENGTH;
@@ -189,7 +191,7 @@ fn inputs<'a, N: Number>(program: &Program, numbers: &'a [N]) -> Vec<Value<'a, N
     program.inputs().iter().map(|input| of(input.symbol)).collect()
 }
 
-/// A formula or equation for every operation there is.
+/// A formula or equation for every operation.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let texts = [

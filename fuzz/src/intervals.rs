@@ -1,8 +1,8 @@
-//! Intervals: whatever the bounds, no bound is not-a-number, and hull and intersection hold what they must.
+//! Intervals: whatever the bounds, no bound is NaN, and hull and intersection contain the right values.
 
 use shsa_core::interval::Interval;
 
-/// Bounds where arithmetic goes wrong first.
+/// Bounds that are critical for arithmetic.
 const BOUNDS: [f64; 12] = [
     0.0,
     -0.0,
@@ -46,7 +46,7 @@ fn check(a: Interval, b: Interval, point: f64) {
     assert_eq!(b.intersection(a), common);
 }
 
-/// Every bound beside its neighbours in the list.
+/// Every bound with its neighbours in the list.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     BOUNDS.windows(5).map(|bounds| bounds.iter().flat_map(|bound| bound.to_le_bytes()).collect()).collect()

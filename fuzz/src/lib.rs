@@ -1,8 +1,7 @@
-//! What is fuzzed: each target takes any bytes, and panics only when the code under test breaks a promise.
+//! The fuzz targets: each takes any bytes, and panics only if the code under test breaks a promise.
 //!
-//! Two drivers share the targets: libFuzzer (`fuzz_targets/`, wants nightly) and the one of this crate
-//! (`driver`, runs anywhere). A new target is a module with `run` and `seeds`, a row in [`TARGETS`], and a file
-//! of three lines in `fuzz_targets/`.
+//! Two drivers share the targets: libFuzzer (`fuzz_targets/`, needs nightly) and the one of this crate (`driver`, runs anywhere).
+//! A new target is a module with `run` and `seeds`, a row in [`TARGETS`], and a file of three lines in `fuzz_targets/`.
 
 pub mod intervals;
 pub mod formulas;
@@ -15,17 +14,17 @@ pub mod engine;
 pub mod states;
 pub mod driver;
 
-/// Something that must survive any bytes.
+/// A target, which must survive any bytes.
 pub struct Target {
     /// Its name on the command line.
     pub name: &'static str,
-    /// Feeds it with bytes; panics when a promise is broken.
+    /// Runs the target on bytes; panics when a promise is broken.
     pub run: fn(&[u8]),
-    /// Good inputs, from which bad ones are made.
+    /// Good inputs, to be changed at random.
     pub seeds: fn() -> Vec<Vec<u8>>,
 }
 
-/// Every target there is.
+/// All targets.
 pub const TARGETS: &[Target] = &[
     Target { name: "intervals", run: intervals::run, seeds: intervals::seeds },
     Target { name: "formulas", run: formulas::run, seeds: formulas::seeds },

@@ -1,4 +1,4 @@
-//! Messages of ROS 2: any bytes as one in CDR; what is read is bounded, and what is written of it can be read again.
+//! Messages of ROS 2: any bytes as CDR; results are bounded, and written messages can be read again.
 
 use shsa_bridge::payload::{Reader, Writer};
 use shsa_bridge::{Message, Payload, Provenance, Quality};
@@ -6,7 +6,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_message::source::Field;
 
-/// Types, and fields of theirs; the first is a number.
+/// Types with some of their fields; the first field is a number.
 const TYPES: [(&str, &[&str]); 5] = [
     ("std_msgs/msg/Float64", &["data"]),
     ("sensor_msgs/msg/LaserScan", &["range_max", "ranges", "ranges[3]"]),
@@ -25,10 +25,10 @@ fn message(message_type: &str, bytes: &[u8]) -> Message {
     Message { message_type: Some(message_type.into()), ..Message::new("/topic".into(), Time(0), payload) }
 }
 
-/// The first byte is the type; every field of it at once, then a takeover in the shape of the message.
+/// The first byte chooses the type; reads all of its fields at once, then writes a substitute in the form of the message.
 ///
 /// # Panics
-/// When a reason is long, or a number that was put into a message is not found there again.
+/// When a reason is long, or a written number is not read back.
 pub fn run(bytes: &[u8]) {
     let Some((kind, bytes)) = bytes.split_first() else { return };
     let (message_type, paths) = TYPES[usize::from(*kind) % TYPES.len()];
@@ -68,7 +68,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
     all.into_iter().zip(0_u8..).map(|(cdr, kind)| [vec![kind], cdr.0].concat()).collect()
 }
 
-/// A message as it is written; little-endian.
+/// A message being written; little-endian.
 struct Cdr(Vec<u8>);
 
 impl Cdr {
@@ -76,7 +76,7 @@ impl Cdr {
         Cdr(vec![0, 1, 0, 0])
     }
 
-    /// Alignment counts from behind the four bytes that say how the rest is written.
+    /// Alignment counts from behind the four bytes of the encapsulation.
     fn put(mut self, bytes: &[u8], align: usize) -> Cdr {
         let end = 4 + (self.0.len() - 4).next_multiple_of(align);
         self.0.resize(end, 0);

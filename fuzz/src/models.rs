@@ -1,16 +1,16 @@
-//! Models: any text becomes a knowledge base or a report, in bounded time, and what is right can be planned.
+//! Models: any text becomes a knowledge base or a report in bounded time, and a valid model can be planned.
 
 use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_format::model::thesis::prolog;
 use shsa_format::model::{Form, load, read, write};
 
-/// Model files, as they are shipped.
+/// Shipped model files.
 pub(crate) const CAR: &str = include_str!("../../models/car.yaml");
 pub(crate) const QUAD: &str = include_str!("../../models/quad.yaml");
 pub(crate) const HUSKY: &str = include_str!("../../models/husky.yaml");
 pub(crate) const ROVER: &str = include_str!("../../models/rover.yaml");
 
-/// One of everything that a model can hold.
+/// A model with one of every kind of element.
 const EVERYTHING: &str = "\
 shsa: 1
 variables:
@@ -48,13 +48,13 @@ properties:
 provision_properties: { /a: { pubrate: 10, accuracy: 0.5 } }
 ";
 
-/// The other form of it.
+/// The other form of the thesis's files.
 const GRAPH: &str = "graph: { a: [r], r: [b], b: [r] }\nproperties: { type: { a: 0, b: 0, r: 1 }, provided: [a], fct: { r: a + 1 } }\n";
 
 /// Facts of the thesis's programs.
 const FACTS: &str = "% facts\n:- use_module(library(lists)).\nfunction(y, r, [a, 'B c']).\nfunction(a, r, [y, 'B c']).\nimplementation(r, \"\nk = a.v\ny.v = 2 * k\ny.t = a.t\\n\").\nitomsOf(a, [\"/a\", a2]).\nitomOf(c, -1.5e3).\nquery(f(X)).\n";
 
-/// Steps after which a plan may be given up.
+/// The limits of a plan.
 const LIMITS: Limits = Limits { expansions: 1_000, states: 1_000 };
 
 /// Reads the bytes as a model in every form, and writes it.
@@ -81,7 +81,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// What another form becomes is a model of ours, and can be written as facts again.
+/// A converted model is a model of ours, and can be written as facts again.
 fn converted(text: &str, form: Form) {
     let Ok(source) = read(text, "m", Some(form)) else { return };
     let written = write::yaml(&source.draft);
@@ -99,7 +99,7 @@ fn converted(text: &str, form: Form) {
     }
 }
 
-/// The shipped models that are short, and one of everything.
+/// The short ones of the shipped models, and the model with every kind of element.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let short = "shsa: 1\nvariables: { x: { unit: m }, y: }\nrelations: { r: y = x * 2 }\nsignals: { s: { variable: x } }\nneeds: { y: }\n";

@@ -1,4 +1,4 @@
-//! Payloads: any bytes as a message's content; what is read is bounded, and what is written of it can be read again.
+//! Payloads: any bytes as a message's content; results are bounded, and written payloads can be read again.
 
 use shsa_bridge::payload::{Reader, Writer};
 use shsa_bridge::{Provenance, Quality};
@@ -13,10 +13,10 @@ fn field(path: &str) -> Field {
     Field { path: path.into(), stamp: None }
 }
 
-/// Every path at once, then a takeover in the shape of these bytes by each.
+/// Reads all paths at once, then writes a substitute in the form of these bytes by each path.
 ///
 /// # Panics
-/// When a reason is long, or a number that was put into a payload is not found there again.
+/// When a reason is long, or a written number is not read back.
 pub fn run(bytes: &[u8]) {
     let stamp = StampField { path: "stamp".into(), step: None };
     let mut fields = PATHS.map(field).to_vec();

@@ -1,4 +1,5 @@
-//! Readers of recordings, one target each: any bytes as a file of the format; what is read is in order, counted, and was asked for.
+//! Readers of recordings, one target each: any bytes as a file of the format; results are in order, counted, and among the wanted
+//! ones.
 
 use crate::recordings::check;
 use shsa_format::recording::ReadOptions;
@@ -8,7 +9,7 @@ use std::fs;
 pub mod ulog {
     use super::*;
 
-    /// The bytes are a log.
+    /// Reads the bytes as a log.
     pub fn run(bytes: &[u8]) {
         let sources = ["a#x", "a[1]#list", "a[0]#list[1]@timestamp*1us", "gps#fix_type!changed"];
         check("log.ulg", bytes, &sources, &ReadOptions::default());
@@ -45,7 +46,7 @@ pub mod ulog {
     }
 }
 
-/// DataFlash of ArduPilot, binary and as text: the first byte says which.
+/// DataFlash of ArduPilot, binary or text; the first byte chooses.
 pub mod dataflash {
     use super::*;
 
@@ -54,7 +55,7 @@ FMT, 200, 18, IMU, QBfc, TimeUS,I,GyrZ,Roll\nFMT, 201, 17, GPS, QIH, TimeUS,GMS,
 UNIT, 0, 115, s\nMULT, 0, 70, 1e-06\nFMTU, 0, 200, s#--, F---\n\
 IMU, 1000000, 0, 0.5, -25.5\nGPS, 2000000, 38980800, 1966\nIMU, 3000000, 1, 0.25, 0.1\n";
 
-    /// The rest of the bytes is a log.
+    /// Reads the rest of the bytes as a log.
     pub fn run(bytes: &[u8]) {
         let (kind, bytes) = bytes.split_first().unwrap_or((&0, &[]));
         let sources = ["IMU#GyrZ", "IMU[1]#Roll", "GPS#GWk@TimeUS*1us", "FMT#Length[Name=IMU]"];
@@ -93,7 +94,7 @@ IMU, 1000000, 0, 0.5, -25.5\nGPS, 2000000, 38980800, 1966\nIMU, 3000000, 1, 0.25
     }
 }
 
-/// Frames of a CAN bus with a DBC: the first byte says the form, the next two how long the DBC is.
+/// Frames of a CAN bus with a DBC; the first byte chooses the form, the next two give the length of the DBC.
 pub mod can {
     use super::*;
 
@@ -102,7 +103,7 @@ pub mod can {
     const CANDUMP: &str = "(1700000000.5) can0 017#01E803AABBCCDDEE R\n(1700000001.5)  can0  017   [2]  01 02\n(1700000002.5) can1 00000017##1AABB\n";
     const ASC: &str = "date Wed Jan 11 05:42:09.103 pm 2023\nbase hex  timestamps absolute\n 0.1 1 17 Rx d 3 01 E8 03\n 0.3 CANFD 1 Rx 17x speed 1 0 3 3 01 D0 07\n";
 
-    /// The rest of the bytes are the DBC and the frames.
+    /// Reads the rest of the bytes as the DBC and the frames.
     pub fn run(bytes: &[u8]) {
         let [kind, low, high, rest @ ..] = bytes else { return };
         let length = usize::from(u16::from_le_bytes([*low, *high])).min(rest.len());
@@ -126,7 +127,7 @@ pub mod can {
         let header = [&1_u32.to_le_bytes()[..], &[0; 4], &50_u64.to_le_bytes()].concat();
         let frame =
             object(1, &[&header, &[1, 0, 0, 3, 23, 0, 0, 0][..], &[1, 0xe8, 3, 0, 0, 0, 0, 0]].concat());
-        // Not packed: zlib would hide it from the changes.
+        // Not compressed, because changes of compressed bytes would only break zlib.
         let container = object(10, &[&[0; 16][..], &frame, &frame].concat());
         let blf = [b"LOGG", &144_u32.to_le_bytes()[..], &[0; 136], &container, &frame].concat();
         let length = u16::try_from(DBC.len()).unwrap_or(0).to_le_bytes();
@@ -139,7 +140,7 @@ pub mod can {
 pub mod nmea {
     use super::*;
 
-    /// The bytes are lines.
+    /// Reads the bytes as lines.
     pub fn run(bytes: &[u8]) {
         let sources =
             ["RMC#speed", "GPRMC#latitude", "DPT#depth", "XDR#value[name=T]", "GGA#altitude@received"];
@@ -162,10 +163,10 @@ pub mod nmea {
 pub mod signalk {
     use super::*;
 
-    /// The bytes are deltas.
+    /// Reads the bytes as deltas.
     pub fn run(bytes: &[u8]) {
         let sources = ["a.b", "a.b#x", "a.b[source=gps]", "c#0[context=vessels.self]@received"];
-        // Without this head they would be other lines of JSON.
+        // Without this first line, the bytes would be ordinary JSON lines.
         let head = br#"{"updates":[{"values":[]}]}"#;
         check("log.jsonl", &[&head[..], b"\n", bytes].concat(), &sources, &ReadOptions::default());
     }
@@ -183,13 +184,13 @@ pub mod signalk {
 pub mod influx {
     use super::*;
 
-    /// The bytes are points.
+    /// Reads the bytes as points.
     pub fn run(bytes: &[u8]) {
         let sources = ["room#temperature", "room#n[sensor=T1]", "room#on[site=M 1]"];
         check("log.lp", bytes, &sources, &ReadOptions::default());
     }
 
-    /// Points with everything.
+    /// Points with every element of the protocol.
     #[must_use]
     pub fn seeds() -> Vec<Vec<u8>> {
         let text = "# a\nroom,site=M\\ 1,sensor=T1 temperature=23.7,note=\"a, b=\\\"c\\\" d\",n=1i 1422886740000000000\nroom on=t,n=2u 1422886741\n";
@@ -201,12 +202,12 @@ pub mod influx {
 pub mod mdf {
     use super::*;
 
-    /// The bytes are a file.
+    /// Reads the bytes as a file.
     pub fn run(bytes: &[u8]) {
         check("log.mf4", bytes, &["group_0#v", "v", "group_0#v[t=1]"], &ReadOptions::default());
     }
 
-    /// A group of a time and a number, plain.
+    /// A plain group of a time and a number.
     #[must_use]
     pub fn seeds() -> Vec<Vec<u8>> {
         let block = |name: &[u8], links: &[u64], content: &[u8]| {
@@ -221,7 +222,7 @@ pub mod mdf {
             block(b"CN", &[next, 0, name, 0, 0, 0, 0, 0], &content)
         };
         let text = |text: &str| block(b"TX", &[], text.as_bytes());
-        // Every block has its place: the head at 64, then the group, the channels, their names, the data.
+        // The positions of the blocks: the header at 64, then the group, the channels, their names, the data.
         let magic = [&b"MDF     4.11    "[..], &[0; 48]].concat();
         let head = block(b"HD", &[168, 0, 0, 0, 0, 0], &[0; 32]);
         let group = block(b"DG", &[0, 232, 720, 0], &[0; 8]);

@@ -1,4 +1,5 @@
-//! Recordings: any bytes as a table, as lines, as a bag of ROS 1 or 2, as MCAP; what is read is in order, counted, and was asked for.
+//! Recordings: any bytes as a table, as lines, as a bag of ROS 1 or 2, as MCAP; results are in order, counted, and among the
+//! wanted ones.
 
 use shsa_format::recording::{ReadOptions, Wanted, read_bytes};
 use std::path::Path;
@@ -29,7 +30,7 @@ const LINES: &str = "\
 {\"signal\": \"/a\", \"time_ns\": 9e18, \"value\": null}
 ";
 
-/// What is asked for: columns, fields, elements, changes, another clock.
+/// The wanted sources: columns, fields, elements, changes, another clock.
 const SOURCES: [&str; 13] = [
     "log#v",
     "log#w!changed",
@@ -46,7 +47,7 @@ const SOURCES: [&str; 13] = [
     "/old",
 ];
 
-/// The first byte says the format that the name pretends; the rest is the file.
+/// The first byte chooses the format of the file name; the rest is the file.
 pub fn run(bytes: &[u8]) {
     let (kind, bytes) = bytes.split_first().unwrap_or((&0, &[]));
     let name = ["log.csv", "log.jsonl", "log.bag", "log", "log.mcap", "log.db3"][usize::from(kind % 6)];
@@ -55,7 +56,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// Reads a file, if it can be read at all, and looks at what comes of it.
+/// Reads a file, if possible, and checks the results.
 pub(crate) fn check(name: &str, bytes: &[u8], sources: &[&str], options: &ReadOptions) {
     let wanted: Vec<Wanted> = sources.iter().map(|source| Wanted::new(*source, *source)).collect();
     let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted, options) else { return };

@@ -1,18 +1,18 @@
-//! The state that outlasts the process: any text as one; what is read can be written and read again, and an engine that goes on
-//! from it keeps its promises.
+//! The saved state: any text as one; a state that was read can be written and read again, and an engine that continues from it
+//! keeps its promises.
 
 use crate::engine::{MODELS, Run, inputs};
 use shsa_core::engine::{Engine, Options};
 use shsa_core::time::Time;
 use shsa_format::state::{read_state, write_state};
 
-/// After the restart all is well, one lies, all is well.
+/// After the restart: healthy, one wrong, healthy.
 const STEPS: [[u8; 4]; 3] = [[255, 5, 144, 144], [160, 5, 144, 240], [255, 5, 144, 144]];
 
-/// The text is a state of a model of all corners, and then of a car.
+/// Reads the text as a state of a model of all corner cases, then of a car.
 ///
 /// # Panics
-/// When what was read is something else after it was written, or the engine breaks a promise.
+/// When a written state is read differently, or the engine breaks a promise.
 pub fn run(bytes: &[u8]) {
     let Ok(text) = std::str::from_utf8(bytes) else { return };
     let Ok(snapshot) = read_state(text) else { return };
@@ -27,7 +27,7 @@ pub fn run(bytes: &[u8]) {
     }
 }
 
-/// What engines know at the beginning, after one has lied, and after an order.
+/// States of engines: at the beginning, after a wrong value, and after an order.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let well = [255, 5, 144, 144];

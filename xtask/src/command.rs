@@ -1,10 +1,10 @@
-//! Other programs, each written as the line that a person would type.
+//! Runs other programs, given as a command line.
 
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
 use std::process::{Command, ExitStatus, Stdio};
 
-/// Runs a command whose output everyone sees.
+/// Runs a command with visible output.
 ///
 /// # Errors
 /// When it cannot be started, or ends with another status than 0.
@@ -12,7 +12,7 @@ pub(crate) fn run(line: &[&str]) -> Result<()> {
     ended(line, prepare(line)?.status().with_context(|| starting(line))?)
 }
 
-/// Runs a command, passes on what it prints to its standard output, and shows each line of it.
+/// Runs a command, passes on its standard output, and shows each line.
 ///
 /// # Errors
 /// When it cannot be started, ends with another status than 0, or prints no UTF-8.
@@ -23,7 +23,7 @@ pub(crate) fn relay(line: &[&str], mut show: impl FnMut(&str)) -> Result<()> {
     })
 }
 
-/// Runs a command, and hears each line that it prints to its standard output when it does.
+/// Runs a command, and passes on each line of its standard output at once.
 ///
 /// # Errors
 /// When it cannot be started, ends with another status than 0, or prints no UTF-8.
@@ -36,7 +36,7 @@ pub(crate) fn listen(line: &[&str], mut hear: impl FnMut(&str)) -> Result<()> {
     ended(line, child.wait().with_context(|| reading(line))?)
 }
 
-/// Runs a command for what it prints to its standard output.
+/// Runs a command, and returns its standard output.
 ///
 /// # Errors
 /// When it cannot be started, ends with another status than 0, or prints no UTF-8.
@@ -46,7 +46,7 @@ pub(crate) fn output(line: &[&str]) -> Result<String> {
     String::from_utf8(output.stdout).with_context(|| reading(line))
 }
 
-/// Whether a command is there and succeeds; prints nothing.
+/// Whether a command exists and succeeds; prints nothing.
 pub(crate) fn succeeds(line: &[&str]) -> bool {
     let Ok(mut command) = prepare(line) else { return false };
     command.stdout(Stdio::null()).stderr(Stdio::null()).status().is_ok_and(|status| status.success())

@@ -1,4 +1,4 @@
-//! What the shipped binary is made of carries a permissive licence: the list in `deny.toml`.
+//! Checks that every crate in the shipped binary has a permissive licence, by the list in `deny.toml`.
 
 use crate::command;
 use crate::workspace::{Edge, Metadata, Package};
@@ -11,11 +11,11 @@ use std::fs;
 /// The crate whose binary is shipped.
 const SHIPPED: &str = "shsa";
 
-/// What other programs depend on: `[patch]` does not reach them.
+/// The crates that other programs depend on, where `[patch]` has no effect.
 const LIBRARIES: [&str; 6] =
     ["shsa-core", "shsa-message", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime"];
 
-/// The part of `deny.toml` that is read here; cargo-deny reads the rest.
+/// The part of `deny.toml` that is used here; cargo-deny uses the rest.
 #[derive(Deserialize)]
 struct Deny {
     licenses: Licenses,
@@ -26,7 +26,7 @@ struct Licenses {
     allow: Vec<String>,
 }
 
-/// Checks every crate in the shipped binary, on any platform; and lets cargo-deny check too, where it is installed.
+/// Checks every crate in the shipped binary, on any platform; also runs cargo-deny, if it is installed.
 ///
 /// # Errors
 /// When a crate's licence is absent, unreadable or not allowed.
@@ -66,12 +66,12 @@ fn patched(manifest: &str) -> Result<Vec<String>> {
     Ok(patches.into_iter().flat_map(|patches| patches.keys().cloned()).collect())
 }
 
-/// Whether one of the lines that `cargo tree` prints is about a crate.
+/// Whether a line of `cargo tree`'s output is about a crate.
 fn rests_on(tree: &str, name: &str) -> bool {
     tree.lines().any(|line| line.split(' ').next() == Some(name))
 }
 
-/// All that ends up in the binary or builds it: tests' dependencies do neither.
+/// The crates that are in the binary or build it, without the dependencies of tests.
 fn shipped(metadata: &Metadata) -> Result<Vec<&Package>> {
     let root = metadata.members().find(|package| package.name == SHIPPED).context("no crate `shsa`")?;
     let edges: BTreeMap<&str, &[Edge]> =

@@ -1,4 +1,4 @@
-//! The project's own chores: `cargo xtask test` is all of CI, and its steps can be run one by one.
+//! The project's tasks: `cargo xtask test` is the whole CI, and each step can be run alone.
 
 mod command;
 mod needs;
@@ -59,16 +59,16 @@ fn run(command: Option<&str>) -> Result<()> {
     }
 }
 
-/// Everything that CI runs: the quick checks first, the tests last, so that their result closes the output.
+/// Runs all of CI: the quick checks first, the tests last, so that the output ends with their result.
 fn test() -> Result<()> {
     let start = Instant::now();
     step("needs", needs::provide)?;
     step("format", || command::run(&["cargo", "fmt", "--all", "--check"]))?;
     step("tidy", tidy::check)?;
     step("licences", licences::check)?;
-    // Beside the next one: each alone leaves a core idle for much of its time.
+    // Runs at the same time as the next step: each alone leaves a core idle for much of its time.
     let instructions = thread::spawn(|| {
-        // Not by way of cargo, which would wait for clippy to leave the folder that both build in.
+        // Not by cargo, which would wait until clippy releases the common build folder.
         let own = env::current_exe().context("finding the own program")?;
         command::output(&[&own.display().to_string(), "ratchet"])
     });
@@ -86,7 +86,7 @@ fn clippy() -> Result<()> {
     command::run(&["cargo", "clippy", "--workspace", "--all-targets", "--locked", "--", "-D", "warnings"])
 }
 
-/// The pages of all crates, whose links must lead somewhere. After clippy, as it reads what that has checked.
+/// Builds the documentation of all crates and checks its links. It comes after clippy, whose results it uses.
 fn documents() -> Result<()> {
     let strict = "build.rustdocflags=['-D', 'warnings']";
     command::run(&["cargo", "doc", "--workspace", "--no-deps", "--locked", "--config", strict])

@@ -1,19 +1,19 @@
-//! What the tests need beyond Rust: probed, installed when absent, or named with the one command that installs it.
+//! What the tests need besides Rust: each is probed, installed if absent, or named with the command that installs it.
 
 use crate::command;
 use anyhow::{Result, bail};
 
-/// Something that must be there before the checks and tests run.
+/// A tool that must be present before the checks and tests run.
 struct Need {
-    /// Its name, for people.
+    /// Its name in messages.
     name: &'static str,
-    /// Succeeds when it is there.
+    /// A command that succeeds if it is present.
     probe: &'static [&'static str],
-    /// Installs it.
+    /// The command that installs it.
     install: &'static [&'static str],
 }
 
-/// Whether every wheel that `xtask/python.txt` pins is there, in this version.
+/// Checks that every wheel pinned in `xtask/python.txt` is installed in this version.
 const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
      assert all(version(name) == pin for name, pin in (line.split('==') for line in open('xtask/python.txt').read().split()))";
 
@@ -88,10 +88,10 @@ const NEEDS: [Need; 11] = [
     },
 ];
 
-/// Sees to it that everything needed is there.
+/// Provides everything that is needed.
 ///
 /// # Errors
-/// When something is absent and could not be installed.
+/// When something is absent and cannot be installed.
 pub(crate) fn provide() -> Result<()> {
     NEEDS.iter().try_for_each(|need| provide_one(need, command::succeeds, |line| command::run(line).is_ok()))
 }
@@ -112,7 +112,7 @@ fn provide_one(
     bail!("{} is absent and could not be installed; run `{line}`, then try again", need.name)
 }
 
-/// A command as one may copy it into a shell.
+/// A command, ready for a shell.
 fn shown(line: &[&str]) -> String {
     let words =
         line.iter().map(|word| if word.contains(' ') { format!("'{word}'") } else { (*word).to_owned() });

@@ -1,4 +1,4 @@
-//! The Debian package: the command with its manual pages, completions, unit, and what watches it.
+//! The Debian package: the command with its manual pages, completions, unit, and monitoring files.
 
 use crate::command;
 use anyhow::{Context, Result, bail, ensure};
@@ -7,9 +7,9 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// Where the package goes unless `--out` says otherwise.
+/// The output folder without `--out`.
 const OUT: &str = "target/package";
-/// Files that are taken as they are: from the project's folder, to the place on the machine, with these rights.
+/// Files that are copied: from the project's folder, to the path on the machine, with these permissions.
 const FILES: [(&str, &str, u32); 7] = [
     ("deploy/shsa.service", "usr/lib/systemd/system/shsa.service", 0o644),
     ("deploy/prometheus-alerts.yaml", "usr/share/shsa/prometheus-alerts.yaml", 0o644),
@@ -17,21 +17,21 @@ const FILES: [(&str, &str, u32); 7] = [
     ("docs/model.schema.json", "usr/share/shsa/model.schema.json", 0o644),
     ("README.md", "usr/share/doc/shsa/README.md", 0o644),
     ("docs/deployment.md", "usr/share/doc/shsa/deployment.md", 0o644),
-    // Who may read it: a password may stand there.
+    // The file may contain a password, so others may not read it.
     ("deploy/debian/environment", "etc/shsa/environment", 0o640),
 ];
-/// What is run when the package comes and goes.
+/// The scripts that run when the package is installed or removed.
 const SCRIPTS: [&str; 3] = ["postinst", "prerm", "postrm"];
-/// Each shell, and where its completions are.
+/// Each shell, with the path of its completions.
 const SHELLS: [(&str, &str); 3] = [
     ("bash", "usr/share/bash-completion/completions/shsa"),
     ("zsh", "usr/share/zsh/vendor-completions/_shsa"),
     ("fish", "usr/share/fish/vendor_completions.d/shsa.fish"),
 ];
 
-/// What the line says beyond the command.
+/// The arguments behind the command.
 struct Arguments {
-    /// A program that is built already; else a release is built.
+    /// A program that is already built; without it, a release is built.
     program: Option<PathBuf>,
     out: PathBuf,
 }
@@ -51,7 +51,7 @@ impl Arguments {
     }
 }
 
-/// Writes `shsa.deb`, and prints where it is.
+/// Writes `shsa.deb`, and prints its path.
 ///
 /// # Errors
 /// When the program does not build, or the package cannot be written.
@@ -84,13 +84,13 @@ fn built() -> Result<PathBuf> {
     Ok(target.join("release/shsa"))
 }
 
-/// Manual pages and completions, as the command itself writes them.
+/// Writes manual pages and completions by the command itself.
 fn pages(program: &Path, stage: &Path) -> Result<()> {
     let program = program.display().to_string();
     let manual = stage.join("usr/share/man/man1");
     command::run(&[&program, "man", &manual.display().to_string()])?;
     for page in fs::read_dir(&manual)? {
-        // Without a name and a time in it: the same command makes the same package.
+        // Without a name and a time, so that the same command gives the same package.
         command::run(&["gzip", "-9n", &page?.path().display().to_string()])?;
     }
     for (shell, place) in SHELLS {
@@ -99,7 +99,7 @@ fn pages(program: &Path, stage: &Path) -> Result<()> {
     Ok(())
 }
 
-/// What the package says of itself, what is kept when it is replaced, and its scripts.
+/// Writes the package's description, its configuration files and its scripts.
 fn control(stage: &Path) -> Result<()> {
     let version = env!("CARGO_PKG_VERSION");
     let architecture = command::output(&["dpkg", "--print-architecture"])?;
@@ -128,7 +128,7 @@ fn licences() -> Result<String> {
     Ok(format!("shsa may be used under either of these licences.\n\n{mit}\n\n{apache}"))
 }
 
-/// Copies a file to a place, whose folders are made.
+/// Copies a file to a path, and makes its folders.
 fn put(from: &Path, to: &Path, rights: u32) -> Result<()> {
     place(to)?;
     fs::copy(from, to).with_context(|| format!("copying {} to {}", from.display(), to.display()))?;
@@ -141,7 +141,7 @@ fn text(to: &Path, text: &str) -> Result<()> {
     Ok(fs::set_permissions(to, fs::Permissions::from_mode(0o644))?)
 }
 
-/// Makes the folders of a file, which everyone may enter whatever the caller's umask.
+/// Makes the folders of a file with access for everyone, whatever the caller's umask.
 fn place(file: &Path) -> Result<()> {
     let folder = file.parent().context("a file without a folder")?;
     fs::create_dir_all(folder).with_context(|| format!("making {}", folder.display()))?;

@@ -1,7 +1,7 @@
-//! Instructions for each observation may fall, but not rise: `ratchet.toml` holds the ceilings.
+//! Instructions for each observation may decrease, but not increase: `ratchet.toml` holds the ceilings.
 //!
-//! Valgrind counts, so that neither other work on the machine nor its clock matters. Counts depend on the compiler:
-//! those of another toolchain are not compared.
+//! Valgrind counts instructions, so neither other work on the machine nor its clock matters. Counts depend on the compiler: those
+//! of another toolchain are not compared.
 
 use crate::command;
 use anyhow::{Context, Result, bail};
@@ -10,28 +10,28 @@ use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs;
 
-/// Where the ceilings are.
+/// The file of the ceilings.
 const FILE: &str = "ratchet.toml";
-/// The program that is counted.
+/// The program whose instructions are counted.
 const PROGRAM: &str = "target/release/instructions";
-/// A count may be so many times its ceiling, as the machine's own functions differ a little.
+/// The largest permitted multiple of a ceiling, because the machine's own functions differ a little.
 const MOST: f64 = 1.05;
-/// From this share of its ceiling on, a count is worth a lower one.
+/// Below this share of its ceiling, a count suggests a lower ceiling.
 const WORTH_LOWERING: f64 = 0.95;
 
-/// The file.
+/// The content of the file.
 #[derive(Debug, Deserialize, PartialEq)]
 struct Ratchet {
-    /// The compiler that the counts are of, as `rustc --version` has it, and what it compiles for.
+    /// The compiler of the counts, as in `rustc --version`, and its target.
     toolchain: String,
-    /// Instructions for an observation, by the name of a system.
+    /// Instructions for an observation, by system.
     instructions: BTreeMap<String, f64>,
 }
 
 /// Compares the counts with the ceilings.
 ///
 /// # Errors
-/// When one is exceeded, or cannot be counted.
+/// When a ceiling is exceeded, or cannot be counted.
 pub(crate) fn check() -> Result<()> {
     let text = fs::read_to_string(FILE).with_context(|| format!("reading {FILE}"))?;
     let ratchet: Ratchet = toml::from_str(&text).with_context(|| format!("reading {FILE}"))?;
@@ -60,7 +60,7 @@ pub(crate) fn check() -> Result<()> {
     Ok(())
 }
 
-/// Writes the counts of now as the ceilings.
+/// Writes the present counts as ceilings.
 ///
 /// # Errors
 /// When they cannot be counted or written.
@@ -111,7 +111,7 @@ fn count<'a>(systems: impl Iterator<Item = &'a str>) -> Result<BTreeMap<&'a str,
 }
 
 fn count_one(system: &str) -> Result<f64> {
-    // Only what happens within the function that feeds the engine.
+    // Only instructions within the function that feeds the engine.
     let line = [
         "valgrind",
         "--tool=callgrind",
@@ -125,7 +125,7 @@ fn count_one(system: &str) -> Result<f64> {
     per_observation(&told).with_context(|| format!("`{}` tells no counts:\n{told}", line.join(" ")))
 }
 
-/// From the program's own line, the number of observations, and valgrind's `Collected : N`.
+/// Instructions for an observation, from the program's own line with the number of observations and valgrind's `Collected : N`.
 fn per_observation(told: &str) -> Option<f64> {
     let observations: f64 = told.lines().find_map(|line| line.trim().parse().ok())?;
     let collected = told.lines().find_map(|line| line.split_once("Collected :"))?.1;

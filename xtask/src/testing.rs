@@ -1,4 +1,4 @@
-//! Every test of the workspace, and how many there were in all.
+//! Runs every test of the workspace, and counts them.
 
 use crate::command;
 use anyhow::{Result, bail};
@@ -11,10 +11,10 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Instant;
 
-/// What some tests look at, beside the project; without it they say `SKIPPED` and look at nothing.
+/// Folders beside the project that some tests use; without them, these tests print `SKIPPED`.
 const BESIDE: [&str; 2] = ["data", "reference"];
 
-/// What the closing lines of the test programs add up to.
+/// The sums of the test programs' closing lines.
 #[derive(Debug, Default, PartialEq)]
 struct Total {
     passed: u64,
@@ -22,40 +22,40 @@ struct Total {
     ignored: u64,
 }
 
-/// Programs that mostly wait for real time to pass: they run beside those that compute.
+/// Programs that mostly wait for real time: they run at the same time as those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
-/// Crates whose tests run the command, which may not stand in its place yet when they are built: they are run when all is built.
+/// Crates whose tests run the command, which may not be built yet when they are: they run after everything is built.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
-/// Leaves the processor to others.
+/// Runs a command with lower priority.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
 
 /// A built test program.
 #[derive(Debug, PartialEq)]
 struct Program {
-    /// Of its target: `live`, `shsa_core`.
+    /// The name of its target: `live`, `shsa_core`.
     name: String,
     executable: PathBuf,
-    /// The folder of its crate, where cargo runs it too.
+    /// The folder of its crate, in which cargo runs it.
     folder: PathBuf,
 }
 
-/// What is still to be run, and what has come out.
+/// The programs still to be run, and the results so far.
 #[derive(Default)]
 struct Queue {
     waiting: Vec<Program>,
     computing: Vec<Program>,
-    /// Those that must not run before all is built.
+    /// Programs that must wait until everything is built.
     late: Vec<Program>,
-    /// Whether all programs are built, or none will be any more.
+    /// Whether no further program will be added.
     is_complete: bool,
     total: Total,
     failed: Vec<String>,
 }
 
 impl Queue {
-    /// No program will be added any more.
+    /// Marks the queue as complete.
     fn complete(&mut self) {
         self.is_complete = true;
         for program in mem::take(&mut self.late) {
@@ -63,7 +63,7 @@ impl Queue {
         }
     }
 
-    /// A program is built.
+    /// Adds a built program.
     fn add(&mut self, program: Program) {
         let list = if !self.is_complete && LATE.iter().any(|late| program.folder.ends_with(late)) {
             &mut self.late
@@ -76,7 +76,7 @@ impl Queue {
     }
 }
 
-/// A queue that is filled while it is worked off.
+/// A queue that is filled and emptied by different threads.
 #[derive(Default)]
 struct Shared {
     queue: Mutex<Queue>,
@@ -88,13 +88,13 @@ impl Shared {
         self.queue.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Changes the queue, and tells those who wait for it.
+    /// Changes the queue, and notifies the waiting threads.
     fn change(&self, change: impl FnOnce(&mut Queue)) {
         change(&mut self.lock());
         self.changed.notify_all();
     }
 
-    /// The next program; `None` once there will be none any more.
+    /// The next program; `None` once the queue is complete and empty.
     fn next(&self, mut take: impl FnMut(&mut Queue) -> Option<Program>) -> Option<Program> {
         let mut queue = self.lock();
         loop {
@@ -107,15 +107,15 @@ impl Shared {
     }
 }
 
-/// Runs all tests, those after a failed one too, each program as soon as it is built; closes with their number.
+/// Runs all tests, also after a failure, each program as soon as it is built; ends with their number.
 ///
 /// # Errors
-/// When one fails, or does not build.
+/// When a test fails, or does not build.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let built = thread::scope(|scope| {
         scope.spawn(|| {
-            // In real time: what builds and computes beside them gives way.
+            // These need real time, so builds and computing tests beside them have a lower priority.
             work(&shared, &[], |it| it.waiting.pop());
             work(&shared, &GIVING_WAY, |it| it.computing.pop());
         });
@@ -146,7 +146,7 @@ pub(crate) fn run() -> Result<()> {
     Ok(())
 }
 
-/// Builds all test programs, and hands out each when it is there.
+/// Builds all test programs, and adds each to the queue once it is built.
 fn build(shared: &Shared) -> Result<()> {
     let cargo = ["cargo", "test", "--workspace", "--locked", "--no-run"];
     let messages = ["--message-format", "json-render-diagnostics"];
@@ -157,7 +157,7 @@ fn build(shared: &Shared) -> Result<()> {
     })
 }
 
-/// The test program that a message of cargo is about; `None` for all other messages.
+/// The test program in a message of cargo; `None` for other messages.
 fn program(message: &str) -> Option<Program> {
     let message: Value = serde_json::from_str(message).ok()?;
     let is_test = message["profile"]["test"].as_bool()?;
@@ -169,8 +169,8 @@ fn program(message: &str) -> Option<Program> {
     is_test.then_some(program)
 }
 
-/// Runs one program after the other; shows what each printed when it has ended, so that nothing is mixed.
-/// `under` is the beginning of the line that runs each.
+/// Runs one program after the other, and shows the output of each after its end, so that outputs do not mix. `under` is the
+/// beginning of each command line.
 fn work(shared: &Shared, under: &[&str], mut take: impl FnMut(&mut Queue) -> Option<Program>) {
     while let Some(program) = shared.next(&mut take) {
         let line: Vec<&OsStr> =
@@ -193,13 +193,13 @@ fn work(shared: &Shared, under: &[&str], mut take: impl FnMut(&mut Queue) -> Opt
     }
 }
 
-/// Which of the folders beside the project are not there.
+/// The missing ones of the folders beside the project.
 fn absent(shared: &Path) -> impl Iterator<Item = &'static str> + '_ {
     BESIDE.into_iter().filter(move |folder| !shared.join(folder).is_dir())
 }
 
 impl Total {
-    /// Adds a closing line (`test result: ok. 3 passed; 0 failed; 1 ignored; ..`); any other line adds nothing.
+    /// Adds a closing line (`test result: ok. 3 passed; 0 failed; 1 ignored; ..`); other lines are ignored.
     fn add(&mut self, line: &str) {
         let Some((_, counts)) = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". "))
         else {

@@ -1,4 +1,4 @@
-//! What cargo and git know about this workspace: its crates, what they rest on, its files.
+//! Facts of cargo and git about this workspace: its crates, their dependencies, its files.
 
 use crate::command;
 use anyhow::{Context, Result};
@@ -11,14 +11,14 @@ pub(crate) fn root() -> &'static Path {
     here.parent().unwrap_or(here)
 }
 
-/// The part of `cargo metadata` that the checks read.
+/// The used part of `cargo metadata`.
 #[derive(Deserialize)]
 pub(crate) struct Metadata {
-    /// Every crate of the workspace and every crate that it rests on, on any platform.
+    /// Every crate of the workspace and all dependencies, on any platform.
     pub(crate) packages: Vec<Package>,
     /// Ids of the workspace's own crates.
     pub(crate) workspace_members: Vec<String>,
-    /// Who rests on whom, after features and versions are settled.
+    /// The dependencies after features and versions are resolved.
     pub(crate) resolve: Resolve,
 }
 
@@ -28,9 +28,9 @@ pub(crate) struct Package {
     pub(crate) id: String,
     pub(crate) name: String,
     pub(crate) version: String,
-    /// As an SPDX expression.
+    /// An SPDX expression.
     pub(crate) license: Option<String>,
-    /// What its manifest asks for, tests included.
+    /// The dependencies in its manifest, including those of tests.
     pub(crate) dependencies: Vec<Dependency>,
 }
 
@@ -53,7 +53,7 @@ pub(crate) struct Node {
     pub(crate) deps: Vec<Edge>,
 }
 
-/// What a crate rests on, and for what.
+/// A dependency of a crate, with its kinds.
 #[derive(Deserialize)]
 pub(crate) struct Edge {
     pub(crate) pkg: String,
@@ -67,10 +67,10 @@ pub(crate) struct EdgeKind {
 }
 
 impl Metadata {
-    /// Asks cargo.
+    /// Runs `cargo metadata`.
     ///
     /// # Errors
-    /// When cargo fails: `Cargo.lock` is behind the manifests, say.
+    /// When cargo fails, for example because `Cargo.lock` is out of date.
     pub(crate) fn read() -> Result<Metadata> {
         let text = command::output(&["cargo", "metadata", "--format-version", "1", "--locked"])?;
         serde_json::from_str(&text).context("reading the output of `cargo metadata`")
@@ -84,22 +84,22 @@ impl Metadata {
 
 /// A text file of the project.
 pub(crate) struct File {
-    /// Relative to the workspace's folder, with `/`.
+    /// The path relative to the workspace's folder, with `/`.
     pub(crate) path: String,
     pub(crate) text: String,
 }
 
-/// Every text file that is tracked or would be by `git add`; files that are not UTF-8 are left out.
+/// Every text file that is tracked or that `git add` would track; files that are not UTF-8 are left out.
 ///
 /// # Errors
-/// When git is not there, or this is no clone.
+/// When git is missing, or this is no clone.
 pub(crate) fn files() -> Result<Vec<File>> {
     let list = command::output(&["git", "ls-files", "-z", "--cached", "--others", "--exclude-standard"])?;
     let paths = list.split('\0').filter(|path| !path.is_empty());
     Ok(paths.filter_map(|path| Some(File { path: path.into(), text: text_of(path)? })).collect())
 }
 
-/// `None` for what is deleted but still listed, and for what is no text.
+/// `None` for a deleted file that is still listed, and for a file that is no text.
 fn text_of(path: &str) -> Option<String> {
     String::from_utf8(std::fs::read(path).ok()?).ok()
 }

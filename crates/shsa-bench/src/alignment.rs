@@ -1,7 +1,7 @@
-//! `shsa-bench alignment`: what an input of a substitute is worth when it is computed, by its latest value and by extrapolation.
+//! `shsa-bench alignment`: the error of a substitution's input at the time of computation, as its latest value and extrapolated.
 //!
-//! Recorded signals are thinned out to longer periods; what lies between is the truth that each access is compared with (temporal
-//! alignment, D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, 1.6.3).
+//! Recorded signals are thinned out to longer periods. The omitted values are the truth that each access is compared with
+//! (temporal alignment, D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, 1.6.3).
 
 use crate::table::{Errors, Table, write_document};
 use crate::{Outcome, tell};
@@ -60,13 +60,13 @@ const SIGNALS: [Signal; 9] = [
     signal("battery", "discharge_1c#Voltage(V)", "cell, voltage", "V"),
 ];
 
-/// Of how many samples one is kept.
+/// One sample of this many is kept.
 const THINNED: [usize; 4] = [2, 5, 10, 20];
 
 /// How often the time is taken.
 const TURNS: usize = 5;
 
-/// The accesses in the order of their columns; of the last the latest value counts for half a period.
+/// The accesses in the order of their columns; with the last one, the latest value is used for half a period.
 const ACCESSES: usize = 3;
 
 /// A signal at a period.
@@ -75,7 +75,7 @@ struct Measured {
     period_s: f64,
     order: usize,
     errors: [Errors; ACCESSES],
-    /// Nanoseconds for each value asked for, with what was observed before it.
+    /// Nanoseconds for each value asked for, including the observations passed in before.
     costs_ns: [f64; ACCESSES],
 }
 
@@ -104,7 +104,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if all.is_empty() { Outcome::No } else { Outcome::Done })
 }
 
-/// The values of a signal in the order of their stamps, one for each.
+/// The values of a signal, sorted by stamp, one for each stamp.
 fn samples(folder: &Path, source: &str) -> anyhow::Result<Vec<(Time, f64)>> {
     let recording = read(&[folder.to_owned()], &[Wanted::new("signal", source)], &ReadOptions::default())?;
     let numbers = recording.samples.iter().filter_map(|sample| match sample.value {
@@ -117,7 +117,7 @@ fn samples(folder: &Path, source: &str) -> anyhow::Result<Vec<(Time, f64)>> {
     Ok(numbers)
 }
 
-/// Fits on the first half of what is left, judges by all values of the second half between what is left.
+/// Fits on the first half of the kept samples, judges by the omitted samples of the second half.
 fn measure(signal: &'static Signal, samples: &[(Time, f64)], thinned: usize) -> Option<Measured> {
     let (first, second) = samples.split_at(samples.len() / 2);
     let kept: Vec<(Time, f64)> = first.iter().copied().step_by(thinned).collect();
@@ -129,7 +129,7 @@ fn measure(signal: &'static Signal, samples: &[(Time, f64)], thinned: usize) -> 
     let mut costs_ns = [f64::INFINITY; ACCESSES];
     let accesses = [Access::Port, Access::Estimate, Access::Both(Span(period.0 / 2))];
     for ((access, errors), cost) in accesses.into_iter().zip(&mut errors).zip(&mut costs_ns) {
-        // The fastest of some turns: other work on the machine makes them slower only.
+        // The fastest turn counts: other work on the machine only adds time.
         for _ in 0..TURNS {
             let mut input = Extrapolation::new(model, reach, access, Span(100 * period.0)).ok()?;
             *errors = Errors::default();

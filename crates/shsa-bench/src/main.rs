@@ -1,4 +1,4 @@
-//! `shsa-bench`: measurements of this project that anyone can repeat, and its answers beside those of others.
+//! `shsa-bench`: repeatable measurements of this project, and comparisons with recorded answers of other programs.
 
 mod processor;
 mod program;
@@ -53,12 +53,12 @@ enum Command {
     Truth(truth::Arguments),
 }
 
-/// How a measurement ended.
+/// The outcome of a benchmark.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Outcome {
     /// Done.
     Done,
-    /// Done, and the answer is no.
+    /// Done, and the answer to the question is no.
     No,
 }
 

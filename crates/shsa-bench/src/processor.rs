@@ -4,7 +4,7 @@ use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Measures the time that this thread runs on a processor; the time that passes where the system does not tell it.
+/// Measures the processor time of this thread, or the wall time where the system does not tell the former.
 pub(super) struct Stopwatch {
     began: Instant,
     on_processor: Option<f64>,
@@ -23,13 +23,13 @@ impl Stopwatch {
     }
 }
 
-/// Seconds that this thread has run; up to a tick of the scheduler (some milliseconds) behind.
+/// Processor time of this thread in seconds; up to a tick of the scheduler (some milliseconds) behind.
 fn on_processor() -> Option<f64> {
     Some(nanoseconds_in(&fs::read_to_string("/proc/thread-self/schedstat").ok()?)? / 1e9)
 }
 
-/// Seconds that all threads of a process have run so far; `who` is its number, or the folder of one thread in /proc. Not a
-/// number where the system does not tell it.
+/// Processor time of all threads of a process in seconds. `who` is its number, or the folder of one thread in /proc. NaN where
+/// the system does not tell.
 pub(super) fn seconds_of(who: &str) -> f64 {
     let folders = match fs::read_dir(format!("/proc/{who}/task")) {
         Ok(threads) => threads.flatten().map(|thread| thread.path()).collect(),
@@ -44,7 +44,7 @@ fn nanoseconds_in(schedstat: &str) -> Option<f64> {
     schedstat.split_whitespace().next()?.parse().ok()
 }
 
-/// A line of the status of a process that holds kibibytes, in bytes; `who` is its number, or `self`.
+/// A line of a process's status that holds kibibytes, as bytes; `who` is its number, or `self`.
 ///
 /// `VmHWM` is the largest resident memory so far, `VmRSS` that of now, `RssAnon` the part of it that no file backs. Not a number where the system does not tell it.
 pub(super) fn memory_bytes(who: &str, line: &str) -> f64 {

@@ -1,12 +1,12 @@
-//! The command that is measured.
+//! The `shsa` command under measurement.
 
 use anyhow::{Context, bail};
 use std::path::PathBuf;
 
-/// Where `shsa` is: where the variable says, else beside this program.
+/// The path of `shsa`: from the environment variable `SHSA`, else beside this program.
 ///
 /// # Errors
-/// When it is not there.
+/// When the file does not exist.
 pub(crate) fn shsa() -> anyhow::Result<PathBuf> {
     let named = std::env::var_os("SHSA").map(PathBuf::from);
     let beside = || Ok(std::env::current_exe().context("cannot find this program")?.with_file_name("shsa"));

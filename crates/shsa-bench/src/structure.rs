@@ -1,4 +1,4 @@
-//! Variables and signals of models that are structure only: nothing is known of them but their names.
+//! Variables and signals of models of structure only: they have names, and no other facts.
 
 use shsa_core::knowledge::{Properties, Shape, Variable};
 

@@ -22,7 +22,7 @@ impl Display for Table {
     }
 }
 
-/// Writes `NAME.md`: a title, the command that makes it, an introduction and tables.
+/// Writes `NAME.md`: a title, the command that repeats it, an introduction and tables.
 ///
 /// # Errors
 /// The folder cannot be made, or the file not be written.
@@ -40,7 +40,7 @@ pub(crate) fn write_document(
     fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// How far off an estimate was, over some time.
+/// The errors of an estimate over some time.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Errors {
     squares: f64,
@@ -49,11 +49,11 @@ pub(crate) struct Errors {
 }
 
 impl Errors {
-    /// Takes in an error that lasted for some time, or counts so many times.
+    /// Adds an error with a weight: its duration, or how often it counts.
     pub(crate) fn add(&mut self, error: f64, weight: f64) {
         self.squares += weight * error * error;
         self.weight += weight;
-        // What is no number is no small error.
+        // A NaN must not count as a small error.
         self.greatest = if error.is_nan() { f64::NAN } else { self.greatest.max(error.abs()) };
     }
 

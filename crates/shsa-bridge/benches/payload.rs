@@ -1,4 +1,4 @@
-//! What it costs to read messages' payloads, and to write a substitute in the shape of its source.
+//! The costs of reading payloads, and of writing a substitute in the form of its source.
 #![allow(missing_docs, reason = "criterion_group! makes a public function without documentation")]
 
 use core::hint::black_box;

@@ -1,5 +1,5 @@
-//! What a broker's round trip costs, and how many messages a second go through one bridge:
-//! `cargo run --release -p shsa-bridge --features mqtt --example mqtt_speed -- mqtt://127.0.0.1:1883`.
+//! The round-trip time of a broker, and the rate of one bridge: `cargo run --release -p shsa-bridge --features mqtt --example
+//! mqtt_speed -- mqtt://127.0.0.1:1883`.
 
 use shsa_bridge::mqtt::{MqttBridge, Options};
 use shsa_bridge::{Bridge, Clock, Inbox, Outgoing, Payload};
@@ -24,7 +24,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     Ok(())
 }
 
-/// One message there and one back, a thousand times a second.
+/// One message to the far bridge and one back, a thousand times a second.
 fn round_trips(near: &mut MqttBridge, far: &mut MqttBridge) -> Result<(), Box<dyn std::error::Error>> {
     let mut times = Vec::with_capacity(ROUNDS);
     for round in 0..ROUNDS {
@@ -42,12 +42,12 @@ fn round_trips(near: &mut MqttBridge, far: &mut MqttBridge) -> Result<(), Box<dy
     Ok(())
 }
 
-/// As many as go, as fast as they go.
+/// As many messages as possible.
 fn burst(near: &mut MqttBridge, far: &mut MqttBridge) -> Result<(), Box<dyn std::error::Error>> {
     let start = Instant::now();
     for number in 0..BURST {
         send(near, "speed/ping", number)?;
-        // No more at once than the bridge's queue takes, so that none makes room for another.
+        // No more at once than the bridge's queue takes, so that no message is dropped.
         while number % 128 == 0 && number > far_count(far) + 512 {
             std::thread::sleep(Duration::from_micros(50));
         }

@@ -1,4 +1,4 @@
-//! How long a message takes from one Zenoh bridge to the inbox of another, beside the transport alone, and how many a second.
+//! The time of a message from one Zenoh bridge to the inbox of another, compared with the transport alone, and the rate.
 //!
 //! ```sh
 //! cargo run --release -p shsa-bridge --features zenoh --example zenoh_latency
@@ -44,7 +44,7 @@ fn shown(what: &str, mut times: Vec<Duration>) {
     println!("{what} p50 {:6.1} us   p99 {:6.1} us   p99.9 {:7.1} us", at(0.5), at(0.99), at(0.999));
 }
 
-/// Half of the round trip, as two threads of one process may share a clock but not a message.
+/// Half of the round trip, so that one clock measures both ends.
 fn socket() -> Result<Vec<Duration>, Box<dyn Error>> {
     let listener = TcpListener::bind("127.0.0.1:0")?;
     let mut near = TcpStream::connect(listener.local_addr()?)?;
@@ -116,7 +116,7 @@ fn message(number: u32) -> Outgoing<'static> {
     Outgoing::new("x", Time(i64::from(number)), Payload::Bytes(PAYLOAD.as_slice().into()))
 }
 
-/// Up to the moment at which a reader that waits has the message in its hands.
+/// Until a waiting reader has the message.
 fn bridges() -> Result<Vec<Duration>, Box<dyn Error>> {
     let (mut near, mut far) = pair(1024)?;
     let (sender, arrivals) = channel();
@@ -140,7 +140,7 @@ fn bridges() -> Result<Vec<Duration>, Box<dyn Error>> {
     Ok(times)
 }
 
-/// As fast as it goes for two seconds, and what of it arrived.
+/// Sends as fast as possible for two seconds, and counts the arrivals.
 fn flood() -> Outcome {
     let (mut near, mut far) = pair(1 << 20)?;
     let start = Instant::now();

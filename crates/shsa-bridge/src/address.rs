@@ -1,4 +1,4 @@
-//! A bus by its address: which middleware, and how to reach it.
+//! The address of a bus: the middleware, and how to connect to it.
 
 use crate::memory::MemoryBus;
 #[cfg(feature = "mqtt")]
@@ -15,7 +15,7 @@ use std::str::FromStr;
 #[cfg(feature = "mqtt")]
 use std::time::Duration;
 
-/// Where the bus is.
+/// The address of a bus.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Address {
     /// Within this process.
@@ -32,7 +32,7 @@ impl FromStr for Address {
     type Err = String;
 
     /// # Errors
-    /// Says what an address looks like.
+    /// Describes the form of an address.
     fn from_str(text: &str) -> Result<Address, String> {
         let (scheme, place) =
             text.split_once("://").map_or((text, None), |(scheme, place)| (scheme, Some(place)));
@@ -72,39 +72,39 @@ impl fmt::Display for Address {
     }
 }
 
-/// In what part somebody comes to a bus.
+/// The role of a client on a bus.
 #[cfg_attr(not(any(feature = "mqtt", feature = "ros2")), allow(dead_code, reason = "only they take a name"))]
 #[derive(Clone, Copy)]
 enum Guest<'a> {
-    /// Under a name that is the same the next time.
+    /// A participant under this name, which stays the same in later runs.
     Member(&'a str),
-    /// To look on, and to leave no trace.
+    /// An observer that leaves no trace.
     Visitor,
 }
 
-/// A bus, and how to come to it.
+/// A bus, and how to connect to it.
 #[derive(Clone, Debug)]
 pub struct BusOptions {
-    /// Where it is.
+    /// Its address.
     pub address: Address,
     /// A configuration file of Zenoh, JSON5 or YAML.
     pub config: Option<PathBuf>,
-    /// Where others may connect, as `tcp/127.0.0.1:7447` (Zenoh); nothing listens unless it is said here or in the file.
+    /// Endpoints to listen on, as `tcp/127.0.0.1:7447` (Zenoh); nothing listens without one here or in the file.
     pub listen: Vec<String>,
     /// The domain of the nodes of ROS 2.
     pub ros_domain: u32,
-    /// The nodes of ROS 2 speak DDS, and `zenoh-bridge-ros2dds` translates; else they speak Zenoh (`rmw_zenoh`).
+    /// Whether the nodes of ROS 2 use DDS, translated by `zenoh-bridge-ros2dds`; else they use Zenoh (`rmw_zenoh`).
     pub ros_dds: bool,
-    /// The certificate of the authority that the other side's certificate is checked by (PEM).
+    /// The certificate of the authority that must have signed the other side's certificate (PEM).
     pub ca: Option<PathBuf>,
-    /// Our certificate, for others that ask for it (PEM).
+    /// Our certificate, for the other side (PEM).
     pub certificate: Option<PathBuf>,
     /// The key of our certificate (PEM).
     pub key: Option<PathBuf>,
 }
 
 impl BusOptions {
-    /// The bus at this address, with nothing else set.
+    /// The bus at this address, with default settings.
     #[must_use]
     pub fn at(address: Address) -> BusOptions {
         BusOptions {
@@ -119,27 +119,27 @@ impl BusOptions {
         }
     }
 
-    /// Connects; what arrives waits in `inbox`. The bus in memory is `memory`.
+    /// Connects; received messages wait in `inbox`. The bus in memory is `memory`.
     ///
-    /// `name` is what we are called there, the same the next time.
+    /// `name` is our name on the bus, the same in later runs.
     ///
     /// # Errors
-    /// When the address or the configuration cannot be used, the other side refuses, or this was built without the
-    /// middleware's feature.
+    /// When the address or the configuration cannot be used, the other side refuses, or this build lacks the middleware's
+    /// feature.
     pub fn open(&self, name: &str, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
         self.connect(Guest::Member(name), inbox, memory)
     }
 
-    /// As [`BusOptions::open`] for somebody who only looks on, and leaves no trace.
+    /// As [`BusOptions::open`] for an observer, which leaves no trace.
     ///
     /// # Errors
-    /// As there.
+    /// As [`BusOptions::open`].
     pub fn visit(&self, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
         self.connect(Guest::Visitor, inbox, memory)
     }
 
-    /// Whether nobody but the other side reads what we send: it stays on this machine, or is encrypted. What a configuration
-    /// file says is not looked at.
+    /// Whether only the other side can read our messages: they stay on this machine, or are encrypted. The contents of a
+    /// configuration file are not considered.
     #[must_use]
     pub fn is_private(&self) -> bool {
         let is_private = |place: &str| {
@@ -153,7 +153,7 @@ impl BusOptions {
                 matches!(scheme, "mqtts" | "ssl") || is_loopback(place)
             }
             Address::Zenoh(places) | Address::Ros2(places) => {
-                // Without a place, others are found by scouting, wherever they are.
+                // Without an endpoint, peers anywhere are found by scouting.
                 let mut all = places.iter().chain(&self.listen);
                 !(places.is_empty() && self.listen.is_empty()) && all.all(|place| is_private(place))
             }
@@ -185,7 +185,7 @@ impl BusOptions {
         }
     }
 
-    /// `shsa/NAME/status` says whether it is there, `shsa/NAME/claims` what it claims.
+    /// `shsa/NAME/status` tells whether the client is connected, `shsa/NAME/claims` lists its claims.
     #[cfg(feature = "mqtt")]
     fn mqtt(&self, address: &str, guest: Guest<'_>) -> Result<mqtt::Options, BridgeError> {
         let name = match guest {
@@ -229,7 +229,7 @@ impl BusOptions {
         }
     }
 
-    /// Where nobody can connect to us, routers have to pass on what others say: they do so for clients, not for peers.
+    /// If nobody can connect to us, routers must forward the messages of others; they do this for clients, not for peers.
     #[cfg(feature = "zenoh")]
     fn zenoh(&self, places: &[String]) -> zenoh::Options {
         let mode = match (&self.config, self.listen.is_empty()) {

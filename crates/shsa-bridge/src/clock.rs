@@ -1,4 +1,4 @@
-//! What time it is, for the time of reception: it never goes back, whatever happens to the wall clock.
+//! The clock for times of reception: it never goes back, even if the wall clock is set.
 
 mod uptime;
 
@@ -9,37 +9,37 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicI64, Ordering};
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// A wall clock that moves by more against ours was stepped, nanoseconds: 50 ms.
+/// A larger change of the wall clock against this one is a step, nanoseconds: 50 ms.
 const STEP: i64 = 50_000_000;
-/// So long after a step, what was stamped before it may still be on its way, nanoseconds.
+/// For this long after a step, messages stamped before the step may still arrive, nanoseconds.
 const ON_ITS_WAY: i64 = 2_000_000_000;
 
-/// A clock that runs evenly from the wall's time at its start, also while the machine sleeps; clones are the same clock.
+/// A clock that starts with the wall clock's time and runs evenly, also while the machine sleeps; clones are the same clock.
 ///
-/// Someone may step the wall clock meanwhile, and with it the stamps of all publishers. [`Clock::follow`] notices, and
-/// [`Clock::steady`] and [`Clock::by_wall`] translate.
+/// The wall clock may be set meanwhile, and with it the stamps of all publishers. [`Clock::follow`] detects this, and
+/// [`Clock::steady`] and [`Clock::by_wall`] convert.
 #[derive(Clone, Debug)]
 pub struct Clock(Arc<Kind>);
 
 #[derive(Debug)]
 enum Kind {
-    /// Set by whoever drives it.
+    /// The time set by the caller.
     Manual(AtomicI64),
     Running {
         started: Uptime,
-        /// The wall's time at the start, nanoseconds.
+        /// The wall clock's time at the start, nanoseconds.
         base: i64,
-        /// How far the wall clock is ahead of this one.
+        /// The lead of the wall clock over this one.
         ahead: AtomicI64,
-        /// How far it was before its last step.
+        /// The lead before the last step of the wall clock.
         was_ahead: AtomicI64,
-        /// When that was found, by this clock.
+        /// The time at which the step was detected, by this clock.
         stepped: AtomicI64,
     },
 }
 
 impl Clock {
-    /// One that runs, and shows the wall's time now.
+    /// A running clock that starts with the wall clock's time.
     #[must_use]
     pub fn running() -> Clock {
         Clock(Arc::new(Kind::Running {
@@ -51,7 +51,7 @@ impl Clock {
         }))
     }
 
-    /// One that stands at 0 until it is [set](Clock::set): a run that is driven by it repeats.
+    /// A clock that stays at 0 until it is [set](Clock::set): a run driven by it can be repeated.
     #[must_use]
     pub fn manual() -> Clock {
         Clock(Arc::new(Kind::Manual(AtomicI64::new(0))))
@@ -71,16 +71,16 @@ impl Clock {
         }
     }
 
-    /// Sets a manual clock; a running one goes on as it does.
+    /// Sets a manual clock; has no effect on a running one.
     pub fn set(&self, to: Time) {
         if let Kind::Manual(now) = &*self.0 {
             now.store(to.0, Ordering::Release);
         }
     }
 
-    /// Looks at the wall clock. Where it has moved by more than 50 ms against this one since it was last followed, that is a
-    /// step: it is taken over, and given back in nanoseconds (positive: the wall clock went ahead). To be called before
-    /// stamps are read: two readings of the clock, no more.
+    /// Checks the wall clock. If it has moved by more than 50 ms against this clock since the last call, this is a step; the
+    /// clock adopts it and returns it in nanoseconds (positive: the wall clock went ahead). Call it before reading stamps; it
+    /// costs two readings of the clock.
     pub fn follow(&self) -> Option<i64> {
         let Kind::Running { ahead, was_ahead, stepped, .. } = &*self.0 else { return None };
         let now = self.now().0;
@@ -95,8 +95,8 @@ impl Clock {
         Some(step)
     }
 
-    /// The stamp of a message by the wall clock, as this clock shows it. Shortly after a step it may have been stamped before:
-    /// of both, that is taken which is closer to its reception.
+    /// A message's wall-clock stamp as a time of this clock. Shortly after a step the stamp may be from before the step: of both
+    /// conversions, the one closer to the reception is taken.
     #[must_use]
     pub fn steady(&self, stamp: Time, received: Time) -> Time {
         let before = |ahead: i64| Time(stamp.0.saturating_sub(ahead));
@@ -115,7 +115,7 @@ impl Clock {
         }
     }
 
-    /// A time of this clock, as the wall clock shows it.
+    /// A time of this clock as a wall-clock time.
     #[must_use]
     pub fn by_wall(&self, time: Time) -> Time {
         Time(time.0.saturating_add(self.ahead()))

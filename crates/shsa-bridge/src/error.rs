@@ -1,4 +1,4 @@
-//! What a middleware could not do.
+//! Errors of a middleware.
 
 use shsa_message::MessageError;
 use thiserror::Error;
@@ -6,13 +6,13 @@ use thiserror::Error;
 /// Why a bridge could not do what it was asked for.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum BridgeError {
-    /// The address, the configuration or the credentials' file cannot be used as they are.
+    /// The address, the configuration or the file of credentials cannot be used.
     #[error("{0}")]
     Configuration(String),
-    /// The other side said no: credentials, certificate, access rights, a name that it does not allow.
+    /// The other side refused: credentials, certificate, access rights, a name that it does not allow.
     #[error("refused: {0}")]
     Refused(String),
-    /// The other side cannot be reached, or the connection is gone and cannot be had again.
+    /// The other side cannot be reached, or the connection is lost for good.
     #[error("connection lost: {0}")]
     Lost(String),
 }

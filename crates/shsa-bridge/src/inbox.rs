@@ -1,7 +1,7 @@
-//! What has arrived and not yet been read: bounded for each topic, the newest wins, losses are counted.
+//! Received messages that wait for the reader: bounded for each topic; the newest ones are kept, losses are counted.
 //!
-//! To wake a reader that sleeps takes longer than to read. Both sides may spare that: a reader that waits may drive the
-//! connection itself ([`Driver`]), and a thread that brings a message may read in the place of the reader ([`DirectReader`]).
+//! Waking a sleeping reader takes longer than reading. Both sides can avoid it: a waiting reader can drive the connection itself
+//! ([`Driver`]), and a thread that delivers a message can read in place of the reader ([`DirectReader`]).
 
 mod absence;
 
@@ -17,8 +17,8 @@ use std::time::Duration;
 
 /// Queues of messages, one a topic, read in the order of arrival; clones are the same inbox.
 ///
-/// A bridge's threads push, one reader pops. A topic whose queue is full loses its oldest message, so a flood of one
-/// topic delays another by at most one queue.
+/// A bridge's threads push, one reader pops. A topic whose queue is full loses its oldest message, so a flood of one topic delays
+/// another by at most one queue.
 #[derive(Clone, Debug)]
 pub struct Inbox {
     shared: Arc<Shared>,
@@ -32,20 +32,20 @@ struct Shared {
     direct: OnceLock<Weak<dyn DirectReader>>,
 }
 
-/// What reads in the place of a reader that sleeps, in the thread that has brought a message.
+/// Reads in place of a sleeping reader, in the thread that delivers a message.
 pub trait DirectReader: Send + Sync {
-    /// Reads what waits. The answer is no when there is something left to do for the reader, who is woken then. Must not
-    /// block for long: the thread is the middleware's.
+    /// Reads the waiting messages. Returns `false` to wake the reader for further work. Must not block for long: the thread
+    /// belongs to the middleware.
     fn read(&self) -> bool;
 }
 
-/// A connection which the inbox's reader can drive while it waits.
+/// A connection that the inbox's reader can drive while it waits.
 pub(crate) trait Driver: Send + Sync {
-    /// Drives the connection until [`Driver::wake`] is called or the time is over; once where that is zero. `is_behind`:
-    /// messages wait that the reader has not come to. The answer is no when somebody else drives: the reader waits by itself then.
+    /// Drives the connection until [`Driver::wake`] is called or the time has passed; once if the time is zero. `is_behind`:
+    /// messages wait that the reader has not read yet. Returns `false` if another thread drives; then the reader waits by itself.
     fn drive(&self, is_behind: bool, at_most: Duration) -> bool;
 
-    /// Ends the present call of [`Driver::drive`], or else the next.
+    /// Ends the present call of [`Driver::drive`], or the next one.
     fn wake(&self);
 }
 
@@ -59,15 +59,15 @@ impl fmt::Debug for Shared {
 struct Queues {
     ids: BTreeMap<Arc<str>, usize>,
     topics: Vec<Queue>,
-    /// The topics that have messages, by the arrival of what was their oldest when they were entered here.
+    /// The topics with messages, by the arrival of each topic's oldest message at the time of entry.
     order: BinaryHeap<Reverse<(u64, usize)>>,
     capacity: usize,
     arrived: u64,
-    /// Whether somebody wants the reader to look up although no message has come.
+    /// Whether the reader shall return without a message.
     woken: bool,
-    /// Readers that sleep.
+    /// The number of sleeping readers.
     sleepers: usize,
-    /// Of those, the ones that drive the connection meanwhile.
+    /// The number of sleeping readers that drive the connection.
     drivers: usize,
     attendance: Attendance,
 }
@@ -80,17 +80,17 @@ struct Queue {
     dropped: u64,
 }
 
-/// Messages of one topic that had to make room for newer ones.
+/// The lost messages of one topic: newer ones took their place.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Losses {
-    /// The name under which they were published.
+    /// The topic.
     pub topic: Arc<str>,
-    /// How many since the beginning.
+    /// The number since the beginning.
     pub dropped: u64,
 }
 
 impl Inbox {
-    /// For at most `capacity` messages a topic, at least one; reception is stamped by `clock`.
+    /// An inbox for at most `capacity` messages a topic (at least one); `clock` stamps the reception.
     #[must_use]
     pub fn new(capacity: usize, clock: Clock) -> Inbox {
         let queues = Queues {
@@ -109,24 +109,24 @@ impl Inbox {
         Inbox { shared: Arc::new(shared), clock }
     }
 
-    /// The clock by which reception is stamped.
+    /// The clock that stamps the reception.
     #[must_use]
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// Whoever waits for messages drives this connection meanwhile; of several the first, the others see to themselves.
+    /// A waiting reader drives this connection. Only the first call counts; other connections must drive themselves.
     #[cfg_attr(not(feature = "mqtt"), allow(dead_code, reason = "only MQTT has a connection to drive"))]
     pub(crate) fn driven_by(&self, driver: &Arc<dyn Driver>) {
         let _first = self.shared.driver.set(Arc::downgrade(driver));
     }
 
-    /// Where a bridge's threads may read, this does for a reader that sleeps; of several the first.
+    /// Sets what may read in place of a sleeping reader, in a bridge's thread. Only the first call counts.
     pub fn read_by(&self, direct: Weak<dyn DirectReader>) {
         let _first = self.shared.direct.set(direct);
     }
 
-    /// Appends a message as [`Inbox::push`], from a thread that may read in the place of a sleeping reader.
+    /// Appends a message as [`Inbox::push`], from a thread that may read in place of a sleeping reader.
     #[cfg_attr(not(feature = "zenoh"), allow(dead_code, reason = "only Zenoh lends its threads"))]
     pub(crate) fn hand(&self, message: Message) {
         let direct = self.shared.direct.get().and_then(Weak::upgrade);
@@ -139,12 +139,12 @@ impl Inbox {
         }
     }
 
-    /// Appends a message; when its topic's queue is full, the oldest makes room and is counted as dropped.
+    /// Appends a message; if its topic's queue is full, drops the oldest one and counts it.
     pub fn push(&self, message: Message) {
         self.tell(|queues| queues.push(message));
     }
 
-    /// Changes something, and wakes the reader where it sleeps and nothing has woken it yet: that is a system call.
+    /// Applies a change, and wakes the reader only if it sleeps and nothing has woken it yet, because waking is a system call.
     fn tell(&self, change: impl FnOnce(&mut Queues)) {
         let mut queues = self.lock();
         let is_asleep = queues.sleepers > 0 && queues.is_idle();
@@ -168,8 +168,8 @@ impl Inbox {
         self.lock().pop()
     }
 
-    /// Waits until a message is there, [`Inbox::wake`] was called, or the time is over. Call it also with no time to wait: a
-    /// connection that the reader drives has its turn meanwhile.
+    /// Waits until there is a message, [`Inbox::wake`] is called, or the time has passed. Call it even with no time to wait: it
+    /// gives a connection that the reader drives its turn.
     pub fn wait(&self, at_most: Duration) {
         if self.driver().is_some_and(|driver| self.drive(driver.as_ref(), at_most)) {
             return;
@@ -182,7 +182,7 @@ impl Inbox {
         queues.woken = false;
     }
 
-    /// Waits as [`Inbox::wait`], but by driving the connection; no: somebody else does.
+    /// Waits as [`Inbox::wait`] by driving the connection; `false` if another thread drives.
     fn drive(&self, driver: &dyn Driver, at_most: Duration) -> bool {
         let mut queues = self.lock();
         let is_behind = !queues.order.is_empty();
@@ -198,24 +198,24 @@ impl Inbox {
         has_driven
     }
 
-    /// Ends the reader's wait, the present one or else the next.
+    /// Ends the reader's present wait, or the next one.
     pub fn wake(&self) {
         self.tell(|queues| queues.woken = true);
     }
 
-    /// How many messages wait.
+    /// The number of waiting messages.
     #[must_use]
     pub fn len(&self) -> usize {
         self.lock().topics.iter().map(|queue| queue.waiting.len()).sum()
     }
 
-    /// Whether none waits.
+    /// Whether no message waits.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.lock().order.is_empty()
     }
 
-    /// How many messages of all topics had to make room for newer ones.
+    /// The number of dropped messages of all topics.
     #[must_use]
     pub fn dropped(&self) -> u64 {
         self.lock().topics.iter().map(|queue| queue.dropped).sum()
@@ -228,14 +228,14 @@ impl Inbox {
         self.lock().topics.iter().filter(|queue| queue.dropped > 0).map(losses).collect()
     }
 
-    /// A thread that panicked while it held the lock has left whole messages behind: the others go on.
+    /// A thread that panicked with the lock has left whole messages behind, so the others go on.
     fn lock(&self) -> MutexGuard<'_, Queues> {
         self.shared.queues.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
 
 impl Queues {
-    /// Whether there is nothing for a reader to do.
+    /// Whether the reader has nothing to do.
     fn is_idle(&self) -> bool {
         self.order.is_empty() && !self.woken
     }
@@ -261,7 +261,7 @@ impl Queues {
             let waiting = &mut self.topics[id].waiting;
             let (arrival, message) = waiting.pop_front()?;
             if arrival != entered {
-                // What had been the oldest has made room meanwhile: another topic may be first now.
+                // The oldest message was dropped meanwhile, so another topic may be first now.
                 waiting.push_front((arrival, message));
                 self.order.push(Reverse((arrival, id)));
                 continue;
@@ -295,7 +295,7 @@ mod tests {
         Message::new(topic.into(), shsa_core::time::Time(0), payload)
     }
 
-    /// What waits, in order.
+    /// The waiting messages, in order.
     fn read(inbox: &Inbox) -> String {
         let mut text = Vec::new();
         while let Some(message) = inbox.pop() {
@@ -352,7 +352,7 @@ mod tests {
         assert!(start.elapsed() < far);
     }
 
-    /// Reads everything, or refuses.
+    /// A direct reader that reads everything, or refuses.
     struct Reads {
         inbox: Inbox,
         refuses: bool,

@@ -1,11 +1,11 @@
-//! Middleware: how observations come in and substitutes go out.
+//! Middleware: receives observations and publishes substitutes.
 //!
-//! One module and one feature a middleware; each is a [`Bridge`]. A bridge never delivers what it has published
-//! itself: a substitute goes out under the name of the signal that it replaces, and must not come back as
-//! evidence about that signal. Everyone else tells the two apart by [`Message::publisher`] or by the [`Provenance`].
+//! Each middleware is a module, a feature and a [`Bridge`]. A bridge never delivers its own publications: a substitute has the
+//! name of the signal that it replaces, and must not be taken as evidence about that signal. Other readers tell them apart by
+//! [`Message::publisher`] or by the [`Provenance`].
 //!
-//! What arrives waits in an [`Inbox`], bounded for each topic by itself: a flood of one topic costs that topic its oldest
-//! messages, and no other topic anything.
+//! Received messages wait in an [`Inbox`], bounded for each topic: a flood of one topic costs that topic its oldest messages, and
+//! other topics nothing.
 
 mod clock;
 mod error;
@@ -42,7 +42,7 @@ use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
 
-/// Who has published a message: unique on its bus, and as wide as the identities of Zenoh and ROS 2 (16 bytes).
+/// The identity of a publisher: unique on its bus, and as wide as the identities of Zenoh and ROS 2 (16 bytes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub struct PublisherId(pub u128);
 
@@ -52,40 +52,40 @@ impl fmt::Display for PublisherId {
     }
 }
 
-/// What a message carries.
+/// The content of a message.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Payload {
-    /// A value as it is: within one process nothing is encoded.
+    /// A value, not encoded: within one process.
     Value(RawValue),
-    /// As it came over the wire.
+    /// Bytes as received.
     Bytes(Bytes),
 }
 
-/// What has arrived.
+/// A received message.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Message {
-    /// The name under which it was published.
+    /// The topic.
     pub topic: Arc<str>,
-    /// The publisher's time stamp where the transport carries one beside the payload; by the wall clock.
+    /// The publisher's wall-clock stamp, if the transport carries one beside the payload.
     pub stamp: Option<Time>,
-    /// When it was received, by the inbox's [`Clock`].
+    /// The time of reception, by the inbox's [`Clock`].
     pub received: Time,
-    /// Who published it, where the transport tells.
+    /// The publisher, if the transport tells it.
     pub publisher: Option<PublisherId>,
-    /// The type of the payload where the transport tells, such as `sensor_msgs/msg/LaserScan`.
+    /// The type of the payload if the transport tells it, such as `sensor_msgs/msg/LaserScan`.
     pub message_type: Option<Arc<str>>,
-    /// How far its publisher trusts it, where the transport says so beside the payload. What is neither silent on it nor
+    /// The quality of the value, if the transport carries it beside the payload. A message with a quality other than
     /// [`Quality::Good`] is no evidence about the signal: another instance may have published a substitute.
     pub quality: Option<Quality>,
-    /// Whether it may be of any age: it was kept for later subscribers (MQTT's retained messages), or has waited while nobody was
-    /// here ([`Inbox::attend`]). Without a stamp of its own it says nothing about now.
+    /// Whether the message may be of any age: it was kept for later subscribers (MQTT's retained messages), or has waited during
+    /// an absence ([`Inbox::attend`]). Without a stamp of its own it tells nothing about the present.
     pub retained: bool,
-    /// The value, or the bytes that hold it.
+    /// The value, or its encoding.
     pub payload: Payload,
 }
 
 impl Message {
-    /// One of which the transport tells nothing but the topic.
+    /// A message of which the transport tells only the topic.
     #[must_use]
     pub fn new(topic: Arc<str>, received: Time, payload: Payload) -> Message {
         Message {
@@ -100,7 +100,7 @@ impl Message {
         }
     }
 
-    /// The value, where nothing has to be decoded.
+    /// The value, if it is not encoded.
     #[must_use]
     pub fn value(&self) -> Option<&RawValue> {
         match &self.payload {
@@ -109,102 +109,101 @@ impl Message {
         }
     }
 
-    /// Its time stamp, else when it was received.
+    /// Its stamp, or if there is none, the time of reception.
     #[must_use]
     pub fn stamped(&self) -> Time {
         self.stamp.unwrap_or(self.received)
     }
 }
 
-/// What is to be sent.
+/// A message to be sent.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Outgoing<'a> {
-    /// The name to publish under.
+    /// The topic.
     pub topic: &'a str,
-    /// When the value was true, by the wall clock; for transports that carry a stamp beside the payload.
+    /// The wall-clock time at which the value was true; for transports that carry a stamp beside the payload.
     pub stamp: Time,
-    /// A transport that carries bytes only writes a value as text: a number, or a list of numbers in JSON.
+    /// A transport of bytes writes a value as text: a number, or a list of numbers in JSON.
     pub payload: Payload,
-    /// Where the value comes from, for transports that carry more than the payload (Zenoh's attachment, MQTT 5's user
+    /// The provenance of the value, for transports that carry more than the payload (Zenoh's attachment, MQTT 5's user
     /// properties).
     pub provenance: Option<&'a Provenance>,
-    /// Whether who subscribes later gets it, too: MQTT's retained messages. Other transports do not keep messages.
+    /// Whether later subscribers get it, too: MQTT's retained messages. Other transports do not keep messages.
     pub retain: bool,
-    /// After this time it is of no use to anybody: a broker of MQTT 5 gives it to nobody then (in whole seconds).
+    /// The message is useless after this time: a broker of MQTT 5 does not deliver it then (in whole seconds).
     pub expires: Option<Span>,
 }
 
 impl<'a> Outgoing<'a> {
-    /// A message that says nothing of its provenance and is not kept.
+    /// A message without provenance that is not retained.
     #[must_use]
     pub fn new(topic: &'a str, stamp: Time, payload: Payload) -> Outgoing<'a> {
         Outgoing { topic, stamp, payload, provenance: None, retain: false, expires: None }
     }
 }
 
-/// Whether a bridge is connected.
+/// The state of a bridge's connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
-    /// It is.
+    /// Connected.
     Up,
-    /// It is not, for this reason; it keeps trying.
+    /// Not connected, for this reason; the bridge keeps trying.
     Down(String),
 }
 
 /// A time without a connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Outage {
-    /// Its number: 1 is the first since the bridge was opened.
+    /// Its number: 1 is the first one since the bridge was opened.
     pub number: u64,
     /// When the connection was lost, by the inbox's [`Clock`].
     pub lost: Time,
-    /// When it was there again; `None`: it is not yet.
+    /// When the connection was restored; `None`: it is not yet.
     pub found: Option<Time>,
-    /// Why it was lost.
+    /// Why the connection was lost.
     pub because: String,
 }
 
-/// Somebody came, or has gone.
+/// A change of a token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// Who holds this token is there; said once for each token that was there before.
+    /// The token is held; told once for each token that was held before.
     Alive(Arc<str>),
-    /// Who held it is gone.
+    /// The token's holder is gone.
     Gone(Arc<str>),
 }
 
-/// Who comes and goes, from the beginning on: the oldest change that was not yet looked at. Does not block.
+/// Returns the oldest change of tokens that was not read yet, beginning with the present holders. Does not block.
 pub type Attendance = Box<dyn FnMut() -> Option<Presence> + Send>;
 
-/// Waits for what was asked for, as long as was said at the most; an error where nobody answers or the answer is no.
+/// Waits for the answer to a request, at most for its time limit; an error if nobody answers or the answer is a refusal.
 pub type Answer = Box<dyn FnOnce() -> Result<Bytes, BridgeError> + Send>;
 
 /// A connection to a middleware.
 ///
-/// Subscriptions are exact names. A lost connection is no error: the bridge reconnects by itself, subscribes again, and
-/// tells by [`Bridge::link`] how it stands.
+/// Subscriptions are exact names. A lost connection is no error: the bridge reconnects by itself and subscribes again;
+/// [`Bridge::link`] tells its state.
 pub trait Bridge: Send {
-    /// The identity that this bridge publishes under.
+    /// The identity of this bridge's publications.
     fn publisher(&self) -> PublisherId;
 
-    /// Where messages wait.
+    /// The inbox of this bridge.
     fn inbox(&self) -> &Inbox;
 
-    /// Receives from now on what others publish under `topic`; asking twice is the same as asking once. `message_type`
-    /// is for transports whose names depend on it, where it is known.
+    /// Subscribes to `topic`; a second call has no effect. `message_type`, if known, is for transports whose names depend on it.
     ///
     /// # Errors
     /// When the middleware refuses the name.
     fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError>;
 
-    /// Receives from now on everything that is published.
+    /// Subscribes to everything.
     ///
     /// # Errors
     /// When the middleware refuses.
     fn subscribe_all(&mut self) -> Result<(), BridgeError>;
 
-    /// Says ahead that messages of this type will be published under `topic`: some transports need the type for the
-    /// name, or list publishers. Without it, a publisher is set up with its first message.
+    /// Announces that messages of this type will be published under `topic`: some transports need the type for the name, or list
+    /// publishers. Without it, the first message sets up the publisher.
     ///
     /// # Errors
     /// When the middleware refuses the name or the type.
@@ -215,41 +214,41 @@ pub trait Bridge: Send {
     /// Sends to all others that have subscribed to the topic.
     ///
     /// # Errors
-    /// When the middleware refuses the message, or it could neither be sent nor kept for sending.
+    /// When the middleware refuses the message, or can neither send it nor keep it for sending.
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError>;
 
-    /// Sends what was published now, where it would wait until somebody waits for messages. Does not block.
+    /// Sends published messages now, if they would wait until a reader waits for messages. Does not block.
     fn flush(&mut self) {}
 
-    /// Whether it is connected.
+    /// The state of the connection.
     fn link(&self) -> Link;
 
-    /// The last time without a connection since the first one, where the bridge notices even the shortest. `None`: there was none, or
-    /// the middleware does not tell; then [`Bridge::link`] does, for who looks at that moment.
+    /// The last outage after the first connection, if the bridge detects even the shortest ones. `None`: there was none, or the
+    /// middleware does not tell; then [`Bridge::link`] tells the present state.
     fn outage(&self) -> Option<Outage> {
         None
     }
 
-    /// Says that we are there, under a name that nobody else uses, until what is returned is dropped or we are gone.
-    /// `None` where the middleware has no such tokens.
+    /// Holds a token under a unique name until the returned value is dropped or the connection ends. `None` if the middleware has
+    /// no tokens.
     ///
     /// # Errors
-    /// When the name is none.
+    /// When the name is invalid.
     fn attend(&self, _name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         Ok(None)
     }
 
-    /// Tells of all tokens whose names a pattern matches, our own among them: `*` is one level, `**` any number. Each
-    /// change ends the wait of the inbox's reader. `None` where the middleware has no such tokens.
+    /// The changes of all tokens whose names match a pattern, including our own: `*` is one level, `**` any number. Each change
+    /// wakes the inbox's reader. `None` if the middleware has no tokens.
     ///
     /// # Errors
-    /// When the pattern is none.
+    /// When the pattern is invalid.
     fn attendance(&self, _pattern: &str) -> Result<Option<Attendance>, BridgeError> {
         Ok(None)
     }
 
-    /// Asks who answers under a name: a query of Zenoh, a service of ROS 2 (in CDR), a message of MQTT 5 that is answered
-    /// under `to/response`. Returns at once; the answer can be waited for anywhere.
+    /// Sends a request to a name: a query of Zenoh, a service of ROS 2 (in CDR), a message of MQTT 5 that is answered under
+    /// `to/response`. Returns at once; any thread can wait for the answer.
     ///
     /// # Errors
     /// When the middleware has no requests, refuses the name, or is not connected.
@@ -257,15 +256,15 @@ pub trait Bridge: Send {
         Err(BridgeError::Configuration("this bus has no requests".to_owned()))
     }
 
-    /// Whether it is sure which messages are our own. Where they are only known by their content, nobody can say
-    /// whether somebody else publishes under a name that we publish under.
+    /// Whether the bridge always recognises its own messages. If it knows them only by content, it cannot tell whether another
+    /// publisher uses the same name.
     fn knows_own(&self) -> bool {
         true
     }
 
-    /// Hands what others ask under `name` to `server`, from now on: messages that are published there, and queries where the
-    /// middleware has them. Answers to messages go out under `answers`, or a name below it that the asker has chosen.
-    /// Nothing comes where nobody can ask.
+    /// Passes requests under `name` to `server` from now on: messages that are published there, and queries if the middleware has
+    /// them. Answers to messages are published under `answers`, or under a name below it that the asker has chosen. Has no effect
+    /// if the middleware has no requests.
     ///
     /// # Errors
     /// When the middleware refuses a name.
@@ -273,22 +272,22 @@ pub trait Bridge: Send {
         Ok(())
     }
 
-    /// Asks once under `name`, and gives the first answer of at most `longest` bytes to `take`, which must not wait; that
-    /// ends the wait of the inbox's reader. Nothing comes where nobody answers, or the middleware has no queries.
+    /// Queries `name` once, and passes the first answer of at most `longest` bytes to `take`, which must not wait; this wakes the
+    /// inbox's reader. `take` is never called if nobody answers, or the middleware has no queries.
     ///
     /// # Errors
-    /// When the name is none.
+    /// When the name is invalid.
     fn ask(&self, _name: &str, _longest: usize, _take: Taker) -> Result<(), BridgeError> {
         Ok(())
     }
 
-    /// What the other side has refused since it was asked last, without ending the connection: a subscription, a
-    /// message. Bounded; the oldest are forgotten.
+    /// Refusals of the other side since the last call that did not end the connection: of a subscription, of a message. Bounded;
+    /// the oldest are forgotten.
     fn troubles(&mut self) -> Vec<BridgeError> {
         Vec::new()
     }
 
-    /// The oldest message that waits; `None` when none does. Does not block.
+    /// The oldest waiting message, if there is one. Does not block.
     fn receive(&mut self) -> Option<Message> {
         self.inbox().pop()
     }

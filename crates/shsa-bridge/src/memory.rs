@@ -1,7 +1,7 @@
-//! The bus within one process: for demonstrations, tests and nodes that are compiled in.
+//! The bus within one process: for demonstrations, tests and compiled-in nodes.
 //!
-//! By a manual [`Clock`] whoever drives it says what time it is, so that a run repeats byte for byte. Messages
-//! reach every subscriber in the order of their publication.
+//! With a manual [`Clock`] the caller sets the time, so that a run can be repeated byte for byte. Every subscriber gets the
+//! messages in the order of their publication.
 
 use crate::{Answer, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId};
 use crate::{Question, Server, Taker, payload};
@@ -23,7 +23,7 @@ struct Member {
     /// `None`: every topic.
     topics: Option<BTreeSet<Arc<str>>>,
     inbox: Inbox,
-    /// The topics under which it answers, each with the one of the answers.
+    /// The topics of its servers, each with the topic of the answers.
     served: BTreeMap<Arc<str>, (Arc<str>, Server)>,
 }
 
@@ -40,25 +40,25 @@ impl fmt::Debug for Member {
 }
 
 impl MemoryBus {
-    /// Without members; what is published is received at once, at the time of `clock`.
+    /// A bus without members; a published message is received at once, at the time of `clock`.
     #[must_use]
     pub fn new(clock: Clock) -> MemoryBus {
         MemoryBus { clock, members: Arc::default() }
     }
 
-    /// The clock by which everything is received.
+    /// The clock that stamps the reception.
     #[must_use]
     pub fn clock(&self) -> &Clock {
         &self.clock
     }
 
-    /// A new member; at most `capacity` messages a topic wait for it.
+    /// A new member with room for `capacity` waiting messages a topic.
     #[must_use]
     pub fn join(&self, capacity: usize) -> MemoryBridge {
         self.join_with(Inbox::new(capacity, self.clock.clone()))
     }
 
-    /// A new member; what arrives for it waits in `inbox`, which has the clock of the bus.
+    /// A new member whose messages wait in `inbox`, which must have the clock of the bus.
     #[must_use]
     pub fn join_with(&self, inbox: Inbox) -> MemoryBridge {
         let mut members = self.lock();
@@ -66,7 +66,7 @@ impl MemoryBus {
         MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1, said: BTreeSet::new() }
     }
 
-    /// Gives a message to all other members than `from`, then to those that answer under its topic.
+    /// Passes a message to all members except `from`, then to the servers of its topic.
     fn send(&self, from: usize, message: &Message) {
         let members = self.lock();
         let others = || members.iter().enumerate().filter(|(member, _)| *member != from);
@@ -76,7 +76,7 @@ impl MemoryBus {
         let served =
             others().filter_map(|(at, member)| Some((at, member.served.get(&message.topic)?.clone())));
         let served: Vec<_> = served.collect();
-        // Who answers sends messages of its own.
+        // A server may send messages while it answers, which needs the lock.
         drop(members);
         for (member, (answers, server)) in served {
             server(self.question(member, answers, message));
@@ -96,13 +96,13 @@ impl MemoryBus {
         })
     }
 
-    /// Asks all who answer under a name but `from`; each answer is given to `take`.
+    /// Asks all servers of a name except those of `from`; passes each answer to `take`.
     fn ask(&self, from: usize, name: &str, words: &Bytes, take: impl Fn(Bytes) + Send + Clone + 'static) {
         let members = self.lock();
         let others = members.iter().enumerate().filter(|(member, _)| *member != from);
         let servers = others.filter_map(|(_, member)| Some(member.served.get(name)?.1.clone()));
         let servers: Vec<_> = servers.collect();
-        // Who answers may send messages.
+        // A server may send messages while it answers, which needs the lock.
         drop(members);
         for server in &servers {
             let mut question = Question::new(words.clone(), take.clone());
@@ -111,7 +111,7 @@ impl MemoryBus {
         }
     }
 
-    /// A member that panicked leaves whole messages behind: the others go on.
+    /// A member that panicked leaves whole messages behind, so the others go on.
     fn lock(&self) -> MutexGuard<'_, Vec<Member>> {
         self.members.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -123,7 +123,7 @@ pub struct MemoryBridge {
     bus: MemoryBus,
     inbox: Inbox,
     member: usize,
-    /// The topics that were published under: their names are shared by all messages.
+    /// The topics of its publications; all messages of a topic share one name.
     said: BTreeSet<Arc<str>>,
 }
 
@@ -181,7 +181,7 @@ impl Bridge for MemoryBridge {
 
     fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
         let (sender, answers) = channel();
-        // Who has asked may have given up.
+        // The asker may have given up.
         self.bus.ask(self.member, to, &payload, move |words| drop(sender.send(words)));
         let name = to.to_owned();
         Ok(Box::new(move || {
@@ -239,7 +239,7 @@ mod tests {
         bridge.publish(Outgoing::new(topic, Time(number as i64), payload)).unwrap();
     }
 
-    /// What waits at a bridge: topic, publisher, value, in order.
+    /// The waiting messages of a bridge in order: topic, publisher, value.
     fn read(bridge: &mut MemoryBridge) -> String {
         let mut text = Vec::new();
         while let Some(message) = bridge.receive() {

@@ -1,11 +1,11 @@
-//! A bus that is whatever the caller has: messages are pushed into the inbox, and what goes out is given to a function.
+//! A bus of the caller's own: the caller pushes messages into the inbox, and a function gets the publications.
 
 use crate::{Bridge, BridgeError, Inbox, Link, Outgoing, PublisherId};
 
 /// A caller's own source and sink as a bus.
 ///
-/// What has come is pushed into the [`Inbox`] by the caller, from any thread; the sink gets what is published, in the thread that
-/// publishes. Messages of our own do not come back unless the caller pushes them.
+/// The caller pushes received messages into the [`Inbox`], from any thread; the sink gets each publication, in the publishing
+/// thread. Our own messages do not come back unless the caller pushes them.
 ///
 /// ```
 /// use shsa_bridge::{Bridge, Clock, Inbox, Message, Outgoing, OwnBus, Payload};
@@ -31,8 +31,8 @@ pub struct OwnBus<S> {
 }
 
 impl<S: FnMut(Outgoing<'_>) -> Result<(), BridgeError> + Send> OwnBus<S> {
-    /// What is pushed into `inbox` is heard, and `sink` sends. A sink that fails says whether it is worth trying again, by
-    /// [`BridgeError::Lost`], or not.
+    /// A bus whose messages are pushed into `inbox`; `sink` sends. A failing sink returns [`BridgeError::Lost`] if trying again
+    /// is worthwhile.
     pub fn new(inbox: Inbox, sink: S) -> OwnBus<S> {
         OwnBus { inbox, sink }
     }
@@ -47,7 +47,7 @@ impl<S: FnMut(Outgoing<'_>) -> Result<(), BridgeError> + Send> Bridge for OwnBus
         &self.inbox
     }
 
-    /// The caller pushes what it likes.
+    /// The caller decides what to push.
     fn subscribe(&mut self, _: &str, _: Option<&str>) -> Result<(), BridgeError> {
         Ok(())
     }

@@ -1,4 +1,4 @@
-//! Where a published value comes from, in the words of OPC UA.
+//! The provenance of a published value, in the terms of OPC UA.
 //!
 //! The names and numbers of the status codes are those of OPC 10000-4 (Services), 7.39, and 10000-8 (Data Access), 6.3.
 
@@ -6,16 +6,16 @@ use shsa_core::assurance::Ground;
 use shsa_message::json;
 use std::fmt::{self, Write};
 
-/// How far a value can be trusted.
+/// The quality of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash)]
 pub enum Quality {
     /// From the need's own source, which is trusted.
     Good,
     /// Computed by a substitute, within its stated interval.
     Substitute,
-    /// Nothing that could serve the need is trusted: within the stated bounds, and its middle means nothing.
+    /// No trusted source can serve the need: the value lies within the stated bounds, and their midpoint is no estimate.
     Uncertain,
-    /// Nothing serves the need now; this was the last value, still fresh enough for it.
+    /// Nothing serves the need now; this is the last value, which is still fresh enough.
     LastUsable,
     /// Nothing serves the need.
     Bad,
@@ -38,7 +38,7 @@ impl Quality {
         }
     }
 
-    /// The quality of this name; `None` for any other word.
+    /// The quality with this name; `None` for other words.
     #[must_use]
     pub fn named(name: &str) -> Option<Quality> {
         Quality::ALL.into_iter().find(|quality| quality.name() == name)
@@ -63,12 +63,12 @@ impl fmt::Display for Quality {
     }
 }
 
-/// What a value's reader may want to know beside it.
+/// The provenance of a value.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Provenance {
-    /// How far it can be trusted.
+    /// The quality.
     pub quality: Quality,
-    /// What it is computed from: signals and relations, as events name them.
+    /// The source: signals and relations, as events name them.
     pub source: String,
     /// What safety contracts say of it; `None` where they demand nothing.
     pub admission: Option<Admission>,

@@ -1,32 +1,32 @@
-//! What others on the bus ask of us, and the way back to them.
+//! Questions of others on the bus, and their answers.
 
 use bytes::Bytes;
 use std::fmt;
 use std::sync::Arc;
 
-/// Somebody asks something. Without an answer, who has asked waits in vain, or learns that none comes.
+/// A question. Without an answer, the asker waits in vain, or learns that none comes.
 pub struct Question {
-    /// Its words; empty where the name that it was asked under says it all.
+    /// The text; empty if the name tells everything.
     pub payload: Bytes,
-    /// What stands behind the name, where the middleware has such: `since=3` of Zenoh's selector `name?since=3`.
+    /// The parameters behind the name, if the middleware has them: `since=3` of Zenoh's selector `name?since=3`.
     pub parameters: String,
-    /// Whether the answer can be told from others: it is a reply, or has the correlation data that the asker has chosen.
+    /// Whether the answer is addressed: it is a reply, or has the asker's correlation data.
     pub is_addressed: bool,
-    /// Who asks, as far as the middleware tells: the topic that the answer is wished at, say.
+    /// The asker, as far as the middleware tells: the topic for the answer, say.
     pub caller: String,
-    /// Why it must not be done, whatever it is.
+    /// Why the question must be refused, whatever it asks.
     pub problem: Option<String>,
     answer: Box<dyn FnOnce(Bytes) + Send>,
 }
 
-/// Takes questions, in the middleware's threads: it must hand them on and not wait.
+/// Takes questions in the middleware's threads: it must pass them on and not wait.
 pub type Server = Arc<dyn Fn(Question) + Send + Sync>;
 
 /// Takes the answer to a question of ours.
 pub type Taker = Box<dyn FnOnce(Vec<u8>) + Send>;
 
 impl Question {
-    /// A question in these words; `answer` takes what is answered where it belongs.
+    /// A question with this text; `answer` passes the answer to the asker.
     #[must_use]
     pub fn new(payload: Bytes, answer: impl FnOnce(Bytes) + Send + 'static) -> Question {
         Question {
@@ -39,21 +39,21 @@ impl Question {
         }
     }
 
-    /// Answers it; whoever has asked may have gone.
+    /// Answers the question; the asker may be gone.
     pub fn answer(self, words: Bytes) {
         (self.answer)(words);
     }
 }
 
 impl fmt::Debug for Question {
-    /// Without the words: they may hold a secret.
+    /// Without the text: it may hold a secret.
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "Question({} bytes)", self.payload.len())
     }
 }
 
-/// Whether an answer may go to the topic that its asker wishes: to the topic of answers or one below it. Anywhere else the
-/// asker may have no right to publish, and we have.
+/// Whether an answer may go to the topic that its asker wishes: the topic of answers or one below it. For other topics we may
+/// have rights that the asker lacks.
 #[cfg(feature = "mqtt")]
 pub(crate) fn may_answer_at(answers: &str, wish: &str) -> bool {
     let below = wish.strip_prefix(answers).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));

@@ -1,4 +1,4 @@
-//! The MQTT bridge against Mosquitto, and against Python clients that know nothing of it.
+//! The MQTT bridge against Mosquitto, and against independent Python clients.
 
 #[macro_use]
 mod contract;
@@ -20,7 +20,7 @@ use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
 
-/// A broker, and bridges to it by one version of the protocol.
+/// A broker, and bridges to it with one version of the protocol.
 struct Mosquitto {
     broker: Broker,
     version: Version,
@@ -147,7 +147,7 @@ fn what_the_broker_kept_is_marked_and_what_is_new_is_not() {
             }
         };
         assert!(is_marked("old"), "{version:?}");
-        // Longer than what was kept may take to come, after any absence.
+        // After an absence, kept messages may arrive for some seconds; this pause is longer.
         std::thread::sleep(Duration::from_secs(6));
         other.order(&json!({"publish": "a", "text": "new"}));
         assert!(!is_marked("new"), "{version:?}");
@@ -226,7 +226,7 @@ fn kept_messages_are_marked_and_come_once() {
         let mut source = open(&versioned(&broker, "source", version));
         let kept = Outgoing { retain: true, ..Outgoing::new("a", Time(1), Payload::Bytes("old".into())) };
         source.publish(kept).unwrap();
-        // When this one has it, the broker has.
+        // When the witness has the message, the broker has it, too.
         let mut witness = open(&versioned(&broker, "witness", version));
         witness.subscribe("a", None).unwrap();
         contract::next(&mut witness);
@@ -310,12 +310,12 @@ fn the_password_comes_from_a_file_and_a_wrong_one_is_refused() {
             let expected = "refused: a message on `forbidden`: the broker says NotAuthorized";
             assert_eq!(troubles[0].to_string(), expected);
         }
-        // Mosquitto 2.0.11 then throws the client out.
+        // Mosquitto 2.0.11 disconnects the client then.
         until("the connection", || bridge.link() == Link::Up);
     }
 }
 
-/// An authority of our own, a broker's certificate from it, and an authority that nobody trusts.
+/// An authority of our own, a broker's certificate signed by it, and an authority that nobody trusts.
 fn certificates(folder: &Path) {
     use rcgen::{BasicConstraints, CertificateParams, IsCa, Issuer, KeyPair};
     let authority = |name: &str| {

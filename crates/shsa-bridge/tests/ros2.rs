@@ -1,4 +1,4 @@
-//! The ROS 2 bridge against an independent node, whose messages, hashes, keys and tokens are other people's code.
+//! The ROS 2 bridge against an independent node, whose messages, hashes, keys and tokens come from other programs.
 
 #[macro_use]
 mod contract;
@@ -39,7 +39,7 @@ fn to(port: u16) -> Options {
     Options { domain: 5, ..Options::new(zenoh::Options::to(&tcp(port))) }
 }
 
-/// Lets the node publish until something of it arrives.
+/// Lets the node publish until a message arrives.
 #[track_caller]
 fn hear(node: &mut Script, bridge: &mut Ros2Bridge, order: &Value) -> Message {
     eventually("the node's message", || {
@@ -65,14 +65,15 @@ fn types_are_those_of_ros() {
     let theirs = node.answer(&json!({"hashes": true}), "hashes");
     let types = Types::standard();
     for name in types.names() {
-        // Packages that rosbags does not know are few, and said here.
+        // The few packages that rosbags does not know are listed here.
         let Some(hash) = theirs["hashes"].get(name) else {
             assert!(name.starts_with("ackermann_msgs"), "{name}");
             continue;
         };
         compared += 1;
         if name == "std_msgs/msg/Char" {
-            // A char is a uint8 to ROS's own generator, from whose output this hash is; rosbags has a number of its own for it.
+            // ROS's own generator treats a char as a uint8, and this hash is from its output; rosbags has a number of its own for
+            // a char.
             let generated = "RIHS01_3ad2d04dd29ba19d04b16659afa3ccaedd691914b02a64e82e252f2fa6a586a9";
             assert_eq!(type_hash(name, &types).as_deref(), Some(generated));
             continue;
@@ -113,7 +114,7 @@ fn a_node_is_heard() {
     let joints = joints();
     assert_eq!(value(&joints, "position[name=right]").0, RawValue::Number(-0.5));
     assert_eq!(value(&joints, "effort").0, RawValue::Vector(vec![7.0]));
-    // Of another type than subscribed: as no node of ROS would, we do not get it.
+    // A message of another type than subscribed is not received, as with every node of ROS.
     node.order(&json!({"publish": "/scan", "type": "std_msgs/msg/Float32", "set": {"data": 1.0}}));
     std::thread::sleep(Duration::from_millis(200));
     while let Some(message) = bridge.receive() {
@@ -264,7 +265,7 @@ fn what_ros_does_not_know_is_refused_with_help() {
     check(named("my-node"), "node 'my-node' is no name for ROS 2");
 }
 
-/// The contract speaks of payloads, and a payload goes out as the text of a message.
+/// The contract is about payloads; here a payload is the text of a message.
 struct Texts(Ros2Bridge);
 
 impl Bridge for Texts {
@@ -311,13 +312,13 @@ impl Bridge for Texts {
     fn receive(&mut self) -> Option<Message> {
         let message = self.0.receive()?;
         let Payload::Bytes(bytes) = &message.payload else { panic!("a message of ROS is bytes") };
-        // Header and length before the text, a zero behind it.
+        // The text stands between the header with its length and a zero byte.
         let text = bytes.slice(8..bytes.len() - 1);
         Some(Message { payload: Payload::Bytes(text), ..message })
     }
 }
 
-/// Nodes that listen, each connected to those before it: no peer passes on what others say.
+/// Listening nodes, each connected to the earlier ones, because peers do not forward messages.
 #[derive(Default)]
 struct Nodes {
     ports: Vec<u16>,

@@ -47,8 +47,7 @@ fn router(python: &Path, port: u16) -> Script {
     script(python, "router", "listen", &tcp(port))
 }
 
-/// One that holds messages back as long as it must: on a busy machine consumers stand still for longer than a router
-/// waits by itself.
+/// A router that keeps messages for long: on a busy machine, consumers stop for longer than a router waits by default.
 fn patient_router(python: &Path, port: u16) -> Script {
     let queue = "transport/link/tx/queue";
     let config = json!({
@@ -60,7 +59,7 @@ fn patient_router(python: &Path, port: u16) -> Script {
     Script::start(python, "zenoh_client.py", &config)
 }
 
-/// Peers that listen, each connected to those before it: no peer passes on what others say.
+/// Listening peers, each connected to the earlier ones, because peers do not forward messages.
 #[derive(Default)]
 struct Peers {
     ports: Vec<u16>,
@@ -85,7 +84,7 @@ impl contract::Middleware for Peers {
     }
 }
 
-/// Clients of a router that is not ours.
+/// Clients of an independent router.
 struct Routed {
     python: PathBuf,
     port: u16,
@@ -144,7 +143,7 @@ fn number(value: f64) -> Payload {
     Payload::Value(RawValue::Number(value))
 }
 
-/// Sends until it arrives: a new subscription takes a moment to be known everywhere.
+/// Publishes until a message arrives: a new subscription takes a moment to be known everywhere.
 #[track_caller]
 fn warm_up(from: &mut ZenohBridge, to: &mut ZenohBridge, topic: &str) {
     eventually("the first message", || {
@@ -319,7 +318,7 @@ fn a_router_that_comes_late_goes_and_comes_back_is_no_error() {
     warm_up(&mut a, &mut b, "x");
     drop(first);
     eventually("the loss of the router", || matches!(b.link(), Link::Down(_)).then_some(()));
-    // Nobody is there, nothing is kept, nothing breaks.
+    // Without a session, publishing keeps nothing and breaks nothing.
     let _ = a.publish(Outgoing::new("x", Time(0), number(0.0)));
     let _second = router(&python, port);
     is_up(&a);
@@ -361,7 +360,7 @@ fn closing_does_not_wait_for_a_router_that_hangs() {
     let start = Instant::now();
     drop(bridge);
     assert!(start.elapsed() < Duration::from_secs(5), "closing took {:?}", start.elapsed());
-    // Nor does closing before there ever was a session.
+    // Closing without a session does no harm, either.
     let bridge = open(&Options { patience: Duration::ZERO, ..client(free_port()) });
     let start = Instant::now();
     drop(bridge);
@@ -491,7 +490,7 @@ fn tokens_tell_who_is_there_who_went_and_who_was_killed() {
     let gone =
         eventually("the loss of a", || Some(stranger.next_with("token")).filter(|it| it["alive"] == false));
     assert_eq!(gone["token"], "shsa/healer/a");
-    // Killed: noticed at once, as nobody holds its socket any more.
+    // A killed process is detected at once, because its socket is closed.
     while a.receive().is_some() {}
     drop(stranger);
     a.inbox().wait(real::PATIENCE);

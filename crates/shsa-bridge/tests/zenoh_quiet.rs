@@ -1,11 +1,11 @@
-//! Nothing listens and nothing scouts unless told to. A process of its own: others' sockets would be taken for ours.
+//! Nothing listens and nothing scouts unless set. A process of its own, so that it has no sockets of other tests.
 
 use shsa_bridge::zenoh::{Options, ZenohBridge};
 use shsa_bridge::{Bridge, Clock, Inbox};
 use std::collections::BTreeSet;
 use std::net::TcpListener;
 
-/// The local addresses of this process's sockets in a table of the kernel, as `0100007F:1F90 0A` with their states.
+/// The local addresses of this process's sockets in a table of the kernel, with their states: `0100007F:1F90 0A`.
 #[cfg(target_os = "linux")]
 fn sockets(table: &str) -> Vec<String> {
     let descriptors = std::fs::read_dir("/proc/self/fd").unwrap().filter_map(Result::ok);

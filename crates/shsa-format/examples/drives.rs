@@ -1,25 +1,25 @@
-//! Makes the recordings of `examples/`: two drives of a car whose speed three sensors know, each with an error of its own.
+//! Writes the recordings of `examples/`: two drives of a car with three speed sensors, each with its own error.
 //!
-//! `cargo run -p shsa-format --example drives` writes them anew, the same bytes each time.
+//! `cargo run -p shsa-format --example drives` writes them again, with the same bytes each time.
 
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use std::fmt::Write;
 use std::path::Path;
 
-/// How long a drive is, in seconds.
+/// The length of a drive in seconds.
 const DURATION: u32 = 60;
 
-/// The wheels' radius, in m.
+/// The radius of the wheels in m.
 const RADIUS: f64 = 0.3;
 
-/// A sensor: its file and column, values a second, and by how much it is off at most.
+/// A sensor: its file, its column, its rate in values per second and its largest error.
 struct Sensor {
     file: &'static str,
     column: &'static str,
     rate_hz: u32,
     error: f64,
-    /// What it reads at this speed.
+    /// The reading of the sensor at a speed.
     reads: fn(f64) -> f64,
 }
 
@@ -35,20 +35,20 @@ const SENSORS: [Sensor; 3] = [
     Sensor { file: "radar.csv", column: "speed [m/s]", rate_hz: 10, error: 0.4, reads: |speed| speed },
 ];
 
-/// Each drive: its folder, the seed of the errors, and the speeds in m/s that it goes through, evenly in time.
+/// The drives: the folder, the seed of the errors, and the speeds in m/s, evenly spaced in time.
 const DRIVES: [(&str, u64, [f64; 7]); 2] = [
     ("monday", 1, [12.0, 15.0, 24.0, 21.0, 9.0, 16.0, 18.0]),
     ("tuesday", 2, [20.0, 8.0, 8.0, 17.0, 26.0, 19.0, 14.0]),
 ];
 
-/// The speed at a time: straight from one to the next.
+/// The speed at a time, interpolated linearly.
 fn speed(speeds: &[f64], seconds: f64) -> f64 {
     let place = seconds / f64::from(DURATION) * (speeds.len() - 1) as f64;
     let at = (place as usize).min(speeds.len() - 2);
     speeds[at] + (speeds[at + 1] - speeds[at]) * (place - at as f64)
 }
 
-/// What a sensor records of a drive, as a table.
+/// The table of the values that a sensor records in a drive.
 fn table(sensor: &Sensor, speeds: &[f64], random: &mut ChaCha8Rng) -> String {
     let mut text = format!("t [s],{}\n", sensor.column);
     for row in 0..DURATION * sensor.rate_hz {
@@ -60,7 +60,7 @@ fn table(sensor: &Sensor, speeds: &[f64], random: &mut ChaCha8Rng) -> String {
     text
 }
 
-/// Every file, with its text.
+/// Every file with its text.
 pub(crate) fn files() -> Vec<(String, String)> {
     let mut files = Vec::new();
     for (folder, seed, speeds) in DRIVES {

@@ -1,4 +1,4 @@
-//! The engine alone, in a loop of one's own: no file, no bus, no clock. Of three floats in a tank, one is wrong from 10 s on.
+//! The engine alone in a loop of the caller: no file, no bus, no clock. One of three floats in a tank is wrong from 10 s on.
 
 use shsa_core::engine::{Engine, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::observation::{Observation, RawValue};
@@ -22,7 +22,7 @@ fn reading(float: &str, second: f64) -> f64 {
     if float == "float_1" && second >= 10.0 { level + 0.5 } else { level }
 }
 
-/// What was decided, and how far the healed level was off at the end.
+/// The decisions, and the error of the healed level at the end.
 pub(crate) fn run() -> (Vec<String>, f64) {
     let loaded = model::load(TANK, "tank.yaml");
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));

@@ -1,4 +1,4 @@
-//! What the comparisons of a run tell that accuses nobody: those that were not made, and what the others show within the
+//! The results of the comparisons of a run that accuse no signal: comparisons that were not made, and differences within the
 //! declared errors.
 
 use crate::words;
@@ -7,26 +7,26 @@ use shsa_core::engine::Engine;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::monitor::{Coverage, Note, WayIndex};
 
-/// A note of two ways of knowing a variable.
+/// A note on two ways to compute a variable.
 pub struct Noted {
     variable: String,
     one: String,
     other: String,
     note: Note,
-    /// The mean difference in the unit of the variable, and in words.
+    /// The mean difference in the unit of the variable; `shown` is the same in words.
     mean: f64,
     shown: String,
 }
 
 impl Noted {
-    /// What it is about, in words.
+    /// The subject of the note in words.
     #[must_use]
     pub fn name(&self) -> String {
         let Noted { variable, one, other, .. } = self;
         format!("{variable}: {one} and {other}")
     }
 
-    /// All of it, in words.
+    /// The whole note in words.
     #[must_use]
     pub fn text(&self) -> String {
         let Noted { variable, one, other, shown, .. } = self;
@@ -46,7 +46,7 @@ impl Noted {
         }
     }
 
-    /// All of it as a JSON object.
+    /// The whole note as a JSON object.
     #[must_use]
     pub fn json(&self) -> Value {
         let Noted { variable, one, other, mean, .. } = self;
@@ -62,7 +62,7 @@ impl Noted {
     }
 }
 
-/// What shows now.
+/// The present notes.
 pub fn notes(engine: &Engine) -> impl Iterator<Item = Noted> + '_ {
     let (monitor, knowledge) = (engine.monitor(), engine.knowledge());
     let way = |index: WayIndex| {
@@ -90,7 +90,7 @@ fn in_unit(knowledge: &KnowledgeBase, variable: VariableId, difference: f64) -> 
     knowledge.variables()[variable].unit.as_ref().map_or(difference, |unit| difference / unit.scale)
 }
 
-/// A comparison, and how often it was made of how often it could have been.
+/// A comparison, how often it was made and how often it was possible.
 #[derive(Clone)]
 pub struct Compared {
     variable: String,
@@ -100,7 +100,7 @@ pub struct Compared {
 }
 
 impl Compared {
-    /// What is compared, in words.
+    /// The compared ways in words.
     #[must_use]
     pub fn name(&self) -> String {
         let Compared { variable, one, other, .. } = self;
@@ -115,7 +115,7 @@ impl Compared {
         json!({ "variable": variable, "one": one, "other": other, "made": made, "possible": possible })
     }
 
-    /// What is to be told of it: never made though there were values enough, or rarely.
+    /// The warning about the comparison when it was never made although there were values, or rarely.
     #[must_use]
     pub fn warning(&self) -> Option<String> {
         let coverage = &self.coverage;
@@ -131,7 +131,7 @@ impl Compared {
     }
 }
 
-/// What has turned out in some runs of one model, all of them together.
+/// The comparisons of several runs of one model, with the counts added up.
 #[must_use]
 pub fn compared<'e>(engines: impl Iterator<Item = &'e Engine>) -> Vec<Compared> {
     let mut all: Vec<Compared> = Vec::new();

@@ -1,6 +1,6 @@
-//! Drives an engine over recorded inputs, with the ticks that a live run would send, and keeps what comes out.
+//! Drives an engine over recorded inputs, with the ticks of a live run, and keeps the outputs.
 //!
-//! A run has one era for each knowledge base that it goes through; what the engine says in one speaks with its ids.
+//! A run has one era for each of its knowledge bases; the ids in the outputs of an era belong to its knowledge base.
 
 use shsa_core::engine::{Engine, Event, Input, Options, Output, Publication, Ticks};
 use shsa_core::knowledge::KnowledgeBase;
@@ -10,13 +10,13 @@ use shsa_core::time::Time;
 /// A stretch of a run under one knowledge base.
 #[derive(Clone, Debug)]
 pub struct Era {
-    /// When the knowledge base takes over; the first one is there from the beginning.
+    /// The time from which the knowledge base applies; the first one applies from the beginning.
     pub from: Time,
-    /// What the ids in `inputs` belong to.
+    /// The knowledge base to which the ids in `inputs` belong.
     pub knowledge: KnowledgeBase,
-    /// What brought it about: the name and the text of a file. None for the first era.
+    /// The cause: the name and the text of a file. `None` for the first era.
     pub change: Option<(String, String)>,
-    /// What goes in, in the order of reception.
+    /// The inputs in the order of reception.
     pub inputs: Vec<Input>,
 }
 
@@ -28,7 +28,7 @@ impl Era {
     }
 }
 
-/// What goes into a run.
+/// An input of a run.
 #[derive(Clone, Copy, Debug)]
 pub enum Given<'a> {
     /// An observation or a tick.
@@ -37,25 +37,25 @@ pub enum Given<'a> {
     Era(&'a Era),
 }
 
-/// An era that is over: its knowledge base, and how much had been said by its end.
+/// A past era: its knowledge base, and the counts of outputs at its end.
 #[derive(Clone, Debug)]
 pub struct Past {
-    /// When the next one began.
+    /// The begin of the next era.
     pub until: Time,
-    /// What the ids of its events and publications belong to.
+    /// The knowledge base to which the ids of its events and publications belong.
     pub knowledge: KnowledgeBase,
-    /// How many events there had been.
+    /// The number of events until its end.
     pub events: usize,
-    /// How many values had been published.
+    /// The number of published values until its end.
     pub publications: usize,
 }
 
-/// An engine under way, with all that it has said.
+/// An engine in operation, with all of its outputs.
 #[derive(Debug)]
 pub struct Run {
-    /// The engine as it is now.
+    /// The engine in its present state.
     pub engine: Engine,
-    /// How many observations went in.
+    /// The number of observations.
     pub observations: usize,
     /// The time of the first input.
     pub first: Time,
@@ -63,23 +63,22 @@ pub struct Run {
     pub last: Time,
     /// Every decision, oldest first.
     pub events: Vec<Event>,
-    /// Every value that the needs were served with, oldest first.
+    /// Every published value of the needs, oldest first.
     pub publications: Vec<Publication>,
     /// The eras before the present one.
     pub past: Vec<Past>,
-    /// What the ids of the next output belong to.
+    /// The knowledge base to which the ids of the next output belong.
     knowledge: KnowledgeBase,
 }
 
 impl Run {
-    /// Drives a new engine over all inputs, which are in the order of their reception; `step` sees everything that goes
-    /// in, ticks included, and [gives](Run::give) it to the run. `span` is when the recording begins and ends, where
-    /// its inputs do not tell.
+    /// Drives a new engine over all inputs, which are in the order of their reception. `step` sees every input, ticks included,
+    /// and [gives](Run::give) it to the run. `span` is the begin and end of the recording where its inputs do not tell.
     ///
-    /// Ticks that the inputs hold already (a journal) are the only ones; else they come when they are due.
+    /// When the inputs hold ticks (a journal), no others are sent; else ticks are sent when they are due.
     ///
     /// # Errors
-    /// Those of `step`, which end the run.
+    /// The errors of `step`, which end the run.
     pub fn of<E>(
         eras: &[Era],
         span: Option<(Time, Time)>,
@@ -119,12 +118,12 @@ impl Run {
         Ok(run)
     }
 
-    /// Drives a new engine over observations that are not kept, in the order of their reception; `span` is when they begin
-    /// and end. `look` sees the run after each of them, with what the needs were served with since; that is dropped then, so that only events
-    /// grow with time.
+    /// Drives a new engine over observations that are not kept, in the order of their reception; `span` is their begin and end.
+    /// `look` sees the run after each observation, with the values published since the last one. These values are then dropped,
+    /// so that only the events grow with time.
     ///
     /// # Errors
-    /// The first of `observations`, `record` and `look`.
+    /// The first error of `observations`, `record` and `look`.
     pub fn streamed<E>(
         knowledge: &KnowledgeBase,
         span: (Time, Time),
@@ -149,13 +148,13 @@ impl Run {
         Ok(run)
     }
 
-    /// A new engine that has been given nothing; `first` is when the run begins.
+    /// A new engine without inputs; `first` is the begin of the run.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, first: Time) -> Run {
         Run::with(knowledge, Options::default(), first)
     }
 
-    /// As [`Run::new`], with other settings than the usual ones.
+    /// As [`Run::new`], with options.
     #[must_use]
     pub fn with(knowledge: &KnowledgeBase, options: Options, first: Time) -> Run {
         Run {
@@ -170,13 +169,13 @@ impl Run {
         }
     }
 
-    /// Every event with the knowledge base that its ids belong to, oldest first.
+    /// Every event with the knowledge base to which its ids belong, oldest first.
     pub fn told_events(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
         let known = move |at: usize| self.known(|past| at < past.events);
         self.events.iter().enumerate().map(move |(at, event)| (known(at), event))
     }
 
-    /// The published values from the `from`th on, each with the knowledge base that its ids belong to, oldest first.
+    /// The published values from the `from`th on, each with the knowledge base to which its ids belong, oldest first.
     pub fn told_values(&self, from: usize) -> impl Iterator<Item = (&KnowledgeBase, &Publication)> {
         let known = move |at: usize| self.known(|past| at < past.publications);
         self.publications.iter().enumerate().skip(from).map(move |(at, publication)| (known(at), publication))
@@ -187,10 +186,10 @@ impl Run {
         self.past.get(at).map_or(&self.knowledge, |past| &past.knowledge)
     }
 
-    /// Lets the knowledge base of an era take over.
+    /// Changes to the knowledge base of an era.
     ///
     /// # Errors
-    /// Those of `record`.
+    /// The errors of `record`.
     pub fn reload<E>(
         &mut self,
         era: &Era,
@@ -201,10 +200,10 @@ impl Run {
         Ok(())
     }
 
-    /// Sends the ticks that fall due before `moment`.
+    /// Sends the ticks that are due before `moment`.
     ///
     /// # Errors
-    /// Those of `record`.
+    /// The errors of `record`.
     pub fn pass_until<E>(
         &mut self,
         moment: Time,
@@ -229,10 +228,10 @@ impl Run {
         Ok(())
     }
 
-    /// Gives one input to the engine and keeps what comes out.
+    /// Gives one input to the engine and keeps the outputs.
     ///
     /// # Errors
-    /// Those of `record`.
+    /// The errors of `record`.
     pub fn take<E>(
         &mut self,
         input: &Input,
@@ -243,7 +242,7 @@ impl Run {
         Ok(())
     }
 
-    /// Gives an input, or another knowledge base, to the engine and keeps what comes out.
+    /// Gives an input, or another knowledge base, to the engine and keeps the outputs.
     pub fn give(&mut self, given: Given<'_>) {
         match given {
             Given::Era(era) => self.engine.reload(era.knowledge.clone(), era.from),
@@ -261,7 +260,7 @@ impl Run {
             match output {
                 Output::Event(event) => self.events.push(event),
                 Output::Publication(publication) => self.publications.push(publication),
-                // Who answers is among the inputs.
+                // The answer to a task is among the inputs.
                 Output::Task { .. } => {}
                 Output::Reloaded(until) => {
                     let knowledge = std::mem::replace(&mut self.knowledge, self.engine.knowledge().clone());

@@ -1,4 +1,4 @@
-//! Decisions as JSON: the fields of an event, and the word for what is thought of a signal.
+//! Decisions as JSON: the fields of an event, and the word for the verdict on a signal.
 
 use crate::words;
 use serde_json::{Map, Value, json};
@@ -7,7 +7,7 @@ use shsa_core::engine::Event;
 use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::monitor::{Absence, Symptom};
 
-/// What an event says, without its time; `known` is what its ids belong to.
+/// The content of an event without its time; its ids belong to `known`.
 #[must_use]
 pub fn fields(known: &KnowledgeBase, event: &Event) -> Map<String, Value> {
     let always = [
@@ -30,7 +30,7 @@ pub fn fields(known: &KnowledgeBase, event: &Event) -> Map<String, Value> {
     always.into_iter().chain(need).chain(accused).map(|(key, value)| (key.to_owned(), value)).collect()
 }
 
-/// The verdict about a signal in a word; what gives nothing is told before what is believed of it.
+/// The verdict on a signal in one word; the absence of a signal comes before its verdict.
 #[must_use]
 pub fn verdict(absence: Option<Absence>, verdict: Verdict) -> &'static str {
     match (absence, verdict) {

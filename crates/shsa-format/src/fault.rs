@@ -1,7 +1,7 @@
 //! Faults injected into recordings: `KIND[=AMOUNT]:SIGNAL@FROM..TO`.
 //!
-//! Times count from the first sample of the recording, amounts are in the signal's unit, after its scaling: as errors and
-//! ranges are in the model. What is random comes from a seed, so that a run repeats byte for byte.
+//! Times count from the first sample of the recording. Amounts are in the unit of the signal after its scaling, as errors and
+//! ranges in the model. Randomness comes from a seed, so that a run repeats byte for byte.
 
 use crate::recording::Sample;
 use rand_chacha::ChaCha8Rng;
@@ -11,39 +11,39 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::span::parse_span;
 
-/// What goes wrong.
+/// The kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum FaultKind {
-    /// The value stays what it was at the start, or this value.
+    /// The value stays at its value of the start, or at this value.
     Stuck(Option<f64>),
-    /// This is added.
+    /// This value is added.
     Bias(f64),
-    /// Nothing comes.
+    /// No value is received.
     Drop,
-    /// Something between minus and plus this is added, evenly distributed.
+    /// A value between minus and plus this one is added, uniformly distributed.
     Noise(f64),
-    /// This is added for every second since the start.
+    /// This value is added for every second since the start.
     Drift(f64),
-    /// This is added to one sample in ten.
+    /// This value is added to one sample in ten.
     Spike(f64),
     /// Values are multiplied by this.
     Scale(f64),
-    /// Values are received this much later, with their old stamps.
+    /// Values are received this much later, with their original stamps.
     Delay(Span),
-    /// This value is sent instead, with sound stamps.
+    /// This value is sent instead, with valid stamps.
     Spoof(f64),
 }
 
-/// A fault of a signal for a time.
+/// A fault of a signal during a time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Fault {
-    /// What goes wrong.
+    /// The kind of the fault.
     pub kind: FaultKind,
-    /// The signal's name.
+    /// The name of the signal.
     pub signal: String,
-    /// Since when, from the first sample on.
+    /// The begin, counted from the first sample.
     pub from: Span,
-    /// Until when, this moment excluded; `None` to the end.
+    /// The end, excluded; `None` means the end of the recording.
     pub to: Option<Span>,
 }
 
@@ -87,10 +87,10 @@ fn parse(text: &str) -> Result<Fault, String> {
     Ok(Fault { kind: parse_kind(kind, amount)?, signal: signal.to_owned(), from, to })
 }
 
-/// A time from the start; zero needs no unit, and a bare number counts seconds.
+/// A time from the start. Zero needs no unit; a plain number counts seconds.
 ///
 /// # Errors
-/// Why it is none, in words.
+/// The reason in words.
 pub fn moment(text: &str) -> Result<Span, String> {
     match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
         Ok(0.0) => Ok(Span::ZERO),
@@ -101,12 +101,12 @@ pub fn moment(text: &str) -> Result<Span, String> {
     }
 }
 
-/// A kind of fault, made of its amount.
+/// The constructor of a kind of fault from its amount.
 #[derive(Clone, Copy, Debug)]
 pub enum Made {
     /// Without an amount.
     Alone(FaultKind),
-    /// With a number, or without.
+    /// With a number or without an amount.
     Perhaps(fn(Option<f64>) -> FaultKind),
     /// With a number.
     Of(fn(f64) -> FaultKind),
@@ -144,8 +144,8 @@ fn parse_kind(kind: &str, amount: Option<&str>) -> Result<FaultKind, String> {
 }
 
 impl Fault {
-    /// Injects this fault into the samples of signal number `wanted`, which stay sorted by reception; `first` is when
-    /// the recording begins, from which the fault's times count; `scaling` is the signal's.
+    /// Injects this fault into the samples of signal number `wanted`; the samples stay sorted by reception. `first` is the begin
+    /// of the recording, from which the times of the fault count; `scaling` is that of the signal.
     ///
     /// Complexity: O(samples), for a delay O(samples log samples).
     pub fn inject(
@@ -166,7 +166,7 @@ impl Fault {
                 let end = samples.last().map_or(first, |sample| sample.received);
                 let late = samples.iter_mut().filter(|sample| hit(sample));
                 late.for_each(|sample| sample.received = sample.received + delay);
-                // What would come after the recording's end is not in it.
+                // A sample that would arrive after the end of the recording is dropped.
                 samples.retain(|sample| sample.received <= end);
                 samples.sort_by_key(|sample| sample.received);
             }
@@ -214,7 +214,7 @@ impl Change {
         }
     }
 
-    /// What is read instead of a reading, which stays as it is to the last bit where its value does.
+    /// The changed reading; a reading whose value does not change stays bit-identical.
     fn reading(&mut self, reading: f64, elapsed: f64) -> f64 {
         let Some(scaling) = self.scaling else { return self.changed(reading, elapsed) };
         let value = scaling.value(reading);
@@ -237,7 +237,7 @@ impl Change {
         }
     }
 
-    /// Evenly between 0 (included) and 1 (excluded), with 53 bits.
+    /// A uniform random number between 0 (included) and 1 (excluded), with 53 bits.
     fn random(&mut self) -> f64 {
         (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }

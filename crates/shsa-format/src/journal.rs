@@ -26,7 +26,7 @@ use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::time::Time;
 use std::io::{self, BufRead, Write};
 
-/// What the first line says in its field `journal`.
+/// The value of the field `journal` in the first line.
 const FORMAT: &str = "shsa-journal-1";
 
 /// Writes the inputs of a run.
@@ -36,10 +36,10 @@ pub struct JournalWriter<W> {
 }
 
 impl<W: Write> JournalWriter<W> {
-    /// Begins a journal of a system with these signals.
+    /// Begins the journal of a system with the signals of `knowledge`.
     ///
     /// # Errors
-    /// What the output says.
+    /// Errors of the output.
     pub fn new(mut output: W, knowledge: &KnowledgeBase) -> io::Result<JournalWriter<W>> {
         let signals = names(knowledge);
         write_line(&mut output, &Head { journal: FORMAT.to_owned(), signals })?;
@@ -49,7 +49,7 @@ impl<W: Write> JournalWriter<W> {
     /// Adds an input.
     ///
     /// # Errors
-    /// What the output says.
+    /// Errors of the output.
     pub fn record(&mut self, given: Given<'_>) -> io::Result<()> {
         let line = match given {
             Given::Era(era) => {
@@ -76,12 +76,12 @@ impl<W: Write> JournalWriter<W> {
         write_line(&mut self.output, &line)
     }
 
-    /// What it writes into.
+    /// The output.
     pub fn output_mut(&mut self) -> &mut W {
         &mut self.output
     }
 
-    /// Ends the journal and gives what it was written to.
+    /// Ends the journal and returns its output.
     pub fn into_output(self) -> W {
         self.output
     }
@@ -89,7 +89,7 @@ impl<W: Write> JournalWriter<W> {
     /// Writes out what is buffered.
     ///
     /// # Errors
-    /// What the output says.
+    /// Errors of the output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.output.flush()
     }
@@ -107,25 +107,25 @@ fn names(knowledge: &KnowledgeBase) -> Vec<String> {
 /// Why a journal cannot be replayed.
 #[derive(Debug, thiserror::Error)]
 pub enum JournalError {
-    /// The operating system refuses it.
+    /// The operating system cannot read it.
     #[error("{0}")]
     Unreadable(#[from] io::Error),
-    /// It names a signal that the model does not have.
+    /// The journal names a signal that the model does not have.
     #[error(
         "the journal has a signal '{0}' that the model does not have; replay it with the model of its run"
     )]
     OtherModel(String),
-    /// A change of its run does not fit the model.
+    /// A change of the model in the journal does not fit the model.
     #[error("the model cannot be changed as in the journal's run; replay it with the model of its run\n{0}")]
     OtherChange(String),
 }
 
-/// What a journal holds.
+/// The content of a journal.
 #[derive(Clone, Debug, Default)]
 pub struct Journal {
-    /// The inputs, in order, under the knowledge bases of the run.
+    /// The inputs in order, by the knowledge bases of the run.
     pub eras: Vec<Era>,
-    /// Where it is damaged or cut short: line number and reason; reading ended there.
+    /// The damage at which reading ended: line number and reason.
     pub damage: Option<(usize, String)>,
 }
 
@@ -135,10 +135,10 @@ pub fn is_journal(first_line: &str) -> bool {
     serde_json::from_str::<Head>(first_line).is_ok_and(|head| head.journal == FORMAT)
 }
 
-/// Reads a journal for the model that its run began with; a damaged one gives what comes before the damage.
+/// Reads a journal for the model with which its run began; a damaged journal gives the inputs before the damage.
 ///
 /// # Errors
-/// When it cannot be read at all, or belongs to another model.
+/// When the journal cannot be read at all, or belongs to another model.
 pub fn read_journal(input: impl BufRead, mut live: Live) -> Result<Journal, JournalError> {
     let mut lines = input.lines();
     let first = lines.next().transpose()?.unwrap_or_default();
@@ -183,7 +183,7 @@ pub fn read_journal(input: impl BufRead, mut live: Live) -> Result<Journal, Jour
     Ok(journal)
 }
 
-/// The signals of these names.
+/// The signals with these names.
 fn found(names: &[String], knowledge: &KnowledgeBase) -> Result<Vec<SignalId>, JournalError> {
     let find = |name: &String| knowledge.signal(name).ok_or_else(|| JournalError::OtherModel(name.clone()));
     names.iter().map(find).collect()

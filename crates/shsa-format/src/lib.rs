@@ -1,4 +1,5 @@
-//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; what a run tells, as JSON; and its reasons, in words.
+//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; the outputs of a run as JSON, and
+//! its reasons in words.
 
 pub mod words;
 pub mod comparisons;

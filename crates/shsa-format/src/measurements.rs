@@ -1,9 +1,9 @@
-//! What became of the measurements of fusions, as JSON.
+//! The use of the measurements of fusions, as JSON.
 
 use serde_json::{Map, Value, json};
 use shsa_core::engine::{Engine, Measurements};
 
-/// By fusion, then by input: how many of its measurements count, and what became of the others.
+/// By fusion, then by input: the counts of used and of unused measurements.
 #[must_use]
 pub fn json(engine: &Engine) -> Map<String, Value> {
     let knowledge = engine.knowledge();

@@ -1,4 +1,4 @@
-//! Operators' orders in files and messages: `{"order": "forbid", "signal": "/a"}`.
+//! Orders of operators in files and messages: `{"order": "forbid", "signal": "/a"}`.
 //!
 //! | `order` | with |
 //! |---|---|
@@ -17,7 +17,7 @@ use shsa_message::span::parse_span;
 /// The names of all orders.
 pub const ORDERS: [&str; 8] = ["forbid", "allow", "force", "release", "clear", "override", "attest", "deny"];
 
-/// An order as it is written: a name, and what it is about. Not every form is an order: see [`OrderForm::order`].
+/// The written form of an order: its name and its fields. Not every form is a valid order: see [`OrderForm::order`].
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct OrderForm {
@@ -29,19 +29,19 @@ pub struct OrderForm {
     /// The name of a relation.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub relation: Option<String>,
-    /// What signals share, by name.
+    /// The name of a common cause.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub cause: Option<String>,
     /// The name under which a need is published, or its variable.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub need: Option<String>,
-    /// A signal of the need's variable, or a way as events tell it.
+    /// A signal of the variable of the need, or a way as named in events.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub source: Option<String>,
-    /// For how long, as models write times.
+    /// The duration, written as in models.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub lasts: Option<String>,
-    /// Why.
+    /// The reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub because: Option<String>,
     /// The contract and the evidence.
@@ -55,20 +55,20 @@ pub enum OrderError {
     /// No order has this name.
     #[error("there is no order `{name}`: known are {}", ORDERS.join(", "))]
     Unknown {
-        /// What it is called.
+        /// The name as given.
         name: String,
     },
-    /// A length of time is none.
+    /// The duration cannot be read.
     #[error("`lasts`: {0}")]
     Lasts(String),
-    /// Something is missing, or too much.
+    /// A field is missing, or there are too many.
     #[error("`{order}` takes {takes}; here is {found}")]
     Fields {
         /// The order.
         order: String,
-        /// What it takes.
+        /// The fields that it takes.
         takes: &'static str,
-        /// What was there.
+        /// The given fields.
         found: String,
     },
 }
@@ -115,10 +115,10 @@ impl From<&Order> for OrderForm {
 }
 
 impl OrderForm {
-    /// The order that is written here.
+    /// The order of this form.
     ///
     /// # Errors
-    /// When there is none of this name, or it takes something else.
+    /// When the name is unknown, or the fields do not fit it.
     pub fn order(&self) -> Result<Order, OrderError> {
         let OrderForm { order, signal, relation, cause, need, source, .. } = self;
         match order.as_str() {
@@ -190,7 +190,7 @@ impl OrderForm {
     }
 }
 
-/// In the largest unit that holds it exactly.
+/// A duration in the largest unit that gives a whole number.
 fn written(Span(length): Span) -> String {
     match (length % 1_000_000_000, length % 1_000_000) {
         (0, _) => format!("{} s", length / 1_000_000_000),

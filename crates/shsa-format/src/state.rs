@@ -1,4 +1,4 @@
-//! The state that outlasts the process, as JSON: what was known before a restart.
+//! The state of a run that survives a restart of the process, as JSON.
 //!
 //! `{"state": "shsa-state-2", "time_ns": 5, "verdicts": [..], "absences": [..], "trends": [..], "orders": [..], "needs": [..]}`;
 //! everything by name, times in nanoseconds, values in SI; reasons by their codes. An unknown key or version is an error.
@@ -15,43 +15,43 @@ use shsa_core::interval::Interval;
 use shsa_core::monitor::{Absence, Symptom, Tendency, TrendRecord};
 use shsa_core::time::{Time, Validity};
 
-/// What the field `state` says.
+/// The value of the field `state`.
 const FORMAT: &str = "shsa-state-2";
 
-/// What it said when reasons were written in words.
+/// The value of that field in the version that wrote reasons in words.
 const WITH_WORDS: &str = "shsa-state-1";
 
 /// Why a state cannot be read.
 #[derive(Debug, thiserror::Error)]
 pub enum StateError {
-    /// It is no such JSON; the message says where.
+    /// The text is no JSON of a state; the message says where.
     #[error("{0}")]
     Json(#[from] serde_json::Error),
-    /// It is of another version, or something else.
+    /// The state has another version, or the text is no state.
     #[error("this says it is `{0}`, and only `{FORMAT}` and `{WITH_WORDS}` can be read here")]
     Version(String),
-    /// Something has a value that it cannot have.
+    /// A field has an invalid value.
     #[error("{what} cannot be `{value}`: known are {known}")]
     Value {
         /// The key.
         what: &'static str,
-        /// What it says.
+        /// The value.
         value: String,
-        /// What it may say.
+        /// The valid values.
         known: String,
     },
-    /// An accusation is about nothing, or about two things.
+    /// An accusation has no subject, or two.
     #[error("an accusation is about one `signal` or one `relation`; here it is about {0}")]
     Subject(&'static str),
-    /// A reason that is none.
+    /// An invalid reason.
     #[error("`because`: reason `{code}`: {why}")]
     Reason {
         /// The code.
         code: String,
-        /// What is wrong with it.
+        /// The problem.
         why: String,
     },
-    /// An order that is none.
+    /// An invalid order.
     #[error("{0}")]
     Order(#[from] OrderError),
 }
@@ -67,7 +67,7 @@ pub fn write_state(snapshot: &Snapshot) -> String {
 /// Reads a state.
 ///
 /// # Errors
-/// When it is none of this version; the message says what is wrong, and where.
+/// When the text is no state of a known version; the message gives the problem and its place.
 pub fn read_state(text: &str) -> Result<Snapshot, StateError> {
     #[derive(Deserialize)]
     struct Head {
@@ -80,7 +80,7 @@ pub fn read_state(text: &str) -> Result<Snapshot, StateError> {
     serde_json::from_str::<StateForm>(text)?.snapshot()
 }
 
-/// A state as it is written.
+/// The written form of a state.
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub(crate) struct StateForm {
@@ -100,10 +100,10 @@ struct VerdictForm {
     signal: Option<String>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     relation: Option<String>,
-    /// `suspect` or `failed`; none when it is trusted again.
+    /// `suspect` or `failed`; `None` when the signal is trusted again.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     verdict: Option<String>,
-    /// Whether it was the only one accused.
+    /// Whether the signal was the only accused one.
     alone: bool,
     /// Whether its own readings have shown the fault.
     convicted: bool,
@@ -186,7 +186,7 @@ struct PublishedForm {
     hi: Number,
 }
 
-/// What is wrong with a missing signal, by name; the last one speaks again.
+/// The absences of a signal by name; `returning` means that the signal sends again.
 const ABSENCES: [(&str, Option<Absence>); 4] = [
     ("silent", Some(Absence::Silent)),
     ("invalid", Some(Absence::Invalid)),
@@ -222,7 +222,7 @@ fn bounds(value: Interval) -> Bounds {
     Bounds { lo: value.lo().into(), hi: value.hi().into() }
 }
 
-/// Empty when one is no number, or the lower is above the upper.
+/// The interval; empty when a bound is no number, or the lower bound is above the upper one.
 fn interval(lo: Number, hi: Number) -> Interval {
     Interval::new(lo.into(), hi.into())
 }

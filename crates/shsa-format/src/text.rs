@@ -1,6 +1,6 @@
 //! Texts for people: aligned tables, counts, times.
 
-/// Rows with aligned columns, two spaces between them, below a head; numbers are for the caller to format.
+/// Rows with aligned columns, two spaces between them, below a head; the caller formats numbers.
 #[must_use]
 pub fn table(head: &[impl AsRef<str>], mut rows: Vec<Vec<String>>) -> String {
     rows.insert(0, head.iter().map(|cell| cell.as_ref().to_owned()).collect());
@@ -18,7 +18,7 @@ pub fn table(head: &[impl AsRef<str>], mut rows: Vec<Vec<String>>) -> String {
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
 }
 
-/// Characters of a text on the screen: without those that set its colour.
+/// The number of visible characters of a text, without the codes of its colour.
 fn shown_width(text: &str) -> usize {
     let mut in_colour = false;
     let shown = |character: &char| {

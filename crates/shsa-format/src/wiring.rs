@@ -1,5 +1,5 @@
-//! How needs are wired to a bus, in a file of the operator: the form of their values, and for `takeover` the actions that
-//! silence the source whose name a substitute takes.
+//! The wiring of needs to a bus, in a file of the operator: the form of their values, and for `takeover` the actions that silence
+//! the source whose name a substitute takes.
 //!
 //! ```yaml
 //! wiring:
@@ -34,73 +34,73 @@ use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Span;
 use std::path::Path;
 
-/// How needs are wired.
+/// The wiring of needs.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Wiring {
-    /// By the names of needs.
+    /// The wirings by the names of needs.
     pub needs: Vec<NeedWiring>,
 }
 
-/// How one need is wired.
+/// The wiring of one need.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct NeedWiring {
-    /// The need's variable, or its name on the bus.
+    /// The variable of the need, or its name on the bus.
     pub need: String,
-    /// How its values are written; `None`: as those of all others.
+    /// The form of its values; `None` means the form of all others.
     pub form: Option<Form>,
-    /// Where the substitute takes the name of the failed source.
+    /// The takeover of the name of the failed source.
     pub takeover: Option<Takeover>,
 }
 
-/// How values are written.
+/// The form of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
     /// The number alone.
     Plain,
-    /// An object with value, bounds, stamp, quality and source.
+    /// An object with value, bounds, time stamp, quality and source.
     Json,
-    /// As the source writes its messages.
+    /// The form of the messages of the source.
     Like,
 }
 
 impl Form {
-    /// All of them: how each is called, and what it is.
+    /// All forms: the name, the form and its description.
     pub const ALL: [(&str, Form, &str); 3] = [
         ("plain", Form::Plain, "The number alone, of an interval its middle; a list in JSON"),
         ("json", Form::Json, "One JSON object: value, lo, hi, stamp_ns, quality, status, source"),
         ("like", Form::Like, "The messages of the need's own source, with the value and the stamp replaced"),
     ];
 
-    /// The one that is called so.
+    /// The form with this name.
     #[must_use]
     pub fn named(name: &str) -> Option<Form> {
         Form::ALL.iter().find(|(known, ..)| *known == name).map(|(_, form, _)| *form)
     }
 }
 
-/// What is done with a source so that its name can be taken.
+/// How a substitute takes the name of a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Takeover {
-    /// The signal whose name is taken; `None`: of the one that serves the need first.
+    /// The signal whose name is taken; `None` means the signal that serves the need first.
     pub signal: Option<String>,
-    /// Silences its source.
+    /// The action that silences the source.
     pub silence: Action,
-    /// Lets it publish again.
+    /// The action that lets the source publish again.
     pub restore: Option<Action>,
-    /// As long must nobody else be heard under the name; `None`: some periods of the signal.
+    /// The time during which no other publisher may use the name; `None` means some periods of the signal.
     pub check: Option<Span>,
-    /// How long after the first refusal it is tried again.
+    /// The time from the first refusal to the next attempt.
     pub retry: Span,
-    /// After so long the source gets a chance; `None`: by order only.
+    /// The time after which the source may publish again on trial; `None` means only by order.
     pub probe: Option<Span>,
 }
 
-/// Something that is done to a source.
+/// An action on a source.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Action {
-    /// What.
+    /// The kind of the action.
     pub kind: ActionKind,
-    /// How long it may take.
+    /// The time limit of the action.
     pub within: Span,
 }
 
@@ -111,37 +111,37 @@ pub enum ActionKind {
     Command(Vec<String>),
     /// A message.
     Publish {
-        /// The name to publish under.
+        /// The name under which it is published.
         topic: String,
-        /// What it holds.
+        /// The content.
         payload: String,
     },
-    /// A message that is answered.
+    /// A message with an answer.
     Request {
-        /// Who answers.
+        /// The receiver.
         to: String,
-        /// What it holds.
+        /// The content.
         payload: String,
-        /// What the answer must hold.
+        /// A text that the answer must contain.
         expect: Option<String>,
     },
     /// A call of a service of ROS 2.
     Service {
         /// Its name.
         name: String,
-        /// What is asked.
+        /// The request.
         call: Call,
     },
     /// Mosquitto: a client is enabled or disabled.
     DynamicSecurity {
-        /// The user name under which the client comes.
+        /// The user name of the client.
         client: String,
-        /// Whether it may come.
+        /// Whether the client is enabled.
         enabled: bool,
     },
 }
 
-/// What a service of ROS 2 is asked.
+/// A request to a service of ROS 2.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Call {
     /// `std_srvs/srv/SetBool` with this data.
@@ -153,19 +153,19 @@ pub enum Call {
 }
 
 impl Wiring {
-    /// Reads a file, and checks the names in it against the models that are run.
+    /// Reads a file, and checks its names against the models of the run.
     ///
     /// # Errors
-    /// Everything that is wrong with it, with places.
+    /// All problems with their places.
     pub fn load(path: &Path, models: &[&KnowledgeBase]) -> Result<Wiring, Report> {
         let text = read_text(path, "wiring")?;
         Wiring::read(&text, &path.display().to_string(), models)
     }
 
-    /// Reads a text; `name` is what reports call it.
+    /// Reads a text; `name` is its name in reports.
     ///
     /// # Errors
-    /// Everything that is wrong with it, with places.
+    /// All problems with their places.
     pub fn read(text: &str, name: &str, models: &[&KnowledgeBase]) -> Result<Wiring, Report> {
         let mut tree = tree::read(text);
         let mut reader = Reader::default();
@@ -180,7 +180,7 @@ impl Wiring {
         }
     }
 
-    /// How a need of this variable and this name is wired.
+    /// The wiring of the need with this variable and name.
     #[must_use]
     pub fn of(&self, variable: &str, signal: &str) -> Option<&NeedWiring> {
         let named = |name: &str| self.needs.iter().find(|wiring| wiring.need == name);

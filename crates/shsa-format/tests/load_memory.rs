@@ -1,4 +1,4 @@
-//! What loading a large model takes, a ratchet that may only go down; and what files take that are made to take much.
+//! The memory for loading a large model, a ratchet that may only go down, and for files that are made to take much memory.
 
 use shsa_format::model::load;
 use shsa_format::recording::{ReadOptions, Wanted, read};

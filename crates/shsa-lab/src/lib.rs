@@ -1,5 +1,5 @@
-//! What is found out from recordings: numbers of a model by calibration, what a model is worth by campaigns of faults, and how small
-//! a fault may be so that it is seen.
+//! Experiments with recordings: calibrates a model's numbers, rates a model by campaigns of faults, and finds the smallest
+//! detectable faults.
 
 mod order;
 mod curve;
@@ -9,13 +9,13 @@ pub mod learning;
 
 use thiserror::Error;
 
-/// Why nothing was found out.
+/// Why an experiment failed.
 #[derive(Debug, Error)]
 pub enum LabError {
     /// The model cannot be calibrated.
     #[error(transparent)]
     Calibration(#[from] calibration::Problem),
-    /// Recordings, model and what is wanted do not fit each other.
+    /// Recordings, model and settings do not fit each other.
     #[error("{0}")]
     Unfit(String),
     /// A thread panicked.

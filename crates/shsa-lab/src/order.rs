@@ -1,9 +1,9 @@
 //! Order statistics and moments of values.
 
-/// Values further from the middle than so many deviations count as that far: an outlier is a matter of tails.
+/// Values further from the median than this many deviations are clipped: outliers are a matter of tails.
 const WINSOR: f64 = 5.0;
 
-/// The smallest of sorted values that at least this share of them does not exceed; `None` of nothing.
+/// The smallest of sorted values that this share of them does not exceed; `None` without values.
 pub(crate) fn quantile(sorted: &[f64], share: f64) -> Option<f64> {
     let rank = (share * sorted.len() as f64).ceil() as usize;
     sorted.get(rank.clamp(1, sorted.len().max(1)) - 1).copied()
@@ -16,29 +16,29 @@ pub(crate) fn sorted(values: impl Iterator<Item = f64>) -> Vec<f64> {
     values
 }
 
-/// The middle value; 0 of nothing.
+/// The median; 0 without values.
 pub(crate) fn median(values: impl Iterator<Item = f64>) -> f64 {
     quantile(&sorted(values), 0.5).unwrap_or(0.0)
 }
 
-/// The mean distance from the median; 0 of nothing. A few wild values count less than in a standard deviation.
+/// The mean distance from the median; 0 without values. Outliers count less than in a standard deviation.
 pub(crate) fn spread(values: &[f64]) -> f64 {
     let middle = median(values.iter().copied());
     values.iter().map(|value| (value - middle).abs()).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The mean; 0 of nothing.
+/// The mean; 0 without values.
 pub(crate) fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The mean square distance from the mean; 0 of nothing.
+/// The mean square distance from the mean; 0 without values.
 pub(crate) fn variance(values: &[f64]) -> f64 {
     let middle = mean(values);
     values.iter().map(|value| (value - middle).powi(2)).sum::<f64>() / values.len().max(1) as f64
 }
 
-/// The variance, in which nothing counts as further away than five deviations of the middle half.
+/// The variance of values clipped to five deviations, which are estimated from the middle half.
 pub(crate) fn winsorised(values: &[f64]) -> f64 {
     let middle = median(values.iter().copied());
     let deviation = 1.4826 * median(values.iter().map(|it| (it - middle).abs()));

@@ -1,4 +1,5 @@
-//! A program with a bus of its own that is healed from within: the model, the run in a thread, its decisions and its state.
+//! A program with a bus of its own heals it from within: loads the model, runs the runtime in a thread, reads decisions and
+//! state.
 
 use shsa_bridge::{Clock, Inbox, Message, Outgoing, OwnBus, Payload};
 use shsa_core::observation::RawValue;
@@ -17,7 +18,7 @@ needs:
   speed: { signal: healed/speed, max_age: 1 min }
 ";
 
-/// The speeds that come out while both sensors speak, and after an operator has forbidden the wheel; and what was decided.
+/// Returns the speeds published while both sensors publish and after an operator has forbidden the wheel, and the decisions.
 pub(crate) fn run() -> Result<(Vec<f64>, Vec<String>), RuntimeError> {
     let (live, _) = Live::load(Written { name: "car", text: CAR }).expect("the model is right");
     let inbox = Inbox::new(64, Clock::running());

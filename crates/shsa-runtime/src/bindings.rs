@@ -1,4 +1,4 @@
-//! What a model needs on a bus: where its signals are heard, how its needs go out, and whose names may be taken over.
+//! How a model is bound to a bus: the topics of its signals, the outlets of its needs, the names that may be taken over.
 
 use super::inputs::Inputs;
 use super::outlet::Outlet;
@@ -9,22 +9,22 @@ use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_format::wiring::{Form, Wiring};
 use std::collections::BTreeMap;
 
-/// Messages of others cannot be told from our own.
+/// Without an identity, messages of others cannot be told from our own.
 const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
 
 /// How needs go out.
 #[derive(Clone, Debug)]
 pub(super) struct OutputOptions {
-    /// Where nothing else is said.
+    /// The form of needs for which `wiring` sets none.
     pub(super) form: Form,
-    /// What is said for single needs.
+    /// The settings of single needs.
     pub(super) wiring: Wiring,
 }
 
-/// The signal that serves a need when nothing is wrong, by the names of both.
+/// The signal that serves a need in the fault-free state, by the names of both.
 pub(super) type Carriers = BTreeMap<String, String>;
 
-/// All of it for one model, as at its beginning.
+/// All bindings of one model, before anything has been received.
 #[derive(Debug, Default)]
 pub(super) struct Bindings {
     pub(super) inputs: Inputs,
@@ -34,11 +34,11 @@ pub(super) struct Bindings {
 }
 
 impl Bindings {
-    /// `carriers` is what was found out before, `serving` tells which signal serves a need now, and `knows_own` whether the bus
-    /// is sure which messages are ours.
+    /// `carriers` are those found before, `serving` gives the signal that serves a need now, `knows_own` tells whether the bus
+    /// tells our messages from others.
     ///
     /// # Errors
-    /// When a signal's source cannot be found on a bus, or a need cannot go out as is said.
+    /// When a signal's source names no topic and field, or a need cannot be published as its wiring demands.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         output_options: &OutputOptions,
@@ -69,7 +69,7 @@ impl Bindings {
     }
 }
 
-/// The signal that serves a need when nothing is wrong, as it was found out before, or else now; else the first one.
+/// The signal that serves a need in the fault-free state: as found before, else the one that serves now, else the first one.
 fn own(
     knowledge: &KnowledgeBase,
     need: NeedId,

@@ -1,33 +1,33 @@
-//! Whether a run is connected to its bus, and when it was not.
+//! The connection of a run to its bus, and its outages.
 
 use serde_json::{Value, json};
 use shsa_bridge::{Clock, Link, Outage};
 use shsa_core::time::{Span, Time};
 
-/// What is to be told: its kind, and what has happened.
+/// The kind and the text of a note.
 type Note = (&'static str, String);
 
-/// The connection as it was seen last.
+/// The last known state of the connection.
 #[derive(Debug, Default)]
 pub(super) struct Connection {
-    /// How often it was lost.
+    /// The number of outages.
     losses: u64,
-    /// How long it was away, the present time without it left out.
+    /// The total time of all outages before the present one.
     away: Span,
-    /// The last time without it.
+    /// The last outage.
     last: Option<Outage>,
-    /// The number of the bridge's last outage that was looked at.
+    /// The number of the last outage of the bridge that was taken in.
     looked_at: u64,
 }
 
 impl Connection {
-    /// Takes in how the bus stands, and the last outage of a bridge that notices them itself; what is to be told.
+    /// Takes in the present link, and the last outage of a bridge that counts its own; returns notes to tell.
     pub(super) fn follow(&mut self, link: Link, outage: Option<Outage>, now: Time) -> Vec<Note> {
         let mut notes = Vec::new();
         if let Some(outage) = outage {
             let unseen = outage.number - self.looked_at;
             if unseen > 0 {
-                // It was never there before: that has ended unseen, too.
+                // The connection was lost twice: the end of the first outage was not seen.
                 notes.extend(self.find(outage.lost));
                 self.looked_at = outage.number;
                 self.losses += unseen - 1;
@@ -67,13 +67,13 @@ impl Connection {
         Some(("connected", format!("the bus is there again after {:.3} s", away.seconds())))
     }
 
-    /// How often it was lost, and for how long altogether.
+    /// The number of outages and their total time.
     pub(super) fn figures(&self, now: Time) -> (u64, Span) {
         let present = self.last.as_ref().filter(|last| last.found.is_none());
         (self.losses, self.away + present.map_or(Span::ZERO, |last| now - last.lost))
     }
 
-    /// The last time without it, as status and state tell it; `null` where there was none.
+    /// The last outage as in status and state; `null` if there was none.
     pub(super) fn json(&self, clock: &Clock) -> Value {
         self.last.as_ref().map_or(Value::Null, |last| {
             json!({

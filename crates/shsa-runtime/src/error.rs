@@ -1,40 +1,40 @@
-//! What goes wrong with a run.
+//! Errors of a run.
 
 use shsa_bridge::BridgeError;
 use std::error::Error;
 use std::io;
 use thiserror::Error as ThisError;
 
-/// Why a run could not be begun, could not go on, or did not do what it was asked for.
+/// Why a run could not begin, could not go on, or did not carry out an order.
 #[derive(Debug, ThisError)]
 pub enum RuntimeError {
     /// A model, an option and the bus do not fit each other.
     #[error("{0}")]
     Unfit(String),
-    /// The bus refuses.
+    /// An error of the bus.
     #[error(transparent)]
     Bus(#[from] BridgeError),
-    /// The operating system refuses: a file, a thread, an address.
+    /// An error of the operating system: a file, a thread, an address.
     #[error(transparent)]
     System(#[from] io::Error),
-    /// Something went wrong while something else was done.
+    /// An error with the action during which it occurred.
     #[error("{doing}")]
     While {
-        /// What was done.
+        /// The action.
         doing: String,
-        /// What went wrong.
+        /// The error.
         source: Box<RuntimeError>,
     },
-    /// The run does not do what it was asked for, for this reason; nothing has changed.
+    /// The reason why the run does not carry out an order; nothing has changed.
     #[error("{0}")]
     Refused(String),
-    /// There is no answer: the run has ended, or too many wait for one.
+    /// The run gives no answer: it has ended, or too many requests wait.
     #[error("the run has ended, or too many requests wait")]
     NoAnswer,
 }
 
 impl RuntimeError {
-    /// The error with all that caused it, in a line.
+    /// The error and its causes in one line.
     pub(crate) fn chain(&self) -> String {
         let mut text = self.to_string();
         let mut cause = self.source();
@@ -46,18 +46,18 @@ impl RuntimeError {
     }
 }
 
-/// Says what was done when something went wrong.
+/// Adds the action to an error.
 pub(crate) trait Context<T> {
-    /// In these words.
+    /// Adds the action in these words.
     ///
     /// # Errors
-    /// What went wrong, below what was done.
+    /// The error, with the action above it.
     fn context(self, doing: impl Into<String>) -> Result<T, RuntimeError>;
 
-    /// As [`Context::context`], in words that are made only then.
+    /// As [`Context::context`]; the words are made only in case of an error.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Context::context`].
     fn with_context(self, doing: impl FnOnce() -> String) -> Result<T, RuntimeError>;
 }
 
@@ -81,7 +81,7 @@ impl<T> Context<T> for Option<T> {
     }
 }
 
-/// An error about what does not fit, in these words.
+/// A [`RuntimeError::Unfit`] with this reason.
 pub(crate) fn unfit(why: impl ToString) -> RuntimeError {
     RuntimeError::Unfit(why.to_string())
 }

@@ -1,5 +1,5 @@
-//! Who is told what was decided: the terminal, the bus, whoever listens over HTTP; and the last decisions, for who asks later.
-//! Nobody of them can delay what is decided next.
+//! Passes decisions to the terminal, the bus and the listeners over HTTP, and keeps the last ones for later requests. No receiver
+//! can delay the next decision.
 
 use super::terminal::Terminal;
 use super::undelivered::Undelivered;
@@ -13,60 +13,61 @@ use std::collections::VecDeque;
 use std::io::{self, Write};
 use tokio::sync::broadcast;
 
-/// Decisions that are kept for who asks later.
+/// The number of decisions kept for later requests.
 const KEPT: usize = 1_000;
-/// Decisions that may wait for a slow listener; then it misses some, and is told how many.
+/// The number of decisions that may wait for a slow listener. Further ones replace the oldest, and the listener is told how many
+/// it missed.
 const WAITING: usize = 256;
 
-/// What has happened, on its way to a line of text.
+/// A decision of the engine, or an event of the run, to be written as a line.
 #[derive(Clone, Copy, Debug)]
 pub enum Decision<'a> {
     /// The engine has decided something.
     Decided {
-        /// Since the run began.
+        /// Time since the run began.
         after: Span,
-        /// When, by the wall clock.
+        /// The wall-clock time.
         at: Time,
-        /// What the event's ids belong to.
+        /// The knowledge base of the event's ids.
         knowledge: &'a KnowledgeBase,
-        /// What was decided, and why.
+        /// The decision and its reason.
         event: &'a Event,
     },
-    /// Something has happened to the run itself: a lost connection, messages that had to make room, an order.
+    /// An event of the run itself: a lost connection, dropped messages, an order.
     Noted {
-        /// Since the run began.
+        /// Time since the run began.
         after: Span,
-        /// When, by the wall clock.
+        /// The wall-clock time.
         at: Time,
-        /// In a word.
+        /// The kind of the event.
         kind: &'a str,
-        /// What, and why.
+        /// The event and its reason.
         because: &'a str,
     },
 }
 
-/// Makes the line of a decision.
+/// Makes the line for a decision.
 type Words = Box<dyn Fn(&Decision<'_>) -> String + Send>;
 /// Whether a decision is written.
 type Choice = Box<dyn Fn(&Decision<'_>) -> bool + Send>;
 
-/// Where decisions are written, one a line. A thread of its own writes them, so that who reads slowly delays nobody; what finds no
-/// room is left out, counted and told.
+/// Writes decisions, one a line. A thread of its own writes the lines, so a slow reader delays nobody. Lines that find no room
+/// are dropped, counted and told.
 pub struct Printer {
     output: Box<dyn Write + Send>,
     /// `None`: as JSON.
     words: Option<Words>,
-    /// `None`: all are.
+    /// `None`: every decision is written.
     choice: Option<Choice>,
 }
 
 impl Printer {
-    /// Each as a JSON object, as it goes out on the bus.
+    /// Writes each decision as a JSON object, as published on the bus.
     pub fn json(output: impl Write + Send + 'static) -> Printer {
         Printer { output: Box::new(output), words: None, choice: None }
     }
 
-    /// Each in the words that `words` makes of it.
+    /// Writes each decision in the text that `words` makes of it.
     pub fn text(
         output: impl Write + Send + 'static,
         words: impl Fn(&Decision<'_>) -> String + Send + 'static,
@@ -74,24 +75,24 @@ impl Printer {
         Printer { output: Box::new(output), words: Some(Box::new(words)), choice: None }
     }
 
-    /// Only those that are chosen; all others go out elsewhere as before.
+    /// Writes only the chosen decisions; the bus and other receivers still get all.
     #[must_use]
     pub fn only(self, choice: impl Fn(&Decision<'_>) -> bool + Send + 'static) -> Printer {
         Printer { choice: Some(Box::new(choice)), ..self }
     }
 }
 
-/// A decision in words.
+/// A decision, prepared for its receivers.
 #[derive(Debug)]
 pub(super) struct Entry {
     time: Time,
     fields: Value,
     text: Option<String>,
-    /// Whether the terminal gets it.
+    /// Whether the printer gets the line.
     is_printed: bool,
 }
 
-/// Tells decisions.
+/// Passes decisions to all receivers.
 pub(super) struct EventLog {
     topic: String,
     words: Option<Words>,
@@ -106,10 +107,10 @@ pub(super) struct EventLog {
 }
 
 impl EventLog {
-    /// On the bus, decisions go out under `topic`; times of printed lines count from now.
+    /// A log that publishes under `topic`; times of printed lines count from now.
     ///
     /// # Errors
-    /// When there is no thread for the terminal.
+    /// When no thread for the terminal can be started.
     pub(super) fn new(topic: String, printer: Option<Printer>, clock: Clock) -> io::Result<EventLog> {
         let (listeners, _) = broadcast::channel(WAITING);
         let (kept, undelivered) = (VecDeque::with_capacity(KEPT), Undelivered::default());
@@ -121,7 +122,7 @@ impl EventLog {
         Ok(EventLog { topic, words, choice, clock, began, next: 0, kept, listeners, undelivered, terminal })
     }
 
-    /// For who wants to hear every decision from now on, as JSON.
+    /// The sender from which listeners get every later decision as JSON.
     pub(super) fn listeners(&self) -> broadcast::WeakSender<String> {
         self.listeners.downgrade()
     }
@@ -136,7 +137,7 @@ impl EventLog {
         self.kept.iter().filter(|(at, _)| *at >= number).map(|(_, event)| event.clone()).collect()
     }
 
-    /// A decision of the engine in words, to be told when what it leads to is under way.
+    /// The entry of a decision, to be told after its consequences are under way.
     pub(super) fn entry(&self, known: &KnowledgeBase, event: &Event) -> Entry {
         let after = event.time - self.began;
         let at = self.clock.by_wall(event.time);
@@ -151,7 +152,7 @@ impl EventLog {
         Entry { time, fields, text: words.map(|words| words(decision)), is_printed }
     }
 
-    /// Tells what has happened to the run itself: a lost connection, messages that had to make room, an order.
+    /// Tells an event of the run itself: a lost connection, dropped messages, an order.
     pub(super) fn noted(&mut self, now: Time, kind: &str, because: &str, bridge: &mut dyn Bridge) {
         let at = self.clock.by_wall(now);
         let decision = Decision::Noted { after: now - self.began, at, kind, because };
@@ -159,7 +160,7 @@ impl EventLog {
         self.tell(entry, bridge);
     }
 
-    /// The bus has not taken a message of this name: counted, and told where that is worth it.
+    /// Counts a message of this name that the bus has not taken; tells when the count has grown enough.
     pub(super) fn undelivered(&mut self, name: &str, error: &BridgeError, bridge: &mut dyn Bridge) {
         let now = bridge.inbox().clock().now();
         if let Some(told) = self.undelivered.count(name, error, now) {
@@ -167,22 +168,22 @@ impl EventLog {
         }
     }
 
-    /// What is to be told of the terminal itself.
+    /// A note about dropped lines of the terminal, if there is news.
     pub(super) fn troubles(&mut self, now: Time) -> Option<String> {
         self.terminal.as_mut().and_then(|terminal| terminal.news(now))
     }
 
-    /// How many lines the terminal has not taken.
+    /// The number of lines that the terminal has not taken.
     pub(super) fn unwritten(&self) -> u64 {
         self.terminal.as_ref().map_or(0, Terminal::lost)
     }
 
-    /// What the bus has not taken so far.
+    /// The messages that the bus has not taken so far.
     pub(super) fn not_taken(&self) -> &Undelivered {
         &self.undelivered
     }
 
-    /// Tells everyone.
+    /// Passes an entry to all receivers.
     pub(super) fn tell(&mut self, entry: Entry, bridge: &mut dyn Bridge) {
         let Entry { time, fields, text, is_printed } = entry;
         let stamp = bridge.inbox().clock().by_wall(time);
@@ -196,15 +197,15 @@ impl EventLog {
         }
         let payload = Payload::Bytes(line.clone().into());
         let sent = bridge.publish(Outgoing::new(&self.topic, stamp, payload));
-        // Nobody may be listening.
+        // The error says only that nobody listens.
         let _ = self.listeners.send(line);
         if self.kept.len() == KEPT {
             self.kept.pop_front();
         }
         self.kept.push_back((self.next, event));
         self.next += 1;
-        // The decision stands whether or not the bus can be told now. What is told of that may not be sent either: then it is
-        // one of many, which is not told.
+        // The decision stands even if the bus cannot take it now. The note about this failure may fail, too; that second failure
+        // is counted, not told.
         if let Err(error) = sent {
             let name = self.topic.clone();
             self.undelivered(&name, &error, bridge);

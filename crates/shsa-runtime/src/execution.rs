@@ -1,4 +1,4 @@
-//! How long it takes to compute what serves each need, as observed.
+//! The observed execution times of each need's source.
 
 use super::figures::{LONGEST, histogram, times};
 use crate::error::RuntimeError;
@@ -6,29 +6,29 @@ use hdrhistogram::Histogram;
 use serde_json::Value;
 use std::time::Duration;
 
-/// The execution times of one service.
+/// A histogram of the execution times of one need's source.
 #[derive(Clone, Debug)]
 pub(super) struct Execution(Histogram<u64>);
 
 impl Execution {
     /// # Errors
-    /// Never: the bounds are right.
+    /// Never: the bounds of the histogram are valid.
     pub(super) fn new() -> Result<Execution, RuntimeError> {
         Ok(Execution(histogram()?))
     }
 
-    /// It took so long this time.
+    /// Adds an execution time.
     pub(super) fn took(&mut self, time: Duration) {
         let nanoseconds = u64::try_from(time.as_nanos()).unwrap_or(LONGEST);
         self.0.saturating_record(nanoseconds.max(1));
     }
 
-    /// All of them, nanoseconds.
+    /// The histogram, nanoseconds.
     pub(super) fn times(&self) -> &Histogram<u64> {
         &self.0
     }
 
-    /// As part of the state.
+    /// The quantiles for the state.
     pub(super) fn json(&self) -> Value {
         times(&self.0)
     }

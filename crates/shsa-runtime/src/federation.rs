@@ -1,9 +1,9 @@
-//! Parts of the knowledge: every instance announces what it knows, and joins what others know about the same things.
+//! Federation: every instance announces its model as a part, and joins the parts of other instances about the same variables.
 //!
 //! An instance holds the token `shsa/parts/INSTANCE/MODEL/HASH` while it is there and answers queries of
-//! `shsa/parts/INSTANCE/MODEL` with the model's text, without needs. Parts come from strangers: they are bounded, checked as
-//! every model is, and add only what is not known yet. Where one contradicts what is known, it is not joined, and it is told why.
-//! All join in the order of the parts' names, so that those who know the same before know the same afterwards.
+//! `shsa/parts/INSTANCE/MODEL` with the model's text, without needs. Parts come from strangers, so they are bounded and checked
+//! like every model, and only add entries. A part that contradicts the known model is refused with the reason. All instances join
+//! in the order of the parts' names, so equal knowledge stays equal.
 
 mod joining;
 
@@ -22,34 +22,34 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::mpsc::{Receiver, channel};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// What all names begin with.
+/// The prefix of all names.
 const PARTS: &str = "shsa/parts";
-/// How long a part outlasts its instance: a connection may come back, and what it brought may be in use.
+/// How long a part outlasts its instance: the connection may come back, and the part's entries may be in use.
 const GRACE: Span = Span::from_millis(5_000);
-/// When nobody answers, it is asked again.
+/// An unanswered query is repeated after this time.
 const PATIENCE: Span = Span::from_millis(5_000);
-/// The shortest time between two changes of what is joined.
+/// The shortest time between two changes of the joined model.
 const PACE: Span = Span::from_millis(1_000);
 /// The longest text of a part, bytes.
 const LONGEST: usize = 256 * 1024;
 /// The most variables, constants, functions, relations and signals of a part together.
 const MOST_ENTRIES: usize = 1_000;
-/// The most parts that are looked at; others are not asked for.
+/// The largest number of parts; further ones are not asked for.
 const MOST_PARTS: usize = 32;
 
-/// What we announce, and what others do.
+/// Our parts, and the parts of other instances.
 pub(super) struct Federation {
-    /// What we are called, unique on the network.
+    /// Our name, unique on the network.
     instance: String,
     attendance: Attendance,
     ours: Vec<Announced>,
     /// By `INSTANCE/MODEL`.
     offers: BTreeMap<String, Offer>,
-    /// What each of our models has of others.
+    /// For each of our models, its parts of others.
     joins: Vec<Joins>,
-    /// Whether the offers are not what they were when they were joined last.
+    /// Whether an offer has changed since the last join.
     has_changed: bool,
-    /// Until then they are not joined again: who comes and goes all the time must not keep us busy.
+    /// The time of the next join: an instance that comes and goes all the time must not keep us busy.
     next: Time,
     is_full: bool,
 }
@@ -61,13 +61,13 @@ struct Announced {
     _token: Option<Box<dyn Send>>,
 }
 
-/// A part of somebody else.
+/// A part of another instance.
 struct Offer {
     hash: String,
-    /// What it says, and of which hash: what it said before stands until it is known what it says now.
+    /// The hash and the content of the last text received. It stays in use until the text of the new hash has arrived.
     said: Option<(String, Draft)>,
     asked: Option<(Time, Receiver<Vec<u8>>)>,
-    /// Since when its instance is gone.
+    /// Since when the instance of the part is gone.
     gone: Option<Time>,
 }
 
@@ -77,11 +77,11 @@ impl Offer {
     }
 }
 
-/// Something to tell: its kind, and what has happened.
+/// A note to tell: its kind and its text.
 pub(super) type Note = (&'static str, String);
 
 impl Federation {
-    /// `None` where the bus does not tell who is there.
+    /// `None` where the bus does not tell which instances are present.
     ///
     /// # Errors
     /// When a name cannot be part of a key.
@@ -106,7 +106,7 @@ impl Federation {
         }))
     }
 
-    /// Announces what we know now, takes in what others do, and joins it; what is to be told of that.
+    /// Announces our parts, takes in those of others and joins them; returns notes to tell.
     ///
     /// # Errors
     /// When a name cannot be part of a key.
@@ -171,14 +171,14 @@ impl Federation {
         None
     }
 
-    /// Asks for what is not known yet, and takes the answers in.
+    /// Asks for parts whose text is not known yet, and takes in the answers.
     fn ask(&mut self, now: Time, bridge: &dyn Bridge) -> Result<Vec<Note>, BridgeError> {
         let mut notes = Vec::new();
         for (name, offer) in self.offers.iter_mut().filter(|(_, offer)| !offer.is_known()) {
             let answer = offer.asked.as_ref().and_then(|(_, answers)| answers.try_recv().ok());
             match answer.map(|bytes| read(name, &offer.hash, &bytes)) {
                 Some(read) => {
-                    // What cannot be joined is as good as empty, until it says something else.
+                    // An invalid part counts as empty until its text changes.
                     let draft = read.unwrap_or_else(|why| {
                         notes.push(("refused", format!("the part {name} is not joined: {why}")));
                         Draft::default()
@@ -198,7 +198,7 @@ impl Federation {
         Ok(notes)
     }
 
-    /// What each part has brought to one of our models or another.
+    /// The entries that each part has added to any of our models.
     pub(super) fn state(&self) -> Value {
         let brought = self.joins.iter().flat_map(|joins| &joins.brought);
         let names = |entries: &BTreeSet<Entry>| -> Vec<String> {
@@ -208,7 +208,7 @@ impl Federation {
         parts.collect::<serde_json::Map<_, _>>().into()
     }
 
-    /// Lets go of the parts whose instances have been gone for too long.
+    /// Drops the parts whose instances have been gone for too long.
     fn forget(&mut self, now: Time) {
         let before = self.offers.len();
         self.offers.retain(|_, offer| offer.gone.is_none_or(|since| now - since < GRACE));
@@ -217,7 +217,7 @@ impl Federation {
 }
 
 impl Announced {
-    /// Says what we know now, if that has changed.
+    /// Announces our part if it has changed.
     fn announce(&mut self, instance: &str, healer: &Healer, bridge: &dyn Bridge) -> Result<(), BridgeError> {
         let text = write::yaml(&without_needs(healer.own()));
         let hash = hash_of(&text);
@@ -231,12 +231,12 @@ impl Announced {
     }
 }
 
-/// Answers with the part of a model from now on; nothing is announced yet.
+/// Serves the part of a model from now on, and announces it.
 fn announced(instance: &str, healer: &Healer, bridge: &mut dyn Bridge) -> Result<Announced, RuntimeError> {
     let text: Arc<Mutex<String>> = Arc::default();
     let told = text.clone();
     let tell = move |question: Question| {
-        // Only who has asked gets it: it is long.
+        // Only a query gets the text, because it is long.
         if !question.is_addressed {
             return;
         }
@@ -258,7 +258,7 @@ fn without_needs(draft: &Draft) -> Draft {
     Draft { needs: Vec::new(), utility: None, ..draft.clone() }
 }
 
-/// What a part says, if it can be one.
+/// The draft of a part's text, if the text is a valid part.
 fn read(name: &str, announced: &str, bytes: &[u8]) -> Result<Draft, String> {
     let text = std::str::from_utf8(bytes).map_err(|_| "it is no text".to_owned())?;
     if hash_of(text) != announced {

@@ -1,4 +1,4 @@
-//! What a run has done, in numbers.
+//! Counts and times of a run.
 
 use crate::error::{RuntimeError, unfit};
 use hdrhistogram::Histogram;
@@ -6,31 +6,31 @@ use serde_json::{Value, json};
 use shsa_core::engine::EventKind;
 use shsa_core::time::Span;
 
-/// The longest time that is told apart, nanoseconds: a minute.
+/// The longest time that the histograms resolve, nanoseconds: a minute.
 pub(super) const LONGEST: u64 = 60_000_000_000;
 
 /// Counts and times since the start.
 #[derive(Debug)]
 pub(super) struct Figures {
-    /// Messages heard.
+    /// Messages received.
     pub(super) messages: u64,
     /// Values published.
     pub(super) publications: u64,
     /// Decisions, by [`EventKind::ALL`].
     pub(super) events: [u64; EventKind::ALL.len()],
-    /// From the reception of what brought a value about until it was handed to the middleware, nanoseconds.
+    /// From the reception of the message that caused a value until the value was handed to the middleware, nanoseconds.
     pub(super) latency: Histogram<u64>,
-    /// How long hearing one message took, with all that it led to, nanoseconds.
+    /// The time to handle one message and all that follows from it, nanoseconds.
     pub(super) work: Histogram<u64>,
     /// How often the connection was lost.
     pub(super) disconnections: u64,
-    /// How long it was away, altogether.
+    /// The total time without connection.
     pub(super) disconnected: Span,
 }
 
 impl Figures {
     /// # Errors
-    /// Never: the bounds of the histograms are fixed and right.
+    /// Never: the bounds of the histograms are valid.
     pub(super) fn new() -> Result<Figures, RuntimeError> {
         Ok(Figures {
             messages: 0,
@@ -43,25 +43,25 @@ impl Figures {
         })
     }
 
-    /// A decision of this kind was told.
+    /// Counts a decision of this kind.
     pub(super) fn decided(&mut self, kind: EventKind) {
         let known = EventKind::ALL.iter().zip(&mut self.events).filter(|(other, _)| **other == kind);
         known.for_each(|(_, count)| *count += 1);
     }
 
-    /// A value was published so long after what brought it about.
+    /// Counts a value, published this long after the message that caused it.
     pub(super) fn served(&mut self, after: Span) {
         self.publications += 1;
         record(&mut self.latency, after);
     }
 
-    /// A message was heard.
+    /// Counts a message and its handling time.
     pub(super) fn heard(&mut self, took: Span) {
         self.messages += 1;
         record(&mut self.work, took);
     }
 
-    /// As part of the state.
+    /// The figures for the state.
     pub(super) fn json(&self) -> Value {
         let events = EventKind::ALL
             .iter()
@@ -79,10 +79,10 @@ impl Figures {
     }
 }
 
-/// Of times up to a minute, nanoseconds, to two digits.
+/// A histogram of times up to a minute, in nanoseconds, to two digits.
 ///
 /// # Errors
-/// Never: the bounds are fixed and right.
+/// Never: the bounds are valid.
 pub(super) fn histogram() -> Result<Histogram<u64>, RuntimeError> {
     Histogram::new_with_bounds(1, LONGEST, 2).map_err(unfit)
 }
@@ -91,7 +91,7 @@ fn record(histogram: &mut Histogram<u64>, span: Span) {
     histogram.saturating_record(u64::try_from(span.0).unwrap_or(0).max(1));
 }
 
-/// Median, 99th percentile and worst of nanoseconds, in microseconds.
+/// Median, 99th percentile and worst of a histogram in nanoseconds, as microseconds.
 pub(super) fn times(histogram: &Histogram<u64>) -> Value {
     let microseconds = |nanoseconds: u64| nanoseconds as f64 / 1e3;
     json!({

@@ -1,4 +1,4 @@
-//! What stands outside of a run: stops it, asks it, gives it orders, and hears its decisions.
+//! The handle of a run: stops it, asks for its state, gives it orders, and subscribes to its decisions.
 
 use crate::control::{Desk, Order, Reply, Request};
 use crate::error::RuntimeError;
@@ -8,9 +8,9 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use tokio::sync::broadcast;
 use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 
-/// A run, seen from other threads; clones are the same.
+/// Controls a run from other threads; clones control the same run.
 ///
-/// Questions and orders wait until the run comes to them: it must be under way in another thread.
+/// Questions and orders wait for the run, so the run must be under way in another thread.
 ///
 /// ```
 /// use shsa_bridge::{Clock, memory::MemoryBus};
@@ -50,7 +50,7 @@ impl Handle {
         self.desk.wake();
     }
 
-    /// How everything stands: needs, signals with verdicts and counts, figures; as `GET /state` of the control interface.
+    /// The state of needs, signals (with verdicts and counts) and the run, as `GET /state` of the control interface.
     ///
     /// # Errors
     /// [`RuntimeError::NoAnswer`].
@@ -74,15 +74,15 @@ impl Handle {
         self.ask(Request::Events(number))
     }
 
-    /// Does what an operator orders; what was done, in words.
+    /// Gives an operator's order; returns its effect.
     ///
     /// # Errors
-    /// [`RuntimeError::Refused`] says why it cannot be done; [`RuntimeError::NoAnswer`].
+    /// [`RuntimeError::Refused`] with the reason; [`RuntimeError::NoAnswer`].
     pub fn order(&self, order: Order) -> Result<Value, RuntimeError> {
         self.ask(Request::Order { order, caller: "the program".to_owned() })
     }
 
-    /// Every decision from now on.
+    /// A subscription to every decision from now on.
     #[must_use]
     pub fn subscribe(&self) -> Events {
         Events(self.listeners.upgrade().map(|listeners| listeners.subscribe()))
@@ -98,12 +98,12 @@ impl Handle {
     }
 }
 
-/// Decisions of a run as JSON objects, each as it goes out on the bus. As an iterator it waits for the next one, and ends with the
-/// run. Who falls far behind misses the oldest; the field `number` counts them all.
+/// Decisions of a run as JSON objects, as published on the bus. The iterator waits for the next decision and ends with the run. A
+/// subscriber that falls far behind misses the oldest ones; the field `number` counts them all.
 pub struct Events(Option<broadcast::Receiver<String>>);
 
 impl Events {
-    /// The next one that is there already.
+    /// The next decision that has already arrived.
     pub fn poll(&mut self) -> Option<Value> {
         let events = self.0.as_mut()?;
         loop {

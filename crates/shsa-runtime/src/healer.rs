@@ -1,4 +1,4 @@
-//! One knowledge base at work on a bus: messages become observations, publications become messages.
+//! One engine on a bus: turns messages into observations, and publications into messages.
 
 mod model;
 mod serving;
@@ -30,53 +30,53 @@ use std::collections::VecDeque;
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
-/// What a healer has done since it was last asked.
+/// An output of a healer since the last poll.
 pub(super) enum Effect {
-    /// It has decided something.
+    /// A decision.
     Decided(Event),
-    /// It has served a need.
+    /// A value for a need.
     Served(Publication),
-    /// Something has happened to a process of its: a kind and the reason.
+    /// An event of one of its processes or takeovers: kind and text.
     Noted(&'static str, String),
 }
 
-/// One knowledge base at work.
+/// A healer: the engine of one model with its inputs, outlets and files.
 pub(super) struct Healer {
     name: String,
-    /// Where it is read again from; `None`: nowhere.
+    /// The model's file, for a reload; `None`: there is none.
     path: Option<PathBuf>,
     live: Live,
-    /// What it knows of its own, where parts of others are joined to that.
+    /// The model without the parts of others; `None` if no part was joined.
     own: Option<Live>,
     engine: Engine,
-    /// What the ids of the next output belong to.
+    /// The knowledge base of the ids in the next output.
     told: KnowledgeBase,
     inputs: Inputs,
     output_options: OutputOptions,
     journal: Option<Journal>,
     state_file: Option<StateFile>,
     patterns: Option<Patterns>,
-    /// Whether something was decided that is not remembered yet.
+    /// Whether a decision has not been saved yet.
     has_decided: bool,
     outlets: IdVec<NeedId, Outlet>,
-    /// Values that were lost on their way.
+    /// Values to be sent again.
     backlog: Backlog,
-    /// The newest value of each need that another instance had to send.
+    /// The newest value of each need that another instance serves.
     withheld: IdVec<NeedId, Option<Publication>>,
-    /// How long it took to compute each need's values.
+    /// The execution times of each need's values.
     executions: IdVec<NeedId, Execution>,
-    /// How long the engine took for the latest input.
+    /// The engine's time for the latest input.
     work: Duration,
     workers: Option<Workers>,
     notes: VecDeque<(&'static str, String)>,
-    /// The signal that serves a need when nothing is wrong, by the names of both.
+    /// The signal that serves a need in the fault-free state, by the names of both.
     carriers: Carriers,
     takeovers: Vec<Takeover>,
-    /// Those whose needs have gone with the model before, until their sources are let back.
+    /// Takeovers whose needs the new model lacks; each stays until its source is let back.
     leaving: Vec<Takeover>,
-    /// Whether the bus is sure which messages are ours.
+    /// Whether the bus tells our own messages from others.
     knows_own: bool,
-    /// Of the last message, the signals of which it was a value; only where messages are copied.
+    /// The signals for which the last message carried an observation; kept only where messages are copied.
     heard: Vec<SignalId>,
 }
 
@@ -84,7 +84,7 @@ impl Healer {
     /// Subscribes to the signals of a model.
     ///
     /// # Errors
-    /// When a signal's source cannot be found on a bus, or the bus refuses.
+    /// When a signal's source names no topic and field, or the bus refuses.
     pub(super) fn new(
         model: Model,
         options: engine::Options,
@@ -125,10 +125,10 @@ impl Healer {
         }
     }
 
-    /// Lets processes of their own compute the substitutes of needs that ask for it.
+    /// Lets processes of their own compute the substitutes of the needs that ask for it.
     ///
     /// # Errors
-    /// When a need asks for a process, and no program is set that is one.
+    /// When a need asks for a process, and the options name no program.
     pub(super) fn isolate(&mut self, options: &SandboxOptions, inbox: Inbox) -> Result<(), RuntimeError> {
         self.workers = Some(Workers::new(options, self.engine.knowledge(), inbox)?);
         Ok(())
@@ -137,17 +137,17 @@ impl Healer {
     /// Writes every input to a journal from now on.
     ///
     /// # Errors
-    /// When it cannot be begun.
+    /// When the journal cannot be begun.
     pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> Result<(), RuntimeError> {
         let journal = Journal::begin(folder, &self.name, bounds, self.engine.knowledge());
         self.journal = Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
         Ok(())
     }
 
-    /// Goes on from the state of an earlier run, if there is one, and saves its own from now on.
+    /// Restores the state of an earlier run, if there is one, and saves the state from now on.
     ///
     /// # Errors
-    /// When the state is none, or cannot be written.
+    /// When the state cannot be read or written.
     pub(super) fn keep_state(&mut self, folder: &Path, now: Time) -> Result<(), RuntimeError> {
         let (state_file, snapshot) = StateFile::open(folder, &self.name)?;
         self.state_file = Some(state_file);
@@ -159,12 +159,11 @@ impl Healer {
         Ok(())
     }
 
-    /// What it is called.
     pub(super) fn name(&self) -> &str {
         &self.name
     }
 
-    /// Every need with the way it goes out.
+    /// Every need with its outlet.
     pub(super) fn outlets(&self) -> impl Iterator<Item = (NeedId, &Outlet)> + Clone {
         self.outlets.enumerate()
     }
@@ -173,12 +172,12 @@ impl Healer {
         &self.engine
     }
 
-    /// What the ids of its effects belong to.
+    /// The knowledge base of the ids in its effects.
     pub(super) fn told(&self) -> &KnowledgeBase {
         &self.told
     }
 
-    /// Hears a message, if it is about one of its signals.
+    /// Takes in a message about any of its signals.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
         self.takeovers.iter_mut().for_each(|takeover| takeover.heard(message));
         let Healer { engine, journal, work, heard, .. } = self;
@@ -199,7 +198,7 @@ impl Healer {
         }
     }
 
-    /// What is to be told of signals that came back with messages that may have waited.
+    /// Notes about signals that came back with messages of unknown age.
     pub(super) fn backlogs(&mut self, now: Time) -> Vec<String> {
         let knowledge = self.engine.knowledge();
         let words = |(signal, HeldBack { silence, count }): (SignalId, HeldBack)| {
@@ -212,7 +211,7 @@ impl Healer {
         self.inputs.backlogs(now).map(words).collect()
     }
 
-    /// Lets time pass, and takes together what has come.
+    /// Advances the time, and collects the results.
     pub(super) fn pass(&mut self, now: Time) {
         tick(&mut self.engine, &mut self.journal, &mut self.work, Ticks::up_to(now));
         self.supervise(now);
@@ -221,7 +220,7 @@ impl Healer {
         }
     }
 
-    /// Looks after the processes, and hears from them.
+    /// Supervises the processes, and takes in their reports.
     fn supervise(&mut self, now: Time) {
         let Some(workers) = &mut self.workers else { return };
         let Consequences { reports, notes, forbid } = workers.supervise(&self.engine, &self.live);
@@ -230,23 +229,23 @@ impl Healer {
         }
         self.notes.extend(notes);
         for relation in forbid {
-            // It may be forbidden already, for another need.
+            // The relation may already be forbidden, for another need.
             let _ = self.order(&Order::Forbid(Subject::Relation(relation)), now);
         }
     }
 
-    /// When something is due without any message.
+    /// When the next action is due without a message.
     pub(super) fn due(&self) -> Option<Time> {
         let workers = self.workers.as_ref().and_then(Workers::due);
         self.engine.next_deadline().into_iter().chain(workers).chain(self.backlog.due()).min()
     }
 
-    /// How long it took to compute a need's values: in the engine, nanoseconds.
+    /// The execution times of a need's values in the engine, nanoseconds.
     pub(super) fn execution(&self, need: NeedId) -> &Execution {
         &self.executions[need]
     }
 
-    /// The processes of its needs.
+    /// The processes that compute for its needs.
     pub(super) fn workers(&self) -> Option<&Workers> {
         self.workers.as_ref()
     }
@@ -255,19 +254,19 @@ impl Healer {
         self.work = give(&mut self.engine, &mut self.journal, input);
     }
 
-    /// What its journal and its state lack.
+    /// What is missing in its journal and its state file.
     pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
         let journal = self.journal.as_ref().map(Journal::missing);
         journal.into_iter().chain(self.state_file.as_ref().map(|state_file| state_file.missing().clone()))
     }
 
-    /// Does what the operator orders.
+    /// Carries out an operator's order.
     ///
     /// # Errors
-    /// Why it cannot be done; nothing has changed then.
+    /// The reason of a refusal; nothing has changed then.
     pub(super) fn order(&mut self, order: &Order, now: Time) -> Result<(), String> {
         if self.order_back(order) {
-            // A source that was silenced has nothing that could be vouched for yet.
+            // A silenced source publishes nothing, so there is no evidence to clear yet.
             return Ok(());
         }
         self.engine.order(order, now).map_err(|refusal| words::refusal(&refusal))?;
@@ -275,12 +274,12 @@ impl Healer {
         Ok(())
     }
 
-    /// Whether names of failed sources may be taken over, or are to be given back.
+    /// Whether the name of a failed source may be taken over, or a source must be let back.
     pub(super) fn takes_over(&self) -> bool {
         !self.takeovers.is_empty() || !self.leaving.is_empty()
     }
 
-    /// Saves what must outlast the process, if that has changed, or could not be saved.
+    /// Saves the state if a decision has changed it, or if the last attempt has failed.
     pub(super) fn remember(&mut self) {
         if let Some(state_file) =
             self.state_file.as_mut().filter(|state_file| self.has_decided || state_file.is_due())
@@ -290,7 +289,7 @@ impl Healer {
         }
     }
 
-    /// Saves what must outlast the process, at its end.
+    /// Saves the state at the end of the run.
     pub(super) fn remember_all(&mut self) {
         self.has_decided = true;
         self.remember();
@@ -298,15 +297,15 @@ impl Healer {
 
     fn record(&mut self, input: &Input) {
         if let Some(journal) = &mut self.journal {
-            // What cannot be written is counted by the journal itself.
+            // The journal itself counts what it cannot write.
             let _ = journal.record(Given::Input(input));
         }
     }
 
-    /// What it has done, one by one.
+    /// The next output.
     ///
     /// # Errors
-    /// When a model that has just taken over does not fit a bus, which was looked at before.
+    /// When a model that has just taken over does not fit the bus, which was checked before.
     pub(super) fn poll(&mut self, bridge: &mut dyn Bridge) -> Result<Option<Effect>, RuntimeError> {
         if let Some((kind, because)) = self.notes.pop_front() {
             return Ok(Some(Effect::Noted(kind, because)));
@@ -341,17 +340,17 @@ impl Healer {
         Ok(None)
     }
 
-    /// An event about a variable may mean that its needs are served from elsewhere.
+    /// Updates the outlets: after an event about a variable, its needs may have another source.
     fn follow(&mut self, event: &Event) {
         if event.kind == EventKind::Refused {
-            // What may not serve a need changes nothing about what does.
+            // A refused candidate does not change the source.
             return;
         }
         let needs = self.told.needs().enumerate();
         for (id, _) in needs.filter(|(id, need)| {
             Some(need.variable) == event.variable && event.need.is_none_or(|need| need == *id)
         }) {
-            // An event tells of a stand-in, too, which is no source of its own.
+            // An event may name a stand-in, which is no source of the need's status.
             let status = self.engine.need_status(id);
             let source = event.substitution.clone().filter(|_| event.need == Some(id)).or(status.source);
             self.outlets[id].follow(event.kind, source.as_ref());
@@ -359,17 +358,17 @@ impl Healer {
     }
 }
 
-/// Gives the engine the ticks that have fallen due; how long it took over the last one.
+/// Passes due ticks to the engine; `work` is the time for the last one.
 fn tick(engine: &mut Engine, journal: &mut Option<Journal>, work: &mut Duration, mut ticks: Ticks) {
     while let Some(due) = ticks.next(engine) {
         *work = give(engine, journal, Input::Tick(due));
     }
 }
 
-/// Gives an input to the engine, and to the journal before; how long the engine took.
+/// Writes an input to the journal and passes it to the engine; returns the engine's time.
 fn give(engine: &mut Engine, journal: &mut Option<Journal>, input: Input) -> Duration {
     if let Some(journal) = journal {
-        // What cannot be written is counted by the journal itself.
+        // The journal itself counts what it cannot write.
         let _ = journal.record(Given::Input(&input));
     }
     let began = Instant::now();

@@ -1,30 +1,30 @@
-//! What has waited with its sender, or on its way, while a signal was silent: it comes faster than the signal's rate, and without a
-//! stamp of its own nobody knows how old it is.
+//! Detects messages held back by their sender or by the transport while a signal was silent. They come faster than the signal's
+//! rate, and without a stamp their age is unknown.
 
 use shsa_core::knowledge::Signal;
 use shsa_core::time::{Span, Time};
 
-/// After so many pauses in a row of half a period at least there is a rhythm: a burst may be held up once.
+/// This many pauses in a row of at least half a period show that the signal has its rate again: a burst may be interrupted once.
 const PAUSES: u32 = 2;
-/// Of slow signals one pause is enough: no burst is held up for so long.
+/// For periods from this one on, one pause is enough: no burst is interrupted for so long.
 const SLOW: Span = Span::from_millis(1_000);
-/// After a silence the rate is looked at for as long as the silence was, within these bounds.
+/// After a silence the rate is checked for as long as the silence lasted, within these bounds.
 const LEAST: Span = Span::from_millis(250);
 const MOST: Span = Span::from_millis(5_000);
 
-/// A silence that is over, and what has come at once after it.
+/// A past silence, and the messages that came at once after it.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct HeldBack {
-    /// How long the signal was silent.
+    /// The length of the silence.
     pub(super) silence: Span,
-    /// How many messages were left aside.
+    /// The number of discarded messages.
     pub(super) count: u64,
 }
 
-/// The rhythm of one signal's messages without stamps.
+/// The timing of one signal's messages without stamps.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Rhythm {
-    /// `None`: nobody knows its rate, or when it is silent.
+    /// `None`: the signal's rate or timeout is unknown.
     expected: Option<Expected>,
     last: Option<Time>,
     present: Option<Return>,
@@ -37,11 +37,11 @@ struct Expected {
     timeout: Span,
 }
 
-/// A signal that was silent speaks again.
+/// The time after a silence in which the rate is checked.
 #[derive(Clone, Copy, Debug)]
 struct Return {
     until: Time,
-    /// Pauses in a row, up to now.
+    /// Pauses in a row so far.
     pauses: u32,
     backlog: HeldBack,
 }
@@ -53,7 +53,7 @@ impl Rhythm {
         Rhythm { expected, ..Rhythm::default() }
     }
 
-    /// Whether a message that is received now may have waited since before; where that is known already, it is not counted here.
+    /// Whether a message received now may have been held back. If this is known already (`is_known`), the message is not counted.
     pub(super) fn has_waited(&mut self, now: Time, is_known: bool) -> bool {
         let Some(Expected { period, timeout }) = self.expected else { return false };
         let silence = self.last.map_or(Span::ZERO, |last| now - last);
@@ -76,7 +76,7 @@ impl Rhythm {
         has_waited
     }
 
-    /// A backlog that is over, told once. The first messages after a silence are none.
+    /// The messages held back in a past silence; told once. The first messages after a silence do not count.
     pub(super) fn take_over(&mut self, now: Time) -> Option<HeldBack> {
         if self.present.is_some_and(|back| now > back.until) {
             self.end();
@@ -101,7 +101,7 @@ mod tests {
         Rhythm::new(knowledge.signals().iter().next().unwrap())
     }
 
-    /// Which of the messages at these moments, milliseconds, are left aside.
+    /// The messages, by their times in milliseconds, that are discarded.
     fn aside(rhythm: &mut Rhythm, moments: impl IntoIterator<Item = i64>) -> Vec<i64> {
         moments.into_iter().filter(|at| rhythm.has_waited(Time(at * 1_000_000), false)).collect()
     }
@@ -110,7 +110,7 @@ mod tests {
     fn a_burst_after_a_silence_has_waited() {
         let mut rhythm = rhythm(RATE);
         assert_eq!(aside(&mut rhythm, (0..200).map(|at| at * 20)), [0; 0]);
-        // It was silent from 3980 to 9000; what it had kept comes in 25 ms, with a pause.
+        // The signal was silent from 3980 to 9000; the messages held back arrive within 25 ms, with a pause.
         let burst: Vec<i64> = (0..100).map(|at| 9_000 + at / 10 + if at > 50 { 15 } else { 0 }).collect();
         let kept = aside(&mut rhythm, burst.iter().copied());
         assert_eq!(kept, burst);

@@ -1,4 +1,4 @@
-//! Where the signals of a model are found on the bus: messages become observations.
+//! The signals of a model on the bus: turns messages into observations.
 
 use crate::error::{Context, RuntimeError, unfit};
 use crate::held_back::{HeldBack, Rhythm};
@@ -18,7 +18,7 @@ pub struct Inputs {
     ends: IdVec<SignalId, End>,
 }
 
-/// All that is read of one topic.
+/// The fields that are read from one topic.
 #[derive(Debug)]
 struct Bundle {
     reader: Reader,
@@ -26,15 +26,15 @@ struct Bundle {
     signals: Vec<SignalId>,
 }
 
-/// What is known of one signal's messages.
+/// The state of one signal's messages.
 #[derive(Clone, Debug, Default)]
 struct End {
     /// A value equal to the one before is no observation.
     only_changes: bool,
     last: Option<RawValue>,
-    /// Tells what has waited while it was silent.
+    /// Detects messages held back while the signal was silent.
     rhythm: Rhythm,
-    /// How many could not be read, and why the last one could not.
+    /// The number of unreadable messages, and the reason for the last one.
     unreadable: u64,
     because: Option<Unreadable>,
 }
@@ -45,7 +45,7 @@ impl Inputs {
     pub fn new(knowledge: &KnowledgeBase) -> Result<Inputs, RuntimeError> {
         let mut fields: BTreeMap<Arc<str>, Vec<(Field, SignalId)>> = BTreeMap::new();
         let mut ends = IdVec::filled(knowledge.signals().len(), |_| End::default());
-        // What is fused is computed here, not found on a bus.
+        // A fused signal is computed here, not received.
         for (id, signal) in knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id)) {
             let text = if signal.source.is_empty() { &signal.name } else { &signal.source };
             let source: Source =
@@ -72,21 +72,21 @@ impl Inputs {
         self.topics.keys()
     }
 
-    /// How many messages of a signal could not be read, and why the last one could not.
+    /// The number of a signal's unreadable messages, and the reason for the last one.
     pub fn unreadable(&self, signal: SignalId) -> (u64, Option<String>) {
         let end = &self.ends[signal];
         (end.unreadable, end.because.as_ref().map(ToString::to_string))
     }
 
-    /// The signals that have come back with more than they could have sent since, each told once. O(signals).
+    /// Signals that returned from a silence with messages held back; each is told once. O(signals).
     pub(super) fn backlogs(&mut self, now: Time) -> impl Iterator<Item = (SignalId, HeldBack)> {
         let ends = &mut self.ends;
         ends.ids().filter_map(move |signal| Some((signal, ends[signal].rhythm.take_over(now)?)))
     }
 
-    /// What a message says about signals. What cannot be read is an invalid value. A substitute of somebody else says
-    /// nothing about the signal whose place it takes, nor does a message that was kept, or waited while the signal was silent,
-    /// and does not say how old it is.
+    /// The observations in a message. An unreadable field gives an invalid value. Another instance's substitute is no observation
+    /// of the signal whose name it takes. Nor is a message without a stamp that was retained or held back while the signal was
+    /// silent.
     pub fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
         if message.quality.is_some_and(|quality| quality != Quality::Good) {
             return;
@@ -128,7 +128,7 @@ impl Inputs {
 }
 
 impl End {
-    /// Whether this is the value of before, where that is no observation.
+    /// Whether this value equals the previous one, of a signal of which only changes count.
     fn repeats(&mut self, value: &RawValue) -> bool {
         if !self.only_changes {
             return false;
@@ -159,7 +159,7 @@ signals:
         (loaded.knowledge, inputs)
     }
 
-    /// What comes of a message: signal, stamp, value.
+    /// The observations of a message: signal, stamp, value.
     fn read(knowledge: &KnowledgeBase, inputs: &mut Inputs, topic: &str, payload: &str) -> String {
         let payload = Payload::Bytes(payload.to_owned().into());
         told(knowledge, inputs, &Message::new(topic.into(), Time(70), payload))

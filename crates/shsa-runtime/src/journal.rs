@@ -1,8 +1,8 @@
-//! The journal of a live run: written by a thread of its own, so that a slow or full disk delays nobody; in files of bounded
-//! size, the oldest of which make room.
+//! The journal of a live run. A thread of its own writes it, so a slow or full disk delays nobody. Files have a largest size, and
+//! the oldest ones are removed.
 //!
-//! `FOLDER/MODEL.jsonl` is being written; `MODEL.1.jsonl` is the one before, `MODEL.2.jsonl` the one before that. Each begins
-//! with the names of the signals and replays by itself.
+//! `FOLDER/MODEL.jsonl` is the present file, `MODEL.1.jsonl` the previous one, `MODEL.2.jsonl` the one before. Each begins with
+//! the names of the signals, and can be replayed alone.
 
 mod kept;
 mod missing;
@@ -25,15 +25,15 @@ use std::time::{Duration, Instant};
 
 /// Chunks that may wait for the disk: at most a turn's inputs each.
 const WAITING: usize = 1_024;
-/// How long a disk that refuses is left alone.
+/// The pause before the next attempt after the disk has refused.
 pub(super) const PAUSE: Duration = Duration::from_secs(1);
 /// How long the end of a run waits for the disk.
 const END: Duration = Duration::from_secs(5);
-/// A file that was begun after a refusal and holds less than this part of what it may, when the disk refuses again, is not worth
-/// the place of an older one.
+/// A file that was begun after a refusal is worthless if the disk refuses again before it holds this part of its size. It is
+/// replaced, not kept as an older file.
 const WORTH: u64 = 64;
 
-/// How much is kept.
+/// The bounds of the journal's size.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bounds {
     /// The largest file, bytes.
@@ -48,26 +48,26 @@ pub(super) struct Journal {
     lines: JournalWriter<Vec<u8>>,
     inputs: u64,
     head: Arc<[u8]>,
-    /// `None` at its end.
+    /// `None` while the journal is being closed.
     chunks: Option<SyncSender<Chunk>>,
-    /// Closed when everything is on the disk.
+    /// Closed when all chunks are written.
     written: Receiver<()>,
     missing: Arc<Mutex<Missing>>,
 }
 
-/// Inputs on their way to the disk.
+/// Inputs to be written to the disk.
 struct Chunk {
-    /// What a file begins with.
+    /// The head of a file.
     head: Arc<[u8]>,
     lines: Vec<u8>,
     inputs: u64,
 }
 
 impl Journal {
-    /// Begins a new file; the ones of earlier runs become older ones.
+    /// Begins a new file; files of earlier runs become older files.
     ///
     /// # Errors
-    /// When the folder cannot be made, or the file not be written.
+    /// When the folder cannot be made, or the file cannot be written.
     pub(super) fn begin(
         folder: &Path,
         model: &str,
@@ -92,7 +92,7 @@ impl Journal {
     /// Adds an input.
     ///
     /// # Errors
-    /// Never: memory takes it.
+    /// Never: it writes to memory.
     pub(super) fn record(&mut self, given: Given<'_>) -> io::Result<()> {
         self.lines.record(given)?;
         self.inputs += 1;
@@ -102,7 +102,7 @@ impl Journal {
         Ok(())
     }
 
-    /// Hands to the disk what has been added since; does not wait for it.
+    /// Hands the added inputs to the writing thread, without waiting.
     pub(super) fn hand_over(&mut self) {
         if self.inputs == 0 {
             return;
@@ -115,13 +115,13 @@ impl Journal {
         }
     }
 
-    /// What is not in the journal although it should be.
+    /// The inputs that are missing in the journal.
     pub(super) fn missing(&self) -> Missing {
         self.missing.lock().unwrap_or_else(PoisonError::into_inner).clone()
     }
 }
 
-/// At the end everything is on the disk, unless the disk takes too long.
+/// Waits until everything is written, unless the disk takes too long.
 impl Drop for Journal {
     fn drop(&mut self) {
         self.hand_over();
@@ -140,7 +140,7 @@ fn head(knowledge: &KnowledgeBase) -> io::Result<Arc<[u8]>> {
     Ok(mem::take(JournalWriter::new(Vec::new(), knowledge)?.output_mut()).into())
 }
 
-/// The files.
+/// The files on the disk.
 struct Disk {
     folder: PathBuf,
     model: String,
@@ -148,9 +148,9 @@ struct Disk {
     /// `None` while the disk refuses.
     file: Option<File>,
     size: u64,
-    /// How many are in the present file.
+    /// The number of inputs in the present file.
     inputs: u64,
-    /// Whether the disk has refused the end of the present file, and of the one before.
+    /// Whether the disk has refused the end of the present file, and of the previous one.
     is_cut: bool,
     was_cut: bool,
 }
@@ -177,7 +177,7 @@ impl Disk {
         kept.give_up(missing);
     }
 
-    /// Writes what is kept, as far as the disk takes it.
+    /// Writes the kept chunks until the disk refuses.
     fn write_kept(&mut self, kept: &mut Kept, missing: &Mutex<Missing>) {
         while let Some(chunk) = kept.chunks.front() {
             match self.write(chunk) {
@@ -196,19 +196,19 @@ impl Disk {
             wait(missing, None);
         }
         if std::mem::take(&mut kept.has_hole) {
-            // What comes after a hole begins another file.
+            // A file has no holes, so the next input begins another file.
             self.file = None;
             self.is_cut = true;
         }
     }
 
-    /// Gives the number of inputs that had to make room.
+    /// Returns the number of inputs lost with a replaced file.
     fn write(&mut self, chunk: &Chunk) -> io::Result<u64> {
         let length = chunk.lines.len() as u64;
         let is_full = self.size + length > self.bounds.size;
         let Some(file) = self.file.as_mut().filter(|_| !is_full) else { return self.begin_with(chunk) };
         if let Err(error) = file.write_all(&chunk.lines) {
-            // The file ends with a whole line, and goes on there when there is room again.
+            // The file is cut back to its last whole line, and continues there when there is room again.
             let is_whole = file.set_len(self.size).is_ok() && file.seek(SeekFrom::Start(self.size)).is_ok();
             if !is_whole || !is_want_of_room(&error) {
                 self.file = None;
@@ -226,8 +226,8 @@ impl Disk {
         self.begin_with(&Chunk { head: head.clone(), lines: Vec::new(), inputs: 0 })
     }
 
-    /// Makes the present file an older one, and begins another: nothing of the older ones goes before the new one has its
-    /// place. Gives the number of inputs of a present file that was not worth that.
+    /// Begins another file with a chunk, and makes the present file an older one. No old file is removed before the new one is
+    /// complete. Returns the number of inputs of a present file that was worthless and is replaced.
     fn begin_with(&mut self, chunk: &Chunk) -> io::Result<u64> {
         self.file = None;
         let beside = self.folder.join(format!("{}.jsonl.new", self.model));
@@ -257,13 +257,13 @@ impl Disk {
     }
 }
 
-/// Whether there may be room again in the same file.
+/// Whether the same file may have room again later.
 fn is_want_of_room(error: &io::Error) -> bool {
     use io::ErrorKind::{FileTooLarge, QuotaExceeded, StorageFull};
     matches!(error.kind(), StorageFull | QuotaExceeded | FileTooLarge)
 }
 
-/// A new file that holds a chunk.
+/// Writes a new file with a chunk.
 fn written(path: &Path, chunk: &Chunk) -> io::Result<File> {
     let mut file = File::create(path)?;
     file.write_all(&chunk.head)?;
@@ -357,7 +357,7 @@ mod tests {
         let mut disk = Disk { bounds: Bounds { size: 64 << 10, older: 2 }, ..disk(&folder, 2) };
         let mut lost = disk.write(&chunk("older\n")).unwrap();
         for number in 0..8 {
-            // Every second write is refused.
+            // The disk refuses every second write.
             disk.file = Some(File::open(disk.path(0)).unwrap());
             disk.write(&chunk("refused\n")).unwrap_err();
             lost += disk.write(&chunk(&format!("{number}\n"))).unwrap();

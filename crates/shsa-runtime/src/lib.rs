@@ -1,4 +1,4 @@
-//! Heals a running system: what is said on a bus goes in, what is needed goes out, from substitutes where a source has failed.
+//! Heals a running system: reads signals from a bus, and publishes the needs, from substitutes where a source has failed.
 //!
 //! ```text
 //! bus -> inbox -> session (healers: engine and outlets) -> bus
@@ -6,11 +6,12 @@
 //!                 control             event log -> printer, bus, HTTP, subscribers
 //! ```
 //!
-//! A [`Runtime`] is built from [`Model`]s, [`Options`] and a bus: any [`Bridge`](shsa_bridge::Bridge), the caller's own among them.
-//! It runs in a thread of the caller's; a [`Handle`] stops it, asks for its state, hears its decisions and gives it orders.
+//! A [`Runtime`] is built from [`Model`]s, [`Options`] and a bus, which is any [`Bridge`](shsa_bridge::Bridge), including the
+//! caller's own. It runs in a thread of the caller. A [`Handle`] stops it, asks for its state, subscribes to its decisions and
+//! gives it orders.
 //!
-//! One thread at a time does everything that decides: the run's own, or while that sleeps a thread of the bus that brings a
-//! message. HTTP has threads of its own that only hand things in, and the printer one that writes what it is handed.
+//! One thread at a time makes decisions: the run's own, or while that sleeps, the thread of the bus that delivers a message.
+//! Threads of the HTTP server only hand in requests. The printer's thread only writes lines.
 
 mod error;
 pub mod inputs;

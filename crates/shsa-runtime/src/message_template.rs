@@ -1,4 +1,4 @@
-//! Values in the shape of a signal's own messages: the last sound one is the pattern of what takes its place.
+//! Writes values in the form of a signal's own messages: the last sound message is the template.
 
 use crate::error::{RuntimeError, unfit};
 use shsa_bridge::payload::{SIZE_LIMIT, Writer};
@@ -12,7 +12,7 @@ use shsa_core::unit::Unit;
 use shsa_message::source::Source;
 use std::sync::Arc;
 
-/// Writes values as the messages of one signal are written.
+/// Writes values as messages of one signal.
 #[derive(Clone, Debug)]
 pub(super) struct MessageTemplate {
     signal: SignalId,
@@ -21,16 +21,16 @@ pub(super) struct MessageTemplate {
     scaling: Option<Scaling>,
     writer: Writer,
     pattern: Option<Pattern>,
-    /// Whether it was said of which type the messages are.
+    /// Whether the type of the messages was advertised.
     is_advertised: bool,
 }
 
-/// What a message of the signal looks like.
+/// The form of a signal's messages.
 #[derive(Clone, Debug, PartialEq)]
 enum Pattern {
-    /// Within one process a value is a value.
+    /// Within one process, a message is a value.
     Value,
-    /// Bytes, of this type where the transport tells.
+    /// Bytes, with the type if the transport tells it.
     Bytes(Option<Arc<str>>),
 }
 
@@ -55,17 +55,17 @@ impl MessageTemplate {
         })
     }
 
-    /// The signal that is copied.
+    /// The signal whose messages are copied.
     pub(super) fn signal(&self) -> SignalId {
         self.signal
     }
 
-    /// Where the signal's messages are heard.
+    /// The topic of the signal's messages.
     pub(super) fn topic(&self) -> &Arc<str> {
         &self.topic
     }
 
-    /// A message that was read as a sound value of the signal.
+    /// Takes a message with a sound value of the signal as the template.
     pub(super) fn learn(&mut self, message: &Message) {
         self.pattern = Some(match &message.payload {
             Payload::Value(_) => Pattern::Value,
@@ -74,18 +74,18 @@ impl MessageTemplate {
         self.writer.learn_message(message);
     }
 
-    /// The same with what is known of a message.
+    /// The template after learning a message.
     pub(super) fn taught(mut self, message: &Message) -> MessageTemplate {
         self.learn(message);
         self
     }
 
-    /// Whether a message of the signal is known.
+    /// Whether there is a message to copy.
     pub(super) fn is_known(&self) -> bool {
         self.pattern.is_some()
     }
 
-    /// The last message as it would come again; `None` where there is none, or where values are not encoded.
+    /// The last message; `None` if there is none, or if values are not encoded.
     pub(super) fn remembered(&self) -> Option<Message> {
         let Some(Pattern::Bytes(message_type)) = &self.pattern else { return None };
         let payload = Payload::Bytes(self.writer.pattern()?.clone());
@@ -95,10 +95,10 @@ impl MessageTemplate {
         })
     }
 
-    /// What says this value under a name; nothing where this form cannot say it.
+    /// The payload of a value under a topic; `None` if the message's form cannot express the value.
     ///
     /// # Errors
-    /// When no message of the signal is known yet, the value does not fit into it, or the bus does not take its type.
+    /// When no message of the signal is known yet, the value does not fit into the message, or the bus refuses its type.
     pub(super) fn message(
         &mut self,
         topic: &str,
@@ -120,7 +120,7 @@ impl MessageTemplate {
     }
 }
 
-/// A value in a unit, as bridges take it, or as the signal of a scaling would have been read.
+/// A value in the unit and with the scaling of the signal.
 pub(super) fn raw(value: &PublishedValue, unit: Option<&Unit>, scaling: Option<Scaling>) -> RawValue {
     let in_unit = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
     let shown = |value: f64| scaling.map_or(in_unit(value), |scaling| scaling.reading(in_unit(value)));

@@ -22,13 +22,13 @@ type Labels = Vec<(&'static str, String)>;
 type Counters = Family<Labels, Counter>;
 type Gauges = Family<Labels, Gauge<f64, AtomicU64>>;
 
-/// What is told of a histogram, as in the state: the median, the 99th percentile, and the worst.
+/// The quantiles of a histogram, as in the state: the median, the 99th percentile, and the worst.
 const STATISTICS: [(&str, f64); 3] = [("p50", 0.5), ("p99", 0.99), ("worst", 1.0)];
 
-/// Everything in OpenMetrics.
+/// All figures in OpenMetrics.
 ///
 /// # Errors
-/// Never: a text takes everything.
+/// Never: it writes to memory.
 pub(super) fn text(
     figures: &Figures,
     tally: &Tally,
@@ -52,7 +52,8 @@ pub(super) fn text(
     Ok(text)
 }
 
-/// OpenMetrics in the older text format: a counter's type and help are of its samples' name there, and nothing closes it.
+/// Converts OpenMetrics to the older text format: there, type and help of a counter bear the name of its samples, and there is no
+/// end mark.
 pub(super) fn text_format(open_metrics: &str) -> String {
     let named = |line: &str| line.split(' ').nth(2).unwrap_or_default().to_owned();
     let is_counter = |line: &&str| line.starts_with("# TYPE ") && line.ends_with(" counter");

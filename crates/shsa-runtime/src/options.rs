@@ -1,4 +1,4 @@
-//! What a run is built from.
+//! The models and options of a run.
 
 use crate::control::Token;
 use crate::event_log::Printer;
@@ -9,19 +9,19 @@ use shsa_format::model::live::Live;
 use shsa_format::wiring::{Form, Wiring};
 use std::path::{Path, PathBuf};
 
-/// A knowledge base to be run.
+/// A model to run.
 #[derive(Clone, Debug)]
 pub struct Model {
-    /// What it is called in the state, on the bus and in file names.
+    /// The model's name in the state, on the bus and in file names.
     pub name: String,
-    /// The file that it is read from again by order; `None`: it cannot be.
+    /// The file that a reload reads; `None`: the model cannot be reloaded.
     pub path: Option<PathBuf>,
-    /// What is known.
+    /// The content of the model.
     pub live: Live,
 }
 
 impl Model {
-    /// One that was read from a file, called as that without folders and extension.
+    /// A model read from a file; its name is the file's name without folders and extension.
     #[must_use]
     pub fn of_file(path: &Path, live: Live) -> Model {
         let name = path.file_stem().unwrap_or_default().to_string_lossy().into_owned();
@@ -31,34 +31,34 @@ impl Model {
 
 /// How a run behaves.
 pub struct Options {
-    /// What the instance is called on the bus.
+    /// The instance's name on the bus.
     pub name: String,
-    /// What the engines may spend.
+    /// The options and limits of the engines.
     pub engine: engine::Options,
-    /// How the values of needs are written, where `wiring` does not say.
+    /// The form of the needs' values for which `wiring` sets none.
     pub form: Form,
-    /// How single needs go out, and how their sources are silenced.
+    /// The settings of single needs: how each is published, how its source is silenced.
     pub wiring: Wiring,
     /// Substitutes in processes of their own.
     pub sandbox: SandboxOptions,
-    /// Where every input is written; `None`: nowhere.
+    /// The journal of every input; `None`: none is written.
     pub journal: Option<JournalOptions>,
-    /// The folder in which `MODEL.json` keeps what outlasts the process; `None`: nothing does.
+    /// The folder of the state files `MODEL.json`; `None`: no state outlasts the process.
     pub state: Option<PathBuf>,
-    /// Whether the models are announced to other instances, and theirs joined.
+    /// Whether to announce the models to other instances and to join theirs.
     pub join: bool,
-    /// The secret that orders over HTTP and the bus need; `None`: none are taken there.
+    /// The token for orders over HTTP and the bus; `None`: no orders are accepted there.
     pub token: Option<Token>,
-    /// The secret that looking needs over HTTP and the bus, but for the health; `None`: everyone who can reach it may.
+    /// The token for viewing over HTTP and the bus, except the health; `None`: everyone who can reach the run may view.
     pub view_token: Option<Token>,
-    /// After this time the run ends by itself; `None`: never.
+    /// The duration of the run; `None`: unlimited.
     pub duration: Option<Span>,
-    /// Where decisions are written, one a line; `None`: nowhere.
+    /// The printer of decisions, one a line; `None`: there is none.
     pub printer: Option<Printer>,
 }
 
 impl Default for Options {
-    /// An instance with the name `shsa` that writes no files, joins nobody and takes orders from its own process only.
+    /// An instance with the name `shsa` that writes no files, joins no parts and takes orders from its own process only.
     fn default() -> Options {
         Options {
             name: "shsa".to_owned(),
@@ -80,10 +80,10 @@ impl Default for Options {
 /// The journal of every input: `FOLDER/MODEL.jsonl`, which can be replayed and explained.
 #[derive(Clone, Debug)]
 pub struct JournalOptions {
-    /// Where it is.
+    /// The folder of the files.
     pub folder: PathBuf,
-    /// How large a file grows before another is begun, bytes.
+    /// The size at which another file is begun, bytes.
     pub size: u64,
-    /// How many older files are kept.
+    /// The number of older files that are kept.
     pub older: usize,
 }

@@ -1,4 +1,4 @@
-//! How a need goes out: its value under its name, and beside it where the value comes from.
+//! The outlet of a need: publishes its values with their provenance.
 
 use super::message_template::{MessageTemplate, raw};
 use super::ownership::Ability;
@@ -17,25 +17,25 @@ use shsa_core::unit::Unit;
 use shsa_format::wiring::Form;
 use shsa_format::words;
 
-/// What makes messages of values.
+/// The form of the messages.
 #[derive(Clone, Debug)]
 enum Shape {
-    /// The middleware writes the value itself.
+    /// The middleware encodes the value itself.
     Value,
     Envelope(Box<Writer>),
     Like(Box<MessageTemplate>),
 }
 
-/// One need on the bus.
+/// The outlet of one need.
 #[derive(Clone, Debug)]
 pub(super) struct Outlet {
     topic: String,
     variable: String,
-    /// Its variable, or, where that has several needs, the name under which it is published.
+    /// The name of the need: its variable, or if the variable has several needs, the published name.
     key: String,
     unit: Option<Unit>,
     max_age: Span,
-    /// For so long there must have been sound values without a break before it is settled.
+    /// The need is settled after sound values for this time without a break.
     probation: Span,
     provenance: Provenance,
     /// What the provenance's admission says in words.
@@ -43,14 +43,14 @@ pub(super) struct Outlet {
     /// What the provenance says at its end about where the value was computed.
     place: &'static str,
     shape: Shape,
-    /// Whether somebody serves it.
+    /// Whether the need has a source.
     served: bool,
-    /// When there was a value last, whoever has sent it.
+    /// The time of the last value, whether or not this instance sent it.
     known: Option<Time>,
-    /// Since when there are sound values without a break, and whether there once were for the probation.
+    /// The beginning of the present stretch of sound values, and whether a stretch has ever lasted for the probation.
     sound_since: Option<Time>,
     is_settled: bool,
-    /// When the last value went out.
+    /// The time of the last published value.
     last: Option<Time>,
     /// Why the last value could not be written or sent.
     unwritten: Option<String>,
@@ -59,10 +59,10 @@ pub(super) struct Outlet {
 }
 
 impl Outlet {
-    /// `own` is the signal that serves the need when nothing is wrong.
+    /// `own` is the signal that serves the need in the fault-free state.
     ///
     /// # Errors
-    /// When its messages cannot be copied.
+    /// When the signal's messages cannot be copied.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         need: NeedId,
@@ -105,7 +105,7 @@ impl Outlet {
         })
     }
 
-    /// Goes on where another one of the same name was.
+    /// The outlet with the state of a previous outlet of the same name.
     pub(super) fn succeeding(&self, before: &Outlet) -> Outlet {
         Outlet {
             provenance: before.provenance.clone(),
@@ -121,29 +121,28 @@ impl Outlet {
         }
     }
 
-    /// The name under which it is published.
     pub(super) fn topic(&self) -> &str {
         &self.topic
     }
 
-    /// What it is called among the needs: its variable, or, where that has several needs, the name under which it is published.
+    /// The name of the need: its variable, or if the variable has several needs, the published name.
     pub(super) fn key(&self) -> &str {
         &self.key
     }
 
-    /// Whether it is known what it is served from.
+    /// Whether the source of the need is known.
     pub(super) fn has_source(&self) -> bool {
         !self.provenance.source.is_empty()
     }
 
-    /// Something was decided about the need, and this serves it now.
+    /// Takes in a decision about the need, and its present source.
     pub(super) fn follow(&mut self, kind: EventKind, source: Option<&ServedBy>) {
         self.served = kind != EventKind::Unhealable;
         self.provenance.source = source.map(words::served_by).unwrap_or_default();
         self.place = "";
     }
 
-    /// The next value was computed there; said at the end of its source.
+    /// Sets where the next value was computed; the source's text ends with it.
     pub(super) fn place(&mut self, place: &'static str) {
         if self.place != place {
             let source = &mut self.provenance.source;
@@ -153,7 +152,7 @@ impl Outlet {
         }
     }
 
-    /// There is a value of this quality, whoever sends it.
+    /// Takes in a value of this quality, whether or not this instance sends it.
     pub(super) fn note(&mut self, publication: &Publication, quality: Quality) {
         let now = publication.time;
         let was_sound = self.is_sound() && self.is_able(now);
@@ -195,44 +194,44 @@ impl Outlet {
         }
     }
 
-    /// The value that is there goes out without us: from another instance, or from the source itself.
+    /// Another instance, or the source itself, has published the last value.
     pub(super) fn leave(&mut self) {
         self.last = self.known;
     }
 
-    /// Whether its values are certain.
+    /// Whether the present values are certain.
     fn is_sound(&self) -> bool {
         matches!(self.provenance.quality, Quality::Good | Quality::Substitute)
     }
 
-    /// Whether there are values to serve it with, be they sent or not.
+    /// Whether there are fresh values to serve the need, sent or not.
     fn is_able(&self, now: Time) -> bool {
         self.served && self.known.is_some_and(|known| self.is_fresh(known, now))
     }
 
-    /// Until when its quality and ability stay as they are if nothing comes and nothing is decided.
+    /// Until when quality and ability stay unchanged without a value or a decision.
     pub(super) fn lasts_until(&self, now: Time) -> Time {
         let fresh = |last: &Time| self.is_fresh(*last, now);
         let ends = self.last.into_iter().chain(self.known).filter(fresh).map(|last| last + self.max_age);
         ends.fold(Time::MAX, Time::min)
     }
 
-    /// When a value was true, by the wall clock.
+    /// The middle of a value's validity, by the wall clock.
     pub(super) fn stamp(publication: &Publication, clock: &Clock) -> Time {
         clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)))
     }
 
-    /// Sends a value; nothing where the messages that it shall be like are not known yet, or it cannot be written.
+    /// Sends a value. Sends nothing if the messages to copy are not known yet, or if the value cannot be written.
     ///
     /// # Errors
-    /// Those of the bus; the need is not served by this value then.
+    /// Errors of the bus; the value is not published then.
     pub(super) fn send(
         &mut self,
         publication: &Publication,
         stamp: Time,
         bridge: &mut dyn Bridge,
     ) -> Result<(), BridgeError> {
-        // The process may have been suspended since it was computed.
+        // The process may have been suspended since the value was computed.
         let is_fresh = self.is_fresh(publication.time, bridge.inbox().clock().now());
         let sent = match self.payload(publication, stamp, bridge) {
             Ok(Some(_)) if !is_fresh => return Ok(()),
@@ -275,7 +274,7 @@ impl Outlet {
         }
     }
 
-    /// The messages that its values are like.
+    /// The template of the messages, if the form is `like`.
     pub(super) fn template(&mut self) -> Option<&mut MessageTemplate> {
         match &mut self.shape {
             Shape::Like(template) => Some(template),
@@ -283,22 +282,22 @@ impl Outlet {
         }
     }
 
-    /// What serves it, and how far that can be trusted.
+    /// The source of the need and its quality.
     pub(super) fn provenance(&self) -> &Provenance {
         &self.provenance
     }
 
-    /// Whether it is served by something else than this signal.
+    /// Whether something other than this signal serves the need.
     pub(super) fn is_served_without(&self, signal: &str) -> bool {
         self.served && self.has_source() && self.provenance.source != signal
     }
 
-    /// Whether a value of then may still be used.
+    /// Whether a value of time `then` is not too old.
     pub(super) fn is_fresh(&self, then: Time, now: Time) -> bool {
         now - then <= self.max_age
     }
 
-    /// How far what was published last can be trusted now.
+    /// The present quality of the last published value.
     pub(super) fn quality(&self, now: Time) -> Quality {
         match self.last {
             Some(last) if self.is_fresh(last, now) && self.served => self.provenance.quality,

@@ -1,71 +1,72 @@
-//! Several instances on one network share the needs: each need is served by one of those that can.
+//! Several instances on one network share the needs: one of the able instances serves each need.
 //!
-//! Who can serve a need holds a token of that name, which vanishes with its holder; who has done so for the need's probation
-//! holds another one. All see the same tokens and choose by the same rule, so nobody has to be asked: of those with both tokens,
-//! else of those with the first, the name whose hash with the need is highest. Who has just been started knows not yet who
-//! lies: it takes nothing from anybody that serves, and its first token only where nobody else holds one. When a network that
-//! was cut is whole again, those who served the same need meanwhile see each other's tokens, and all but one stop.
+//! An instance that can serve a need holds a token for it, which vanishes with the instance. After the need's probation it holds
+//! a second token. All instances see the same tokens and choose by the same rule, without asking: the owner has the highest hash
+//! of name and need among the holders of both tokens, else among the holders of the first. An instance just started does not know
+//! yet which signals are wrong, so it takes no need from an instance that serves it; it takes the first token only if nobody else
+//! holds one. When a divided network is whole again, the instances that served the same need see each other's tokens, and all but
+//! one stop.
 
 use crate::error::{Context, RuntimeError};
 use shsa_bridge::{Attendance, Bridge, BridgeError, Presence, PublisherId};
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What the tokens of those who can serve a need begin with; then come the instance and the need's name on the bus.
+/// The prefix of the tokens of able instances; the instance and the need's name on the bus follow.
 const ABLE: &str = "shsa/healer";
-/// And of those who have been able to for a while.
+/// The prefix of the tokens of settled instances.
 const SETTLED: &str = "shsa/settled";
 
-/// Who serves what.
+/// The owner of each need.
 pub(super) struct Ownership {
-    /// What we are called, unique on the network.
+    /// Our name, unique on the network.
     instance: String,
     attendances: [Attendance; 2],
-    /// Who can serve each need, by the need's name on the bus.
+    /// The able instances, by the need's name on the bus.
     able: BTreeMap<String, BTreeSet<String>>,
-    /// Who has been able to for a while.
+    /// The settled instances, by the need's name on the bus.
     settled: BTreeMap<String, BTreeSet<String>>,
-    /// What we hold while we can serve a need.
+    /// Our tokens, by need.
     tokens: BTreeMap<String, Tokens>,
-    /// The needs that we serve.
+    /// The needs that this instance serves.
     ours: BTreeSet<String>,
 }
 
-/// The tokens that we hold for a need.
+/// Our tokens for a need.
 struct Tokens {
     _able: Box<dyn Send>,
     settled: Option<Box<dyn Send>>,
 }
 
-/// How far we can serve a need.
+/// Whether this instance can serve a need.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Ability {
-    /// There is no value for it.
+    /// There is no fresh value.
     Unable,
-    /// There are values, since a moment ago, or they are uncertain.
+    /// There are values, but only since a moment, or they are uncertain.
     Able,
-    /// There have been values for a while.
+    /// There have been sound values for the probation.
     Settled,
 }
 
-/// Somebody else serves a need now.
+/// A change of a need's owner.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Handover {
-    /// We do.
+    /// This instance serves the need now.
     Taken { need: String },
-    /// This instance does.
+    /// The instance `to` serves the need now.
     Given { need: String, to: String },
 }
 
 impl Ownership {
-    /// `None` where the bus does not tell who is there.
+    /// `None` where the bus does not tell which instances are present.
     ///
     /// # Errors
-    /// When the name cannot be part of a token's.
+    /// When the name cannot be part of a token.
     pub(super) fn new(name: &str, bridge: &dyn Bridge) -> Result<Option<Ownership>, RuntimeError> {
         let look =
             |tokens: &str| bridge.attendance(&format!("{tokens}/**")).context("looking for other instances");
-        // What tells who is settled comes first: nobody is taken for a beginner who is none.
+        // The settled tokens are looked up first, so that no settled instance is mistaken for a new one.
         let (settled, able) = (look(SETTLED)?, look(ABLE)?);
         let instance = instance(name, bridge);
         Ok(settled.zip(able).map(|(settled, able)| Ownership {
@@ -78,7 +79,7 @@ impl Ownership {
         }))
     }
 
-    /// Whether a need is ours to serve: it stays so while nobody can.
+    /// Whether this instance serves a need; it stays the owner while no instance is able.
     pub(super) fn is_ours(&self, need: &str) -> bool {
         self.ours.contains(key(need))
     }
@@ -88,13 +89,13 @@ impl Ownership {
         !self.is_ours(need) && self.able.get(key(need)).is_some_and(|able| !able.is_empty())
     }
 
-    /// Whether an instance publishes under this identity.
+    /// Whether an instance that serves needs has this identity.
     pub(super) fn is_instance(&self, publisher: PublisherId) -> bool {
         let mark = mark(publisher);
         self.able.values().flatten().any(|instance| instance.ends_with(&mark))
     }
 
-    /// The instances that can serve a need, the one that does first.
+    /// The able instances, the owner first.
     pub(super) fn able(&self, need: &str) -> Vec<&str> {
         let need = key(need);
         let settled = self.settled.get(need);
@@ -104,10 +105,10 @@ impl Ownership {
         able
     }
 
-    /// Says whether we can serve a need now.
+    /// Announces our ability to serve a need.
     ///
     /// # Errors
-    /// When the need's name cannot be part of a token's.
+    /// When the need's name cannot be part of a token.
     pub(super) fn tell(
         &mut self,
         need: &str,
@@ -133,7 +134,7 @@ impl Ownership {
         Ok(())
     }
 
-    /// Takes in who has come and gone: whether anybody has, and what that changes.
+    /// Takes in instances that came or went; returns whether any did, and the changes of owners.
     pub(super) fn follow(&mut self) -> (bool, Vec<Handover>) {
         let mut touched = BTreeSet::new();
         let Ownership { attendances: [settled_now, able_now], settled, able, .. } = self;
@@ -162,7 +163,7 @@ impl Ownership {
     }
 }
 
-/// Who holds or has held a token, among those who do; the need that it is about.
+/// Adds or removes the holder of a token; returns the need of the token.
 fn take_in(
     presence: &Presence,
     tokens: &str,
@@ -178,32 +179,32 @@ fn take_in(
     Some(need.to_owned())
 }
 
-/// What an instance is called, unique on the network.
+/// The name of an instance, unique on the network.
 pub(super) fn instance(name: &str, bridge: &dyn Bridge) -> String {
     format!("{name}{}", mark(bridge.publisher()))
 }
 
-/// What makes an instance's name unique: a part of its identity on the bus.
+/// The suffix that makes an instance's name unique: a part of its identity on the bus.
 fn mark(publisher: PublisherId) -> String {
     format!(".{:08x}", publisher.0 & 0xffff_ffff)
 }
 
-/// The part of a token's name that stands for a need.
+/// The part of a token that names the need.
 fn key(need: &str) -> &str {
     need.trim_matches('/')
 }
 
-/// Spreads the needs over the instances, the same way everywhere: by the names, so that who is started again under its name
-/// has the same share; among equal names by what makes them unique.
+/// The rank of an instance for a need, equal on all instances; it spreads the needs over the instances. It depends on the name,
+/// so a restarted instance gets the same needs; among equal names, the unique suffix decides.
 fn rank<'i>(instance: &'i str, need: &str) -> (u64, &'i str) {
     let name = instance.rsplit_once('.').map_or(instance, |(name, _)| name);
     let hash = hash(name.bytes().chain([0]).chain(need.bytes()));
-    // Names that differ in their last letter only differ too little without a last round of mixing.
+    // Names that differ only in the last letter have similar hashes without this last mixing.
     let mixed = (hash ^ (hash >> 32)).wrapping_mul(0xd6e8_feb8_6659_fd93);
     (mixed ^ (mixed >> 32), instance)
 }
 
-/// FNV-1a, the same on every machine; not for secrets.
+/// FNV-1a: the same on every machine, not for secrets.
 pub(super) fn hash(bytes: impl Iterator<Item = u8>) -> u64 {
     bytes.fold(0xcbf2_9ce4_8422_2325, |hash, byte| (hash ^ u64::from(byte)).wrapping_mul(0x0100_0000_01b3))
 }

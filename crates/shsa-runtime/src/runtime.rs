@@ -1,4 +1,4 @@
-//! A run: built from models, options and a bus, and run in a thread of the caller's.
+//! A run, built from models, options and a bus. It runs in a thread of the caller.
 
 use crate::bindings::OutputOptions;
 use crate::connection::Connection;
@@ -20,7 +20,7 @@ use std::net::SocketAddr;
 use std::sync::Arc;
 use std::sync::atomic::AtomicBool;
 
-/// Models at work on a bus.
+/// Runs models on a bus.
 ///
 /// ```
 /// use shsa_bridge::memory::MemoryBus;
@@ -65,20 +65,21 @@ pub struct Runtime {
     duration: Option<Span>,
 }
 
-/// How a run has ended.
+/// The end of a run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Ending {
-    /// While every need was served.
+    /// Every need was served.
     Served,
-    /// While some need was not.
+    /// A need was not served.
     Unserved,
 }
 
 impl Runtime {
-    /// Subscribes to the signals of the models, goes on from their states where there are some, and answers on the bus from then on.
+    /// Subscribes to the signals of the models, restores their states if there are any, and answers requests on the bus from then
+    /// on.
     ///
     /// # Errors
-    /// When models, options and bus do not fit each other, the bus refuses, or a file cannot be had.
+    /// When models, options and bus do not fit each other, the bus refuses, or a file cannot be read or written.
     pub fn new(
         models: Vec<Model>,
         options: Options,
@@ -87,7 +88,8 @@ impl Runtime {
         let Options { name, engine, form, wiring, sandbox, .. } = options;
         let (inbox, clock) = (bridge.inbox().clone(), bridge.inbox().clock().clone());
         inbox.attend()?;
-        // Before any input is subscribed to: who others are is known before there is a value, with which a need would be taken.
+        // Other instances are looked up before any input is subscribed to: the first value would make this instance take a need
+        // that another one serves.
         let ownership = Ownership::new(&name, bridge.as_ref())?;
         let output_options = OutputOptions { form, wiring };
         let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
@@ -129,23 +131,23 @@ impl Runtime {
         Ok(Runtime { session, handle, duration: options.duration })
     }
 
-    /// What stops it, asks it, gives it orders and hears its decisions, from other threads.
+    /// The handle that stops the run, asks for its state, gives orders and subscribes to decisions, from other threads.
     #[must_use]
     pub fn handle(&self) -> Handle {
         self.handle.clone()
     }
 
-    /// Offers state, decisions, figures and orders over HTTP, until the process ends; the address that it listens on. Orders need
-    /// the token of the options. A request names the host by an address, as `localhost`, or by one of `hosts`.
+    /// Serves state, decisions, figures and orders over HTTP until the process ends; returns the address that it listens on.
+    /// Orders need the token of the options. A request must name the host by an address, as `localhost`, or by one of `hosts`.
     ///
     /// # Errors
-    /// When the address cannot be had.
+    /// When it cannot listen on the address.
     pub fn serve_http(&self, address: SocketAddr, hosts: &[String]) -> Result<SocketAddr, RuntimeError> {
         let Handle { desk, listeners, .. } = self.handle();
         http::serve(address, hosts, desk, self.session.guard.clone(), listeners)
     }
 
-    /// Runs until it is stopped, or its time is over.
+    /// Runs until it is stopped, or its duration has passed.
     ///
     /// # Errors
     /// When the bus refuses a model that has just taken over.

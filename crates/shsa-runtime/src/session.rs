@@ -1,4 +1,4 @@
-//! What a run does in its turns: messages in, values and decisions out, requests answered in between.
+//! The turns of a run: takes messages in, publishes values and decisions, and answers requests in between.
 
 mod report;
 mod requests;
@@ -23,7 +23,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
-/// How many messages are heard in a row; ticks, requests and reports get their turn after them.
+/// The number of messages handled in a row; then ticks, requests and reports get their turn.
 const BATCH: usize = 256;
 
 /// A run under way.
@@ -35,26 +35,26 @@ pub(super) struct Session {
     pub(super) figures: Figures,
     pub(super) requests: Receiver<Call>,
     pub(super) stop: Arc<AtomicBool>,
-    /// When the run ends by itself.
+    /// The time at which the run ends by itself.
     pub(super) until: Option<Time>,
-    /// When something is due although no message arrives.
+    /// When the next action is due without a message.
     pub(super) rests_until: Time,
-    /// Who else serves needs; `None` where the bus does not tell, and then all needs are ours.
+    /// The owners of the needs; `None` where the bus does not tell, and then this instance owns all needs.
     pub(super) ownership: Option<Ownership>,
-    /// What other instances know; `None` where none of them is asked.
+    /// The parts of other instances; `None` where none are joined.
     pub(super) federation: Option<Federation>,
-    /// Whether it is connected, and when it was not.
+    /// The connection and its outages.
     pub(super) connection: Connection,
     /// What was told last about the run itself.
     pub(super) reported: Reported,
-    /// How many requests came over the bus, and what became of them.
+    /// Counts of requests over the bus, by outcome.
     pub(super) tally: Arc<Tally>,
-    /// Who looks at tokens.
+    /// Checks tokens.
     pub(super) guard: Guard,
 }
 
 impl Session {
-    /// Does all that is due now; returns how long nothing more is due.
+    /// Does all that is due now; returns the time until the next action is due.
     ///
     /// # Errors
     /// When the bus refuses a model that has just taken over.
@@ -73,7 +73,7 @@ impl Session {
         Ok(Duration::from_nanos(u64::try_from((self.rests_until - now).0).unwrap_or(0)))
     }
 
-    /// Does what cannot wait: hears the messages that have come, and publishes the values that follow from them.
+    /// Does the urgent part: takes in waiting messages, and publishes the values that follow from them.
     ///
     /// # Errors
     /// As [`Session::turn`].
@@ -85,8 +85,8 @@ impl Session {
         Ok(())
     }
 
-    /// Whether nothing has to be done before the rest is over: no message waits, nothing new is to be told or taken over, and
-    /// nothing is due earlier.
+    /// Whether nothing has to be done before the rest is over: no message waits, nothing is to be told or taken over, and nothing
+    /// is due earlier.
     pub(super) fn may_rest(&self) -> bool {
         let now = self.now();
         let is_quiet = self.bridge.inbox().is_empty() && now < self.reported.doubt;
@@ -130,7 +130,7 @@ impl Session {
         Ok(())
     }
 
-    /// Marks a message as a substitute when another instance has published it and the message itself does not say so.
+    /// Marks a message of another instance as a substitute, if the message itself has no quality.
     fn mark(&self, message: &mut Message) {
         let Some(publisher) = message.publisher.filter(|_| message.quality.is_none()) else { return };
         let is_healer = || {
@@ -151,8 +151,8 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes the values of the healers, saves what they have decided, and tells their decisions, in this order: a value does
-    /// not wait for the words about it.
+    /// Publishes the values of the healers, saves their decisions and tells them, in this order: a value does not wait for its
+    /// report.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
         let Session { bridge, healers, log, figures, ownership, reported, .. } = self;
         let mut entries = Vec::new();
@@ -188,14 +188,14 @@ impl Session {
         if entries.is_empty() {
             return Ok(());
         }
-        // A decision is saved before it is told, so that it is known after a crash; values went out before both.
+        // A decision is saved before it is told, so that it survives a crash; values go out before both.
         bridge.flush();
         healers.iter_mut().for_each(Healer::remember);
         entries.into_iter().for_each(|entry| log.tell(entry, bridge.as_mut()));
         Ok(())
     }
 
-    /// Sends again what was lost on its way.
+    /// Sends lost values again.
     fn send_again(&mut self) {
         let now = self.now();
         let Session { bridge, healers, log, ownership, reported, .. } = self;
@@ -208,7 +208,7 @@ impl Session {
         }
     }
 
-    /// Tells other instances which needs this one can serve, and hears which ones they can.
+    /// Tells other instances which needs this one can serve, and takes in theirs.
     fn share(&mut self, now: Time) {
         let Session { ownership: Some(ownership), healers, bridge, log, reported, .. } = self else { return };
         let (is_news, handovers) = ownership.follow();
@@ -240,7 +240,7 @@ impl Session {
         }
     }
 
-    /// Takes the names of failed sources over where that is set, and tells what comes of it.
+    /// Takes over the names of failed sources as the wiring demands, and tells the steps.
     fn take_over(&mut self, now: Time) {
         let Session { ownership, healers, bridge, log, reported, .. } = self;
         let is_ours = |need: &str| ownership.as_ref().is_none_or(|ownership| ownership.is_ours(need));
@@ -255,7 +255,7 @@ impl Session {
         }
     }
 
-    /// Announces the knowledge of this instance, and joins what other instances announce.
+    /// Announces our models, and joins the parts of other instances.
     fn join(&mut self, now: Time) -> Result<(), RuntimeError> {
         let Session { federation: Some(federation), healers, bridge, log, .. } = self else { return Ok(()) };
         let notes = match federation.follow(now, healers, bridge.as_ref()) {
@@ -271,7 +271,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Follows a step of the wall clock. This is done in every turn: stamps that are read before it are wrong by the whole step.
+    /// Follows a step of the wall clock. Every turn does this: stamps read before are wrong by the whole step.
     fn follow_clock(&mut self) {
         let Some(step) = self.clock().follow() else { return };
         let now = self.now();
@@ -280,7 +280,7 @@ impl Session {
         self.log.noted(now, "clock", &because, self.bridge.as_mut());
     }
 
-    /// When something is due although no message arrives.
+    /// When the next action is due without a message.
     fn due(&self, now: Time) -> Time {
         let dues = self.healers.iter().filter_map(Healer::due);
         let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));

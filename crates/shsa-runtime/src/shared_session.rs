@@ -1,7 +1,7 @@
-//! Who has a run in hand: its own thread, or while that sleeps the thread of the bus that brings a message.
+//! A session shared by two threads: the run's own, and while that sleeps, the thread of the bus that delivers a message.
 //!
-//! To wake a thread takes longer than to hear a message and to serve what comes of it. Everything else is left to the run's
-//! thread, which is woken when there is any.
+//! Waking a thread takes longer than handling a message and serving its consequences. Everything else is left to the run's
+//! thread, which is woken for it.
 
 use super::runtime::Ending;
 use super::session::Session;
@@ -9,16 +9,16 @@ use crate::error::RuntimeError;
 use shsa_bridge::{DirectReader, Inbox};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError, TryLockError, Weak};
 
-/// A session that one thread at a time has in hand.
+/// A session that one thread at a time may use.
 pub(super) struct SharedSession {
-    /// `None` once it has ended.
+    /// `None` once the session has ended.
     session: Mutex<Option<Session>>,
-    /// What has gone wrong in a thread of the bus.
+    /// The error of a bus thread.
     problem: Mutex<Option<RuntimeError>>,
 }
 
 impl SharedSession {
-    /// Runs a session until it is stopped; the answer is no when a need is unserved then.
+    /// Runs a session until it is stopped; tells whether every need was served then.
     ///
     /// # Errors
     /// When the bus refuses a model that has just taken over.
@@ -29,7 +29,7 @@ impl SharedSession {
         let reader: Weak<dyn DirectReader> = Arc::<SharedSession>::downgrade(&shared);
         inbox.read_by(reader);
         let ended = shared.take_turns(&inbox);
-        // Whoever comes to it now finds nothing: it ends in this thread.
+        // Other threads find no session from now on: it ends in this thread.
         let session = shared.lock().take();
         ended?;
         Ok(session.map_or(Ending::Served, Session::finish))
@@ -49,7 +49,7 @@ impl SharedSession {
         }
     }
 
-    /// A thread of the bus that panicked has left a session behind that goes on.
+    /// After a panic in a bus thread, the session is used further.
     fn lock(&self) -> MutexGuard<'_, Option<Session>> {
         self.session.lock().unwrap_or_else(PoisonError::into_inner)
     }

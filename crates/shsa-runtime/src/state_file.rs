@@ -1,5 +1,5 @@
-//! What must outlast the process, in `FOLDER/MODEL.json`: written beside and then moved into its place, so that it is whole
-//! whenever the process or the machine ends.
+//! The state that outlasts the process, in `FOLDER/MODEL.json`. It is written to another file which then replaces it, so the file
+//! is whole whenever the process or the machine ends.
 
 use super::journal::{Missing, PAUSE};
 use crate::error::{Context, RuntimeError, unfit};
@@ -12,22 +12,22 @@ use std::sync::mpsc::{SyncSender, sync_channel};
 use std::thread;
 use std::time::Instant;
 
-/// The state of one model on the disk.
+/// The state file of one model.
 #[derive(Debug)]
 pub(super) struct StateFile {
     path: PathBuf,
-    /// Asks for what was written to reach the disk itself; that takes long, and nobody waits for it.
+    /// Asks another thread to synchronise the file to the disk, which takes long; nobody waits for it.
     sync: SyncSender<()>,
     missing: Missing,
-    /// When to try again what the disk has refused.
+    /// The time of the next attempt after a refusal.
     again: Option<Instant>,
 }
 
 impl StateFile {
-    /// The state file of a model, and what was in it.
+    /// Opens the state file of a model, and reads its state.
     ///
     /// # Errors
-    /// When the folder cannot be made, or there is a state that cannot be read.
+    /// When the folder cannot be made, or the present state cannot be read.
     pub(super) fn open(folder: &Path, model: &str) -> Result<(StateFile, Option<Snapshot>), RuntimeError> {
         fs::create_dir_all(folder).with_context(|| format!("making the folder {}", folder.display()))?;
         let path = folder.join(format!("{model}.json"));
@@ -41,18 +41,18 @@ impl StateFile {
         let (sync, asked) = sync_channel(1);
         let synced = path.clone();
         thread::Builder::new().name("state".into()).spawn(move || {
-            // A power failure may cost what could not be synchronised; a lost process costs nothing.
+            // A power failure may lose what was not synchronised; the end of the process loses nothing.
             asked.iter().for_each(|()| drop(File::open(&synced).and_then(|file| file.sync_all())));
         })?;
         Ok((StateFile { path, sync, missing: Missing::default(), again: None }, snapshot))
     }
 
-    /// Takes the place of what was saved before. What cannot be saved is counted, and due again after a while.
+    /// Replaces the saved state. A failure is counted, and the next attempt is due after a pause.
     pub(super) fn save(&mut self, snapshot: &Snapshot) {
         match self.replace(&write_state(snapshot)) {
             Ok(()) => {
                 self.again = None;
-                // One that waits will see this one, too.
+                // A waiting request covers this state, too.
                 let _ = self.sync.try_send(());
             }
             Err(error) => {
@@ -63,12 +63,12 @@ impl StateFile {
         }
     }
 
-    /// Whether it is time to try again what could not be saved.
+    /// Whether the next attempt is due.
     pub(super) fn is_due(&self) -> bool {
         self.again.is_some_and(|again| again <= Instant::now())
     }
 
-    /// How often the disk began to refuse the state, and why the last time.
+    /// How often the disk began to refuse the state, and the last reason.
     pub(super) fn missing(&self) -> &Missing {
         &self.missing
     }

@@ -1,4 +1,4 @@
-//! Standard output, written by a thread of its own: who reads it may be slow, or gone, and nobody else waits for that.
+//! Standard output, written by a thread of its own: a slow or absent reader delays nobody else.
 
 use super::undelivered::Swell;
 use shsa_core::time::Time;
@@ -9,34 +9,34 @@ use std::sync::{Arc, OnceLock};
 use std::thread;
 use std::time::Duration;
 
-/// Lines that may wait; what comes while so many do is not written.
+/// The number of lines that may wait; further lines are dropped.
 const WAITING: usize = 1_024;
-/// At the end, what waits is given so long.
+/// At the end, waiting lines get this time.
 const FLUSH: Duration = Duration::from_secs(1);
 
-/// An output whose lines are written later, if at all.
+/// An output whose lines are written later, or dropped.
 #[derive(Debug)]
 pub(super) struct Terminal {
     lines: Option<SyncSender<String>>,
     ended: Receiver<()>,
     shared: Arc<Shared>,
     swell: Swell,
-    /// How many of the lost ones were looked at.
+    /// The number of dropped lines that were told.
     seen: u64,
 }
 
 #[derive(Debug, Default)]
 struct Shared {
     lost: AtomicU64,
-    /// Why nothing is written any more.
+    /// The reason why nothing is written any more.
     closed: OnceLock<String>,
 }
 
 impl Terminal {
-    /// Starts the thread that writes.
+    /// Starts the writing thread.
     ///
     /// # Errors
-    /// When there is no thread to be had.
+    /// When no thread can be started.
     pub(super) fn new(output: impl Write + Send + 'static) -> std::io::Result<Terminal> {
         let (lines, waiting) = sync_channel(WAITING);
         let (sender, ended) = channel();
@@ -48,7 +48,7 @@ impl Terminal {
         Ok(Terminal { lines: Some(lines), ended, shared, swell: Swell::default(), seen: 0 })
     }
 
-    /// Writes a line when its turn comes; does not wait, and does not write what finds no room.
+    /// Queues a line without waiting; drops it if there is no room.
     pub(super) fn write(&self, line: String) {
         let Some(lines) = &self.lines else { return };
         if lines.try_send(line).is_err() {
@@ -56,12 +56,12 @@ impl Terminal {
         }
     }
 
-    /// How many lines were not written.
+    /// The number of dropped lines.
     pub(super) fn lost(&self) -> u64 {
         self.shared.lost.load(Ordering::Relaxed)
     }
 
-    /// What is to be told of the lines that were not written since it was asked last.
+    /// A note about lines dropped since the last call, if there is news.
     pub(super) fn news(&mut self, now: Time) -> Option<String> {
         let lost = self.lost();
         let count = self.swell.rise(lost - self.seen, now);
@@ -75,15 +75,15 @@ impl Terminal {
 }
 
 impl Drop for Terminal {
-    /// Writes what waits, within about a second.
+    /// Writes waiting lines, within about a second.
     fn drop(&mut self) {
         self.lines = None;
-        // Who does not read until then has gone.
+        // A reader that is slower than this has gone.
         let _ = self.ended.recv_timeout(FLUSH);
     }
 }
 
-/// The thread: writes until nobody has a line any more, or nobody takes one.
+/// The writing thread: writes until the queue is closed, or the output fails.
 fn write(mut output: impl Write, waiting: &Receiver<String>, shared: &Shared, ended: &Sender<()>) {
     for line in waiting {
         let is_closed = shared.closed.get().is_some();
@@ -93,11 +93,11 @@ fn write(mut output: impl Write, waiting: &Receiver<String>, shared: &Shared, en
             shared.lost.fetch_add(1, Ordering::Relaxed);
         }
         if let Err(error) = written {
-            // The first reason is the one.
+            // The first reason is kept.
             let _ = shared.closed.set(error.to_string());
         }
     }
-    // Whoever has waited may be gone.
+    // The waiting thread may have given up.
     let _ = ended.send(());
 }
 
@@ -108,7 +108,7 @@ mod tests {
     use std::sync::Mutex;
     use std::time::Instant;
 
-    /// An output that takes each write through a gate.
+    /// An output that calls a function before each write.
     struct Gate<F>(F, Arc<Mutex<Vec<u8>>>);
 
     impl<F: FnMut() -> io::Result<()>> Write for Gate<F> {
@@ -144,7 +144,7 @@ mod tests {
         let mut terminal = Terminal::new(Gate(shut, Arc::default())).unwrap();
         let began = Instant::now();
         (0..WAITING + 500).for_each(|at| terminal.write(at.to_string()));
-        // One may be in the writer's hands.
+        // One line may be with the writing thread.
         let lost = terminal.lost();
         assert!((499..=500).contains(&lost), "{lost}");
         let told = terminal.news(Time(0)).unwrap();

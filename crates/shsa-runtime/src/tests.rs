@@ -1,4 +1,4 @@
-//! Whole runs within this process, over a bus that can be made to fail.
+//! Whole runs within this process, on a bus that can be made to fail.
 
 mod takeover;
 
@@ -28,13 +28,13 @@ needs:
   speed:  { signal: healed/speed, max_age: 1 s }
   height: { signal: healed/height, max_age: 1 s }
 ";
-/// Longer than anything here takes on a busy machine.
+/// A time limit that no step reaches, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// What the bus says to messages of some names.
+/// The errors of the bus for messages of some names.
 type Refusals = Arc<Mutex<BTreeMap<&'static str, BridgeError>>>;
 
-/// A bus that does not take everything.
+/// A bus that refuses some messages.
 struct Faulty {
     bus: MemoryBridge,
     refusals: Refusals,
@@ -67,7 +67,7 @@ impl Bridge for Faulty {
     }
 }
 
-/// A run, somebody who publishes, and somebody who hears everything.
+/// A run, a publisher, and a subscriber to everything.
 struct Bench {
     refusals: Refusals,
     sensors: MemoryBridge,
@@ -81,7 +81,7 @@ impl Bench {
         Bench::wired(MODEL, "{ form: plain }", refusals)
     }
 
-    /// With the wiring of the need for the speed.
+    /// A bench whose need for the speed has this wiring.
     fn wired(model: &str, wiring: &str, refusals: &[(&'static str, BridgeError)]) -> Bench {
         let bus = MemoryBus::new(Clock::running());
         let (sensors, mut listener) = (bus.join(64), bus.join(4096));
@@ -114,7 +114,7 @@ impl Bench {
         self.handle.order(Order::read(order).unwrap()).unwrap();
     }
 
-    /// Says that the model changes by this.
+    /// Orders this change of the model.
     #[track_caller]
     fn change(&self, text: &str) -> Result<(), String> {
         match self.handle.order(Order::Change { model: None, text: text.to_owned() }) {
@@ -124,7 +124,7 @@ impl Bench {
         }
     }
 
-    /// The wheel is lost, and its name is taken for the radar.
+    /// Loses the wheel; the radar takes its name.
     #[track_caller]
     fn lose_the_wheel(&mut self) {
         self.say("robot/wheel", 5.0);
@@ -136,7 +136,7 @@ impl Bench {
         self.hear("shsa/model/events", "\"kind\":\"silenced\"");
     }
 
-    /// The next message that is as wanted.
+    /// Waits for the next message with this topic and these words.
     #[track_caller]
     fn hear(&mut self, topic: &str, words: &str) -> Message {
         let end = Instant::now() + PATIENCE;
@@ -182,7 +182,7 @@ fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
     let mut bench = Bench::new(&[("healed/speed", refused)]);
     for at in 0..25_u32 {
         bench.say("robot/wheel", 5.0);
-        // The other need is served as ever.
+        // The other need is still served.
         bench.say("robot/baro", f64::from(at));
         bench.hear("healed/height", &at.to_string());
     }
@@ -217,7 +217,7 @@ fn a_value_that_was_lost_on_its_way_is_sent_again() {
     bench.say("robot/wheel", 5.0);
     bench.hear("shsa/model/events", "a message on healed/speed was not sent: connection lost");
     bench.refusals.lock().unwrap().clear();
-    // Without another observation.
+    // No further observation is needed.
     bench.hear("healed/speed", "5");
     assert_eq!(bench.state()["models"]["model"]["needs"]["speed"]["quality"], "Good");
 }
@@ -250,18 +250,18 @@ needs:
 #[test]
 fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
     let mut bench = Bench::wired(TWO, "{ silence: { command: ['true'] } }", &[]);
-    // The wheel's name would carry the radar, too.
+    // With this change, the wheel's topic would carry the radar, too.
     let why = bench.change("signals: { radar: { variable: speed, source: robot/wheel } }").unwrap_err();
     assert!(why.contains("wire the need as a gate"), "{why}");
-    // The bus does not take the name.
+    // The bus refuses the topic.
     bench.change("signals: { optic: { variable: speed, source: REFUSED } }").unwrap();
     bench.hear("shsa/model/events", "subscribing to REFUSED: refused: no such name");
     bench.say("robot/wheel", 5.0);
     bench.hear("healed/speed", "5");
 }
 
-/// The allocations of so many observations of each signal, once a run has been under way for two seconds; between what is told
-/// once a second.
+/// The allocations for observations of each signal after the run has been under way for two seconds, between the reports that
+/// come once a second; and the number of observations.
 #[track_caller]
 fn allocations(model: &str, says: &[(&str, Payload)], consumes: &str) -> (u64, usize) {
     let bus = MemoryBus::new(Clock::manual());
@@ -298,7 +298,7 @@ fn an_observation_allocates_nothing_on_its_way_through_the_run() {
         assert_eq!(counted, 0);
         assert!(consumed >= 2_900, "{consumed}");
     };
-    // As a value, as JSON, and with a second way of knowing it.
+    // The inputs as values, as JSON, and with a second way.
     check(MODEL, &[("robot/wheel", number(5.0))]);
     let json_model = MODEL.replace("robot/wheel", "'robot/wheel#v'");
     check(&json_model, &[("robot/wheel", json(r#"{"t": 12.5, "v": 5.25}"#))]);

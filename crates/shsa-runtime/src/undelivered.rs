@@ -1,5 +1,5 @@
-//! What the bus has not taken: counted by name and cause, told when it begins and when it has grown tenfold, and tried again
-//! while that is worth it.
+//! Messages that the bus has not taken: counted by name and cause, and told when the first is lost and when the count has grown
+//! tenfold. Lost values are sent again while they are fresh.
 
 use serde_json::{Value, json};
 use shsa_bridge::BridgeError;
@@ -7,14 +7,14 @@ use shsa_core::engine::Publication;
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 
-/// After so long without another one, the next is told as the first of its kind.
+/// After a pause of this length, the next loss is told like the first.
 const QUIET: Span = Span::from_millis(60_000);
 /// The first pause before a value is sent again; it doubles.
 const PAUSE: Span = Span::from_millis(50);
 /// The longest pause.
 const PAUSE_MAX: Span = Span::from_millis(2_000);
 
-/// A count that is told with its first, and with each that makes it ten times as large: whatever happens a thousand times a
+/// A count that tells its first increase, and each increase to a further power of ten: an event that occurs a thousand times a
 /// second is told a few times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Swell {
@@ -23,7 +23,7 @@ pub(super) struct Swell {
 }
 
 impl Swell {
-    /// More have come; how many there are by now, where that is to be told.
+    /// Adds to the count; returns the new count if it is to be told.
     pub(super) fn rise(&mut self, more: u64, now: Time) -> Option<u64> {
         if more == 0 {
             return None;
@@ -39,7 +39,7 @@ impl Swell {
     }
 }
 
-/// Messages that were not sent, by the name they were for.
+/// Counts of messages that were not sent, by name and cause.
 #[derive(Debug, Default)]
 pub(super) struct Undelivered {
     causes: BTreeMap<(String, &'static str), Cause>,
@@ -53,7 +53,7 @@ struct Cause {
 }
 
 impl Undelivered {
-    /// Counts one; what is to be told of it.
+    /// Counts a message; returns a note if it is to be told.
     pub(super) fn count(&mut self, name: &str, error: &BridgeError, now: Time) -> Option<String> {
         let key = (name.to_owned(), kind(error));
         let cause = self.causes.entry(key).or_default();
@@ -66,12 +66,12 @@ impl Undelivered {
         Some(told)
     }
 
-    /// Name, kind of the cause, and how many since the beginning.
+    /// Name, kind of the cause, and number of messages since the beginning.
     pub(super) fn counts(&self) -> impl Iterator<Item = (&str, &'static str, u64)> {
         self.causes.iter().map(|((name, kind), cause)| (name.as_str(), *kind, cause.count))
     }
 
-    /// As part of the state: by name, how many and why the last one of each kind.
+    /// The counts for the state: by name and kind of cause, with the last reason.
     pub(super) fn json(&self) -> Value {
         let mut names = serde_json::Map::new();
         for ((name, kind), cause) in &self.causes {
@@ -90,7 +90,7 @@ fn kind(error: &BridgeError) -> &'static str {
     }
 }
 
-/// The newest value of each name that was lost on its way: it is sent again, unless something newer has gone out.
+/// The newest lost value of each name. It is sent again unless a newer value has gone out.
 #[derive(Debug, Default)]
 pub(super) struct Backlog {
     waiting: BTreeMap<String, Waiting>,
@@ -104,7 +104,7 @@ struct Waiting {
 }
 
 impl Backlog {
-    /// A value was sent under a name, or not. What was refused would be refused again; the next value is tried as usual.
+    /// Takes in whether a value was sent under a name. A refused value would be refused again, so only a lost value is kept.
     pub(super) fn follow(
         &mut self,
         name: &str,
@@ -122,24 +122,24 @@ impl Backlog {
         }
     }
 
-    /// When something is to be sent again.
+    /// When the next value is to be sent again.
     pub(super) fn due(&self) -> Option<Time> {
         self.waiting.values().map(|waiting| waiting.again).min()
     }
 
-    /// What is to be sent again now; the next attempt, should this one fail, is later.
+    /// The next value to be sent again now. If it fails again, the next attempt is due after a pause.
     pub(super) fn next(&mut self, now: Time) -> Option<(String, Publication)> {
         let (name, waiting) = self.waiting.iter_mut().find(|(_, waiting)| waiting.again <= now)?;
         waiting.again = now + waiting.pause;
         Some((name.clone(), waiting.publication.clone()))
     }
 
-    /// It is too old to be sent.
+    /// Drops the value of a name, which is too old or of another owner.
     pub(super) fn forget(&mut self, name: &str) {
         self.waiting.remove(name);
     }
 
-    /// Other needs are served from now on.
+    /// Drops all values: the needs have changed.
     pub(super) fn clear(&mut self) {
         self.waiting.clear();
     }
@@ -156,7 +156,7 @@ mod tests {
         assert_eq!(told, [1, 10, 100, 1_000]);
         assert_eq!(swell.rise(0, Time(0)), None);
         assert_eq!(swell.rise(30_000, Time(0)), Some(32_000));
-        // After a quiet time it begins anew.
+        // After a quiet time, the count begins anew.
         let later = Time(0) + Span::from_millis(100_000);
         assert_eq!((swell.rise(1, later), swell.rise(1, later)), (Some(1), None));
     }

@@ -1,4 +1,4 @@
-//! What ways of knowing say while an engine runs, and when two of them disagree: what is new, step by step.
+//! The values of ways and the disagreements of pairs while an engine runs; each call returns what is new.
 
 use core::ops::{Bound, RangeBounds};
 use shsa_core::alignment::Sample;
@@ -8,7 +8,7 @@ use shsa_core::monitor::WayIndex;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
 
-/// What gives the values of a band.
+/// The source of a band's values.
 #[derive(Clone, Debug, PartialEq)]
 pub(crate) enum Giver {
     Way(WayIndex, Way),
@@ -17,7 +17,7 @@ pub(crate) enum Giver {
 }
 
 impl Giver {
-    /// Hands over what it has said from one moment, or after it, until `to`, oldest first.
+    /// Passes on its values from a moment on, or after it, until `to`, oldest first.
     pub(crate) fn news(&self, engine: &Engine, from: Bound<Time>, to: Time, mut take: impl FnMut(Sample)) {
         let is_new = |sample: &Sample| {
             let time = sample.validity.to;
@@ -40,7 +40,7 @@ impl Giver {
         }
     }
 
-    /// In words, as in a legend.
+    /// The name for a legend.
     pub(crate) fn name(&self, knowledge: &KnowledgeBase) -> String {
         match self {
             Giver::Way(_, way) => way.describe(knowledge),
@@ -49,16 +49,16 @@ impl Giver {
     }
 }
 
-/// A comparison under watch.
+/// A pair that is watched for disagreements.
 pub(crate) struct Watched {
-    /// Which pair of the monitor.
+    /// The index of the monitor's pair.
     pub(crate) pair: usize,
-    /// When it last disagreed, as far as it is known.
+    /// The last known disagreement.
     pub(crate) last: Option<Time>,
 }
 
 impl Watched {
-    /// The stretch of time about which the two have newly disagreed.
+    /// The stretch of a new disagreement.
     pub(crate) fn look(&mut self, engine: &Engine) -> Option<Validity> {
         let pair = engine.monitor().residuals().get(self.pair)?;
         let last = pair.disagreement?.time;
@@ -68,15 +68,15 @@ impl Watched {
         let outputs = &engine.monitor().way(pair.way)?.outputs;
         let newest = outputs.newest(0)?.validity;
         let spacing = outputs.newest(1).map_or(Span::ZERO, |before| newest.to - before.validity.to);
-        // Half a step to both sides, and a little: what follows step by step is one stretch.
+        // Half a step to both sides, and a little more, so that disagreements of successive steps form one stretch.
         let half = Span(spacing.0 / 2 + spacing.0 / 8);
-        // Where its band stands.
+        // The position of the value in its band.
         let middle = newest.from + Span(newest.length().0 / 2);
         Some(Validity { from: middle - half, to: middle + half })
     }
 }
 
-/// Stretches of time in ascending order, those joined between which lies no more than `slack`.
+/// Stretches of time in ascending order; joins those with a gap of at most `slack`.
 pub(crate) fn joined(mut all: Vec<Validity>, slack: Span) -> Vec<Validity> {
     all.sort_by_key(|each| (each.from, each.to));
     let mut merged: Vec<Validity> = Vec::new();

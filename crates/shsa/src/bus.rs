@@ -40,7 +40,7 @@ pub(crate) struct BusArguments {
 }
 
 impl BusArguments {
-    /// The bus that they name.
+    /// The options of the bus that the arguments name.
     pub(crate) fn options(&self) -> BusOptions {
         BusOptions {
             address: self.bus.clone(),

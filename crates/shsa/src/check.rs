@@ -1,4 +1,4 @@
-//! `shsa check`: loads a knowledge base and tells every problem with its place.
+//! `shsa check`: loads a knowledge base and tells every problem with its position.
 
 use crate::outcome::Outcome;
 use crate::requirements;
@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Checks a model; bad input when it has errors.
+/// Checks a model; a model with errors is bad input.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut loaded = model::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;

@@ -1,4 +1,4 @@
-//! `shsa completions`: what a shell needs to complete our arguments.
+//! `shsa completions`: the completions of our arguments for a shell.
 
 use crate::outcome::Outcome;
 use clap::CommandFactory;

@@ -1,4 +1,4 @@
-//! `shsa plan --contingency`: what takes over when a signal is lost, before it is.
+//! `shsa plan --contingency`: the substitutes for lost signals, in advance.
 
 mod evidence;
 
@@ -12,13 +12,13 @@ use shsa_core::substitution::Substitution;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Of how many substitutions the one that takes over is chosen, as the engine does.
+/// How many substitutions are considered as substitute, as in the engine.
 const MOST: usize = 32;
 
-/// The variables that are asked about: one of a name, or those of all needs.
+/// The asked variables: the one with the name, or those of all needs.
 ///
 /// # Errors
-/// When there is none of that name, or no need.
+/// When there is no variable with this name, or no need.
 fn variables(knowledge: &KnowledgeBase, name: Option<&str>) -> anyhow::Result<Vec<VariableId>> {
     if let Some(name) = name {
         return Ok(vec![find_variable(knowledge, name)?]);
@@ -28,10 +28,10 @@ fn variables(knowledge: &KnowledgeBase, name: Option<&str>) -> anyhow::Result<Ve
     Ok(needed.into_iter().collect())
 }
 
-/// All answers, for people or as one JSON object; `requirements` gives those of a variable, and forbids in the options.
+/// All answers, as text or as one JSON object; `requirements` gives those of a variable, and sets what the options forbid.
 ///
 /// # Errors
-/// When there is no variable to ask about, or requirements make no sense for one.
+/// When there is no variable to ask about, or its requirements are invalid.
 pub(crate) fn answer(
     knowledge: &KnowledgeBase,
     name: Option<&str>,
@@ -65,7 +65,7 @@ pub(crate) fn answer(
     })
 }
 
-/// The variables of which the same is required, with all that their tables are made for.
+/// The variables grouped by equal requirements, each group with the settings of its table.
 fn alike(
     variables: &[VariableId],
     preparation: &Preparation,
@@ -83,10 +83,10 @@ fn alike(
     Ok(groups)
 }
 
-/// One signal that is lost, or two; with all that is derived from them.
+/// One lost signal, or two; derived signals are lost with them.
 type Loss = Vec<SignalId>;
 
-/// What serves a variable.
+/// The substitution that serves a variable.
 #[derive(PartialEq)]
 struct Server {
     substitution: Substitution,
@@ -94,7 +94,7 @@ struct Server {
     names: Names,
 }
 
-/// What there is for one variable now, and after each loss.
+/// The server of one variable now, and after each loss.
 struct Prospect<'a> {
     table: &'a Contingency,
     variable: VariableId,
@@ -117,7 +117,7 @@ impl<'a> Prospect<'a> {
             let plan = plan.map(Cow::Owned).or_else(|| table.plan(variable, &lost).map(Cow::Borrowed))?;
             let substitutions = &plan.substitutions;
             let is_out = |signal: SignalId| excluded.contains(&signal) || lost.contains(&signal);
-            // What only goes on from the last value comes last, as in the engine.
+            // A substitution that only continues its own last value comes last, as in the engine.
             let fresh = |(substitution, _): &&(Substitution, f64)| !substitution.continues_itself(knowledge);
             let found = substitutions.iter().find(fresh).or_else(|| substitutions.first()).cloned();
             Some(found.map(|(substitution, utility)| {
@@ -140,7 +140,7 @@ impl<'a> Prospect<'a> {
         self.after.iter().find(of_signal).map_or(self.now.as_ref(), |(_, server)| server.as_ref())
     }
 
-    /// Whether a loss brings something that no smaller loss brings: another server, or none.
+    /// Whether a loss has another effect than each smaller loss: another server, or none.
     fn is_news(&self, loss: &[SignalId], server: Option<&Server>) -> bool {
         match loss {
             [one, other] => server != self.single(*one) && server != self.single(*other),
@@ -153,25 +153,25 @@ impl<'a> Prospect<'a> {
         all.filter(|(loss, server)| self.is_news(loss, *server))
     }
 
-    /// Losses after which nothing serves the variable, though something does after each smaller loss.
+    /// Losses after which nothing serves the variable, although something does after each smaller loss.
     fn unhealed(&self) -> impl Iterator<Item = &Loss> {
         self.news().filter(|(_, server)| server.is_none()).map(|(loss, _)| loss)
     }
 
-    /// The signals that are lost with others, as they are derived from them, and that matter.
+    /// The relevant signals that are lost as well, because they are derived from the lost ones.
     fn taken_along(&self, loss: &[SignalId]) -> Vec<SignalId> {
         let lost = self.table.with_derived(loss);
         let lost = self.table.loss(self.variable, &lost).unwrap_or_default();
         lost.iter().copied().filter(|signal| !loss.contains(signal)).collect()
     }
 
-    /// How the utility after a loss compares with now: a share of it, negative for less.
+    /// The relative change of utility after a loss; negative for less.
     fn change(&self, server: &Server) -> f64 {
         self.now.as_ref().map_or(0.0, |now| (server.utility - now.utility) / now.utility)
     }
 }
 
-/// All losses of one signal that can make a difference, in file order, then those of two.
+/// All relevant losses of one signal in file order, then those of two.
 fn losses(table: &Contingency, variable: VariableId) -> Vec<Loss> {
     let events = table.events(variable);
     let mut losses: Vec<Loss> = events.iter().map(|&event| vec![event]).collect();
@@ -232,7 +232,7 @@ fn to_text(knowledge: &KnowledgeBase, prospects: &[Prospect]) -> String {
     parts.join("\n\n")
 }
 
-/// One variable: what serves it, what takes over, and which losses make no difference.
+/// The section of one variable: its server, the substitutes, and the losses without effect.
 fn section(knowledge: &KnowledgeBase, prospect: &Prospect) -> String {
     let name = paint(Paint::Bold, &knowledge.variables()[prospect.variable].name);
     let head = match &prospect.now {
@@ -285,7 +285,7 @@ fn row(
     vec![lost, relations, server.names.signals.join(", "), format!("{:.6}", server.utility), change]
 }
 
-/// The losses that nothing heals, with the variables that they take away.
+/// The losses that nothing heals, with the variables that become unknown.
 fn unhealed(knowledge: &KnowledgeBase, prospects: &[Prospect]) -> String {
     let mut missing: BTreeMap<&Loss, Vec<&str>> = BTreeMap::new();
     for prospect in prospects {

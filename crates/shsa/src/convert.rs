@@ -93,7 +93,7 @@ impl Origin {
     }
 }
 
-/// Converts; degraded when something is lost, bad input when the knowledge base has errors.
+/// Converts; degraded if something is lost, bad input if the knowledge base has errors.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let target = target(arguments)?;
     let is_stdout = arguments.output.as_os_str() == "-";
@@ -139,7 +139,7 @@ fn is_same(one: &Path, other: &Path) -> bool {
     matches!((fs::canonicalize(one), fs::canonicalize(other)), (Ok(one), Ok(other)) if one == other)
 }
 
-/// The draft and the knowledge base, and how much did not come over; problems go to standard error.
+/// The draft, the knowledge base, and the number of elements lost; problems go to standard error.
 fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let name = arguments.file.display().to_string();
     let text = told(model::read_text(&arguments.file, "model"))?;
@@ -174,7 +174,7 @@ fn written(
     Ok(Written { text, losses: Vec::new() })
 }
 
-/// What a drawing marks: the best substitution without the lost signals, and these.
+/// The marks of a drawing: the best substitution without the lost signals, and the lost signals.
 fn marks(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Marks> {
     let forbidden_signals = arguments
         .lost

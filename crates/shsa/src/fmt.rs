@@ -1,4 +1,4 @@
-//! `shsa fmt`: models in one layout, with their comments kept.
+//! `shsa fmt`: gives models one layout, and keeps their comments.
 
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::show;
@@ -42,7 +42,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if arguments.check && !texts.is_empty() { Outcome::No } else { Outcome::Done })
 }
 
-/// A model with the text that it should have, if that is another one.
+/// A model with its formatted text, if that differs.
 fn changed(model: &Path) -> anyhow::Result<Option<(&Path, String)>> {
     let text = read_text(model, "model").map_err(|report| told(&report))?;
     let name = model.display().to_string();
@@ -51,7 +51,7 @@ fn changed(model: &Path) -> anyhow::Result<Option<(&Path, String)>> {
 }
 
 fn told(report: &Report) -> anyhow::Error {
-    // Nothing is left to do where the words cannot be written.
+    // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
     AlreadyTold.into()
 }

@@ -23,7 +23,7 @@ pub(crate) struct Arguments {
     topic: Vec<String>,
 }
 
-/// Prints a page of the reference, the help of a command, or that of all.
+/// Prints a page of the reference, or the help of a command or of all commands.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let [topic] = arguments.topic.as_slice()
         && let Some((_, page)) = PAGES.iter().find(|(name, _)| name == topic)

@@ -1,7 +1,7 @@
-//! What a command that goes on for long writes for those who run it: how much, and with which times.
+//! The log of a long-running command: its levels and its times.
 //!
-//! Decisions go to standard output, all else to standard error. For people a line has no time, or that since the start; for logs it
-//! begins with the wall clock's (UTC) and a level, or is a JSON object with both.
+//! Decisions go to standard output, everything else to standard error. On a terminal, a line has no time, or the time since the
+//! start. In a log, it begins with the wall-clock time (UTC) and a level, or is a JSON object with both.
 
 use crate::show::{Paint, coloured};
 use serde_json::{Map, Value, json};
@@ -15,9 +15,9 @@ use std::sync::OnceLock;
 use std::thread;
 use std::time::{Duration, SystemTime};
 
-/// How often the figures are told with `--verbose`.
+/// The period of the figures with `--verbose`.
 const FIGURES: Duration = Duration::from_secs(10);
-/// What a run tells of itself though nothing is wrong.
+/// The kinds of a run's events that are no warnings.
 const GOOD_NEWS: [&str; 8] =
     ["connected", "ordered", "responsible", "released", "joined", "returned", "within_errors", "clock"];
 
@@ -82,18 +82,18 @@ pub(crate) struct LogArguments {
 
 static SETTINGS: OnceLock<Log> = OnceLock::new();
 
-/// How this process logs.
+/// The log settings of this process.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Log {
     format: Option<LogFormat>,
-    /// What matters less is not told.
+    /// The least important level that is written.
     least: Level,
 }
 
 impl Log {
     const PLAIN: Log = Log { format: None, least: Level::Info };
 
-    /// Lets all that this process writes be as the arguments say.
+    /// Sets the log settings of this process.
     pub(crate) fn begin(arguments: &LogArguments) -> Log {
         let least = match (arguments.quiet, arguments.verbose) {
             (0, 0) => Level::Info,
@@ -104,12 +104,12 @@ impl Log {
         *SETTINGS.get_or_init(|| Log { format: arguments.log_format, least })
     }
 
-    /// Whether a decision is told.
+    /// Whether a decision is written.
     pub(crate) fn tells(self, decision: &Decision<'_>) -> bool {
         Level::of(decision) <= self.least
     }
 
-    /// The line of a decision, of which `words` are for people.
+    /// The line of a decision; `words` is its text for a terminal.
     pub(crate) fn decision(self, decision: &Decision<'_>, words: impl FnOnce() -> String) -> String {
         let level = Level::of(decision);
         let (at, fields) = match decision {
@@ -133,7 +133,7 @@ impl Log {
     }
 }
 
-/// The line for a message, as this process logs; `None` where it is not told.
+/// The line of a message by the log settings; `None` if it is not written.
 pub(crate) fn line(level: Level, message: &str) -> Option<String> {
     let Log { format, least } = SETTINGS.get().copied().unwrap_or(Log::PLAIN);
     if level > least {
@@ -169,16 +169,16 @@ fn object(at: Time, level: Level, fields: Map<String, Value>) -> String {
     object.to_string()
 }
 
-/// What has several lines becomes one.
+/// A line of text; a line break becomes a blank.
 fn text_line(at: Time, level: Level, words: &str) -> String {
     let words: Vec<&str> = words.split_whitespace().collect();
     format!("{} {:<7} {}", written(at, Notation::Rfc3339), level.name(), words.join(" "))
 }
 
-/// Tells the figures of a run now and then, where that is wanted.
+/// Writes the figures of a run periodically, if asked for.
 ///
 /// # Errors
-/// When there can be no thread.
+/// When no thread can be started.
 pub(crate) fn tell_figures(log: Log, handle: Handle) -> std::io::Result<()> {
     if log.least < Level::Debug {
         return Ok(());

@@ -29,7 +29,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// The name of a command's page, and the page.
+/// The file name and the text of a command's page.
 fn page(command: &Command) -> anyhow::Result<(String, Vec<u8>)> {
     let name = match command.get_bin_name().unwrap_or_default() {
         "" | "shsa" => "shsa".to_owned(),

@@ -1,10 +1,10 @@
-//! How a command ends, and the exit status of each end.
+//! The outcomes of a command and their exit statuses.
 
 use crate::show;
 use std::fmt;
 use std::process::ExitCode;
 
-/// How a command ended.
+/// The outcome of a command.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Outcome {
     /// Done.
@@ -15,12 +15,12 @@ pub(crate) enum Outcome {
     Bad,
     /// Done, but not with all of the input: a truncated recording, say.
     Degraded,
-    /// The bus cannot be reached; nothing was heard or said.
+    /// The bus cannot be reached; nothing was received or published.
     Unreachable,
 }
 
 impl Outcome {
-    /// Tells an error and maps it to its outcome.
+    /// Tells an error, and returns its outcome.
     pub(crate) fn from_result(result: anyhow::Result<Outcome>) -> Outcome {
         result.unwrap_or_else(|error| {
             if is_closed_pipe(&error) {
@@ -46,7 +46,7 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// An error whose words are on the screen already.
+/// An error that has already been told.
 #[derive(Debug)]
 pub(crate) struct AlreadyTold;
 
@@ -58,7 +58,7 @@ impl fmt::Display for AlreadyTold {
 
 impl std::error::Error for AlreadyTold {}
 
-/// Whether whoever reads our output has stopped reading, as `head` does: no error of the user's.
+/// Whether the reader of our output has stopped reading, as `head` does; this is no error of the user.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         cause

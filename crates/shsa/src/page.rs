@@ -1,6 +1,6 @@
-//! What every page for the browser is made of: one file, no script, nothing from anywhere else.
+//! The common parts of every page for the browser: one file, without scripts and external resources.
 
-/// A page; `title` is escaped already, `kind` says in a word what it is, `lead` and `body` are HTML.
+/// A page. `title` is escaped already, `kind` is a word for the kind of page, `lead` and `body` are HTML.
 pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> String {
     format!(
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
@@ -13,7 +13,7 @@ pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> Strin
     )
 }
 
-/// A part of a page with a head and a sentence about it; nothing when there is nothing in it.
+/// A part of a page with a heading and a sentence about it; empty if `body` is.
 pub(crate) fn section(title: &str, about: &str, body: &str) -> String {
     let about = if about.is_empty() { String::new() } else { format!("<p>{about}</p>\n") };
     match body.is_empty() {

@@ -1,4 +1,4 @@
-//! `shsa join` and `shsa part`: models of subsystems become one, and one is taken apart.
+//! `shsa join` and `shsa part`: put models of subsystems together, and take a part out of a model.
 
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::show;
@@ -45,10 +45,10 @@ struct Output {
     output: PathBuf,
 }
 
-/// The endings of what can be written.
+/// The file extensions that can be written.
 const ENDINGS: [&str; 3] = ["yaml", "yml", "json"];
 
-/// Joins; bad input when the models contradict each other, or the whole has errors.
+/// Joins; bad input if the models contradict each other, or the whole has errors.
 pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
     arguments.output.check(&arguments.models)?;
     let names: Vec<String> = arguments.models.iter().map(|path| path.display().to_string()).collect();
@@ -79,7 +79,7 @@ fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
 }
 
 impl Output {
-    /// Before anything is read: that it would not be written over a model, nor as something else than its ending says.
+    /// Checks, before anything is read, that the output is none of the models and that its extension is known.
     fn check(&self, models: &[PathBuf]) -> anyhow::Result<()> {
         let shown = self.output.display();
         let ending = self.output.extension().map(|ending| ending.to_string_lossy());

@@ -1,4 +1,4 @@
-//! `shsa patch`: a change of a model, put into its file with the comments kept.
+//! `shsa patch`: puts a change of a model into its file, and keeps the comments.
 
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::show;
@@ -26,7 +26,7 @@ pub(crate) struct Arguments {
     output: Option<PathBuf>,
 }
 
-/// Writes the changed model; bad input when it would be wrong.
+/// Writes the changed model; bad input if it would be invalid.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (model, change) = (text(&arguments.model, "model")?, text(&arguments.patch, "change")?);
     let (model_name, change_name) =
@@ -46,7 +46,7 @@ fn text(path: &Path, what: &str) -> anyhow::Result<String> {
 }
 
 fn told(report: &Report) -> anyhow::Error {
-    // Nothing is left to do where the words cannot be written.
+    // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
     AlreadyTold.into()
 }

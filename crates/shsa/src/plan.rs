@@ -84,7 +84,7 @@ impl Engine {
     }
 }
 
-/// Searches; the answer is no when there is no substitution.
+/// Searches; the answer is no if there is no substitution.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let forbidden_signals =
@@ -173,7 +173,7 @@ fn at_once(parts: &mut [Part]) {
     });
 }
 
-/// The first of a plan; what is left out counts in its bound.
+/// The first `count` substitutions of a plan; the rest is included in its bound.
 fn cut(mut plan: Plan, count: usize) -> Plan {
     if let Some(&(_, utility)) = plan.substitutions.get(count) {
         plan.bound = plan.bound.max(utility);
@@ -182,10 +182,10 @@ fn cut(mut plan: Plan, count: usize) -> Plan {
     plan
 }
 
-/// The variable of a name, or the nearest name as help.
+/// The variable with this name; the error suggests the nearest name.
 ///
 /// # Errors
-/// When there is none of that name.
+/// When there is no such variable.
 pub(crate) fn find_variable(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<VariableId> {
     let names = || knowledge.variables().iter().map(|variable| variable.name.as_str());
     knowledge.variable(name).ok_or_else(|| match knowledge.signal(name) {
@@ -197,19 +197,19 @@ pub(crate) fn find_variable(knowledge: &KnowledgeBase, name: &str) -> anyhow::Re
     })
 }
 
-/// The signal of a name, or the nearest name as help.
+/// The signal with this name; the error suggests the nearest name.
 ///
 /// # Errors
-/// When there is none of that name.
+/// When there is no such signal.
 pub(crate) fn find_signal(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<SignalId> {
     let names = || knowledge.signals().iter().map(|signal| signal.name.as_str());
     knowledge.signal(name).ok_or_else(|| show::unknown("signal", name, names()))
 }
 
-/// The relation of a name, or the nearest name as help.
+/// The relation with this name; the error suggests the nearest name.
 ///
 /// # Errors
-/// When there is none of that name.
+/// When there is no such relation.
 pub(crate) fn find_relation(knowledge: &KnowledgeBase, name: &str) -> anyhow::Result<RelationId> {
     let names = || knowledge.relations().iter().map(|relation| relation.name.as_str());
     let found = knowledge.relations().enumerate().find(|(_, relation)| relation.name == name);
@@ -268,7 +268,7 @@ fn to_text(
     format!("{table}\n\n{count} ({}, {decisions}{})", plan.stop, gap(plan))
 }
 
-/// What could still be missing, when a limit ended the search.
+/// What may be missing after a limit ended the search.
 fn gap(plan: &Plan) -> String {
     match plan.stop {
         StopReason::LimitExpansions | StopReason::LimitStates => {
@@ -278,12 +278,12 @@ fn gap(plan: &Plan) -> String {
     }
 }
 
-/// A substitution in names.
+/// The names of a substitution.
 #[derive(PartialEq)]
 pub(crate) struct Names {
     relations: Vec<String>,
     variables: Vec<String>,
-    /// The best rated signals that it can start from; of equals the first in file order.
+    /// The best rated signals of its sources; of equal ones the first in file order.
     pub(crate) signals: Vec<String>,
     formula: String,
 }
@@ -333,7 +333,7 @@ impl Names {
     }
 }
 
-/// The formula of a substitution over its sources, in SI; for structure only, how its relations nest.
+/// The formula of a substitution over its sources, in SI; for relations of structure only, their nesting.
 fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
     let names = |symbol: shsa_core::expression::Symbol| {
         knowledge.variables()[VariableId::from_index(symbol.0 as usize)].name.clone()
@@ -349,10 +349,10 @@ fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
     }
 }
 
-/// How many relations are written into each other: where variables are shared, each could double the text.
+/// The most relations that are written into each other: shared variables could double the text each time.
 const MOST_NESTED: usize = 200;
 
-/// Writes out as many relations as there is room for, and the names of what they compute for the others.
+/// Writes out relations as long as there is room, then the names of their variables.
 fn nested(
     knowledge: &KnowledgeBase,
     substitution: &Substitution,

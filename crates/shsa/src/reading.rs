@@ -1,4 +1,4 @@
-//! How recordings are read: what the command line says where a file itself does not, the same for every command.
+//! How recordings are read: arguments for facts that a file lacks, the same for every command.
 
 use shsa_core::time::Span;
 use shsa_format::recording::ReadOptions;
@@ -27,7 +27,7 @@ pub(crate) struct ReadArguments {
 }
 
 impl ReadArguments {
-    /// As the readers take them.
+    /// The options of the readers.
     pub(crate) fn options(&self) -> ReadOptions {
         ReadOptions {
             time_column: self.time_column.clone(),

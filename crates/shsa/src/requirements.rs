@@ -1,4 +1,4 @@
-//! What a planned substitution must meet, as it is asked on the command line, and what falls short.
+//! The requirements on a planned substitution, from the command line, and the candidates that fail them.
 
 use crate::plan::{find_relation, find_signal};
 use crate::show;
@@ -12,10 +12,10 @@ use shsa_format::words;
 use shsa_message::span::parse_span;
 use std::collections::BTreeSet;
 
-/// How many candidates are asked why they are none, at most.
+/// The most candidates that are checked for reasons.
 const MOST_ASKED: usize = 1_000;
 
-/// What a look for needs that nothing meets may take: decisions of a search, and needs.
+/// The limits of the search for unmet needs: decisions of a search, and needs.
 const MOST_EXPANSIONS: u64 = 20_000;
 const MOST_NEEDS: usize = 100;
 
@@ -51,10 +51,10 @@ pub(crate) struct RequirementArguments {
 }
 
 impl RequirementArguments {
-    /// What is asked of substitutions of a variable; relations that are excluded go into the options.
+    /// The requirements on substitutions of a variable; excluded relations are added to the options.
     ///
     /// # Errors
-    /// Names that the model does not have, numbers that make no sense, no need of that variable.
+    /// When the model lacks a name, a number is invalid, or the variable has no such need.
     pub(crate) fn read(
         &self,
         knowledge: &KnowledgeBase,
@@ -82,13 +82,13 @@ impl RequirementArguments {
         Ok(requirements)
     }
 
-    /// Whether what falls short is to be listed.
+    /// Whether to list candidates that fail.
     pub(crate) fn asks_why(&self) -> bool {
         self.why
     }
 }
 
-/// What the need of a variable demands: the only one, or that of this name.
+/// The requirements of the variable's need: of the only one, or of the one with this name.
 fn of_need(knowledge: &KnowledgeBase, variable: VariableId, name: &str) -> anyhow::Result<Requirements> {
     let of_variable: Vec<&Need> = knowledge.needs().iter().filter(|need| need.variable == variable).collect();
     let published = || of_variable.iter().map(|need| need.signal.as_str()).collect::<Vec<_>>().join(", ");
@@ -116,8 +116,8 @@ fn positive(flag: &str, value: Option<f64>) -> anyhow::Result<Option<f64>> {
     }
 }
 
-/// Needs whose demands nothing meets, although something knows their variable: why not, of the best candidate. Where the limits of
-/// a search are reached, nothing is said.
+/// Needs whose demands no candidate meets, although something knows their variable, with the reasons of the best candidate. If a
+/// search reaches its limits, the need is not listed.
 pub(crate) fn unmet(knowledge: &KnowledgeBase) -> Vec<String> {
     let graph = Graph::new(knowledge);
     let limits = Limits { expansions: MOST_EXPANSIONS, ..Limits::default() };
@@ -136,14 +136,14 @@ pub(crate) fn unmet(knowledge: &KnowledgeBase) -> Vec<String> {
     knowledge.needs().iter().take(MOST_NEEDS).filter_map(one).collect()
 }
 
-/// A candidate that falls short, with its reasons.
+/// A candidate that fails the requirements, with the reasons.
 pub(crate) struct Refused {
     pub(crate) substitution: Substitution,
     pub(crate) reasons: Vec<String>,
 }
 
-/// The best candidates that would be there without the requirements, and why each is none: those of all signals and
-/// relations, and those that are left with the ones that may be used.
+/// The best candidates without the requirements that fail them, with the reasons: from all signals and relations, and from the
+/// permitted ones.
 pub(crate) fn refused(
     knowledge: &KnowledgeBase,
     graph: &Graph,
@@ -183,7 +183,7 @@ impl Refused {
     }
 }
 
-/// A table of what falls short.
+/// A table of the failing candidates.
 pub(crate) fn table(knowledge: &KnowledgeBase, refused: &[Refused]) -> String {
     let row = |refused: &Refused| {
         let relations = refused.relations(knowledge);

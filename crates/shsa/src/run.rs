@@ -1,4 +1,4 @@
-//! `shsa run`: heals a running system, by the library `shsa-runtime`: its arguments, and what it prints.
+//! `shsa run`: heals a running system with the library `shsa-runtime`: its arguments and its output.
 
 use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
@@ -155,7 +155,7 @@ struct IsolationArguments {
 
 impl IsolationArguments {
     /// # Errors
-    /// When this program cannot be found.
+    /// When the path of this program cannot be found.
     fn options(&self) -> anyhow::Result<SandboxOptions> {
         Ok(SandboxOptions {
             is_for_all: self.isolation == Place::Process,
@@ -167,7 +167,7 @@ impl IsolationArguments {
     }
 }
 
-/// This program, also where its file was replaced meanwhile.
+/// This program, even if its file was replaced meanwhile.
 fn own_program() -> std::io::Result<PathBuf> {
     if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() }
 }
@@ -183,12 +183,12 @@ pub(crate) struct SubstituteArguments {
 /// Computes a substitute until its input ends.
 ///
 /// # Errors
-/// When who has started it does not listen.
+/// When the starting process does not read the output.
 pub(crate) fn compute(arguments: &SubstituteArguments) -> anyhow::Result<Outcome> {
     Ok(if substitute(arguments.memory)? { Outcome::Done } else { Outcome::Bad })
 }
 
-/// Where to listen; `None` for nowhere.
+/// The address to listen on; `None`: nowhere.
 type HttpAddress = Option<SocketAddr>;
 
 fn http_address(text: &str) -> Result<HttpAddress, String> {
@@ -200,10 +200,10 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
     }
 }
 
-/// Runs until it is interrupted, or its time is over.
+/// Runs until it is interrupted, or its duration has passed.
 ///
 /// # Errors
-/// When a model is wrong, or the bus or the address for HTTP cannot be had.
+/// When a model is invalid, or the bus or the HTTP address cannot be used.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let log = Log::begin(&arguments.log);
     let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
@@ -235,7 +235,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     log::tell_figures(log, runtime.handle())?;
     on_signals([SIGINT, SIGTERM, SIGHUP, SIGXFSZ], move |signal| match signal {
         SIGHUP => reload(&handle),
-        // A file that may not grow is a full disk: the write says so, and nothing ends.
+        // A file beyond its size limit is treated like a full disk: the write fails, and the process goes on.
         SIGXFSZ => {}
         _ => {
             service_manager::tell("STOPPING=1");
@@ -248,14 +248,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         demo::simulate(&memory, &stop)?;
     }
     Ok(match runtime.run()? {
-        // Who asks it to end gets what is asked for.
+        // A requested end is a success.
         _ if stop.load(Ordering::Acquire) => Outcome::Done,
         Ending::Served => Outcome::Done,
         Ending::Unserved => Outcome::No,
     })
 }
 
-/// Reads the files of the models again.
+/// Orders a reload of the models.
 fn reload(handle: &Handle) {
     service_manager::tell("RELOADING=1");
     if let Err(why) = handle.order(Order::Reload) {
@@ -264,7 +264,7 @@ fn reload(handle: &Handle) {
     service_manager::tell("READY=1");
 }
 
-/// What the arguments say, for these models.
+/// The options of the run from the arguments, for these models.
 fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<Options> {
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
     let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
@@ -295,7 +295,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     })
 }
 
-/// Writes decisions.
+/// A printer of decisions.
 fn printer(is_json: bool, log: Log) -> Printer {
     let printer = match is_json {
         true => Printer::json(stdout()),
@@ -304,7 +304,7 @@ fn printer(is_json: bool, log: Log) -> Printer {
     printer.only(move |decision| log.tells(decision))
 }
 
-/// A decision in words.
+/// A decision as text.
 fn line(decision: &Decision<'_>) -> String {
     let time = |after: Span| format!("{:>9.3} s", after.seconds());
     match decision {
@@ -315,7 +315,7 @@ fn line(decision: &Decision<'_>) -> String {
     }
 }
 
-/// Loads the models, or the one of the simulated robot.
+/// Loads the models, or the model of the simulated robot.
 fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
     if !paths.is_empty() {
         return paths.iter().map(|path| Ok(Model::of_file(path, show::load_live(path)?))).collect();
@@ -326,7 +326,7 @@ fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
     Ok(vec![Model::of_file(Path::new(name), live)])
 }
 
-/// Does something whenever one of these signals comes.
+/// Calls a function for each of these signals.
 fn on_signals<const N: usize>(
     signals: [i32; N],
     act: impl FnMut(i32) + Send + 'static,
@@ -337,7 +337,7 @@ fn on_signals<const N: usize>(
     Ok(())
 }
 
-/// A flag that is raised when the process is asked to end; the wait for the inbox ends then.
+/// A flag that is set when the process is asked to end; this also wakes the reader of the inbox.
 pub(crate) fn stop_on_signals(inbox: Inbox) -> anyhow::Result<Arc<AtomicBool>> {
     let stop = Arc::new(AtomicBool::new(false));
     let raised = stop.clone();

@@ -1,6 +1,6 @@
-//! What a service manager is told (`sd_notify(3)`): that the run is ready, that it is alive, that it reads its models again.
+//! Messages to a service manager (`sd_notify(3)`): the run is ready, is alive, reads its models again.
 //!
-//! Nothing is told where nobody listens: without `NOTIFY_SOCKET`.
+//! Without `NOTIFY_SOCKET` there is no service manager, and no messages.
 
 use shsa_runtime::Handle;
 use std::env;
@@ -8,16 +8,16 @@ use std::os::unix::net::UnixDatagram;
 use std::thread;
 use std::time::Duration;
 
-/// Where a service manager listens.
+/// The variable with the address of the service manager.
 const SOCKET: &str = "NOTIFY_SOCKET";
-/// How long it waits for a sign of life before it starts the program anew, microseconds.
+/// The variable with the time after which a silent program is restarted, microseconds.
 const WATCHDOG: &str = "WATCHDOG_USEC";
 
-/// Tells that the run is ready as soon as it answers, and then that it is alive, twice in the time that is waited for that: only a
-/// run that answers is alive.
+/// Tells that the run is ready once it answers, then twice in each watchdog time that it is alive: only a run that answers is
+/// alive.
 ///
 /// # Errors
-/// When there can be no thread.
+/// When no thread can be started.
 pub(crate) fn attend(handle: Handle) -> std::io::Result<()> {
     if env::var_os(SOCKET).is_none() {
         return Ok(());
@@ -35,7 +35,7 @@ pub(crate) fn attend(handle: Handle) -> std::io::Result<()> {
     Ok(())
 }
 
-/// Tells a state; whoever has started us may have gone.
+/// Sends a state; the service manager may be gone.
 pub(crate) fn tell(state: &str) {
     let Some(path) = env::var_os(SOCKET) else { return };
     let _ = UnixDatagram::unbound().and_then(|socket| match path.to_string_lossy().strip_prefix('@') {

@@ -1,4 +1,4 @@
-//! What is printed for people: loading a model with its problems told, colour, aligned tables, values in units.
+//! Output on the terminal: loads a model and tells its problems, colours, aligned tables, values in units.
 
 use crate::log::{self, Level};
 use crate::outcome::{AlreadyTold, Outcome};
@@ -14,7 +14,7 @@ use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
 use std::path::Path;
 
-/// More names than these are not listed in an error.
+/// The most names that are listed in an error.
 const MOST_NAMES: usize = 20;
 
 /// Loads a model; its problems go to standard error.
@@ -27,7 +27,7 @@ pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyTold.into()) }
 }
 
-/// As [`load_model`], for a model that may be changed.
+/// As [`load_model`], for a model that can be changed.
 ///
 /// # Errors
 /// When the file cannot be read, or the model has errors.
@@ -47,7 +47,7 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
     }
 }
 
-/// Tells the problems of a model, if there are any; notes are for `shsa check`.
+/// Tells the problems of a model, if there are any; notes are only told by `shsa check`.
 pub(crate) fn tell_report(report: &Report) {
     let text = report.without_notes().render(colour(stderr().is_terminal()));
     if !text.is_empty() {
@@ -55,17 +55,17 @@ pub(crate) fn tell_report(report: &Report) {
     }
 }
 
-/// Writes a line to standard error; whoever has closed it does not want to know.
+/// Writes a line to standard error; ignores a closed one.
 pub(crate) fn write(line: &str) {
     let _ = writeln!(stderr().lock(), "{line}");
 }
 
-/// Tells something.
+/// Tells an information.
 pub(crate) fn tell(message: &str) {
     log(Level::Info, message);
 }
 
-/// Tells what the user should know though it stops nothing.
+/// Tells a warning.
 pub(crate) fn warn(message: impl fmt::Display) {
     log(Level::Warning, &message.to_string());
 }
@@ -85,13 +85,13 @@ fn log(level: Level, message: &str) {
     log::line(level, message).iter().for_each(|line| write(line));
 }
 
-/// Tells that a bus cannot be reached, and why.
+/// Tells that a bus cannot be reached, with the reason.
 pub(crate) fn unreachable(bus: &Address, why: &str) -> Outcome {
     fail(format_args!("{bus} cannot be reached: {why}"));
     Outcome::Unreachable
 }
 
-/// Whether to colour: only on a terminal, and not where the user does not want it (<https://no-color.org>).
+/// Whether to use colours: only on a terminal, unless the user declines them (<https://no-color.org>).
 pub(crate) fn colour(terminal: bool) -> bool {
     terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
@@ -123,7 +123,7 @@ pub(crate) fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
     format!("\x1b[{code}m{text}\x1b[0m")
 }
 
-/// A text about a signal in the colour of its verdict.
+/// A text in the colour of a verdict.
 pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
     match verdict {
         "healthy" => paint(Paint::Green, text),
@@ -133,13 +133,13 @@ pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
     }
 }
 
-/// Rows with aligned columns below a head, which stands out on a terminal; numbers are for the caller to format.
+/// Rows with aligned columns below a heading, which is emphasised on a terminal; the caller formats numbers.
 pub(crate) fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
     let head: Vec<String> = head.iter().map(|cell| paint(Paint::Bold, cell)).collect();
     text::table(&head, rows)
 }
 
-/// A text broken between words to the width of the terminal, each line indented; one line when there is none.
+/// A text wrapped to the width of the terminal, each line indented; one line without a terminal.
 pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     let width = terminal_size::terminal_size().map_or(usize::MAX, |(width, _)| usize::from(width.0));
     let room = if stdout().is_terminal() { width.saturating_sub(indent).max(20) } else { usize::MAX };
@@ -154,15 +154,15 @@ pub(crate) fn wrapped(text: &str, indent: usize) -> String {
     indented.join("\n")
 }
 
-/// Reads a number of things of which there must be some.
+/// Reads a number that must be positive.
 ///
 /// # Errors
-/// When it is no whole number from 1 on.
+/// When the text is no whole number from 1 on.
 pub(crate) fn at_least_one(text: &str) -> Result<NonZeroUsize, String> {
     text.trim().parse().map_err(|_| "expected a whole number from 1 on".to_owned())
 }
 
-/// The error that a model does not have this name, with the nearest one or all of the few that it has.
+/// The error for a name that the model lacks, with the nearest name, or all names if there are few.
 pub(crate) fn unknown<'a>(what: &str, name: &str, known: impl Iterator<Item = &'a str>) -> anyhow::Error {
     let known: Vec<&str> = known.collect();
     let help = match nearest(name, known.iter().copied()) {

@@ -16,7 +16,7 @@ pub(crate) struct Arguments {
     stories: Vec<PathBuf>,
 }
 
-/// Tells every story; the answer is no when an expectation has not come true.
+/// Tells every story; the answer is no if an expectation is not met.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut is_met = true;
     for path in &arguments.stories {
@@ -34,7 +34,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     loaded.story.ok_or_else(|| AlreadyTold.into())
 }
 
-/// Runs a story and tells it; whether all has come true.
+/// Runs a story and tells it; returns whether all expectations are met.
 fn tell(story: &Story) -> anyhow::Result<bool> {
     let outcome = story.run();
     let mut output = stdout().lock();

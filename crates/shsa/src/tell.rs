@@ -1,11 +1,11 @@
-//! Decisions in words, as lines on a terminal.
+//! Decisions as lines of text.
 
 use crate::show::{self, Paint};
 use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::words;
 
-/// What an event says, under a time that is written already.
+/// The text of an event, under a time that is already written.
 pub(crate) fn event_text(time: &str, known: &KnowledgeBase, event: &Event) -> String {
     let relation = event.relation.map(|relation| format!("relation {}", known.relations()[relation].name));
     let need = event.need.map(|need| known.need_name(need));

@@ -1,4 +1,4 @@
-//! What a model declares and nobody compares, by name: warnings of several commands.
+//! Warnings of several commands about faults that a model's comparisons do not show.
 
 use crate::analyze::{Names, watched_ways};
 use shsa_core::analysis::{Gap, Hidden, Obstacle, Options, Unwatched, Watch, unwatched};
@@ -6,17 +6,17 @@ use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::KnowledgeBase;
 
-/// What looking for it may cost at a start, in steps.
+/// The most steps for this search at a start.
 const STEPS: u64 = 300_000;
 
-/// Of models with more signals than these it is not looked for: it takes memory by the square of them.
+/// The most signals of a model for this search, whose memory grows with their square.
 const MOST_SIGNALS: usize = 10_000;
 
-/// Warnings of one kind that are told, and names in each.
+/// The most warnings of one kind, and the most names in each.
 const MOST: usize = 12;
 
-/// What is known before anything runs: signals of which no comparison shows a fault though others know their variable, and
-/// comparisons that the budget leaves out.
+/// Facts known in advance: signals whose faults no comparison shows although others know their variable, and comparisons that the
+/// budget leaves out.
 pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
     let count = knowledge.signals().len();
     if count > MOST_SIGNALS {
@@ -43,7 +43,7 @@ pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<Str
     shortened(told)
 }
 
-/// What the budget leaves out of the ways of knowing a variable.
+/// The ways of a variable that the budget leaves out.
 fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
     if watch.hidden.is_empty() {
         return None;
@@ -67,7 +67,7 @@ fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
     Some(told)
 }
 
-/// The first of many lines.
+/// The first lines, and the number of the others.
 pub(crate) fn shortened(mut lines: Vec<String>) -> Vec<String> {
     let more = lines.len().saturating_sub(MOST);
     lines.truncate(MOST);

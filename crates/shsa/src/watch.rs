@@ -1,4 +1,4 @@
-//! How much is watched: flags that several commands share.
+//! The budget of monitoring: arguments of several commands.
 
 use shsa_core::engine::WatchBudget;
 
@@ -20,7 +20,7 @@ impl Watching {
     }
 }
 
-/// One way alone compares nothing.
+/// At least two ways are needed for a comparison.
 fn two_or_more(text: &str) -> Result<usize, String> {
     let ways = text.trim().parse().ok().filter(|&ways| ways >= 2);
     ways.ok_or_else(|| "expected a whole number from 2 on: one way alone is compared with nothing".to_owned())

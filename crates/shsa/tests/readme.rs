@@ -1,4 +1,4 @@
-//! The README's commands run as they stand, and its story is what the command prints.
+//! Runs the README's commands, and compares its console blocks with the output.
 #![cfg(test)]
 
 #[cfg(feature = "mqtt")]
@@ -24,7 +24,7 @@ fn shown<'a>(readme: &'a str, command: &str) -> Vec<&'a str> {
     block.split_once("```").expect("the block ends").0.lines().collect()
 }
 
-/// Every command of the README, without what is said behind it.
+/// Every command of the README, without the comments behind them.
 fn commands() -> Vec<String> {
     let readme = readme();
     let blocks = readme.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
@@ -32,7 +32,7 @@ fn commands() -> Vec<String> {
     lines.map(|line| line.split("  #").next().unwrap_or_default().trim().to_owned()).collect()
 }
 
-/// A folder with what the commands read, as they also write; it goes with this value.
+/// A folder with the files that the commands read; commands can write there. Dropping it removes the folder.
 struct Project(PathBuf);
 
 impl Project {
@@ -70,7 +70,7 @@ fn copy(from: &Path, to: &Path) {
     }
 }
 
-/// The words of a line as a shell takes them: single quotes hold blanks together.
+/// The words of a line as in a shell: single quotes keep blanks.
 fn words(line: &str) -> Vec<String> {
     let mut words = Vec::new();
     for (at, part) in line.split('\'').enumerate() {
@@ -82,7 +82,7 @@ fn words(line: &str) -> Vec<String> {
     words
 }
 
-/// Whether a command listens to a bus, the simulated one among them: these go on until they are stopped.
+/// Whether a command receives from a bus, including the simulated one: such a command runs until it is stopped.
 fn is_live(words: &[String]) -> bool {
     matches!(words.get(1).map(String::as_str), Some("scan" | "run" | "service"))
 }
@@ -93,7 +93,7 @@ fn every_command_on_files_runs() {
     let mut count = 0;
     for line in commands() {
         let words = words(&line);
-        // `cargo` lines build, or run all tests, this one among them; `demo` without --fast plays in real time.
+        // `cargo` lines build, or run all tests including this one; `demo` without --fast plays in real time.
         if words[0] != "shsa" || is_live(&words) {
             assert!(words[0] == "shsa" || words[0] == "cargo", "{line}");
             continue;
@@ -106,7 +106,7 @@ fn every_command_on_files_runs() {
     assert!(count >= 9, "{count} commands");
 }
 
-/// The bus of every command is a broker of this test: no other is there. Nobody publishes, so needs are unmet (status 1).
+/// Every command uses the broker of this test, as no other is present. Nobody publishes, so needs are unmet (status 1).
 #[cfg(feature = "mqtt")]
 #[test]
 fn every_command_on_a_bus_runs() {
@@ -134,7 +134,7 @@ fn every_command_on_a_bus_runs() {
     assert!(count >= 4, "{count} commands");
 }
 
-/// The demo of the README without its waiting: the run is the same.
+/// The demo of the README without waiting for real time: the run is the same.
 #[test]
 fn the_demo_runs() {
     let readme = readme();

@@ -1,4 +1,4 @@
-//! The section about a world that breaks: its scenarios are the tests `crates/shsa/tests/chaos`, one row each.
+//! The section about a failing environment: its scenarios are the tests `crates/shsa/tests/chaos`, one row each.
 
 use super::markdown::table;
 use super::{DOCUMENT, notes};
@@ -11,10 +11,10 @@ use std::path::{Path, PathBuf};
 /// The section's title.
 pub(super) const TITLE: &str = "Chaos: the world around it breaks";
 
-/// Where the tests put their rows.
+/// The folder in which the tests write their rows.
 const ROWS: &str = "target/chaos";
 
-/// What a scenario tells of itself.
+/// The row of a scenario.
 #[derive(Deserialize)]
 struct Row {
     scenario: String,
@@ -23,7 +23,7 @@ struct Row {
     seen: String,
 }
 
-/// Runs every scenario, one after another, and writes their section; the others stay as they are.
+/// Runs every scenario, one after another, and writes their section; keeps the other sections.
 ///
 /// # Errors
 /// When something does not build, a promise is broken, or the text cannot be written.
@@ -36,7 +36,7 @@ pub(crate) fn write() -> Result<()> {
     fs::write(DOCUMENT, replaced(&text, &section(&rows))).with_context(|| format!("writing {DOCUMENT}"))
 }
 
-/// The section of an earlier run, with its title; nothing where there is none.
+/// The section of an earlier run, with its title; empty if there is none.
 pub(super) fn kept(text: &str) -> &str {
     let title = format!("\n## {TITLE}\n");
     let Some((_, rest)) = text.split_once(&title) else { return "" };
@@ -73,7 +73,7 @@ fn section(rows: &[Row]) -> String {
     format!("\n## {TITLE}\n\n{}{table}", notes::CHAOS)
 }
 
-/// The text with this section in the place of an earlier one, else at its end.
+/// The text with this section in place of an earlier one, else at its end.
 fn replaced(text: &str, section: &str) -> String {
     match kept(text) {
         "" => format!("{text}{section}"),

@@ -1,4 +1,4 @@
-//! Which faults are injected into which recording.
+//! The faults that are injected into each recording.
 
 use super::replay::Fault;
 
@@ -15,14 +15,14 @@ pub(super) struct Row {
 /// Kinds of faults of the car that begin at 20 s.
 pub(super) const CAR_KINDS: [&str; 5] = ["bias=2", "spoof=0", "drop", "noise=3", "scale=1.3"];
 
-/// Kinds of faults of which two are injected at once.
+/// Kinds of faults for pairs of faults.
 pub(super) const PAIR_KINDS: [&str; 9] =
     ["bias=2", "bias=-2", "spoof=0", "scale=1.3", "noise=3", "stuck", "drop", "drift=0.2", "bias=1.2"];
 
-/// When the faults of the flight begin: it cruises.
+/// The beginning of the flight's faults, when it cruises.
 pub(super) const FLIGHT_MS: u32 = 200_000;
 
-/// When the faults of the rover begin: it stands, drives off at once, and its heading can be compared for a while.
+/// The beginning of the rover's faults: it stands, drives off at once, and its heading can be compared for a while.
 pub(super) const ROVER_MS: u32 = 100_000;
 
 const VELOCITY: &[&str] =
@@ -96,13 +96,13 @@ pub(super) const HUSKY: &[Row] = &[
 ];
 
 impl Row {
-    /// Its faults, all beginning at the same time.
+    /// Its faults, all with the same beginning.
     pub(super) fn faults(&self, start_ms: u32) -> impl Iterator<Item = Fault> + '_ {
         self.kinds.iter().map(move |&kind| Fault { kind, signal: self.signal, start_ms })
     }
 }
 
-/// Every fault that the car's table shows. Stuck begins at 30 s, when the car brakes: before, a steady value is no fault.
+/// Every fault in the car's table. A stuck fault begins at 30 s, when the car brakes: before, a constant value is no fault.
 pub(super) fn car() -> Vec<Fault> {
     let signals = WHEELS.into_iter().chain([GNSS]);
     let of_signal = |signal: &'static str| {

@@ -3,7 +3,7 @@
 use super::replay::{Fault, Need, Verdict};
 use std::collections::BTreeSet;
 
-/// A table with its header; the columns are as wide as they must be, so that the text can be read as it is.
+/// A table with its header; the columns are aligned, so that the source can be read, too.
 pub(super) fn table(header: &[&str], rows: &[Vec<String>]) -> String {
     let header: Vec<String> = header.iter().map(|&title| title.to_owned()).collect();
     let width = |column: usize| {
@@ -26,7 +26,7 @@ pub(super) fn code(text: &str) -> String {
     format!("`{text}`")
 }
 
-/// What was found about a faulty signal, and how long after its fault began.
+/// The verdicts about a faulty signal, with their latencies.
 pub(super) fn verdict(verdict: &Verdict, fault: &Fault) -> [String; 2] {
     let after = |time_s: f64| format!("{:.2} s", time_s - fault.start_s());
     match (verdict.suspected_s, &verdict.named) {
@@ -44,7 +44,7 @@ pub(super) fn names(names: &BTreeSet<&str>) -> String {
     if names.is_empty() { "-".to_owned() } else { names.iter().copied().collect::<Vec<_>>().join(", ") }
 }
 
-/// Longest gap, and error against the run without the fault.
+/// Longest gap, and error relative to the run without the fault.
 pub(super) fn served(need: Option<&Need>) -> [String; 2] {
     let Some(need) = need else { return ["-".to_owned(), "-".to_owned()] };
     let rmse = need.rmse.map_or("-".to_owned(), |rmse| format!("{rmse:.3}"));

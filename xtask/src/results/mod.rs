@@ -1,7 +1,7 @@
-//! `docs/results.md`: what the command finds in real recordings, clean and with injected faults.
+//! `docs/results.md`: the results of the command on real recordings, clean and with injected faults.
 //!
-//! Figures come from the run and name neither machine nor date, so the same command writes the same bytes. The section
-//! about [chaos] is measured in real time, and is written by a command of its own.
+//! The figures come from the run and do not depend on machine or date, so the same command writes the same bytes. The section
+//! [chaos] is measured in real time, and has a command of its own.
 
 mod replay;
 mod faults;
@@ -24,13 +24,13 @@ const QUAD: Subject = Subject { model: "models/quad.yaml", recording: "../shared
 const HUSKY: Subject = Subject { model: "models/husky.yaml", recording: "../shared/data/husky" };
 const MOTES: Subject = Subject { model: "models/motes.yaml", recording: "../shared/data/suthaharan" };
 
-/// Seeds with which noise is injected.
+/// The number of seeds for injected noise.
 const SEEDS: u32 = 20;
 
-/// Where the text goes.
+/// The output file.
 const DOCUMENT: &str = "docs/results.md";
 
-/// Builds the command, replays everything, and writes the text; without the recordings it writes nothing.
+/// Builds the command, replays everything, and writes the text; writes nothing if the recordings are missing.
 ///
 /// # Errors
 /// When the command does not build, a replay fails, or the text cannot be written.
@@ -52,7 +52,7 @@ pub(crate) fn write() -> Result<()> {
     fs::write(DOCUMENT, text).with_context(|| format!("writing {DOCUMENT}"))
 }
 
-/// A section's title, and what writes its text.
+/// A section's title, and the function that writes its text.
 type Section = (&'static str, fn(&Path) -> Result<String>);
 
 const SECTIONS: [Section; 7] = [
@@ -84,7 +84,7 @@ fn clean(program: &Path) -> Result<String> {
     Ok(table(&["command", "observations", "duration", "events"], &rows) + notes::CLEAN)
 }
 
-/// A row for each fault: what became of its signal, of the others, and of the need.
+/// A row for each fault: the verdicts about its signal and about others, and the effect on the need.
 fn singles(program: &Path, subject: Subject, faults: &[(Fault, Option<&str>)], unit: &str) -> Result<String> {
     let mut rows = Vec::new();
     for (fault, need) in faults {

@@ -1,4 +1,4 @@
-//! The labelled events of the motes: after which reading each is found, and what is told outside of them.
+//! The labelled events of the motes: the reading at which each is detected, and decisions outside of them.
 
 use super::markdown::table;
 use super::replay::Event;
@@ -6,7 +6,7 @@ use super::{MOTES, notes};
 use anyhow::Result;
 use std::path::Path;
 
-/// Something that was introduced at a mote: its label in the recording.
+/// A change made at a mote: its label in the recording.
 struct Introduced {
     mote: &'static str,
     neighbour: &'static str,
@@ -19,10 +19,10 @@ const INTRODUCED: [Introduced; 2] = [
     Introduced { mote: "mote_4", neighbour: "mote_3", first: 2362, last: 2393 },
 ];
 
-/// Readings after an event in which its end may still be told.
+/// The number of readings after an event in which its end may be detected.
 const AFTERMATH: u64 = 10;
 
-/// The number of the reading at a time: one every 5 s, the first one is number 1.
+/// The number of the reading at a time: one every 5 s, from 1.
 fn reading(event: &Event) -> u64 {
     (event.time_s / 5.0).round() as u64 + 1
 }

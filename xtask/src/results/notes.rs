@@ -1,4 +1,4 @@
-//! What stands between the tables: how to read them, what is not detected, and why.
+//! The text between the tables: how to read them, and which faults are not detected, and why.
 
 pub(super) const HEAD: &str = "\
 # Results

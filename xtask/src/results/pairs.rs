@@ -8,10 +8,10 @@ use super::replay::{Fault, Report};
 use anyhow::Result;
 use std::path::Path;
 
-/// How much later the second fault begins.
+/// The delays of the second fault.
 const LATER_MS: [u32; 4] = [0, 100, 500, 10_000];
 
-/// What became of many pairs of faults with the same first kind.
+/// Counts over pairs of faults with the same first kind.
 #[derive(Default)]
 struct Tally {
     runs: usize,
@@ -43,7 +43,7 @@ pub(super) fn section(program: &Path) -> Result<String> {
     Ok(format!("One row: `{example}`\n\n{each}{}{}{}", notes::PAIRS, grid(program)?, notes::GRID))
 }
 
-/// Pairs that are shown one by one: two wheels with the same and with different biases, a wheel and the GNSS.
+/// Pairs with a row each: two wheels with equal and with different biases, a wheel and the GNSS.
 fn shown() -> Vec<[Fault; 2]> {
     let at_20 = |kind, signal| Fault { kind, signal, start_ms: 20_000 };
     let wheels = || car_pairs().into_iter().filter(|(_, other)| *other != GNSS);
@@ -66,7 +66,7 @@ fn row(pair: &[Fault; 2], report: &Report) -> Vec<String> {
     pair.iter().flat_map(found).chain(others).chain(served(report.needs.get("speed"))).collect()
 }
 
-/// All kinds with all kinds, on all pairs of signals, the second one at a time that changes from run to run.
+/// All combinations of kinds, on all pairs of signals; the delay of the second fault changes from run to run.
 fn grid(program: &Path) -> Result<String> {
     let mut rows = Vec::new();
     for (number, one) in PAIR_KINDS.into_iter().enumerate() {

@@ -1,4 +1,4 @@
-//! One replay of a recording by the built command, and what it tells.
+//! One replay of a recording by the built command, and its report.
 
 use anyhow::{Context, Result, bail};
 use serde::Deserialize;
@@ -10,14 +10,14 @@ use std::process::{Command, Stdio};
 /// Kinds of events that accuse a signal for certain.
 const NAMING: [&str; 2] = ["failed", "silent"];
 
-/// A model with the recording that it is about.
+/// A model with its recording.
 #[derive(Clone, Copy)]
 pub(super) struct Subject {
     pub(super) model: &'static str,
     pub(super) recording: &'static str,
 }
 
-/// A fault that begins at a time and does not end.
+/// A fault that begins at a time and has no end.
 #[derive(Clone, Copy)]
 pub(super) struct Fault {
     pub(super) kind: &'static str,
@@ -25,7 +25,7 @@ pub(super) struct Fault {
     pub(super) start_ms: u32,
 }
 
-/// The JSON object that a replay prints, as far as it is needed here.
+/// The used part of a replay's JSON object.
 #[derive(Deserialize)]
 pub(super) struct Report {
     pub(super) observations: u64,
@@ -34,7 +34,7 @@ pub(super) struct Report {
     pub(super) needs: BTreeMap<String, Need>,
 }
 
-/// A decision about a signal, or about a need when it names none.
+/// A decision about a signal, or without a signal about a need.
 #[derive(Deserialize)]
 pub(super) struct Event {
     pub(super) time_s: f64,
@@ -46,12 +46,12 @@ pub(super) struct Event {
 #[derive(Deserialize)]
 pub(super) struct Need {
     pub(super) longest_gap_s: f64,
-    /// Against the run without the faults; none without faults, or where nothing was published.
+    /// The error relative to the run without the faults; `None` without faults, or if nothing was published.
     pub(super) rmse: Option<f64>,
 }
 
 impl Subject {
-    /// The line that repeats a replay.
+    /// The command line that repeats a replay.
     pub(super) fn command(self, faults: &[Fault]) -> String {
         let injected: String = faults.iter().map(|fault| format!(" --inject {fault}")).collect();
         format!("shsa replay {} {}{injected}", self.model, self.recording)
@@ -61,7 +61,7 @@ impl Subject {
         Path::new(self.recording).exists()
     }
 
-    /// Replays with faults. A need that was unmet (status 1) is an answer, too.
+    /// Replays with faults. An unmet need (status 1) is a valid result, too.
     pub(super) fn replay(self, program: &Path, faults: &[Fault], seed: u32) -> Result<Report> {
         let mut command = Command::new(program);
         command.args(["replay", self.model, self.recording, "--json", "--seed", &seed.to_string()]);
@@ -90,7 +90,7 @@ impl fmt::Display for Fault {
     }
 }
 
-/// When a signal was first suspected, and first named for certain; in seconds of the recording.
+/// When a signal was first suspected, and first named for certain, in seconds of the recording.
 pub(super) struct Verdict {
     pub(super) suspected_s: Option<f64>,
     pub(super) named: Option<(String, f64)>,
@@ -107,12 +107,12 @@ impl Report {
         }
     }
 
-    /// Signals other than these that were suspected at any time.
+    /// Signals except these that were ever suspected.
     pub(super) fn others_suspected(&self, faulty: &[&str]) -> BTreeSet<&str> {
         self.others(faulty, &["suspected"])
     }
 
-    /// Signals other than these that were called failed or silent at any time.
+    /// Signals except these that ever failed or became silent.
     pub(super) fn others_named(&self, faulty: &[&str]) -> BTreeSet<&str> {
         self.others(faulty, &NAMING)
     }

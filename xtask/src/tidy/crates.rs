@@ -1,8 +1,9 @@
-//! What crates may rest on, what their manifests must inherit, and the licence's texts.
+//! Checks the dependencies between crates, the inherited parts of their manifests, and the licence's texts.
 
 use crate::workspace::{File, Package};
 
-/// Which crates of the workspace a crate may rest on: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message} -> core`.
+/// The permitted dependencies between crates of the workspace: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message}
+/// -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
 const ARROWS: [(&str, &[&str]); 13] = [
@@ -46,13 +47,13 @@ const ARROWS: [(&str, &[&str]); 13] = [
     ("xtask", &[]),
 ];
 
-/// What stands once, in the workspace's manifest.
+/// Keys that only the workspace's manifest sets.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 
 /// The texts of the workspace's licence.
 const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
 
-/// A crate rests only on those that the table allows, in its tests too.
+/// A crate depends only on crates that the table permits; its tests, too.
 pub(super) fn arrows(package: &Package) -> Vec<String> {
     let Some((name, allowed)) = ARROWS.iter().find(|(name, _)| *name == package.name) else {
         return vec![format!("crate `{}` is not in the table of xtask/src/tidy/crates.rs", package.name)];
@@ -63,8 +64,8 @@ pub(super) fn arrows(package: &Package) -> Vec<String> {
     wrong.map(|to| format!("crate `{name}` must not rest on `{to}`")).collect()
 }
 
-/// A crate's manifest inherits the one version and licence, and its lints forbid unsafe code; one that is a workspace of its
-/// own has nothing to inherit.
+/// A crate's manifest inherits the common version and licence, and its lints forbid unsafe code; a crate that is a workspace of
+/// its own inherits nothing.
 pub(super) fn manifest(file: &File) -> Vec<String> {
     if !file.path.ends_with("/Cargo.toml") {
         return Vec::new();
@@ -97,7 +98,7 @@ fn look_up<'a>(table: &'a toml::Table, path: &[&str]) -> Option<&'a toml::Value>
     rest.iter().try_fold(table.get(*first)?, |value, key| value.get(key))
 }
 
-/// Both texts of the licence are there.
+/// Both texts of the licence are present.
 pub(super) fn licence_files(files: &[File]) -> Vec<String> {
     let is_there = |name: &str| files.iter().any(|file| file.path == name && !file.text.is_empty());
     LICENCES.iter().filter(|name| !is_there(name)).map(|name| format!("{name} is absent")).collect()

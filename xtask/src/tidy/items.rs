@@ -1,13 +1,13 @@
-//! How functions and types are cut: a tuple parameter hides two, and what a type can do stands in few files.
+//! Checks functions and types: no tuple parameter may hide two values, and the `impl`s of a type stand in few files.
 
 use crate::workspace::File;
 use proc_macro2::{Delimiter, Group, Ident, TokenStream, TokenTree};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// So many files may say what one type can do; more of them need a reason.
+/// The largest number of files with inherent `impl`s of one type without a reason.
 const FILES_MAX: usize = 3;
 
-/// Two names that are one thing: a point, an interval, a size, a distribution.
+/// Pairs of names that are one thing: a point, an interval, a size, a distribution.
 const ONE_THING: [[&str; 2]; 9] = [
     ["x", "y"],
     ["left", "y"],
@@ -20,13 +20,13 @@ const ONE_THING: [[&str; 2]; 9] = [
     ["mean", "variance"],
 ];
 
-/// Tuple parameters that hide two, and types whose `impl`s are spread over too many files without a reason.
+/// Tuple parameters that hide two values, and types whose `impl`s are in too many files without a reason.
 ///
-/// `exceptions` lists the types that may be, each line `crate::Type files reason`.
+/// `exceptions` lists the permitted types, one a line: `crate::Type files reason`.
 pub(super) fn problems(files: &[File], exceptions: &str) -> Vec<String> {
     let mut survey = Survey::default();
     for file in files {
-        // What is no Rust is told with the layers.
+        // The check of the layers tells files that are no Rust.
         if let (Some(place), Ok(tokens)) = (Place::of(&file.path), file.text.parse::<TokenStream>()) {
             survey.walk(tokens, &place);
         }
@@ -35,17 +35,17 @@ pub(super) fn problems(files: &[File], exceptions: &str) -> Vec<String> {
     survey.tuples.into_iter().chain(spread).collect()
 }
 
-/// Where a file stands.
+/// The position of a file.
 struct Place<'f> {
     path: &'f str,
-    /// Its crate's folder.
+    /// The folder of its crate.
     folder: &'f str,
-    /// What its module's children stand under: `engine/` of `engine.rs` and of `engine/mod.rs`.
+    /// The path of the module's children: `engine/` for `engine.rs` and for `engine/mod.rs`.
     module: String,
 }
 
 impl<'f> Place<'f> {
-    /// `None` for what is no source of a crate.
+    /// `None` for files that are no source of a crate.
     fn of(path: &'f str) -> Option<Place<'f>> {
         let (folder, inner) = path.strip_suffix(".rs")?.split_once("/src/")?;
         let inner = inner.strip_suffix("mod").unwrap_or(inner);
@@ -56,13 +56,13 @@ impl<'f> Place<'f> {
     }
 }
 
-/// What all files say together.
+/// The results of all files.
 #[derive(Default)]
 struct Survey {
     tuples: Vec<String>,
     /// The modules that define a type, by crate and name.
     types: BTreeMap<(String, String), Vec<String>>,
-    /// The files that say what a type can do, each with its module, by crate and name.
+    /// The files with inherent `impl`s of a type, each with its module, by crate and name.
     impls: BTreeMap<(String, String), BTreeMap<String, String>>,
 }
 
@@ -84,7 +84,7 @@ impl Survey {
                     after
                 }
                 (TokenTree::Ident(word), after) if word == "impl" => {
-                    // Behind an arrow, a colon or a `&` it is no item, but a type.
+                    // Behind an arrow, a colon or a `&` it is a type, not an item.
                     let before = tokens.len().checked_sub(rest.len() + 1).and_then(|at| tokens.get(at));
                     let is_item =
                         before.is_none_or(|it| !matches!(it, TokenTree::Punct(_)) || is_punct(it, ';'));
@@ -123,7 +123,7 @@ impl Survey {
         }
     }
 
-    /// Types whose `impl`s are spread, without an exception or with one that is out of date.
+    /// Types whose `impl`s are spread, without an exception or with an outdated one.
     fn spread(&self, exceptions: &str) -> Vec<String> {
         let listed = exceptions.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
         let mut listed: BTreeMap<&str, &str> =
@@ -145,7 +145,7 @@ impl Survey {
         problems
     }
 
-    /// In how many files each type says what it can do. Of types with the same name in one crate, each is counted for itself.
+    /// The number of files with `impl`s for each type. Types of the same name in one crate are counted separately.
     fn counts(&self) -> Vec<((&str, &str), usize)> {
         let mut counts = Vec::new();
         for (key, files) in &self.impls {
@@ -169,7 +169,7 @@ impl Place<'_> {
     }
 }
 
-/// The type of an `impl` that is of no trait, from what stands behind `impl`.
+/// The type of an inherent `impl`, from the tokens behind `impl`.
 fn inherent(tokens: &[TokenTree]) -> Option<&Ident> {
     let body = tokens.iter().position(ends_item)?;
     let head = outside_angles(tokens.get(..body)?);
@@ -182,7 +182,7 @@ fn inherent(tokens: &[TokenTree]) -> Option<&Ident> {
     }
 }
 
-/// The tokens that stand in no `<..>`.
+/// The tokens outside of `<..>`.
 fn outside_angles(tokens: &[TokenTree]) -> Vec<&TokenTree> {
     let mut depth = 0_usize;
     let mut outside = Vec::new();
@@ -198,7 +198,7 @@ fn outside_angles(tokens: &[TokenTree]) -> Vec<&TokenTree> {
     outside
 }
 
-/// The names of a parameter that callers must put together, only to be taken apart. A reference is to a pair that is there.
+/// The names of a parameter that callers must combine and the function takes apart. A reference is to an existing pair.
 fn tuple(parameter: &[TokenTree]) -> Option<Vec<String>> {
     match parameter {
         [TokenTree::Group(names), colon, TokenTree::Group(_), ..]

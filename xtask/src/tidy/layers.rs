@@ -1,38 +1,38 @@
-//! The core's modules stand in reading order, and each uses only those above it.
+//! Checks that the core's modules stand in reading order, and that each uses only those above it.
 //!
-//! Read from the tokens of each file, so that comments and texts do not count and macros do; tests are left out.
-//! A module may use what its parents define themselves, and a parent all of its children.
+//! The check reads the tokens of each file, so that macros count, and comments and strings do not; tests are left out. A module
+//! may use items that its parents define themselves, and a parent may use all of its children.
 
 use crate::workspace::File;
 use proc_macro2::{Delimiter, Ident, Spacing, TokenStream, TokenTree};
 use std::collections::BTreeMap;
 
-/// Where the modules stand.
+/// The folder of the modules.
 const SOURCE: &str = "crates/shsa-core/src/";
 
-/// A module's or an item's place: the names from the crate's root down.
+/// The path of a module or an item: the names from the crate's root down.
 type ModulePath = Vec<String>;
 
-/// Every use of a module that stands below its user.
+/// Every use of a module below its user.
 pub(super) fn problems(files: &[File]) -> Vec<String> {
     let mut survey = Survey::default();
     let unread: Vec<String> = files.iter().filter_map(|file| survey.read(file).err()).collect();
     unread.into_iter().chain(survey.problems()).collect()
 }
 
-/// What all files say together.
+/// The results of all files.
 #[derive(Default)]
 struct Survey {
-    /// Each module's children, as they are declared.
+    /// Each module's children, in the order of declaration.
     order: BTreeMap<ModulePath, Vec<String>>,
     /// Modules that exist in tests only.
     tests: Vec<ModulePath>,
     uses: Vec<Use>,
 }
 
-/// One path in the code.
+/// A path in the code.
 struct Use {
-    /// File and line, for people.
+    /// File and line, for messages.
     place: String,
     from: ModulePath,
     to: ModulePath,
@@ -54,7 +54,7 @@ impl Survey {
         self.tests.iter().any(|test| module.starts_with(test))
     }
 
-    /// Compares the two branches where user and used part; there is nothing to compare within one branch.
+    /// Compares the two branches at which user and used diverge; within one branch there is nothing to compare.
     fn problem(&self, used: &Use) -> Option<String> {
         let shared = used.from.iter().zip(&used.to).take_while(|(a, b)| a == b).count();
         let (user, target) = (used.from.get(shared)?, used.to.get(shared)?);
@@ -65,7 +65,7 @@ impl Survey {
     }
 }
 
-/// `None` for files that are not of the core.
+/// `None` for files outside of the core.
 fn module_of(path: &str) -> Option<ModulePath> {
     let path = path.strip_prefix(SOURCE)?.strip_suffix(".rs")?;
     let mut names: ModulePath = path.split('/').map(Into::into).collect();
@@ -114,7 +114,7 @@ impl Reader<'_> {
         self.survey.order.entry(module.to_vec()).or_default().push(name.to_string());
     }
 
-    /// Goes on behind a module's name: into its body, where it has one here.
+    /// Reads on behind a module's name, including its body if it has one here.
     fn enter<'t>(&mut self, tokens: &'t [TokenTree], module: &[String]) -> &'t [TokenTree] {
         match tokens {
             [TokenTree::Ident(name), TokenTree::Group(body), after @ ..] => {
@@ -125,7 +125,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Goes on behind an item that exists in tests only.
+    /// Skips an item that exists in tests only.
     fn skip_test<'t>(&mut self, item: &'t [TokenTree], module: &[String]) -> &'t [TokenTree] {
         let end = item.iter().position(ends_item).map_or(item.len(), |end| end + 1);
         let (item, after) = item.split_at(end);
@@ -139,7 +139,7 @@ impl Reader<'_> {
         after
     }
 
-    /// Follows a path, or a tree of them, from what stands before its next name; goes on behind it.
+    /// Follows a path, or a tree of paths, from the tokens before its next name; returns the tokens behind it.
     fn path<'t>(
         &mut self,
         mut path: ModulePath,
@@ -175,7 +175,7 @@ impl Reader<'_> {
     }
 }
 
-/// Where a path that begins with this word begins; `None` for paths into other crates and to own children.
+/// The start of a path that begins with this word; `None` for paths into other crates and to own children.
 fn start_of(word: &Ident, module: &[String]) -> Option<ModulePath> {
     let mut start = if word == "crate" { Vec::new() } else { module.to_vec() };
     if word == "super" {
@@ -196,7 +196,7 @@ fn child(module: &[String], name: &Ident) -> ModulePath {
     module.iter().cloned().chain([name.to_string()]).collect()
 }
 
-/// What stands behind `::`.
+/// The tokens behind `::`.
 fn after_colons(tokens: &[TokenTree]) -> Option<&[TokenTree]> {
     match tokens {
         [TokenTree::Punct(first), second, after @ ..]

@@ -1,4 +1,4 @@
-//! The rules of the house that no compiler holds; every broken one is reported at once.
+//! The project's rules that no compiler checks; all violations are reported at once.
 
 mod text;
 mod layers;
@@ -9,15 +9,15 @@ use crate::workspace::{self, Metadata};
 use anyhow::{Context, Result, bail};
 use std::fs;
 
-/// The files that may be too long, each with its exact length and a reason: the list only shrinks.
+/// The files that may exceed the length, each with its exact length and a reason: the list only shrinks.
 const EXCEPTIONS: &str = "xtask/tidy-exceptions.txt";
-/// The types that may say in many files what they can do, each with how many and a reason.
+/// The types whose `impl`s may be in many files, each with their number and a reason.
 const SPREAD: &str = "xtask/tidy-spread.txt";
 
 /// Checks every file and crate of the workspace.
 ///
 /// # Errors
-/// When a rule is broken; the text lists every place, one a line.
+/// When a rule is broken; the text lists every violation, one a line.
 pub(crate) fn check() -> Result<()> {
     let files = workspace::files()?;
     let metadata = Metadata::read()?;

@@ -1,16 +1,16 @@
-//! What can be seen without understanding a file: its head, its length, words that must not be in it.
+//! Checks of a file's text: its head, its length, forbidden words.
 
 use crate::workspace::File;
 use std::collections::BTreeMap;
 
-/// A longer file is split by theme.
+/// The largest length; a longer file is split by theme.
 const LINES_MAX: usize = 400;
 
-/// Words of unfinished work; written in two parts, for this file is searched too.
+/// Words of unfinished work, written in two parts because this file is checked, too.
 const UNFINISHED: [&str; 4] =
     [concat!("TO", "DO"), concat!("FIX", "ME"), concat!("todo", "!"), concat!("unimplemented", "!")];
 
-/// The first folders of paths that are true on one machine only.
+/// The first folders of paths that exist on one machine only.
 const MACHINE: [&str; 5] = [
     concat!("/ho", "me/"),
     concat!("/ro", "ot/"),
@@ -19,7 +19,7 @@ const MACHINE: [&str; 5] = [
     concat!("/Us", "ers/"),
 ];
 
-/// A Rust file opens with a sentence that says what it is for.
+/// A Rust file begins with a sentence about its purpose.
 pub(super) fn head(file: &File) -> Option<String> {
     if !is_rust(file) {
         return None;
@@ -37,7 +37,7 @@ pub(super) fn head(file: &File) -> Option<String> {
     Some(format!("{}:1: {problem}", file.path))
 }
 
-/// A file that may be too long.
+/// A file that may exceed the length.
 struct Exception<'t> {
     path: &'t str,
     lines: &'t str,
@@ -45,7 +45,7 @@ struct Exception<'t> {
 }
 
 impl<'t> Exception<'t> {
-    /// Reads `path lines reason`; what is left out is empty.
+    /// Reads `path lines reason`; missing parts are empty.
     fn read(line: &'t str) -> Exception<'t> {
         let mut words = line.splitn(3, ' ').map(str::trim);
         let mut next = || words.next().unwrap_or_default();
@@ -53,8 +53,8 @@ impl<'t> Exception<'t> {
     }
 }
 
-/// A Rust file is short, or stands in the list of exceptions with its exact length, so that the list only shrinks, and with the
-/// reason why it is better whole.
+/// A Rust file is short, or is in the list of exceptions with its exact length (so that the list only shrinks) and the reason for
+/// being whole.
 pub(super) fn lengths(files: &[File], exceptions: &str) -> Vec<String> {
     let listed = exceptions.lines().filter(|line| !line.starts_with('#') && !line.trim().is_empty());
     let mut exceptions: BTreeMap<&str, Exception<'_>> =
@@ -85,7 +85,7 @@ fn length(file: &File, exception: Option<Exception<'_>>) -> Option<String> {
     Some(format!("{}: {lines} lines, {problem}", file.path))
 }
 
-/// No tracked file holds unfinished work or the path of a machine.
+/// No tracked file contains unfinished work or a path of one machine.
 pub(super) fn words(file: &File) -> Vec<String> {
     let place =
         |number: usize, word: &str| format!("{}:{}: `{word}` must not be here", file.path, number + 1);

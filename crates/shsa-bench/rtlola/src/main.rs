@@ -1,7 +1,7 @@
 //! Three signals of one variable, every two compared within their errors: by RTLola's interpreter and by our monitor.
 //!
-//! Both get the same values in turns, on one core; the fastest of five turns counts. Once every observation comes at a moment
-//! of its own (to RTLola: an event), once three come at one moment (to RTLola: one event). Prints one JSON line.
+//! Both get the same values in turns, on one core; the fastest of five turns counts. In one case every observation has a moment
+//! of its own (RTLola: one event each), in the other three share a moment (RTLola: one event for three). Prints one JSON line.
 
 use rtlola_interpreter::config::OfflineMode;
 use rtlola_interpreter::input::ArrayFactory;
@@ -30,8 +30,8 @@ const ERRORS: [f64; 3] = [0.08, 0.1, 0.15];
 const BATCH: u64 = 30_000;
 const TURNS: usize = 5;
 
-/// Two intervals are apart when their middles are further apart than both errors together. As an observation comes it is
-/// compared with what stands of the others: at first with 2, where the values begin.
+/// Two intervals are apart when the distance of their middles exceeds the sum of both errors. Each observation is compared with
+/// the latest value of the other two signals; their initial value is 2, where the data begin.
 fn specification(is_one_event: bool) -> String {
     let [a, b, c] = ERRORS;
     let trigger = |one: char, other: char, apart: f64| match is_one_event {
@@ -44,7 +44,8 @@ fn specification(is_one_event: bool) -> String {
     format!("import math\ninput a: Float64\ninput b: Float64\ninput c: Float64\n{}", triggers.concat())
 }
 
-/// The value of an observation, and when it comes: every three are equal, and a millisecond apart or at one moment.
+/// The value of an observation and its time: three consecutive ones have equal values, and are a millisecond apart or
+/// simultaneous.
 fn observed(number: u64, is_one_event: bool, fault: f64) -> (f64, u64) {
     let step = number / 3;
     let wave = 1.0 + (step % 200).abs_diff(100) as f64 / 100.0;
@@ -62,7 +63,7 @@ fn lola(is_one_event: bool) -> Result<Lola, Box<dyn Error>> {
     built.map_err(|error| format!("{error:?}").into())
 }
 
-/// So many observations from a number on; how many comparisons were apart.
+/// Passes observations from number `from` on to RTLola; how many comparisons were apart.
 fn run_lola(lola: &mut Lola, is_one_event: bool, from: u64, fault: f64) -> Result<usize, Box<dyn Error>> {
     let mut apart = 0;
     let mut accept = |event: [Value; 3], at_ns: u64| -> Result<(), Box<dyn Error>> {
@@ -126,7 +127,7 @@ fn clock(began: Instant) -> f64 {
     ran.map_or_else(|| began.elapsed().as_secs_f64(), |nanoseconds| nanoseconds / 1e9)
 }
 
-/// Observations a second in a turn; nothing may be found, as nothing is wrong.
+/// Observations a second in a turn. The data are healthy, so any finding is an error.
 fn turn(run: &mut Run<'_>, from: &mut u64, turn_s: f64) -> Result<f64, Box<dyn Error>> {
     let began = Instant::now();
     let (start, mut count) = (clock(began), 0);
@@ -142,7 +143,7 @@ fn turn(run: &mut Run<'_>, from: &mut u64, turn_s: f64) -> Result<f64, Box<dyn E
 fn main() -> Result<(), Box<dyn Error>> {
     let mut arguments = std::env::args().skip_while(|argument| argument != "--turn").skip(1);
     let turn_s: f64 = arguments.next().map_or(Ok(0.5), |text| text.parse())?;
-    // All find a fault where there is one: else they would be fast at nothing.
+    // Both must find a fault, else their speed means nothing.
     for is_one_event in [false, true] {
         assert!(run_lola(&mut lola(is_one_event)?, is_one_event, 0, 1.0)? > 0, "RTLola finds no fault");
         assert!(run_ours(&mut ours(), is_one_event, 0, 1.0) > 0, "we find no fault");

@@ -11,7 +11,7 @@ pub(super) struct Row {
     /// Positive: charging.
     pub(super) current_a: f64,
     pub(super) voltage_v: f64,
-    /// Above empty, where the recording begins, by the cycler's own count.
+    /// Charge above empty by the cycler's own count; the recording begins empty.
     pub(super) charge_ah: f64,
 }
 
@@ -39,7 +39,7 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Row>> {
         if mode != before {
             (before, base) = (mode.to_owned(), last);
         }
-        // While it rests, the count of what went before stays there.
+        // During a rest the count of the previous phase stays in the file.
         let charge_ah = if mode == "REST" { base } else { base + counted };
         rows.push(Row { at_s, current_a, voltage_v, charge_ah });
     }

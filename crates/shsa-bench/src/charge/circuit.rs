@@ -17,17 +17,17 @@ const PLACES: [f64; 21] = [
 /// A cell.
 #[derive(Clone, Debug)]
 pub(super) struct Circuit {
-    /// What it holds when full.
+    /// The charge of a full cell.
     pub(super) capacity_ah: f64,
     /// Points of the curve: charge in Ah, voltage in V.
     pub(super) knots: Vec<(f64, f64)>,
-    /// In ohm.
+    /// Series resistance in ohm.
     pub(super) resistance: f64,
-    /// Of the pair, in ohm.
+    /// Resistance of the pair in ohm.
     pub(super) pair: f64,
 }
 
-/// The current that flows through the resistance of the pair, after a step.
+/// The current through the resistance of the pair after a time step.
 pub(super) fn through_pair(before: f64, current_a: f64, elapsed_s: f64) -> f64 {
     let kept = (-elapsed_s / PAIR_S).exp();
     kept * before + (1.0 - kept) * current_a
@@ -37,7 +37,7 @@ impl Circuit {
     /// The circuit that fits a recording best (least squares over time).
     ///
     /// # Errors
-    /// A recording that does not go from empty to full.
+    /// The recording does not go from empty to full.
     pub(super) fn fit(rows: &[Row]) -> anyhow::Result<Circuit> {
         let capacity_ah = rows.iter().map(|row| row.charge_ah).fold(0.0, f64::max);
         let places = PLACES.map(|share| share * capacity_ah);
@@ -65,7 +65,8 @@ impl Circuit {
         })
     }
 
-    /// The open-circuit voltage as a formula: a line, and what each later line is steeper by. It goes on straight at both ends.
+    /// The open-circuit voltage as a formula: the first line, plus for each later knot the change of slope. Both end lines are
+    /// continued.
     pub(super) fn curve(&self, charge: &str) -> String {
         let slopes: Vec<f64> =
             self.knots.windows(2).map(|pair| (pair[1].1 - pair[0].1) / (pair[1].0 - pair[0].0)).collect();
@@ -77,7 +78,7 @@ impl Circuit {
         text
     }
 
-    /// Where the curve has a voltage; beyond its ends on the straight line.
+    /// The charge at which the curve has this voltage; beyond its ends by the end lines.
     pub(super) fn charge_at(&self, voltage_v: f64) -> f64 {
         let last = self.knots.len() - 2;
         let above = self.knots.partition_point(|knot| knot.1 < voltage_v);
@@ -87,7 +88,7 @@ impl Circuit {
     }
 }
 
-/// How much each point of the curve counts at a charge.
+/// The weights of the curve's points at a charge.
 fn weights(places: &[f64], charge_ah: f64) -> [(usize, f64); 2] {
     let above = places.partition_point(|place| *place <= charge_ah);
     let place = above.saturating_sub(1).min(places.len() - 2);

@@ -33,12 +33,12 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// How a method did in a scenario, in shares of the capacity.
+/// The errors of a method in a scenario, in shares of the capacity.
 struct Result {
     method: Method,
     scenario: Scenario,
     errors: Errors,
-    /// The resistance that it ended with, where it learns one, in ohm.
+    /// The resistance learned by the end, in ohm; only of methods that learn one.
     resistance: Option<f64>,
 }
 

@@ -3,10 +3,10 @@
 use std::fmt::Write as _;
 use std::io::{self, BufWriter, Write};
 
-/// Signals of one variable.
+/// Signals of each variable.
 const EACH: u32 = 5;
 
-/// How much data.
+/// The size of the data.
 pub(super) struct Shape {
     pub(super) signals: u32,
     /// Rows a second.
@@ -39,7 +39,7 @@ pub(super) fn model(shape: &Shape) -> String {
     text
 }
 
-/// The table as CSV: a triangular wave between 1 and 2 for all, and up to 0.05 more or less for each value.
+/// The table as CSV: all signals follow a triangular wave between 1 and 2, plus up to 0.05 of noise for each value.
 pub(super) fn write(output: impl Write, shape: &Shape) -> io::Result<()> {
     let mut output = BufWriter::with_capacity(1 << 20, output);
     let names: String = (0..shape.signals).map(|at| format!(",s{at}")).collect();
@@ -60,7 +60,7 @@ pub(super) fn write(output: impl Write, shape: &Shape) -> io::Result<()> {
     output.flush()
 }
 
-/// A number of so many decimals in its last digits.
+/// Appends a fixed-point number: its last `decimals` digits stand behind the point.
 fn push_number(line: &mut Vec<u8>, number: u64, decimals: usize) {
     let start = line.len();
     let (mut left, mut written) = (number, 0);

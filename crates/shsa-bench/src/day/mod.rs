@@ -1,4 +1,4 @@
-//! `shsa-bench day`: a day of data through `shsa replay`, with its memory watched from outside.
+//! `shsa-bench day`: replays a day of data with `shsa replay`, and records the memory from outside.
 
 mod data;
 mod report;
@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Time between two looks at the memory.
+/// Time between two readings of the memory.
 const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 fn hours(text: &str) -> Result<f64, String> {
@@ -47,17 +47,17 @@ fn hours(text: &str) -> Result<f64, String> {
     if (0.001..=1_000.0).contains(&hours) { Ok(hours) } else { Err("0.001 to 1000 hours".to_owned()) }
 }
 
-/// What a replay has cost.
+/// The costs of a replay.
 struct Replayed {
-    /// Seconds of the whole process: looking through the file, then replaying it.
+    /// Seconds of the whole process, which first scans the file and then replays it.
     seconds: f64,
-    /// Resident memory in bytes over the seconds of the process.
+    /// Resident memory: seconds since the start of the process, bytes.
     memory: Vec<(f64, f64)>,
-    /// What the replay has reported.
+    /// The report of the replay.
     report: Value,
 }
 
-/// What was measured.
+/// The result of the benchmark.
 struct Measured {
     shape: Shape,
     file_bytes: f64,
@@ -101,7 +101,7 @@ impl Measured {
     }
 }
 
-/// Writes the data, replays it and tells.
+/// Writes the data, replays them and prints the result.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let shape = Shape::new(arguments.hours, arguments.signals, arguments.rate);
     let folder = std::env::temp_dir().join(format!("shsa-day-{}", std::process::id()));
@@ -130,10 +130,10 @@ fn measure(folder: &Path, shape: Shape) -> anyhow::Result<Measured> {
     Ok(Measured { shape, file_bytes, replayed })
 }
 
-/// Replays in another process and looks at its memory until it ends.
+/// Replays in another process and records its memory until it ends.
 fn replay(folder: &Path, model: &Path, table: &Path) -> anyhow::Result<Replayed> {
     let program = crate::program::shsa()?;
-    // In a file: a pipe that nobody reads while the process is watched may be full.
+    // Standard output goes to a file: nobody reads a pipe while the process is watched, and a full pipe would block it.
     let told = folder.join("report.json");
     let mut command = Command::new(program);
     command.arg("replay").args([model, table]).args(["--json", "--stream"]);
@@ -155,7 +155,7 @@ fn replay(folder: &Path, model: &Path, table: &Path) -> anyhow::Result<Replayed>
     }
     let report =
         serde_json::from_str(&fs::read_to_string(&told)?).context("the replay said something else")?;
-    // A process that ends has no memory any more.
+    // A process that has just ended reports no memory.
     memory.retain(|(_, bytes)| *bytes > 0.0);
     Ok(Replayed { seconds, memory, report })
 }

@@ -1,4 +1,4 @@
-//! What was measured, as text, as a plot and as a document.
+//! The results as text, as a plot and as a document.
 
 use super::Measured;
 use anyhow::Context;
@@ -7,7 +7,7 @@ use shsa_format::text::seconds;
 use std::fs;
 use std::path::Path;
 
-/// Most points of the plot.
+/// The largest number of points in the plot.
 const POINTS: usize = 300;
 
 /// The sentences for the terminal.

@@ -1,19 +1,19 @@
-//! Processors that do not sleep while something is measured, as `cyclictest` has it: how long they take to wake is the machine's,
-//! and in a virtual one longer than all else.
+//! Keeps the processors awake during a measurement, as `cyclictest` does: the wake-up time is the machine's, and in a virtual
+//! machine it exceeds all else.
 
 use std::fs::{File, OpenOptions};
 use std::io::{self, Write};
 
-/// While it is there, processors poll instead of sleeping: a bound of 0 us on how long they may take to wake
+/// While this exists, processors poll instead of sleeping: it asks for a wake-up latency of at most 0 us
 /// (<https://docs.kernel.org/admin-guide/pm/cpuidle.html>, power management quality of service).
 pub(super) struct Awake {
-    /// The bound holds until it is closed.
+    /// The request holds until this file is closed.
     _held: File,
 }
 
 impl Awake {
     /// # Errors
-    /// Where that is not possible, or not allowed: it needs the rights of an administrator.
+    /// When the system has no such file, or the user may not open it: only an administrator may.
     pub(super) fn keep() -> io::Result<Awake> {
         let mut held = OpenOptions::new().write(true).open("/dev/cpu_dma_latency")?;
         held.write_all(&0_i32.to_ne_bytes())?;

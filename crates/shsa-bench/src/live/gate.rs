@@ -17,21 +17,21 @@ use std::time::Duration;
 
 /// Between two messages: 1 kHz.
 const PERIOD: Duration = Duration::from_millis(1);
-/// A turn of one path takes so many messages.
+/// Messages in one turn of one path.
 pub(super) const TURN: u32 = 500;
-/// So many messages at the beginning of a turn are not counted: the other path has just stopped.
+/// Messages at the beginning of a turn that are not counted: the other path has just stopped.
 const SETTLING: u32 = 20;
-/// The signals that are compared with the need's own source speak once in so many messages.
+/// The signals that are compared with the need's source publish once in this many messages.
 const OTHERS: u32 = 10;
-/// What the paths are called; what is said on the first topic is heard on the second.
+/// The names of the paths.
 const PATHS: [&str; 3] = ["direct", "relay", "gate"];
 
-/// What one transport costs with and without.
+/// The results on one middleware.
 pub(super) struct Gate {
     pub(super) kind: Kind,
     /// Whether the processors were kept awake.
     pub(super) is_awake: bool,
-    /// One message a path and turn.
+    /// Messages published on each path.
     pub(super) sent: u64,
     /// Transport alone, one hop; with a plain relay, two hops; with the gate, two hops.
     pub(super) paths: [Path; 3],
@@ -43,7 +43,7 @@ pub(super) struct Gate {
 /// One path.
 pub(super) struct Path {
     pub(super) times: Times,
-    /// The turn with the smallest median, and with the smallest 99th percentile: other work on the machine only adds.
+    /// The smallest median and the smallest 99th percentile of all turns: other work on the machine only adds.
     pub(super) best: Quantiles,
 }
 
@@ -83,7 +83,7 @@ impl Gate {
     }
 }
 
-/// Where each path begins and ends.
+/// The first and the last topic of each path.
 fn ends() -> [(String, String); 3] {
     [
         ("bench/direct".to_owned(), "bench/direct".to_owned()),
@@ -109,7 +109,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
     let ear = Ear::new(middleware, "bench-consumer", false, topics, turns, Turns::take)?;
     let mut mouth = Mouth::new(middleware, "bench-publisher", false)?;
     let mut beat = Beat::new(PERIOD);
-    // Everything is connected, and the instance knows that its signals agree.
+    // Waits until everything is connected and the instance has found that its signals agree.
     for at in 0..1_000 {
         beat.wait();
         say(&mut mouth, &ends, at % 3, at as u32)?;
@@ -122,7 +122,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
                 beat.wait();
                 say(&mut mouth, &ends, path, at)?;
             }
-            // The last ones arrive before the next path begins.
+            // The last messages arrive before the next path begins.
             thread::sleep(Duration::from_millis(20));
             beat = Beat::new(PERIOD);
         }
@@ -134,7 +134,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
     Ok(Gate { kind: middleware.kind, is_awake, sent: count, paths: turns.paths(begin)?, inside })
 }
 
-/// Says the next message of a path; the instance's other signals speak now and then, whatever path it is.
+/// Publishes the next message of a path; on every path, the instance's other signals publish now and then.
 fn say(mouth: &mut Mouth, ends: &[(String, String); 3], path: usize, at: u32) -> anyhow::Result<()> {
     if at.is_multiple_of(OTHERS) {
         for other in [1, 2] {
@@ -148,7 +148,7 @@ fn say(mouth: &mut Mouth, ends: &[(String, String); 3], path: usize, at: u32) ->
     Ok(())
 }
 
-/// What the consumer has heard: path, when it was said, when it was heard.
+/// The messages that the consumer has received: path, time of publishing, time of reception.
 struct Turns {
     topics: [String; 3],
     heard: Vec<(usize, Time, Time)>,
@@ -159,8 +159,8 @@ impl Turns {
         Ok(Turns { topics, heard: Vec::with_capacity(1 << 17) })
     }
 
-    /// What another signal says in the place of the need's own, which is silent while other paths have their turn, has not
-    /// passed the gate.
+    /// Takes a message in, unless it is a substitute: while other paths have their turn, the need's source is silent, and a
+    /// substitute has not passed the gate.
     fn take(&mut self, message: &Message, now: Time) {
         if message.quality == Some(Quality::Substitute) {
             return;
@@ -169,7 +169,7 @@ impl Turns {
         self.heard.extend(path.zip(message.stamp).map(|(path, stamp)| (path, stamp, now)));
     }
 
-    /// What was said from `begin` on, turn by turn.
+    /// The times of the messages published from `begin` on, turn by turn.
     fn paths(self, begin: Time) -> anyhow::Result<[Path; 3]> {
         let one = |path: usize| -> anyhow::Result<Path> {
             let heard: Vec<_> =
@@ -188,7 +188,7 @@ impl Turns {
     }
 }
 
-/// Says again what is said, by the transport alone.
+/// Publishes received messages again, by the transport alone.
 enum Relay {
     Process { _process: Process },
     Thread { stop: Arc<AtomicBool>, inbox: shsa_bridge::Inbox, thread: Option<JoinHandle<()>> },

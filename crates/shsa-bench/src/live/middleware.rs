@@ -1,5 +1,5 @@
-//! What carries the messages while something is measured: a broker, a router, or the memory of this process; started here, and
-//! ended with the value.
+//! The middleware under measurement: a broker, a router, or the memory of this process. It is started here and ended when the
+//! value is dropped.
 
 use super::plain;
 use anyhow::{Context, bail};
@@ -14,10 +14,10 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Something that is started is given up when it does not answer for so long.
+/// How long a started process may take to answer.
 pub(super) const PATIENCE: Duration = Duration::from_secs(20);
 
-/// Which middleware.
+/// The kind of middleware.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
 pub(super) enum Kind {
     /// Within one process.
@@ -29,7 +29,6 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// What it is called.
     pub(super) fn name(self) -> &'static str {
         match self {
             Kind::Memory => "memory",
@@ -39,7 +38,7 @@ impl Kind {
     }
 }
 
-/// A process that ends with this value.
+/// A process that is killed when this is dropped.
 pub(super) struct Process(pub(super) Child);
 
 impl Drop for Process {
@@ -49,22 +48,22 @@ impl Drop for Process {
     }
 }
 
-/// A middleware that runs.
+/// A running middleware.
 pub(super) struct Middleware {
     pub(super) kind: Kind,
     pub(super) clock: Clock,
     pub(super) memory: MemoryBus,
     pub(super) port: u16,
-    /// Its files, and those of what is measured on it.
+    /// The folder of the broker's files and of the instance under measurement.
     pub(super) folder: PathBuf,
     server: Option<Process>,
 }
 
 impl Middleware {
-    /// Starts one on a free port.
+    /// Starts a middleware on a free port.
     ///
     /// # Errors
-    /// When it is not installed, or does not start.
+    /// When the middleware is not installed, or does not start.
     pub(super) fn start(kind: Kind) -> anyhow::Result<Middleware> {
         static COUNT: AtomicU32 = AtomicU32::new(0);
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
@@ -84,7 +83,7 @@ impl Middleware {
         Ok(middleware)
     }
 
-    /// Waits until it listens.
+    /// Waits until the server accepts connections.
     fn wait(&mut self) -> anyhow::Result<()> {
         let Some(Process(server)) = &mut self.server else { return Ok(()) };
         let end = Instant::now() + PATIENCE;
@@ -100,7 +99,7 @@ impl Middleware {
         Ok(())
     }
 
-    /// Its address, for `--bus`; `at_most_once` is for transports that can deliver more or less surely.
+    /// Its address for `--bus`; `at_most_once` lowers the delivery guarantee where the transport has a choice.
     pub(super) fn address(&self, at_most_once: bool) -> String {
         match self.kind {
             Kind::Memory => "memory".to_owned(),
@@ -111,10 +110,10 @@ impl Middleware {
         }
     }
 
-    /// Connects under this name; at most `queue` messages a topic wait.
+    /// Connects under this name, with room for `queue` waiting messages a topic.
     ///
     /// # Errors
-    /// When it refuses.
+    /// When the middleware refuses.
     pub(super) fn join(
         &self,
         name: &str,
@@ -126,7 +125,7 @@ impl Middleware {
         Ok(BusOptions::at(address).open(name, inbox, &self.memory)?)
     }
 
-    /// The process of the server, `None` in memory.
+    /// The process id of the server; `None` in memory.
     pub(super) fn server(&self) -> Option<u32> {
         self.server.as_ref().map(|Process(child)| child.id())
     }
@@ -139,9 +138,9 @@ impl Drop for Middleware {
     }
 }
 
-/// Mosquitto with a configuration of its own: nothing is kept, nothing is dropped for want of room.
+/// Mosquitto with a configuration of its own: nothing on disk, no limit of the queues.
 fn mosquitto(folder: &Path, port: u16) -> anyhow::Result<Child> {
-    // Daemons are not on everybody's path; and it would change its user if it were started as root.
+    // Daemons are not on everybody's path. Without `user`, Mosquitto changes its user when started as root.
     let place = "/usr/sbin/mosquitto";
     let program = if Path::new(place).exists() { place } else { "mosquitto" };
     let user = Command::new("id").arg("-un").output().context("asking for the user's name")?.stdout;

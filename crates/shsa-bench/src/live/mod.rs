@@ -1,4 +1,4 @@
-//! `shsa-bench live`: what healing costs on the wire, measured with real parts.
+//! `shsa-bench live`: the costs of healing on the wire, measured with real components.
 
 mod awake;
 mod model;
@@ -83,7 +83,7 @@ fn turn(text: &str) -> Result<f64, String> {
     if (1.0..=3_600.0).contains(&seconds) { Ok(seconds) } else { Err("1 to 3600 seconds".to_owned()) }
 }
 
-/// Everything that was measured, but for a soak.
+/// All results except those of a soak.
 #[derive(Default)]
 struct Found {
     gates: Vec<Gate>,
@@ -94,7 +94,7 @@ struct Found {
 /// Measures.
 ///
 /// # Errors
-/// When a middleware is not installed, or something does not work.
+/// When a middleware is not installed, or a measurement fails.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match (&arguments.plain, arguments.soak) {
         (Some(plain), _) => plain::run(plain),
@@ -157,7 +157,7 @@ impl Found {
         Ok(())
     }
 
-    /// Each measurement as a line.
+    /// The results, one JSON object each.
     fn lines(&self) -> impl Iterator<Item = Value> {
         let gates = self.gates.iter().map(Gate::to_json);
         let reactions = self.reactions.iter().map(Reaction::to_json);
@@ -165,7 +165,7 @@ impl Found {
     }
 }
 
-/// Runs for a long time on the first middleware that can be had from outside, else in memory.
+/// Soaks the chosen middleware if there is exactly one, else MQTT.
 fn soak(arguments: &Arguments, length: Span) -> anyhow::Result<Outcome> {
     let kind = match arguments.bus.as_slice() {
         [only] => *only,
@@ -183,7 +183,7 @@ fn soak(arguments: &Arguments, length: Span) -> anyhow::Result<Outcome> {
     Ok(if soak.tally.lost() == 0 { Outcome::Done } else { Outcome::No })
 }
 
-/// How a soak is asked for again.
+/// The command line that repeats a soak.
 fn soak_command(arguments: &Arguments, soak: &Soak) -> String {
     let bus = soak.kind.name().to_lowercase();
     format!("shsa-bench live --bus {bus} --soak '{} s' --rate {} --out docs", soak.seconds, arguments.rate)

@@ -1,29 +1,29 @@
-//! The knowledge base that is measured with, and what its sensors say.
+//! The model under measurement, and the values of its sensors.
 
 use shsa_core::time::{Span, Time};
 use std::fmt::Write;
 
-/// A wave has gone through once in so long.
+/// The period of the wave.
 const WAVE: Span = Span::from_millis(2_000);
-/// By how much a signal lies when it does; errors are 0.1.
+/// The size of a wrong value's error; the declared errors are 0.1.
 pub(super) const LIE: f64 = 50.0;
 
 /// Variables that are each carried by the same number of signals; each is needed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Plan {
     pub(super) variables: usize,
-    /// Signals of each variable; the first serves the need as long as it is trusted.
+    /// Signals of each variable; the first one serves the need while it is trusted.
     pub(super) signals: usize,
-    /// After so long without a value a signal is silent.
+    /// The timeout of each signal, milliseconds.
     pub(super) timeout_ms: u32,
     /// How old a value may be, milliseconds.
     pub(super) age_ms: u32,
-    /// How long a signal has to be right before it is trusted again, milliseconds.
+    /// The probation of a signal, milliseconds.
     pub(super) probation_ms: u32,
 }
 
 impl Plan {
-    /// For measurements in which nothing breaks: nothing is silent for as long as they last.
+    /// For measurements without faults: no timeout expires while they last.
     pub(super) fn calm(variables: usize, signals: usize) -> Plan {
         Plan { variables, signals, timeout_ms: 60_000, age_ms: 60_000, probation_ms: 5_000 }
     }
@@ -58,7 +58,7 @@ impl Plan {
         text
     }
 
-    /// Each signal by its variable and its place among those.
+    /// Each signal as the number of its variable and its number among that variable's signals.
     pub(super) fn all(&self) -> impl Iterator<Item = (usize, usize)> + use<> {
         let Plan { variables, signals, .. } = *self;
         (0..variables).flat_map(move |variable| (0..signals).map(move |signal| (variable, signal)))
@@ -70,22 +70,22 @@ impl Plan {
     }
 }
 
-/// What a signal is called.
+/// The name of a signal.
 pub(super) fn name(variable: usize, signal: usize) -> String {
     format!("v{variable}s{signal}")
 }
 
-/// Where a signal speaks.
+/// The topic of a signal.
 pub(super) fn topic(variable: usize, signal: usize) -> String {
     format!("bench/v{variable}/s{signal}")
 }
 
-/// Where a need is served.
+/// The topic of a need.
 pub(super) fn need(variable: usize) -> String {
     format!("healed/v{variable}")
 }
 
-/// What every signal of a variable says: a triangular wave between 10 and 10.05, far below the errors.
+/// The value of every signal of a variable: a triangular wave between 10 and 10.05, which moves far less than the errors.
 pub(super) fn value(now: Time) -> f64 {
     let phase = now.0.rem_euclid(WAVE.0) as f64 / WAVE.0 as f64;
     10.0 + 0.1 * (phase - 0.5).abs()

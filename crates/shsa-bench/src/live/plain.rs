@@ -1,5 +1,5 @@
-//! What stands beside the healer: the transport alone. A relay hears one topic and says the same under another, by the client
-//! library and nothing else; and a router of Zenoh. Each is a process of its own that ends when its standard input does.
+//! The transport alone, for comparison. A relay receives one topic and publishes its messages under another, by nothing but the
+//! client library. A router of Zenoh forwards messages. Each is a process of its own that ends when its standard input ends.
 
 use super::middleware::Kind;
 use crate::Outcome;
@@ -57,7 +57,7 @@ pub(super) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Whoever started this process has ended, or wants its end.
+/// Standard input ends when the starting process ends or closes it.
 #[cfg(any(feature = "mqtt", feature = "zenoh"))]
 fn wait_for_the_end() {
     let _ = stdin().lock().read_to_end(&mut Vec::new());
@@ -134,7 +134,7 @@ fn zenoh_relay(port: u16, from: &str, to: &str) -> anyhow::Result<()> {
     let publisher = publisher.wait().map_err(wrong)?;
     let relay = move |sample: Sample| {
         let put = publisher.put(sample.payload().clone()).attachment(sample.attachment().cloned());
-        // What cannot be sent is missing at the other end, and counted there.
+        // A message that cannot be sent is missing at the consumer, and counted there.
         let _ = put.wait();
     };
     let _subscriber = session.declare_subscriber(from).callback(relay).wait().map_err(wrong)?;

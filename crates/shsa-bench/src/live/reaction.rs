@@ -12,30 +12,30 @@ use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 use std::time::Duration;
 
-/// Signals of a variable speak in turn, each 50 times a second.
+/// The signals of a variable publish in turn, each 50 times a second.
 const PERIOD_MS: u64 = 20;
-/// Variables; one breaks after the other.
+/// The number of variables; their sources break one after the other.
 const VARIABLES: usize = 20;
 const SIGNALS: usize = 3;
-/// Between two faults of one variable: it must be trusted again for four times its probation, else it takes longer each time.
+/// Time between two faults of one variable. The source must be trusted for four times its probation, else the probation grows.
 const CYCLE_MS: u64 = 2_000;
 /// How long a fault lasts.
 const FAULT_MS: u64 = 300;
 
-/// The timeout is over before a source is late by its own pace, and another one fills in: half a period later.
+/// The timeout expires before the source is late by its own pace, where a stand-in would serve: half a period later.
 const PLAN: Plan =
     Plan { variables: VARIABLES, signals: SIGNALS, timeout_ms: 28, age_ms: 1_000, probation_ms: 200 };
 
 /// How the source of a need breaks.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Break {
-    /// It says something else.
+    /// Its values are wrong.
     Lies,
-    /// It says nothing.
+    /// It publishes nothing.
     Silent,
 }
 
-/// What one kind of fault came to.
+/// The results for one kind of fault.
 pub(super) struct Reaction {
     pub(super) kind: Kind,
     /// `lies` or `silent`.
@@ -43,12 +43,11 @@ pub(super) struct Reaction {
     pub(super) faults: u64,
     /// Faults after which no substitute came.
     pub(super) unhealed: u64,
-    /// Wrong values that a consumer has seen.
+    /// Wrong values that the consumer has received.
     pub(super) wrong: u64,
-    /// From the moment at which the observation that reveals was said, or was due and was not, until the consumer had the
-    /// first substitute.
+    /// From the revealing observation (for a silent source: from its deadline) until the consumer received the first substitute.
     pub(super) times: Times,
-    /// From the beginning of the fault until then.
+    /// From the beginning of the fault until the first substitute.
     pub(super) since_beginning: Times,
 }
 
@@ -67,7 +66,7 @@ impl Reaction {
     }
 }
 
-/// A fault that was made.
+/// A fault in the run.
 struct Fault {
     how: Break,
     variable: usize,
@@ -75,12 +74,12 @@ struct Fault {
     to: Time,
 }
 
-/// What was said and heard.
+/// All decisions and the values received.
 #[derive(Default)]
 struct Log {
-    /// Decisions: when, of which signal.
+    /// Times of the decisions, by signal.
     decided: BTreeMap<String, Vec<Time>>,
-    /// What came for each need: when, how good, the value.
+    /// For each need: time, quality and value of each message.
     served: BTreeMap<String, Vec<(Time, Option<Quality>, f64)>>,
 }
 
@@ -119,7 +118,7 @@ fn number(payload: &Payload) -> f64 {
     }
 }
 
-/// Makes so many faults of each kind.
+/// Makes this many faults of each kind.
 ///
 /// # Errors
 /// When the middleware or a process does not work.
@@ -143,8 +142,7 @@ pub(super) fn measure(middleware: &Middleware, faults: usize) -> anyhow::Result<
     ])
 }
 
-/// What is wrong with a variable's source at a millisecond. The first cycle is quiet; then it lies in one cycle and is silent in
-/// the next.
+/// The fault of a variable's source at a millisecond. The first cycle has none; then wrong values and silence alternate by cycle.
 fn broken(ms: u64, cycles: u64, variable: usize) -> Option<Break> {
     let offset = CYCLE_MS + variable as u64 * CYCLE_MS / VARIABLES as u64;
     let since =
@@ -152,7 +150,7 @@ fn broken(ms: u64, cycles: u64, variable: usize) -> Option<Break> {
     Some(if (since / CYCLE_MS).is_multiple_of(2) { Break::Lies } else { Break::Silent })
 }
 
-/// Sensors, and what is wrong with them.
+/// The sensors and their present faults.
 struct Stage {
     mouth: Mouth,
     broken: Vec<Option<(Break, Time)>>,
@@ -160,7 +158,8 @@ struct Stage {
 }
 
 impl Stage {
-    /// Lets the signals speak, each at its own millisecond of the period, and one variable's source after the other break.
+    /// Publishes all signals, each at its own millisecond of the period, and breaks the sources of the variables one after the
+    /// other.
     fn play(&mut self, cycles: u64) -> anyhow::Result<()> {
         let mut beat = Beat::new(Duration::from_millis(1));
         for ms in 0..CYCLE_MS * (cycles + 2) {
@@ -176,7 +175,7 @@ impl Stage {
         Ok(())
     }
 
-    /// A signal's turn to speak, with what is wrong with it now.
+    /// Publishes one signal's value, with its present fault.
     fn turn(&mut self, wrong: Option<Break>, variable: usize, signal: usize) -> anyhow::Result<()> {
         let now = self.mouth.now();
         if signal == 0 {
@@ -221,8 +220,8 @@ impl Stage {
         Ok(reaction)
     }
 
-    /// The moment of what reveals a fault: the first wrong value; of silence, the deadline, which the decision bears, as
-    /// nothing is said.
+    /// The moment that reveals a fault: for wrong values the first one; for silence the deadline, which is the time of the
+    /// decision.
     fn revealed(fault: &Fault, log: &Log) -> Option<Time> {
         match fault.how {
             Break::Lies => Some(fault.from),
@@ -234,5 +233,5 @@ impl Stage {
     }
 }
 
-/// What is decided so long after a fault belongs to it.
+/// A decision up to this long after a fault belongs to the fault.
 const SLACK: Span = Span::from_millis(100);

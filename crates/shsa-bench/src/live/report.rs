@@ -1,4 +1,4 @@
-//! What was measured, as tables, as plots and as a document: a section for each part, that of the soak written by itself.
+//! The results as tables, as plots and as a document with a section for each part. A soak writes its own section only.
 
 use super::gate::Gate;
 use super::soak::{Slope, Soak, Window};
@@ -14,9 +14,9 @@ use std::path::Path;
 
 /// What passing a value through may cost beyond the transport, seconds: median and 99th percentile.
 const GATE_GOAL: (f64, f64) = (30e-6, 300e-6);
-/// The rate that has to go through one instance on one core without loss.
+/// The rate that one instance on one core has to pass on without loss, messages a second.
 const RATE_GOAL: f64 = 50_000.0;
-/// In how many seconds 99 of 100 substitutes must be on the wire, in memory and else.
+/// Time within which 99 of 100 substitutes must be on the wire, seconds: in memory, and on other middleware.
 const REACTION_GOALS: (f64, f64) = (1e-3, 5e-3);
 
 const GATE_HEAD: [&str; 8] =
@@ -95,7 +95,7 @@ fn rate_rows(found: &Found) -> Vec<Vec<String>> {
     found.throughputs.iter().map(row).collect()
 }
 
-/// Tables for the terminal; those of parts that were not measured are left out.
+/// Tables for the terminal; only of parts that were measured.
 pub(super) fn text(found: &Found) -> String {
     let tables = [
         (&GATE_HEAD[..], gate_rows(found)),
@@ -106,7 +106,7 @@ pub(super) fn text(found: &Found) -> String {
     shown.map(|(head, rows)| table(head, rows)).collect::<Vec<_>>().join("\n\n")
 }
 
-/// Writes `live.md` and the raw results; the section of a soak is left as it is.
+/// Writes `live.md` and the raw results; keeps the section of a soak.
 pub(super) fn write(folder: &Path, arguments: &Arguments, found: &Found) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     put(folder, "live.jsonl", &found.lines().map(|line| format!("{line}\n")).collect::<String>())?;
@@ -114,7 +114,7 @@ pub(super) fn write(folder: &Path, arguments: &Arguments, found: &Found) -> anyh
     put(folder, "live.md", &(document(arguments, found) + &soak))
 }
 
-/// Writes the section of a soak and its plot; the others are left as they are.
+/// Writes the section of a soak and its plot; keeps the other sections.
 pub(super) fn write_soak(folder: &Path, arguments: &Arguments, soak: &Soak) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     put(folder, "live-soak.jsonl", &format!("{}\n", soak.to_json()))?;
@@ -133,12 +133,12 @@ fn put(folder: &Path, name: &str, text: &str) -> anyhow::Result<()> {
     fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
 }
 
-/// The document of before; empty where there is none.
+/// The present document; empty if there is none.
 fn read(folder: &Path) -> String {
     fs::read_to_string(folder.join("live.md")).unwrap_or_default()
 }
 
-/// A section of a document from its head to the next head of its level.
+/// A section of a document: from its heading to the next heading of the same level.
 fn section(document: &str, head: &str) -> String {
     let Some(begin) = document.find(head) else { return String::new() };
     let (_, section) = document.split_at(begin);
@@ -171,7 +171,7 @@ moment at which the consumer's thread has the message. Other work on the machine
     head + &gate_section(found) + &reaction_section(found) + &rate_section(found)
 }
 
-/// How many processes want to run: over one minute.
+/// The load average over one minute.
 fn load() -> String {
     let text = fs::read_to_string("/proc/loadavg").unwrap_or_default();
     text.split_whitespace().next().unwrap_or("unknown").to_owned()
@@ -253,7 +253,7 @@ core; a message that is missing at either end is lost. Wanted: {RATE_GOAL:.0} a 
     )
 }
 
-/// The sentences of a soak.
+/// The results of a soak as sentences.
 pub(super) fn soak_text(soak: &Soak) -> String {
     sentences(soak).join("\n")
 }

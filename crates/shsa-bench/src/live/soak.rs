@@ -1,4 +1,4 @@
-//! A long run at an even rate: whether memory grows, whether anything is lost, whether latency drifts.
+//! A long run at an even rate: tells whether memory grows, messages are lost, latency drifts.
 
 use super::middleware::{Kind, Middleware};
 use super::model::Plan;
@@ -12,12 +12,12 @@ use shsa_core::time::Time;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
-/// Into so many windows a run is divided: minutes of an hour.
+/// A run is divided into this many windows: minutes of an hour.
 const WINDOWS: usize = 60;
-/// The share of the run in which memory takes its size.
+/// The share of the run in which memory still grows to its working size.
 const WARM_UP: f64 = 0.1;
 
-/// What a run came to.
+/// The results of a run.
 pub(super) struct Soak {
     pub(super) kind: Kind,
     pub(super) seconds: f64,
@@ -32,7 +32,7 @@ pub(super) struct Soak {
 /// A part of the run.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Window {
-    /// Its middle, seconds from the beginning.
+    /// The middle of the window, seconds from the beginning of the run.
     pub(super) at: f64,
     /// Mean memory of its own, bytes.
     pub(super) memory: f64,
@@ -55,13 +55,13 @@ impl Soak {
         self.windows.iter().filter(|window| window.at >= WARM_UP * self.seconds)
     }
 
-    /// How one figure of the windows goes on after the warm-up.
+    /// The trend of a figure over the windows after the warm-up.
     pub(super) fn slope(&self, figure: impl Fn(&Window) -> f64) -> Slope {
         let points: Vec<(f64, f64)> = self.warm().map(|window| (window.at, figure(window))).collect();
         Slope::through(&points)
     }
 
-    /// Whether a figure grows: surely, and over the whole run by more than a fiftieth of what it is.
+    /// Whether a figure grows: significantly, and over the whole run by more than 2 % of its mean.
     pub(super) fn grows(&self, figure: impl Fn(&Window) -> f64) -> bool {
         let warm: Vec<f64> = self.warm().map(&figure).collect();
         let mean = warm.iter().sum::<f64>() / warm.len() as f64;
@@ -89,7 +89,7 @@ impl Soak {
 }
 
 impl Slope {
-    /// Least squares; the interval takes the points for independent, with normal errors (two standard errors).
+    /// Least squares; the interval assumes independent points with normal errors (two standard errors).
     fn through(points: &[(f64, f64)]) -> Slope {
         let count = points.len() as f64;
         let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
@@ -100,17 +100,17 @@ impl Slope {
         Slope { slope, half: 2.0 * (left / (count - 2.0).max(1.0) / spread).sqrt() }
     }
 
-    /// Whether it may well be zero or below.
+    /// Whether the slope may be zero or negative.
     pub(super) fn may_be_flat(self) -> bool {
         self.slope - self.half <= 0.0
     }
 }
 
-/// What the consumer has heard.
+/// The latencies seen by the consumer, by window.
 struct Heard {
-    /// When the run has begun: before, it is made sure that everybody is connected.
+    /// The time at which the run began; messages stamped before it only test the connection.
     began: Arc<OnceLock<Time>>,
-    /// Seconds of a window.
+    /// The length of a window in seconds.
     width: f64,
     times: Vec<Times>,
 }
@@ -129,7 +129,7 @@ impl Heard {
     }
 }
 
-/// Runs so long at this rate.
+/// Runs for `seconds` at this rate.
 ///
 /// # Errors
 /// When the middleware or a process does not work.
@@ -151,7 +151,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
     let began = *begin.get_or_init(|| middleware.clock.now());
     let mut memory = Vec::with_capacity(windows);
     for window in 0..windows {
-        // A few looks at the memory in each window.
+        // A few readings of the memory in each window.
         let looks = (width.ceil() as u32).clamp(1, 10);
         let mut sum = 0.0;
         for _ in 0..looks {

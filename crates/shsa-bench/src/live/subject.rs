@@ -1,4 +1,4 @@
-//! What is measured: `shsa run` in a process of its own, or in memory in a thread.
+//! The instance under measurement: `shsa run` in a process of its own, or an instance in memory in a thread.
 
 use super::middleware::{Kind, Middleware, PATIENCE, Process};
 use super::model::Plan;
@@ -16,44 +16,44 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// What it is called on the bus.
+/// The instance's name on the bus.
 pub(super) const NAME: &str = "bench";
-/// Where it tells its decisions.
+/// The topic of the instance's events.
 pub(super) const EVENTS: &str = "shsa/bench/events";
-/// Messages of one topic that may wait for it.
+/// How many messages of one topic may wait for the instance.
 const QUEUE: usize = 4096;
 
-/// An instance at work.
+/// A running instance.
 pub(super) enum Subject {
     Process {
         child: Process,
-        /// Where its state can be read.
+        /// The address of the instance's HTTP server.
         http: String,
     },
     Thread {
         thread: Option<JoinHandle<()>>,
         handle: Handle,
-        /// Its folder in /proc.
+        /// The folder of the instance's thread in /proc.
         place: PathBuf,
     },
 }
 
-/// How one is run.
+/// How to run an instance.
 #[derive(Clone, Copy)]
 pub(super) struct Manner {
-    /// Messages may be lost by the transport when a connection breaks.
+    /// The transport may lose messages when a connection breaks.
     pub(super) at_most_once: bool,
-    /// Keep it on one core.
+    /// Run the instance on one core.
     pub(super) on_one_core: bool,
-    /// It ends by itself after so long, if nobody ends it before.
+    /// The instance ends by itself after this time.
     pub(super) at_most: Duration,
 }
 
 impl Subject {
-    /// Starts one; it is connected when this returns.
+    /// Starts an instance; it is connected when this returns.
     ///
     /// # Errors
-    /// When it does not start.
+    /// When the instance does not start.
     pub(super) fn start(middleware: &Middleware, plan: &Plan, manner: Manner) -> anyhow::Result<Subject> {
         match middleware.kind {
             Kind::Memory => Subject::in_memory(middleware, plan),
@@ -109,10 +109,10 @@ impl Subject {
         }
     }
 
-    /// How everything stands, as `/state` tells it.
+    /// The state of the instance, as `/state` returns it.
     ///
     /// # Errors
-    /// When it does not answer.
+    /// When the instance does not answer.
     pub(super) fn state(&self) -> anyhow::Result<Value> {
         match self {
             Subject::Process { http, .. } => get(http),
@@ -120,7 +120,7 @@ impl Subject {
         }
     }
 
-    /// Seconds that it has run on a processor.
+    /// Processor time used so far, in seconds.
     pub(super) fn processor_seconds(&self) -> f64 {
         match self {
             Subject::Process { child, .. } => seconds_of(&child.0.id().to_string()),

@@ -1,4 +1,4 @@
-//! How many messages a second go through one instance on one core, and what each costs it.
+//! How many messages a second pass through one instance on one core, and the processor time of each.
 
 use super::middleware::{Kind, Middleware, PATIENCE};
 use super::model::{Plan, topic, value};
@@ -10,20 +10,20 @@ use serde_json::{Value, json};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Two signals of each variable, each on a topic of its own; the first one's messages go through.
+/// Variables, and signals of each; every signal has a topic of its own. The first signal of a variable serves its need.
 pub(super) const PLAN: (usize, usize) = (25, 2);
 /// Messages go out in bundles this far apart.
 const PERIOD: Duration = Duration::from_millis(1);
-/// What is said before the counting begins: the instance is connected, its memory has its size.
+/// Messages before the counting begins: the instance connects and its memory grows to its working size.
 const WARM_UP: Duration = Duration::from_millis(1_000);
-/// Messages may be on their way for so long.
+/// The longest time that messages may be on their way.
 const ON_THE_WAY: Duration = Duration::from_secs(15);
-/// When nothing has come for so long, nothing is on its way.
+/// After this long without a message, none is on its way.
 const STILL: Duration = Duration::from_millis(250);
 /// Rates that are tried, messages a second.
 const LADDER: [u32; 9] = [10_000, 20_000, 30_000, 40_000, 50_000, 70_000, 100_000, 140_000, 200_000];
 
-/// Messages, as they are counted at each station of their way.
+/// Counts of messages at each station of their way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
     pub(super) said: u64,
@@ -53,7 +53,7 @@ impl Tally {
         }
     }
 
-    /// Messages that are missing: before the instance, and after it.
+    /// Messages lost before the instance, and after it.
     pub(super) fn lost(self) -> u64 {
         self.said.saturating_sub(self.heard) + self.published.saturating_sub(self.consumed)
     }
@@ -70,16 +70,15 @@ impl Tally {
     }
 }
 
-/// What a rate came to.
+/// The results at one rate.
 #[derive(Clone, Debug)]
 pub(super) struct Throughput {
     pub(super) kind: Kind,
-    /// Messages a second that were wanted, and that were said.
+    /// The rate asked for, and the rate reached, messages a second.
     pub(super) wanted: f64,
     pub(super) said_rate: f64,
     pub(super) tally: Tally,
-    /// Seconds in which messages were said, and seconds of a processor that the instance and the server of the middleware
-    /// took for them.
+    /// Duration of publishing; processor time of the instance and of the middleware's server meanwhile; seconds.
     pub(super) seconds: f64,
     pub(super) instance_seconds: f64,
     pub(super) server_seconds: f64,
@@ -96,7 +95,7 @@ impl Throughput {
         self.instance_seconds / self.seconds
     }
 
-    /// Seconds of a processor for a message, with what it leads to.
+    /// Processor time for one message and all that follows from it, seconds.
     pub(super) fn each_s(&self) -> f64 {
         self.instance_seconds / self.tally.heard as f64
     }
@@ -115,7 +114,7 @@ impl Throughput {
     }
 }
 
-/// Climbs until something is lost, or the publisher cannot keep its pace.
+/// Raises the rate until messages are lost or the publisher cannot keep its pace.
 ///
 /// # Errors
 /// When the middleware or a process does not work.
@@ -168,10 +167,10 @@ pub(super) fn measure(middleware: &Middleware, rate: f64, seconds: f64) -> anyho
     })
 }
 
-/// Waits until what every signal says comes through.
+/// Waits until messages of every signal reach the consumer.
 ///
 /// # Errors
-/// When it does not.
+/// When they do not arrive in time.
 pub(super) fn connected<S>(voices: &mut Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<()> {
     let end = Instant::now() + PATIENCE;
     while Instant::now() < end {
@@ -186,7 +185,7 @@ pub(super) fn connected<S>(voices: &mut Voices, subject: &Subject, ear: &Ear<S>)
     bail!("the instance does not hear everything")
 }
 
-/// The counts when nothing is on its way any more.
+/// The counts once no message is on its way any more.
 pub(super) fn settled<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<Tally> {
     let end = Instant::now() + ON_THE_WAY;
     let mut before = Tally::now(voices, subject, ear)?;
@@ -200,11 +199,11 @@ pub(super) fn settled<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> an
     }
 }
 
-/// All signals of a plan, one after the other.
+/// Publishers of all signals of a plan, which publish in turn.
 pub(super) struct Voices {
     pub(super) mouth: Mouth,
     topics: Vec<String>,
-    /// Whose turn it is.
+    /// The signal whose turn it is.
     next: usize,
     pub(super) said: u64,
 }
@@ -215,10 +214,10 @@ impl Voices {
         Voices { mouth, topics, next: 0, said: 0 }
     }
 
-    /// Says so many messages a second for so long; what could not be said in time is said later, not left out.
+    /// Publishes at this rate for this long. Late messages are published later, not left out.
     ///
     /// # Errors
-    /// When they cannot be sent.
+    /// When a message cannot be sent.
     pub(super) fn speak(&mut self, rate: f64, for_so_long: Duration) -> anyhow::Result<()> {
         let mut beat = Beat::new(PERIOD);
         let (mut owed, each) = (0.0, rate * PERIOD.as_secs_f64());
@@ -233,7 +232,7 @@ impl Voices {
         Ok(())
     }
 
-    /// Lets every signal speak once.
+    /// Publishes one value of every signal.
     fn once(&mut self) -> anyhow::Result<()> {
         (0..self.topics.len()).try_for_each(|_| self.say())
     }

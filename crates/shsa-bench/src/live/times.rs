@@ -1,13 +1,13 @@
-//! Many times, and their quantiles.
+//! A histogram of times, and its quantiles.
 
 use hdrhistogram::Histogram;
 use serde_json::{Value, json};
 use shsa_core::time::Span;
 
-/// The longest that is told apart, nanoseconds: a minute.
+/// The longest time that the histogram resolves, nanoseconds: a minute.
 const LONGEST: u64 = 60_000_000_000;
 
-/// Times.
+/// A histogram of times.
 #[derive(Clone, Debug)]
 pub(super) struct Times(Histogram<u64>);
 
@@ -23,7 +23,7 @@ impl Times {
     }
 
     pub(super) fn add(&mut self, other: &Times) {
-        // Of the same bounds: nothing is out of range.
+        // Cannot fail: both histograms have the same bounds.
         let _ = self.0.add(&other.0);
     }
 
@@ -39,7 +39,7 @@ impl Times {
     }
 }
 
-/// Of many times, seconds; not numbers where there were none.
+/// Quantiles in seconds; NaN when there are no times.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Quantiles {
     pub(super) p50: f64,
@@ -52,7 +52,7 @@ impl Quantiles {
         json!({ "p50_s": self.p50, "p99_s": self.p99, "worst_s": self.worst })
     }
 
-    /// Those of a state that is told in microseconds.
+    /// The quantiles of a state's JSON, which are in microseconds.
     pub(super) fn told(state: &Value) -> Quantiles {
         let at = |name: &str| state[name].as_f64().map_or(f64::NAN, |microseconds| microseconds / 1e6);
         Quantiles { p50: at("p50"), p99: at("p99"), worst: at("worst") }
@@ -67,7 +67,7 @@ impl Quantiles {
         }
     }
 
-    /// How much more than another.
+    /// The difference to another's quantiles.
     pub(super) fn beyond(self, other: Quantiles) -> Quantiles {
         Quantiles { p50: self.p50 - other.p50, p99: self.p99 - other.p99, worst: self.worst - other.worst }
     }

@@ -13,7 +13,7 @@ use std::time::{Duration, Instant};
 /// Messages of one topic that may wait for a consumer: more than a second of the fastest.
 const QUEUE: usize = 1 << 17;
 
-/// Goes on at even steps; what it is late by, it makes up for.
+/// A clock of even steps; a late step does not delay the ones after it.
 pub(super) struct Beat {
     began: Instant,
     period: Duration,
@@ -36,7 +36,7 @@ impl Beat {
     }
 }
 
-/// Says numbers.
+/// A publisher of numbers.
 pub(super) struct Mouth {
     bridge: Box<dyn Bridge>,
     clock: Clock,
@@ -51,10 +51,10 @@ impl Mouth {
         Ok(Mouth { bridge, clock: middleware.clock.clone() })
     }
 
-    /// Says a number now; when that was.
+    /// Publishes a number now; returns the time.
     ///
     /// # Errors
-    /// When it cannot be sent.
+    /// When the number cannot be sent.
     pub(super) fn say(&mut self, topic: &str, number: f64) -> anyhow::Result<Time> {
         let now = self.clock.now();
         let payload = Payload::Value(RawValue::Number(number));
@@ -67,13 +67,13 @@ impl Mouth {
         self.clock.now()
     }
 
-    /// What could not be sent.
+    /// The messages that could not be sent.
     pub(super) fn troubles(&mut self) -> Vec<String> {
         self.bridge.troubles().iter().map(ToString::to_string).collect()
     }
 }
 
-/// Hears, in a thread of its own.
+/// A consumer with a thread of its own.
 pub(super) struct Ear<S> {
     thread: Option<JoinHandle<S>>,
     stop: Arc<AtomicBool>,
@@ -82,7 +82,7 @@ pub(super) struct Ear<S> {
 }
 
 impl<S: Send + 'static> Ear<S> {
-    /// Hears these topics from now on: each message goes to `take` with the time at which it was taken out of the inbox.
+    /// Receives these topics from now on. Each message goes to `take`, with the time at which it was taken from the inbox.
     ///
     /// # Errors
     /// When the middleware refuses.
@@ -116,7 +116,7 @@ impl<S: Send + 'static> Ear<S> {
         Ok(Ear { thread: Some(thread), stop, inbox, taken })
     }
 
-    /// What came of it.
+    /// Ends the thread; returns its state.
     ///
     /// # Errors
     /// When the thread has failed.
@@ -129,7 +129,7 @@ impl<S: Send + 'static> Ear<S> {
 }
 
 impl<S> Ear<S> {
-    /// How many messages it has taken.
+    /// How many messages the consumer has taken.
     pub(super) fn taken(&self) -> u64 {
         self.taken.load(Ordering::Acquire)
     }

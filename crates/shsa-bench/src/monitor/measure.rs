@@ -10,20 +10,20 @@ use shsa_core::plan::Graph;
 use shsa_core::time::Time;
 use std::hint::black_box;
 
-/// Seconds of data before the first measured turn: rings are full and vectors have their length.
+/// Seconds of data before the first measured turn: afterwards all buffers have their full size.
 const WARM_UP_S: f64 = 10.0;
-/// Turns; the fastest counts, as other work on the machine only slows down.
+/// The number of turns. The fastest counts, as other work on the machine only slows down.
 const TURNS: usize = 5;
 
-/// What was measured of one system.
+/// The results for one system.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
-    /// Which system, in a word.
+    /// The name of the system.
     pub(super) case: String,
-    /// Ways of knowing under watch, and pairs of them.
+    /// Ways under comparison, and pairs of them.
     pub(super) ways: usize,
     pub(super) pairs: usize,
-    /// In the fastest turn: observations, the time on the processor that they took, and the time that they span.
+    /// Of the fastest turn: observations, their processor time, and the duration of the data.
     pub(super) observations: usize,
     pub(super) seconds: f64,
     pub(super) data_seconds: f64,
@@ -35,7 +35,7 @@ impl Measured {
         self.observations as f64 / self.seconds
     }
 
-    /// The share of a core that is busy when the observations come as fast as they do.
+    /// The load of a core when the data come in real time.
     pub(super) fn share(&self) -> f64 {
         self.seconds / self.data_seconds
     }
@@ -54,8 +54,8 @@ impl Measured {
     }
 }
 
-/// The engine over a system: every observation as it comes, and whatever it gives taken out. Turns last so many seconds
-/// on the processor.
+/// Runs the engine on a system: takes in every observation, takes out every output. A turn lasts this many seconds of processor
+/// time.
 pub(super) fn default_mode(case: &str, system: &System, turn_s: f64) -> Measured {
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
     let (ways, pairs) = (engine.monitor().ways().len(), engine.monitor().residuals().len());
@@ -70,7 +70,7 @@ pub(super) fn default_mode(case: &str, system: &System, turn_s: f64) -> Measured
     Measured { case: case.to_owned(), ways, pairs, ..turns(system, turn_s, run) }
 }
 
-/// The published method over the first variable of a system: a step for each cycle.
+/// Runs the published method on the first variable of a system, one step a cycle.
 pub(super) fn thesis_mode(case: &str, system: &System, turn_s: f64) -> Measured {
     let graph = Graph::new(&system.knowledge);
     let variable = <VariableId as shsa_core::knowledge::Id>::from_index(0);
@@ -87,7 +87,7 @@ pub(super) fn thesis_mode(case: &str, system: &System, turn_s: f64) -> Measured 
     Measured { case: case.to_owned(), ways: count, pairs, ..turns(system, turn_s, step) }
 }
 
-/// Runs cycles for so long, several times over.
+/// Runs cycles for `turn_s` seconds, several times.
 fn turns(system: &System, turn_s: f64, mut run: impl FnMut(i64)) -> Measured {
     let cycle_s = system.cycle.seconds();
     let mut cycle = 0;
@@ -96,7 +96,7 @@ fn turns(system: &System, turn_s: f64, mut run: impl FnMut(i64)) -> Measured {
         cycle += 1;
     };
     (0..(WARM_UP_S / cycle_s).ceil() as u64).for_each(|_| next());
-    // So many cycles at once that looking at the clock takes no time.
+    // A batch has so many cycles that reading the clock does not matter.
     let batch = (2_000 / system.voices.len()).max(1);
     let mut turn = || {
         let (watch, mut cycles) = (Stopwatch::start(), 0);

@@ -1,4 +1,4 @@
-//! `shsa-bench monitor`: what watching costs, beside the published programs.
+//! `shsa-bench monitor`: the costs of monitoring, compared with the published programs.
 
 mod model;
 mod measure;
@@ -29,7 +29,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// How many ways of knowing one variable the growth is measured with.
+/// The numbers of ways of one variable with which growth is measured.
 const CROWDS: [usize; 5] = [2, 4, 8, 16, 32];
 
 fn turn(text: &str) -> Result<f64, String> {
@@ -37,7 +37,7 @@ fn turn(text: &str) -> Result<f64, String> {
     if (0.001..=60.0).contains(&seconds) { Ok(seconds) } else { Err("0.001 to 60 seconds".to_owned()) }
 }
 
-/// Everything that was measured.
+/// All results.
 struct Found {
     cases: Vec<Measured>,
     crowds: Vec<Measured>,

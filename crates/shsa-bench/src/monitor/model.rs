@@ -1,4 +1,4 @@
-//! The systems that are measured, and what their sensors say: nothing is wrong, and values move.
+//! The systems under measurement and the values of their sensors: values move, there is no fault.
 
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{
@@ -10,21 +10,21 @@ use shsa_core::time::{Span, Time};
 
 /// Variables of the plant, and the signals of each.
 const PLANT: (usize, usize) = (2_000, 5);
-/// How often each signal of the plant speaks.
+/// The rate of each signal of the plant.
 const PLANT_RATE_HZ: i64 = 10;
 /// Beams of the laser scanner, and values in a row of the depth image.
 pub(super) const SCAN: [usize; 2] = [720, 320];
-/// How often both speak.
+/// The rate of both.
 const SCAN_RATE_HZ: i64 = 30;
 
 const SECOND: i64 = 1_000_000_000;
 
-/// A knowledge base, and the observations of a cycle that repeats.
+/// A knowledge base, and a cycle of observations that is repeated.
 pub(super) struct System {
     pub(super) knowledge: KnowledgeBase,
     /// How long a cycle takes.
     pub(super) cycle: Span,
-    /// When within a cycle each signal speaks, ascending, and how long its vector is (`None` for a number).
+    /// The signals in the order in which they publish within a cycle, with their vector length (`None`: a number).
     pub(super) voices: Vec<Voice>,
     number: fn(SignalId, i64) -> f64,
 }
@@ -38,7 +38,7 @@ pub(super) struct Voice {
 }
 
 impl System {
-    /// What one signal says in a cycle.
+    /// The observation of one signal in a cycle.
     pub(super) fn observation(&self, voice: &Voice, cycle: i64) -> Observation {
         let stamp = Time(cycle * self.cycle.0) + voice.at;
         let number = (self.number)(voice.signal, cycle);
@@ -60,7 +60,7 @@ fn wave(cycle: i64) -> f64 {
     1.0 + ((cycle % 200) - 100).abs() as f64 / 100.0
 }
 
-/// Three signals carry one variable, as in the generic experiment of the thesis: its errors, and its times in a step of a
+/// Three signals carry one variable, as in the generic experiment of the thesis, with its errors and its times in a step of a
 /// second.
 pub(super) fn generic() -> anyhow::Result<System> {
     let signal = |name: &str, value_error: &str, time_error: &str| SignalDraft {
@@ -118,14 +118,14 @@ pub(super) fn computed_plant() -> anyhow::Result<System> {
     Ok(system)
 }
 
-/// Every signal at a moment of its own, evenly over a cycle.
+/// Each signal publishes at a moment of its own; the moments are evenly spread over a cycle.
 fn plant_system(draft: &Draft) -> anyhow::Result<System> {
     let cycle = SECOND / PLANT_RATE_HZ;
     let count = draft.signals.len() as i64;
     system(draft, cycle, |at| (Span(cycle * at as i64 / count), None), |_, cycle| wave(cycle))
 }
 
-/// The nearest obstacle, from a laser scan and from a row of a depth image; it must stay known.
+/// The distance of the nearest obstacle, from a laser scan and from a row of a depth image; a need asks for it.
 pub(super) fn scans() -> anyhow::Result<System> {
     let vector = |name: &str, carried: &str| SignalDraft {
         rate: Some(text(&format!("{SCAN_RATE_HZ} Hz"))),
@@ -210,7 +210,7 @@ fn relation(name: &str, equation: &str, output: &str) -> RelationDraft {
     }
 }
 
-/// One variable carried by so many signals, which speak at moments of their own.
+/// One variable carried by `ways` signals, each of which publishes at a moment of its own.
 pub(super) fn crowd(ways: usize) -> anyhow::Result<System> {
     let draft = Draft {
         variables: vec![variable("v", false)],

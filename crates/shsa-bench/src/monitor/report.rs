@@ -1,4 +1,4 @@
-//! What was measured, as tables, as a plot and as a document: ratios first.
+//! The results as tables, as a plot and as a document, ratios first.
 
 use super::measure::Measured;
 use super::rival::Rival;
@@ -12,7 +12,7 @@ use std::path::Path;
 /// Observations a second of the public program on the generic experiment, with the smallest buffer.
 const PUBLIC: f64 = 7_186.0;
 
-/// What a case is measured against.
+/// The goal of a case.
 enum Goal {
     /// Observations a second, at least.
     Rate(f64),
@@ -47,7 +47,7 @@ fn rows(found: &Found) -> Vec<Vec<String>> {
     rows
 }
 
-/// The ratio says how many times better than the goal it is.
+/// The ratio is above 1 when the case is better than its goal.
 fn row(measured: &Measured, goal: &Goal) -> Vec<String> {
     let (ratio, wanted, reached) = match goal {
         Goal::Rate(rate) => {

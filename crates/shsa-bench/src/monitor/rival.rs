@@ -1,13 +1,13 @@
-//! RTLola's interpreter on the same check: a program of its own, as it must not be in the shipped one.
+//! RTLola's interpreter on the same check. It is run by a separate program, so that the shipped one does not depend on it.
 
 use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use std::process::{Command, Stdio};
 
-/// Where that program is.
+/// The manifest of the program that runs RTLola.
 const MANIFEST: &str = "crates/shsa-bench/rtlola/Cargo.toml";
 
-/// How observations come.
+/// How observations arrive: the case, and the two keys of the program's JSON.
 const ARRIVALS: [(&str, &str, &str); 2] = [
     ("interval check, one by one", "rtlola", "ours"),
     ("interval check, three at once", "rtlola_joint", "ours_joint"),
@@ -21,7 +21,7 @@ pub(super) struct Rival {
 }
 
 impl Rival {
-    /// Builds and runs that program; the present folder must be that of the project.
+    /// Builds and runs the program; the present folder must be the project's.
     pub(super) fn measure(turn_s: f64) -> anyhow::Result<Vec<Rival>> {
         let mut command = Command::new("cargo");
         command.args(["run", "--quiet", "--release", "--manifest-path", MANIFEST, "--", "--turn"]);

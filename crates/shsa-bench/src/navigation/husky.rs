@@ -1,4 +1,4 @@
-//! A recorded rover whose wheel odometry freezes for 20 s: the same filter with and without who watches its inputs.
+//! A recorded rover whose wheel odometry freezes for 20 s: the same filter with and without a monitor of its inputs.
 //!
 //! The recording is `test1.bag` of robot_localization (T. Moore, D. Stouch 2014, doi:10.1007/978-3-319-08338-4_25).
 
@@ -14,7 +14,7 @@ use shsa_estimate::method::Measurement;
 use shsa_format::recording::{ReadOptions, Wanted, read};
 use std::path::Path;
 
-/// What is read: speed of the wheels, yaw rate of the gyroscope (it lies on its side), latitude, longitude.
+/// The fields that are read: speed of the wheels, yaw rate of the gyroscope (it is mounted on its side), latitude, longitude.
 const SOURCES: [&str; 4] = [
     "/husky_velocity_controller/odom#twist.twist.linear.x",
     "/imu/data#angular_velocity.y",
@@ -25,12 +25,12 @@ const WHEELS: usize = 0;
 /// Position to the north and to the east.
 const FIXES: [usize; 2] = [2, 3];
 
-/// By how much the odometry is late beyond its stamps.
+/// The delay of the odometry beyond its stamps.
 const LATE: Span = Span(400_000_000);
 
 const EARTH_M: f64 = 6_371_000.0;
 const FROZEN_S: i64 = 20;
-/// Errors count until so long after the wheels have begun to freeze.
+/// Errors count until this long after the wheels have begun to freeze.
 const JUDGED_S: i64 = 30;
 
 /// A value with its time of validity.
@@ -48,15 +48,15 @@ enum Use {
     Plain,
     /// With the fixes.
     WithFixes,
-    /// With the fixes; what has not changed for a second does not count until it changes, as the monitor's detector of frozen
-    /// values has it.
+    /// With the fixes; a value unchanged for a second is left out until it changes, as the detector of frozen values does.
     Watched,
 }
 
-/// The error of each use while the wheels are frozen in one window after the other; judged by itself without the fault.
+/// The error of each use while the wheels are frozen in one window after the other. The reference is the same use without the
+/// fault.
 ///
 /// # Errors
-/// A recording that cannot be read, or without these signals.
+/// The recording cannot be read, or lacks one of these signals.
 pub(super) fn table(path: &Path) -> anyhow::Result<Table> {
     let heard = heard(path)?;
     let begin = heard.first().context("the recording has none of the signals")?.at;
@@ -90,7 +90,7 @@ pub(super) fn table(path: &Path) -> anyhow::Result<Table> {
     })
 }
 
-/// The recording's values in the order of their validity, fixes in metres from the first one.
+/// The recording's values in the order of their validity; fixes in metres relative to the first.
 fn heard(path: &Path) -> anyhow::Result<Vec<Heard>> {
     let wanted = SOURCES.map(|source| Wanted::new(source, source));
     let recording = read(&[path.to_owned()], &wanted, &ReadOptions::default())?;
@@ -112,7 +112,7 @@ fn heard(path: &Path) -> anyhow::Result<Vec<Heard>> {
     Ok(all)
 }
 
-/// Where the rover is, ten times a second, while the wheels say the same from a time on for 20 s.
+/// The rover's position ten times a second. From `frozen` on, the wheels repeat their last value for 20 s.
 fn positions(heard: &[Heard], frozen: Option<Time>, its: Use) -> anyhow::Result<Vec<(Time, [f64; 2])>> {
     let begin = heard.first().map_or(Time(0), |first| first.at);
     let mut fusion = fusion(start(heard, begin), begin)?;
@@ -139,7 +139,7 @@ fn positions(heard: &[Heard], frozen: Option<Time>, its: Use) -> anyhow::Result<
     Ok(all)
 }
 
-/// Where it is and heads: by the way that the fixes go in the first five seconds.
+/// The initial position and heading, from the movement of the fixes in the first five seconds.
 fn start(heard: &[Heard], begin: Time) -> [f64; 5] {
     let last = |sensor: usize| {
         let mut early = heard.iter().filter(|one| one.at < begin + Span(5_000_000_000));
@@ -159,7 +159,7 @@ fn fusion(start: [f64; 5], begin: Time) -> anyhow::Result<Fusion> {
     let diffusion = ["1e-3*dt", "1e-3*dt", "1e-5*dt", "0.3*dt", "0.5*dt"];
     let places = (0..5).flat_map(|i| (i..5).map(move |j| (i, j)));
     let noise = places.map(|(i, j)| formula(if i == j { diffusion[i] } else { "0" }));
-    // Seen from above, a turn of the heading is against the gyroscope's.
+    // The heading (seen from above) turns against the gyroscope.
     let says = [("v", "0.05^2"), ("-w", "0.02^2"), ("n", "1.5^2"), ("e", "1.5^2")];
     let sensors = says.into_iter().zip(SOURCES).map(|((says, variance), source)| {
         anyhow::Ok(Sensor {
@@ -186,7 +186,7 @@ fn fusion(start: [f64; 5], begin: Time) -> anyhow::Result<Fusion> {
     Ok(Fusion::new(Box::new(filter), begin, SOURCES.len(), 0, options)?)
 }
 
-/// How far two runs are apart, from a time on.
+/// The distance of two runs from a time on.
 fn apart(found: &[(Time, [f64; 2])], healthy: &[(Time, [f64; 2])], from: Time) -> f64 {
     let mut errors = Errors::default();
     for ((at, [n, e]), (_, [n_healthy, e_healthy])) in found.iter().zip(healthy) {

@@ -1,4 +1,4 @@
-//! The methods side by side: those without a model for one quantity each, and filters for all of them.
+//! The methods: those without a model estimate each quantity alone, filters estimate all together.
 
 use super::simulated::{Arrival, DEVICES, Truth};
 use crate::table::Errors;
@@ -67,7 +67,7 @@ impl Method {
         }
     }
 
-    /// How it combines direct measurements of one quantity; `None` of a filter.
+    /// How a method combines direct measurements of one quantity; `None` for a filter.
     fn rule(self) -> anyhow::Result<Option<Rule>> {
         let faulty = Faulty { count: 1, deviations: 3.0 };
         Ok(Some(match self {
@@ -82,14 +82,14 @@ impl Method {
     }
 }
 
-/// How far off position and speed are.
+/// The errors of position and speed.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Error {
     pub(super) position: Errors,
     pub(super) speed: Errors,
 }
 
-/// What has been settled is judged from here on.
+/// Errors count from this time on, when the filters have settled.
 const SETTLED: Time = Time(5_000_000_000);
 
 /// The fixes, and the sensors of speed.
@@ -124,7 +124,7 @@ pub(super) fn run(
     Ok(())
 }
 
-/// What position and speed are estimated by.
+/// An estimator of position and speed.
 trait Estimator {
     fn take(&mut self, arrival: &Arrival);
 
@@ -132,7 +132,7 @@ trait Estimator {
     fn estimate(&mut self, at: Time) -> [f64; 3];
 }
 
-/// Wheel 1 and gyroscope, integrated.
+/// Integrates wheel 1 and the gyroscope.
 #[derive(Default)]
 struct Reckoning {
     state: Truth,
@@ -157,11 +157,11 @@ impl Estimator for Reckoning {
     }
 }
 
-/// Each quantity alone, as it is measured.
+/// Estimates each quantity alone, from its direct measurements.
 struct Separate {
     /// x, y, speed.
     quantities: [Fusion; 3],
-    /// The last value of each sensor of speed, so that they can be compared.
+    /// The last value of each sensor of speed.
     speeds: [Option<f64>; 3],
 }
 
@@ -173,7 +173,7 @@ impl Separate {
             let direct = Direct::new(rule, &variances, 0.1, (0.0, 100.0))?;
             anyhow::Ok(Fusion::new(Box::new(direct), Time(0), sensors.len(), 0, OPTIONS)?)
         };
-        // Of one fix nothing can be outvoted: interval fusion is left with the fix itself.
+        // One fix cannot be outvoted: interval fusion returns the fix itself.
         let of_fixes = match rule {
             Rule::Average(_) | Rule::Median(_) => rule.clone(),
             _ => Rule::Confidence,
@@ -194,7 +194,7 @@ impl Estimator for Separate {
         }
     }
 
-    /// The latest values of speed are combined when they are asked for: they come at different rates.
+    /// The latest speeds are combined on request, because they come at different rates.
     fn estimate(&mut self, at: Time) -> [f64; 3] {
         let [.., speed] = &mut self.quantities;
         for (sensor, value) in self.speeds.iter().enumerate() {
@@ -206,7 +206,7 @@ impl Estimator for Separate {
     }
 }
 
-/// All of them in one filter.
+/// Estimates all quantities in one filter.
 struct Joint {
     fusion: Fusion,
 }
@@ -241,7 +241,7 @@ fn joint(method: Method) -> anyhow::Result<Fusion> {
     Ok(Fusion::new(filter, Time(0), DEVICES.len(), 0, Options { gate, ..OPTIONS })?)
 }
 
-/// Position, heading, speed, turn rate; speed and turn rate change at random.
+/// The model of position, heading, speed and turn rate; speed and turn rate are random walks.
 fn model() -> anyhow::Result<Formulas> {
     let mut words = Vocabulary::default();
     for state in ["x", "y", "h", "v", "w"] {

@@ -1,5 +1,5 @@
-//! `shsa-bench navigation`: position and speed of a rover from odometry, inertial sensors and position fixes at different rates, by
-//! all methods side by side.
+//! `shsa-bench navigation`: position and speed of a rover by all methods, from odometry, inertial sensors and position fixes at
+//! different rates.
 //!
 //! D. Ratasich, B. Frömel, O. Höftberger, R. Grosu, "Generic Sensor Fusion Package for ROS", IROS 2015
 //! (doi:10.1109/IROS.2015.7353387).

@@ -1,16 +1,16 @@
-//! A rover whose true motion is known, and what its sensors say: at different rates, with noise, late, and wrong.
+//! A rover whose true motion is known, and its sensors: they have different rates, noise, delays and faults.
 
 use shsa_core::time::{Span, Time};
 use shsa_estimate::random::Random;
 use std::f64::consts::TAU;
 
-/// How long it drives.
+/// The duration of a drive.
 pub(super) const SECONDS: f64 = 120.0;
 
-/// The steps of the simulation in a second.
+/// The number of simulation steps in a second.
 const STEPS: u32 = 200;
 
-/// Where it is, where it heads, how fast it drives and turns; SI units.
+/// The rover's position, heading, speed and turn rate; SI units.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Truth {
     pub(super) at: Time,
@@ -21,7 +21,7 @@ pub(super) struct Truth {
     pub(super) turn: f64,
 }
 
-/// A sensor: its rate in steps of the simulation, its noise, and how late its values come.
+/// A sensor: its rate in steps of the simulation, its noise, and the delay of its values.
 pub(super) struct Device {
     pub(super) name: &'static str,
     every: u32,
@@ -51,7 +51,7 @@ const fn device(
     Device { name, every, deviation, late: Span(late_ms * 1_000_000), says }
 }
 
-/// What goes wrong.
+/// The fault of a drive.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scenario {
     Healthy,
@@ -73,7 +73,7 @@ impl Scenario {
         }
     }
 
-    /// What a sensor says instead of a value; `None` when it is silent.
+    /// The value of a sensor in this scenario; `None` when the sensor is silent.
     fn spoilt(self, device: &Device, at_s: f64, value: f64, random: &mut Random) -> Option<f64> {
         let is_between = (40.0..70.0).contains(&at_s);
         match self {
@@ -88,7 +88,7 @@ impl Scenario {
     }
 }
 
-/// A value that arrives.
+/// A value with the time of its arrival.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Arrival {
     pub(super) received: Time,
@@ -97,11 +97,11 @@ pub(super) struct Arrival {
     pub(super) value: f64,
 }
 
-/// What is true, twenty times a second, and what arrives, in the order of arrival.
+/// The truth twenty times a second, and the values in the order of their arrival.
 pub(super) fn drive(scenario: Scenario, seed: u64) -> (Vec<Truth>, Vec<Arrival>) {
     let (mut random, mut truth) = (Random::new(seed), Truth::default());
     let (mut truths, mut arrivals) = (Vec::new(), Vec::new());
-    // Every run another way.
+    // Every run takes another way.
     let phases = [TAU * random.share(), TAU * random.share()];
     for step in 1..=(SECONDS * f64::from(STEPS)) as u32 {
         let at_s = f64::from(step) / f64::from(STEPS);
@@ -123,7 +123,7 @@ pub(super) fn drive(scenario: Scenario, seed: u64) -> (Vec<Truth>, Vec<Arrival>)
     (truths, arrivals)
 }
 
-/// One step of smooth driving, slower and faster, to both sides.
+/// One step of a smooth drive with changing speed and direction.
 fn go_on(truth: &mut Truth, at_s: f64, [one, other]: [f64; 2]) {
     let dt = 1.0 / f64::from(STEPS);
     truth.at = Time((1e9 * at_s) as i64);

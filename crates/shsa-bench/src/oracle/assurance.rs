@@ -1,6 +1,6 @@
-//! Recorded evaluations of certificates: what holds, why the rest does not, and what follows changes of evidence.
+//! Recorded evaluations of certificates: which guarantees hold, why others do not, and the consequences of changed evidence.
 //!
-//! A file of `shsa-assurance-golden-1` holds its own scales and units, so that nothing of ours decides what they are.
+//! A file of `shsa-assurance-golden-1` holds its own scales and units, so the comparison uses none of ours.
 
 use super::Compared;
 use super::certificates::{Bounds, Case, EvidenceFacts, Recorded, certificates, interval};
@@ -11,13 +11,13 @@ use shsa_core::interval::{Interval, Truth};
 use shsa_core::statement::Level;
 use std::collections::BTreeMap;
 
-/// Evaluations for one question about minimal sets.
+/// The most evaluations for one question about minimal sets.
 const MOST: usize = 1_000_000;
 
-/// Evaluates every case, and what follows each of its steps; an answer each.
+/// Evaluates every case and each of its steps; one answer each.
 ///
 /// # Errors
-/// When a case contradicts itself: a name, scale or unit that nothing defines.
+/// When a case uses a name, scale or unit that it does not define.
 pub(super) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::Result<()> {
     for case in recorded.examples.iter().chain(&recorded.cases) {
         let case = Composed::new(recorded, case).with_context(|| case.id.clone())?;
@@ -26,7 +26,7 @@ pub(super) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::R
     Ok(())
 }
 
-/// A case with our system of it.
+/// A case and our system made of it.
 struct Composed<'a> {
     recorded: &'a Recorded,
     case: &'a Case,
@@ -105,7 +105,7 @@ impl<'a> Composed<'a> {
         all.filter(|&(id, _)| are(id)).map(|(_, guarantee)| guarantee.name.as_str()).collect()
     }
 
-    /// Everything that the file answers, in its form.
+    /// Our answers to everything that the file records, in the file's form.
     fn answer(&self, evaluation: &Evaluation) -> Value {
         let (system, rows) = (&self.system, self.system.certificates());
         let evidence: Map<String, Value> = rows
@@ -203,7 +203,7 @@ fn truth_name(truth: Truth) -> &'static str {
     }
 }
 
-/// Sets that are not all that there are differ from every recorded answer.
+/// An incomplete enumeration of sets differs from every recorded answer.
 fn sets<T>(found: &Sets<T>, name: impl Fn(&T) -> Value) -> Value {
     match found.is_complete {
         true => found.sets.iter().map(|set| set.iter().map(&name).collect::<Value>()).collect(),
@@ -211,7 +211,7 @@ fn sets<T>(found: &Sets<T>, name: impl Fn(&T) -> Value) -> Value {
     }
 }
 
-/// The same with every list in one order, for sets are not ordered; the ladder of levels, too, has a name in each.
+/// The value with every list sorted, because the recorded lists are sets.
 fn sorted(value: Value) -> Value {
     match value {
         Value::Array(items) => {
@@ -224,7 +224,7 @@ fn sorted(value: Value) -> Value {
     }
 }
 
-/// Everything in which ours differs from what is recorded, by its path; how many rounds somebody took is no answer.
+/// All differences between the recorded value and ours, with their paths. The number of rounds is not compared.
 fn differ(path: &str, recorded: &Value, ours: &Value, differences: &mut Vec<String>) {
     match (recorded, ours) {
         (Value::Object(recorded), Value::Object(ours)) => {

@@ -1,4 +1,4 @@
-//! The certificates of `shsa-assurance-golden-1`: what a file says, and the same as certificates of ours.
+//! The certificates of `shsa-assurance-golden-1`: the form of a file, and its conversion to our certificates.
 
 use anyhow::Context;
 use serde::Deserialize;
@@ -119,7 +119,7 @@ pub(super) fn interval((lo, hi): Bounds, factor: f64) -> Interval {
 }
 
 impl Recorded {
-    /// The dimension of a unit, and its size. A dimension is a name: the exponent of one base tells them apart.
+    /// The dimension and the size of a unit. The file names a dimension; each name gets an exponent of its own of one base.
     pub(super) fn unit(&self, name: Option<&str>) -> anyhow::Result<(Dimension, f64)> {
         let name = name.unwrap_or_default();
         let unit = self.units.get(name).with_context(|| format!("no unit `{name}`"))?;
@@ -132,7 +132,7 @@ impl Recorded {
     }
 }
 
-/// Names of a case.
+/// The identifiers of a case's names.
 #[derive(Default)]
 struct Ids<'a> {
     services: BTreeMap<&'a str, ServiceId>,
@@ -140,7 +140,7 @@ struct Ids<'a> {
     evidence: BTreeMap<&'a str, EvidenceId>,
 }
 
-/// Makes certificates of a case.
+/// Converts the certificates of a case.
 struct Reader<'a> {
     recorded: &'a Recorded,
     certificates: Certificates,
@@ -150,7 +150,7 @@ struct Reader<'a> {
 /// The certificates of a case.
 ///
 /// # Errors
-/// When it names what nothing defines.
+/// When the case uses a name that it does not define.
 pub(super) fn certificates(recorded: &Recorded, case: &Case) -> anyhow::Result<Certificates> {
     let mut reader = Reader { recorded, certificates: Certificates::default(), ids: Ids::default() };
     reader.certificates.scales = Scales::new();

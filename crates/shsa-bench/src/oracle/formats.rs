@@ -1,8 +1,9 @@
-//! Recordings beside what independent readers have read of them: every `expected.json` below a folder names files beside it, and of
-//! each the counts of its topics, and of some fields how many values there are, the first, the last and their mean.
+//! Recordings compared with the results of independent readers. Every `expected.json` below a folder names files beside it. Of
+//! each file it gives the message counts of the topics, and of some fields the number of values, the first, the last and the
+//! mean.
 //!
-//! Files are read through the readers of the product. A field that several topics have (of several sources, say) is read of each
-//! and put together, as the other reader did.
+//! Files are read through the readers of the product. A field of several topics (from several sources, say) is read from each,
+//! and the values are joined, as the other reader did.
 
 use super::Compared;
 use anyhow::Context;
@@ -24,14 +25,14 @@ const COUNTS: [&str; 7] = ["topics", "datasets", "messages", "sentences", "paths
 /// Keys that hold the count of all messages.
 const TOTALS: [&str; 4] = ["messages", "points", "rows", "frames"];
 
-/// Keys of a time in nanoseconds, or of one in seconds, that is the reception here.
+/// Keys of the time in nanoseconds, and of the time in seconds; both are the reception here.
 const NANOSECONDS: [&str; 2] = ["received_ns", "time_ns"];
 const SECONDS: [&str; 2] = ["unix_s", "time_s"];
 
-/// Seconds below this count from another moment.
+/// Smaller seconds count from another moment than the epoch.
 const EPOCH_MIN_S: f64 = 1e9;
 
-/// Compares all files that the folder's `expected.json` names, and those below it.
+/// Compares all files named by `expected.json` in the folder and in the folders below it.
 pub(super) fn compare(folder: &Path, compared: &mut Compared) -> anyhow::Result<()> {
     let mut found = Vec::new();
     find(folder, 0, &mut found)?;
@@ -59,7 +60,7 @@ fn find(folder: &Path, depth: usize, found: &mut Vec<PathBuf>) -> anyhow::Result
     Ok(())
 }
 
-/// A recording and what is expected of it.
+/// A recording and its expected contents.
 struct File<'a> {
     path: PathBuf,
     expected: &'a Value,
@@ -124,7 +125,7 @@ impl<'a> File<'a> {
         for key in COUNTS {
             for (name, count) in self.expected[key].as_object().into_iter().flatten() {
                 let found = count_of(&topics, name);
-                // What has no name here (groups of NMEA 2000, say) is in the count of all.
+                // Messages without a name here (groups of NMEA 2000, say) are in the total count.
                 if found > 0 || key != "pgns" {
                     self.number(compared, &format!("{key} {name}"), found as f64, count);
                 }
@@ -159,7 +160,7 @@ impl<'a> File<'a> {
         compared.answer(difference.into_iter().collect());
     }
 
-    /// What differs in the values of a field.
+    /// The differences in the values of a field.
     fn field(&self, topics: &[TopicInfo], name: &str, expected: &Value) -> anyhow::Result<Vec<String>> {
         let places = places(topics, name);
         anyhow::ensure!(!places.is_empty(), "no topic has it");
@@ -253,7 +254,7 @@ fn is_near(found: f64, expected: f64) -> bool {
     found == expected || (found - expected).abs() <= TOLERANCE * expected.abs().max(1.0)
 }
 
-/// The messages of all topics that are called so.
+/// The number of messages of all topics with this name.
 fn count_of(topics: &[TopicInfo], name: &str) -> usize {
     let (name, source) =
         name.split_once(" from ").map_or((name, None), |(path, source)| (path, Some(source)));
@@ -267,7 +268,7 @@ fn count_of(topics: &[TopicInfo], name: &str) -> usize {
     topics.iter().filter(is_meant).map(|topic| topic.count).sum()
 }
 
-/// A topic's source text without its tags, and these.
+/// Splits a topic's source text into the text without tags, and the tags.
 fn split_tags(source: &str) -> (&str, &str) {
     let begin = source.char_indices().filter(|(_, letter)| *letter == '[').map(|(at, _)| at);
     let is_tag =
@@ -291,17 +292,17 @@ fn places(topics: &[TopicInfo], name: &str) -> Vec<Place> {
         is_called && own.contains(tags)
     };
     let mut fitting: Vec<&TopicInfo> = topics.iter().filter(fits).collect();
-    // Other readers mean the first device where there are several.
+    // Of several devices, other readers take the first.
     let first = format!("{bare}[0]");
     if fitting.iter().any(|topic| topic.source == first) {
         fitting.retain(|topic| topic.source == first);
     }
-    // A series that was told anew, with more fields, is one.
+    // A series that was declared again with more fields is one topic.
     fitting.dedup_by(|one, other| one.source == other.source);
     fitting.into_iter().map(|topic| place(topic, nmea_field(topic, field))).collect()
 }
 
-/// A column, or a path whose end is within the value.
+/// The places of a column, or of a path that ends within the value.
 fn places_of_path(topics: &[TopicInfo], name: &str, place: &dyn Fn(&TopicInfo, &str) -> Place) -> Vec<Place> {
     let of_path = topics.iter().filter_map(|topic| {
         let rest = name.strip_prefix(topic.name.as_str())?;
@@ -319,7 +320,7 @@ fn places_of_path(topics: &[TopicInfo], name: &str, place: &dyn Fn(&TopicInfo, &
     topics.iter().filter_map(of_column).collect()
 }
 
-/// What a field of NMEA is called here.
+/// Our name of a field of NMEA.
 fn nmea_field<'a>(topic: &TopicInfo, field: &'a str) -> &'a str {
     match field {
         _ if !topic.kind.starts_with("NMEA") => field,
@@ -333,7 +334,7 @@ fn nmea_field<'a>(topic: &TopicInfo, field: &'a str) -> &'a str {
     }
 }
 
-/// Whether the reception is another one than that which is told as an epoch, by a microsecond or more.
+/// The difference between the reception and an expected epoch time, if it is a microsecond or more.
 fn time_difference(what: &str, received_ns: i64, asked: &Value) -> Option<String> {
     let nanoseconds = NANOSECONDS.iter().find_map(|key| asked[*key].as_i64());
     let seconds =
@@ -366,7 +367,7 @@ fn differences(all: &[Vec<Sample>], expected: &Value, has_times: bool) -> Vec<St
         ("first", all.iter().filter_map(|samples| samples.first()).collect::<Vec<_>>()),
         ("last", all.iter().filter_map(|samples| samples.last()).collect()),
     ] {
-        // Of several topics one has the first of all.
+        // Where several topics are joined, one of them has the expected first value.
         let asked = &expected[what];
         let nearest = samples.iter().min_by(|one, other| {
             let far = |sample: &Sample| (number(sample) - value_of(asked).unwrap_or(0.0)).abs();

@@ -1,7 +1,7 @@
-//! `shsa-bench oracle`: our answers beside those that others have recorded, one by one.
+//! `shsa-bench oracle`: compares our answers with recorded ones, one by one.
 //!
-//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`assurance`],
-//! [`fusion`]). Of recordings a folder is given ([`formats`]).
+//! A file is JSON with its `format`; each reader describes its own ([`search`], [`monitor`], [`assurance`], [`fusion`]).
+//! Recordings are given as a folder ([`formats`]).
 
 mod search;
 mod monitor;
@@ -20,10 +20,10 @@ use std::fs;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 
-/// Differences that are shown; more are counted only.
+/// The number of differences that are shown; the rest is only counted.
 const SHOWN: usize = 20;
 
-/// How far numbers may be apart.
+/// The largest difference of two numbers.
 const TOLERANCE: f64 = 1e-9;
 
 /// Arguments of `shsa-bench oracle`.
@@ -56,7 +56,7 @@ enum Kind {
     Formats,
 }
 
-/// What was compared.
+/// The result of a comparison.
 #[derive(Debug, Default)]
 struct Compared {
     total: usize,
@@ -65,7 +65,7 @@ struct Compared {
 }
 
 impl Compared {
-    /// Takes in what one answer differs in.
+    /// Counts one answer; it is equal when there are no differences.
     fn answer(&mut self, differences: Vec<String>) {
         self.total += 1;
         self.equal += usize::from(differences.is_empty());
@@ -73,7 +73,7 @@ impl Compared {
     }
 }
 
-/// What every file says of itself.
+/// The head of every file.
 #[derive(Deserialize)]
 struct Head {
     format: String,

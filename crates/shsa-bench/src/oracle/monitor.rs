@@ -1,4 +1,4 @@
-//! Recorded runs of the published monitor: inputs, outputs, errors and who failed, step by step.
+//! Recorded runs of the published monitor: inputs, outputs, errors and the failed substitution, step by step.
 
 use super::{Compared, TOLERANCE};
 use anyhow::{Context, bail};
@@ -68,12 +68,12 @@ struct Function {
 #[derive(Deserialize)]
 struct Step {
     inputs: Vec<Input>,
-    /// Of this step on; an experiment has the same for all.
+    /// The substitutions from this step on; an experiment has one set for all steps.
     #[serde(default)]
     substitutions: Vec<Chain>,
     outputs: Vec<Output>,
     error: Vec<f64>,
-    /// The number of a substitution; -1 for none.
+    /// The index of the failed substitution; -1 for none.
     failed: i64,
 }
 
@@ -118,7 +118,7 @@ struct Chain {
 #[derive(Clone, Deserialize, PartialEq)]
 struct Link {
     out: String,
-    /// A relation, or `equals`: the signal is the variable.
+    /// A relation, or `equals`: the signal carries the variable.
     name: String,
     #[serde(rename = "in")]
     inputs: Vec<String>,
@@ -140,7 +140,7 @@ struct Case<'a> {
 /// Runs all experiments.
 ///
 /// # Errors
-/// When one cannot be run.
+/// When a case cannot be run.
 pub(super) fn compare_experiments(recorded: &Experiments, compared: &mut Compared) -> anyhow::Result<()> {
     for (number, experiment) in recorded.experiments.iter().enumerate() {
         Case::of_experiment(experiment, number).compare(compared)?;
@@ -151,7 +151,7 @@ pub(super) fn compare_experiments(recorded: &Experiments, compared: &mut Compare
 /// Runs all unit cases.
 ///
 /// # Errors
-/// When one cannot be run.
+/// When a case cannot be run.
 pub(super) fn compare_units(recorded: &Units, compared: &mut Compared) -> anyhow::Result<()> {
     for unit in &recorded.cases {
         Case::of_unit(unit)?.compare(compared)?;
@@ -199,7 +199,7 @@ impl<'a> Case<'a> {
         })
     }
 
-    /// Runs all steps; a change of the substitutions starts anew, as in the published program.
+    /// Runs all steps. A change of the substitutions starts the monitor anew, as in the published program.
     fn compare(&self, compared: &mut Compared) -> anyhow::Result<()> {
         let knowledge = checked(&self.draft)?;
         let mut running: Option<(&[Chain], ThesisRun)> = None;
@@ -224,7 +224,7 @@ impl<'a> Case<'a> {
         Ok(())
     }
 
-    /// An input whose time has bounds of its own is read by a model with these bounds as its error in time.
+    /// An input with bounds of its own on its time is read with a model whose time error has these bounds.
     fn observe(&self, run: &mut ThesisRun, input: &Input, number: usize) -> anyhow::Result<()> {
         let mut draft = self.draft.clone();
         let stamp = match input.t {
@@ -297,7 +297,7 @@ impl<'a> Case<'a> {
     }
 }
 
-/// Whether another substitution is named.
+/// The difference, if the failed substitution is another one.
 fn of_failed(recorded: &Step, found: &ThesisStep) -> Option<String> {
     let failed = usize::try_from(recorded.failed).ok();
     let highest = recorded.error.iter().copied().fold(0.0, f64::max);
@@ -337,7 +337,7 @@ fn unit_draft(unit: &Unit) -> anyhow::Result<Draft> {
     })
 }
 
-/// What the words of a unit case mean.
+/// The formula for a unit case's description in words.
 fn formula(meaning: &str) -> anyhow::Result<&'static str> {
     Ok(match meaning {
         "x = 2 a" => "x = 2 * a",
@@ -355,7 +355,7 @@ fn formula(meaning: &str) -> anyhow::Result<&'static str> {
     })
 }
 
-/// The way of a recorded substitution: `equals` takes a signal for its variable, all else are relations.
+/// The way of a recorded substitution: `equals` takes a signal of the variable; all other functions are relations.
 fn way(knowledge: &KnowledgeBase, domain: &str, chain: &Chain) -> anyhow::Result<Way> {
     let (mut choice, mut carriers) = (BTreeMap::new(), BTreeMap::new());
     let variable = |name: &str| knowledge.variable(name).with_context(|| format!("no variable {name}"));

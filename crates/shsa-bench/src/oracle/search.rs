@@ -1,4 +1,4 @@
-//! Recorded searches: models that are structure only, and for each variable every substitution with its utility.
+//! Recorded searches: models of structure only, and for each variable every substitution with its utility.
 
 use super::{Compared, TOLERANCE};
 use crate::structure;

@@ -1,4 +1,4 @@
-//! Measures one model: loading, setting up, planning, and what changes of signals and of the structure cost.
+//! Measures one model: loading, setting up, planning, and the cost of changed signals and of a changed structure.
 
 use crate::processor::memory_bytes;
 use anyhow::{Context, bail};
@@ -15,12 +15,12 @@ const CHANGES: usize = 200;
 /// How many times a relation is added and a signal removed.
 const RESTRUCTURINGS: usize = 3;
 
-/// What was measured of one model; times in seconds, memory in bytes.
+/// The results for one model; times in seconds, memory in bytes.
 pub(super) struct Measured {
     values: Vec<f64>,
 }
 
-/// What is measured, in this order: the keys of the JSON object.
+/// The keys of the JSON object, in the order of the values.
 const KEYS: [&str; 24] = [
     "relations",
     "variables",
@@ -67,7 +67,7 @@ impl Measured {
     }
 }
 
-/// Loads a model and measures what follows.
+/// Loads a model and measures each operation on it.
 pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     let file_bytes = std::fs::metadata(path)?.len() as f64;
     let began = Instant::now();
@@ -117,7 +117,7 @@ pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     Ok(Measured { values })
 }
 
-/// How long the best plan of each variable takes, and how many searches a limit has stopped.
+/// The time of the best plan of each variable, and the number of searches that a limit stopped.
 fn plans(graph: &Graph, variables: &[VariableId]) -> (Vec<f64>, usize) {
     let mut scratch = Scratch::default();
     let options = Options { substitute_provided: false, without_empty: true, ..Options::default() };
@@ -132,7 +132,7 @@ fn plans(graph: &Graph, variables: &[VariableId]) -> (Vec<f64>, usize) {
     (times, limited)
 }
 
-/// How long it takes after the loss of a signal, and after its return, until graph and table are current again.
+/// The times from the loss of a signal, and from its return, until graph and table are current.
 fn changes(knowledge: &mut KnowledgeBase, graph: &mut Graph, table: &mut Contingency) -> Vec<f64> {
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
     let step = (signals.len() / CHANGES).max(1);
@@ -149,9 +149,9 @@ fn changes(knowledge: &mut KnowledgeBase, graph: &mut Graph, table: &mut Conting
     times
 }
 
-/// How long it takes after a relation has come and after a signal has gone, in the middle of the model, until graph
-/// and table are current again, once the new knowledge base is checked: the median and the worst, the medians of
-/// matching the elements, of the graph and of the table, and the most searches that were made.
+/// The times from an added relation and from a removed signal, in the middle of the model, until graph and table are current; the
+/// new knowledge base is already checked. In order: the median and the worst; the medians of matching the elements, of the graph
+/// and of the table; the largest number of searches.
 fn restructurings(mut knowledge: KnowledgeBase, mut graph: Graph, mut table: Contingency) -> [f64; 6] {
     let mut times: [Vec<f64>; 4] = Default::default();
     let mut most = 0;
@@ -182,7 +182,7 @@ fn restructurings(mut knowledge: KnowledgeBase, mut graph: Graph, mut table: Con
     [all, worst, matched, prepared, carried, most as f64]
 }
 
-/// The same with one relation more, from some variables to one before them.
+/// The same knowledge base with one more relation, from the next two variables to the one at `place`.
 fn with_a_relation(knowledge: &KnowledgeBase, place: f64) -> KnowledgeBase {
     let variables = knowledge.variables().len();
     let output = (variables as f64 * place) as usize;
@@ -201,7 +201,7 @@ fn with_a_relation(knowledge: &KnowledgeBase, place: f64) -> KnowledgeBase {
     KnowledgeBase::from_parts(variables, relations, signals, knowledge.needs().clone())
 }
 
-/// The same with one signal less; none may be derived from others.
+/// The same knowledge base without one signal; no signal may be derived from others.
 fn without_a_signal(knowledge: &KnowledgeBase, place: f64) -> KnowledgeBase {
     let lost = (knowledge.signals().len() as f64 * place) as usize;
     let mut signals = IdVec::new();

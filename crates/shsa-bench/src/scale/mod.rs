@@ -1,6 +1,6 @@
 //! `shsa-bench scale`: how time and memory grow with the model, up to a million relations.
 //!
-//! Each model is loaded by a process of its own, so that its peak memory is its own, too.
+//! A process of its own loads each model, so that its peak memory is measured alone.
 
 mod measure;
 mod model;

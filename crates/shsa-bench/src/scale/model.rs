@@ -1,4 +1,4 @@
-//! A large model: a plant of many subsystems that know a little of each other.
+//! A large model: a plant of many loosely coupled subsystems.
 //!
 //! A subsystem has 60 variables, of which 38 are measured, 100 relations and a need. A relation computes a variable from
 //! two or three of the next ones; one in ten also reads a measured variable of another subsystem; one in fifty is an
@@ -8,7 +8,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::io::{self, Write};
 
-/// What the models are, for those who read the numbers.
+/// The description of the models in the document.
 pub(super) const DESCRIPTION: &str = "Each model is a plant of subsystems: 100 relations, 60 variables (38 of them \
     measured) and a need each. Relations compute a variable from two or three of the next ones; one in ten reads another \
     subsystem, too; one in fifty is an equation, solved for all its variables; the others are structure only, with a cost.";
@@ -17,14 +17,14 @@ pub(super) const DESCRIPTION: &str = "Each model is a plant of subsystems: 100 r
 const RELATIONS: usize = 100;
 /// Variables of a subsystem.
 const VARIABLES: usize = 60;
-/// The first of those that are only measured.
+/// The first of the variables that no relation computes.
 const LEAVES: usize = 45;
-/// Of those that relations compute, every second one is measured, too.
+/// Of the variables that relations compute, every second one is measured, too.
 const MEASURED: usize = 2;
-/// How far behind its output a relation's inputs are.
+/// The largest distance between the output of a relation and its inputs.
 const REACH: usize = 14;
 
-/// Writes a model of about so many relations as JSON; the same seed gives the same bytes.
+/// Writes a model of about `relations` relations as JSON; the same seed gives the same bytes.
 pub(super) fn write(out: &mut impl Write, relations: usize, seed: u64) -> io::Result<()> {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let count = (relations / RELATIONS).max(1);

@@ -1,4 +1,4 @@
-//! What was measured, as a table, as plots and as a document.
+//! The results as a table, as plots and as a document.
 
 use super::measure::Measured;
 use super::{Arguments, model};
@@ -8,7 +8,7 @@ use shsa_format::text::{self, seconds};
 use std::fs;
 use std::path::Path;
 
-/// A column: its head, the key of what was measured, and how it is written.
+/// A column: its heading, the key of its value, and its format.
 type Column = (&'static str, &'static str, fn(f64) -> String);
 
 const COLUMNS: [Column; 14] = [
@@ -117,7 +117,7 @@ Written by `shsa-bench scale --sizes {} --seed {} --out docs`; the numbers are i
     )
 }
 
-/// Where the time of a change of structure goes.
+/// The parts of the time of a change of structure.
 fn parts(one: &Measured) -> String {
     format!(
         "Of {} relations, matching the elements of both takes {}, the table {} (of its {} searches, at most {} are made \

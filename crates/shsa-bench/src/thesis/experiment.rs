@@ -1,4 +1,4 @@
-//! Which graphs the experiments are about.
+//! The graphs of the experiments.
 
 use super::generate::{Branching, Tree};
 use anyhow::{Context, anyhow};
@@ -48,7 +48,7 @@ impl Experiment {
         }
     }
 
-    /// The sizes of its trees, as branching and depth; none for a case study.
+    /// The sizes of the experiment's trees, as branching and depth; none for a case study.
     fn sizes(self) -> Vec<(usize, usize)> {
         match self {
             Experiment::Ex1 => [2, 4, 6, 8, 10].map(|depth| (2, depth)).to_vec(),
@@ -60,7 +60,7 @@ impl Experiment {
         }
     }
 
-    /// How its trees are made.
+    /// The kind of its trees.
     fn tree(self, branch: usize, depth: usize) -> Tree {
         Tree {
             branch,
@@ -72,7 +72,7 @@ impl Experiment {
         }
     }
 
-    /// A case study's model and the variable that is looked for.
+    /// A case study's model and its root variable.
     fn model(self) -> Option<(&'static str, &'static str)> {
         match self {
             Experiment::Rover => Some((include_str!("../../../../models/rover.yaml"), "v_dmin")),
@@ -84,7 +84,7 @@ impl Experiment {
     }
 }
 
-/// What the cases that are compared in one row have in common.
+/// The common facts of the cases in one row.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Kind {
     pub(super) experiment: Experiment,
@@ -102,7 +102,7 @@ impl fmt::Display for Kind {
     }
 }
 
-/// One graph in which a variable is looked for.
+/// One graph with its root variable.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Case {
     pub(super) kind: Kind,
@@ -116,10 +116,10 @@ impl fmt::Display for Case {
 }
 
 impl Case {
-    /// The graph and the variable that is looked for.
+    /// The graph and its root variable.
     ///
     /// # Errors
-    /// When the model of a case study is broken.
+    /// When the model of a case study is invalid.
     pub(super) fn knowledge(&self) -> anyhow::Result<(KnowledgeBase, VariableId)> {
         let Kind { experiment, size } = self.kind;
         if let Some((branch, depth)) = size {
@@ -132,7 +132,7 @@ impl Case {
         Ok((loaded.knowledge, root))
     }
 
-    /// About how long it takes, for the progress bar.
+    /// The approximate effort of a case, for the progress bar.
     pub(super) fn effort(&self) -> u64 {
         self.kind.size.map_or(1, |(branch, depth)| (branch * depth) as u64)
     }

@@ -10,23 +10,24 @@ use shsa_core::knowledge::{
 /// How many children a node has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Branching {
-    /// Always as many as there may be.
+    /// Always the largest number.
     Complete,
-    /// From one to as many as there may be, evenly.
+    /// From one to the largest number, uniformly.
     Random,
 }
 
-/// What a tree looks like. Nodes at even depth are variables, at odd depth relations; the root is variable 0.
+/// The kind of a tree. Nodes at even depth are variables, at odd depth relations; the root is variable 0.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Tree {
-    /// How many children a node has, at most.
+    /// The largest number of children of a node.
     pub(super) branch: usize,
-    /// How deep the leaves are; even.
+    /// The depth of the leaves; even.
     pub(super) depth: usize,
     pub(super) branching: Branching,
-    /// How likely a variable is provided near the root; this rises evenly to 1 at the leaves. `None`: only leaves are.
+    /// The probability that a variable is provided, near the root; it rises linearly to 1 at the leaves. `None`: only leaves are
+    /// provided.
     pub(super) availability: Option<f64>,
-    /// Whether relations have costs, evenly from 1 to 10.
+    /// Whether relations have costs, uniform from 1 to 10.
     pub(super) costs: bool,
     /// Whether a relation can be used for each of its variables, and not only from child to parent.
     pub(super) both_ways: bool,
@@ -56,7 +57,7 @@ impl Tree {
         KnowledgeBase::from_parts(parts.variables, parts.relations, parts.signals, IdVec::new())
     }
 
-    /// How likely a variable is provided.
+    /// The probability that a variable is provided.
     fn share(&self, depth: usize) -> f64 {
         if depth == self.depth {
             return 1.0;
@@ -72,7 +73,7 @@ impl Tree {
     }
 }
 
-/// What a knowledge base is made of.
+/// The parts of a knowledge base.
 #[derive(Default)]
 struct Parts {
     variables: IdVec<VariableId, Variable>,
@@ -122,12 +123,12 @@ mod tests {
         Tree { branch, depth, branching, availability, costs: false, both_ways: true }
     }
 
-    /// Substitutions and the best utility by dynamic programming, which holds for trees only.
+    /// The number of substitutions and the best utility by dynamic programming, which is exact for trees only.
     fn oracle(knowledge: &KnowledgeBase, variable: VariableId) -> (f64, f64) {
         if knowledge.is_provided(variable) {
             return (1.0, 1.0);
         }
-        // The relation towards the root has the lowest number: its other variables were there first.
+        // The relation towards the root has the lowest number, because its other variables were made first.
         let below =
             |&relation: &RelationId| knowledge.relations()[relation].needs(variable).all(|i| i > variable);
         let mut sum = (0.0, 0.0_f64);

@@ -11,18 +11,18 @@ use shsa_core::plan::{
 use std::hint::black_box;
 use std::time::{Duration, Instant};
 
-/// All answers are looked for in so many graphs of a kind: in the larger ones there are more than can be counted.
+/// Searches for all answers run in this many graphs of a kind; larger graphs have too many answers to count.
 pub(super) const COUNTED: u64 = 5;
-/// What takes longer is run once.
+/// A search that takes longer is run once.
 const LONG: Duration = Duration::from_secs(1);
-/// How long all turns may take together, once there were a few.
+/// The longest time of all turns together, once the least number of turns is done.
 const ENOUGH: Duration = Duration::from_millis(5);
-/// How long the runs of one turn take together, so that the clock's grain does not matter.
+/// The time of the runs in one turn, long compared with the resolution of the clock.
 const TURN: Duration = Duration::from_micros(500);
-/// How many turns there are at least and at most; the fastest counts.
+/// The least and the largest number of turns; the fastest counts.
 const TURNS: (usize, usize) = (3, 10);
 
-/// A graph ready to be searched.
+/// A graph, prepared for the searches.
 struct Subject<'a> {
     knowledge: &'a KnowledgeBase,
     graph: Graph,
@@ -31,10 +31,10 @@ struct Subject<'a> {
     limits: Limits,
 }
 
-/// All searches in one graph. The root's own signals are lost; making the graph is not in the times.
+/// Runs all searches in one graph. The root's own signals are lost. The times do not include making the graph.
 ///
 /// # Errors
-/// When the graph cannot be had.
+/// When the graph cannot be made.
 pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>> {
     let (mut knowledge, root) = case.knowledge()?;
     for signal in knowledge.carriers(root).to_vec() {
@@ -63,7 +63,7 @@ pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>
 }
 
 impl Subject<'_> {
-    /// What a search finds, and its time; `None` for what is no search.
+    /// The plan of a search and its time; `None` for a visit or a table.
     fn search(&self, search: Search) -> Option<(Plan, f64)> {
         let Subject { knowledge, graph, root, options, limits } = self;
         let (root, limits) = (*root, *limits);
@@ -91,7 +91,7 @@ impl Subject<'_> {
         })
     }
 
-    /// How long it takes to look up what takes over, for each signal whose loss matters.
+    /// The time to look up the substitute, for each signal whose loss matters.
     fn lookups(&self) -> Vec<f64> {
         let table = Contingency::new(self.knowledge, &self.graph, [self.root], Preparation::default());
         let losses = table.losses(self.root).filter(|(lost, _)| !lost.is_empty());
@@ -101,13 +101,13 @@ impl Subject<'_> {
     }
 }
 
-/// All answers; they are not counted as states that are kept.
+/// All answers; without counting them as kept states.
 fn all(mut search: BestFirst) -> Plan {
     let substitutions = search.by_ref().collect();
     Plan { substitutions, stop: search.stop(), expanded: search.expanded(), bound: search.bound() }
 }
 
-/// What something gives, and how many seconds it takes: the mean of the fastest of several turns, or the only one.
+/// The result of a function and its time in seconds: the mean of the fastest of several turns, or the only run.
 fn time<T>(mut run: impl FnMut() -> T) -> (T, f64) {
     let began = Instant::now();
     let given = run();

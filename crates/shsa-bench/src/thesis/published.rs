@@ -1,8 +1,8 @@
-//! What the thesis's public programs need.
+//! The times of the thesis's public programs.
 //!
 //! github.com/dratasich/shsa, run with Python 3.11 and networkx 3.6 (`python -O`) on two shared cores, on graphs of its own
-//! generators; the graph is made before. CPU time, or for short ones the smallest wall time of ten. Medians over 1 to
-//! 11 graphs; what took more than 60 s was stopped.
+//! generators. The times do not include making the graph. CPU time, or for short searches the smallest wall time of ten. Medians
+//! over 1 to 11 graphs; a search was stopped after 60 s.
 
 use super::experiment::{Experiment, Kind};
 
@@ -20,7 +20,7 @@ pub(super) struct Published {
     pub(super) depth_first_all: &'static str,
 }
 
-/// Those of a kind of graph, if they were measured.
+/// The times for a kind of graph, if it was measured.
 pub(super) fn of(kind: Kind) -> Option<&'static Published> {
     PUBLISHED.iter().find(|published| published.experiment == kind.experiment && published.size == kind.size)
 }

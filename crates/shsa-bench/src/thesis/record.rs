@@ -1,10 +1,10 @@
-//! One measurement: what was searched for, in which graph, and what came of it.
+//! One measurement: the search, the graph and the result.
 
 use super::experiment::Case;
 use serde_json::{Value, json};
 use shsa_core::plan::{Plan, StopReason, Take};
 
-/// What is measured.
+/// A search, or an operation that searches are compared with.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Search {
     /// The plain visit that all others are compared with.
@@ -57,31 +57,30 @@ impl Search {
     }
 }
 
-/// One measurement.
 #[derive(Clone, Debug)]
 pub(super) struct Record {
     pub(super) case: Case,
     pub(super) search: Search,
     /// Variables and relations of the graph.
     pub(super) nodes: usize,
-    /// Those that can be reached from the root without passing a provided variable.
+    /// Nodes that can be reached from the root without passing a provided variable.
     pub(super) reached: usize,
     pub(super) seconds: f64,
-    /// Why the search ended; `None` for what is no search.
+    /// Why the search ended; `None` for a visit or a table.
     pub(super) stop: Option<StopReason>,
     pub(super) expanded: u64,
-    /// How many substitutions were found.
+    /// The number of substitutions found.
     pub(super) found: usize,
-    /// That of the first answer.
+    /// The utility of the first answer.
     pub(super) utility: Option<f64>,
-    /// What no answer that was not found exceeds.
+    /// An upper bound of the utility of all answers not found.
     pub(super) bound: Option<f64>,
-    /// The best utility that there is.
+    /// The best utility of all answers.
     pub(super) best: Option<f64>,
 }
 
 impl Record {
-    /// Nothing measured yet.
+    /// A record without results.
     pub(super) fn of(case: Case, search: Search) -> Record {
         Record {
             case,
@@ -98,7 +97,7 @@ impl Record {
         }
     }
 
-    /// With what a search has found.
+    /// The record with the result of a search.
     pub(super) fn with(self, plan: &Plan) -> Record {
         Record {
             stop: Some(plan.stop),
@@ -115,7 +114,7 @@ impl Record {
         matches!(self.stop, Some(StopReason::LimitExpansions | StopReason::LimitStates))
     }
 
-    /// One object; times to a nanosecond.
+    /// The record as a JSON object; times to a nanosecond.
     pub(super) fn to_json(&self) -> Value {
         let (branch, depth) = self.case.kind.size.unzip();
         json!({

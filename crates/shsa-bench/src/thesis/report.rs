@@ -1,4 +1,4 @@
-//! What was measured, as tables and plots.
+//! The results as tables and plots.
 
 use super::experiment::{Experiment, Kind};
 use super::published;
@@ -21,7 +21,7 @@ const ALL: [Search; 4] = [
     Search::Exhaustive,
 ];
 
-/// A table with what has to be known to read it.
+/// A table with the text that explains it.
 pub(super) struct Table {
     pub(super) title: &'static str,
     pub(super) note: &'static str,
@@ -29,7 +29,7 @@ pub(super) struct Table {
     pub(super) rows: Vec<Vec<String>>,
 }
 
-/// All tables that there are measurements for.
+/// All tables for which there are measurements.
 pub(super) fn tables(records: &[Record]) -> Vec<Table> {
     let groups = groups(records);
     [
@@ -85,13 +85,13 @@ impl Group<'_> {
         middle(self.of(Search::Visit).map(value)).map_or_else(String::new, |value| format!("{value:.0}"))
     }
 
-    /// How many nodes can be reached in each graph, and how much longer the best answer takes than to visit them.
+    /// For each graph, the number of reachable nodes, and the time of the best answer as a multiple of the time of a visit.
     fn ratios(&self) -> impl Iterator<Item = (usize, f64)> {
         let best = self.of(Search::BestFirst(Take::First));
         best.zip(self.of(Search::Visit)).map(|(best, visit)| (best.reached, best.seconds / visit.seconds))
     }
 
-    /// The fewest and the most substitutions; more than those that were found where a limit ended the search.
+    /// The smallest and the largest number of substitutions; `>` where a limit ended the search.
     fn substitutions(&self) -> String {
         let write =
             |record: &Record| format!("{}{}", if record.is_limited() { "> " } else { "" }, record.found);
@@ -347,7 +347,7 @@ fn chart(groups: &[Group], title: &str, searches: &[Search]) -> Chart {
     }
 }
 
-/// The times of a search that was never stopped.
+/// The times of a search, if it was never stopped.
 fn point(group: &Group, search: Search) -> Option<Point> {
     let seconds = || group.of(search).map(|record| record.seconds);
     let x = group.of(search).next()?.nodes as f64;
@@ -360,7 +360,7 @@ fn tenths(value: f64) -> String {
     format!("{value:.1}")
 }
 
-/// Median and worst, or the one value that there is.
+/// Median and worst, or the only value.
 fn spread(values: impl Iterator<Item = f64>, write: impl Fn(f64) -> String) -> String {
     let values: Vec<f64> = values.collect();
     let worst = values.iter().copied().fold(0.0, f64::max);

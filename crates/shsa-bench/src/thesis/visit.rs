@@ -1,11 +1,11 @@
-//! A plain breadth-first visit of what a search can reach: what it costs merely to look at each node once.
+//! A plain breadth-first visit of the nodes that a search can reach: the cost of looking at each node once.
 //!
-//! Its marks and its queue are kept between visits, as the searches that are compared with it keep theirs: to set up a
-//! mark for each node of the graph would cost more than to visit those that can be reached.
+//! The marks and the queue are kept between visits, like those of the compared searches: initialising a mark for each node of the
+//! graph would cost more than visiting the reachable ones.
 
 use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
 
-/// The links of a graph, flat, and the marks of one visit; made once.
+/// The links of a graph as flat lists, and the marks of one visit.
 pub(super) struct Visit {
     provided: Vec<bool>,
     /// Where the links of each variable, then of each relation, begin.
@@ -40,7 +40,7 @@ impl Visit {
         }
     }
 
-    /// How many nodes can be reached from `root` without passing a provided variable; the root is passed in any case.
+    /// The number of nodes that can be reached from `root` without passing a provided variable; a provided root is passed.
     pub(super) fn run(&mut self, root: VariableId) -> usize {
         self.round += 1;
         self.queue.clear();

@@ -1,4 +1,4 @@
-//! One plant, calibrated and watched, and the smallest steps that are told beside those of the best possible detector.
+//! Calibrates one plant and watches it; compares the smallest detected steps with those of the best possible detector.
 
 use super::plant::{Healthy, Plant, Sensor};
 use serde_json::{Value, json};
@@ -29,43 +29,43 @@ impl Recorded {
     }
 }
 
-/// What came of one calibration.
+/// The results of one calibration.
 #[derive(Clone, Debug)]
 pub(super) struct Measured {
     pub(super) plant: u64,
     pub(super) recorded: Recorded,
     pub(super) signals: usize,
     pub(super) factor: f64,
-    /// Why no patch would be written.
+    /// The reason why no patch would be written.
     pub(super) refused: Option<String>,
     pub(super) hours: f64,
     pub(super) told: Verdicts,
-    /// Each signal that was suspected or called faulty, as the event says it.
+    /// The event of each signal that was wrongly suspected or failed.
     pub(super) false_alarms: Vec<Value>,
-    /// Whether the promise is not contradicted: the lower 95 % bound does not exceed it.
+    /// Whether the promise is not refuted: the lower 95 % bound of the rate does not exceed the promised rate.
     pub(super) holds: bool,
-    /// For signals with another witness of their own: the smallest step that is told, over that which the likelihood ratio
-    /// of single values, and of lasting ones, shows at the same rate of false alarms.
+    /// For signals of a variable that other signals carry, too: the smallest detected step, divided by the smallest one that the
+    /// likelihood ratio detects with as many false alarms, from few values and from many.
     pub(super) steps: Vec<(f64, f64)>,
     /// Seconds that calibration took.
     pub(super) seconds: f64,
 }
 
-/// Sessions that are watched have these numbers; those that are fitted have others.
+/// The numbers of the watched sessions begin here; fitted sessions have smaller numbers.
 const WATCHED: u64 = 1_000;
-/// The engine has watched for so many seconds before a step.
+/// The engine runs this many seconds before a step.
 const BEFORE_S: f64 = 900.0;
-/// A step is told within so many seconds.
+/// A step counts as detected within this many seconds.
 const WITHIN_S: f64 = 120.0;
-/// Values that a detector of lasting steps takes together at most, and one that is as quick as the engine.
+/// The longest window of a detector of lasting steps, and of one that is as quick as the engine, in values.
 const LASTING: usize = 64;
 const QUICK: usize = 4;
-/// So many errors are told of what was accused.
+/// How many errors an accusation's report lists.
 const ERRORS: usize = 40;
-/// Moments of a step in the session it is tried in.
+/// The number of moments at which a step begins, in separate runs of the session.
 const ONSETS: usize = 3;
 
-/// Calibrates a plant and watches it for so many sessions of an hour.
+/// Calibrates a plant and watches it for `hours` sessions of an hour.
 pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64) -> Option<Measured> {
     let plant = Plant::random(number);
     let draft = plant.model();
@@ -73,7 +73,7 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
         Recorded::Hour => (1, 3600.0),
         Recorded::Quarters => (4, 900.0),
     };
-    // As the command does: the second half of each is not fitted.
+    // As in `shsa calibrate`: the second half of each session is not fitted.
     let sessions: Vec<(Session, Session)> = (0..count)
         .map(|it| plant.session(it, seconds).session.split(Time::from_seconds(0.5 * seconds)))
         .collect();
@@ -110,7 +110,7 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
     })
 }
 
-/// What the engine says against signals of healthy sessions, in those where it says anything.
+/// The events against signals in healthy sessions.
 fn false_alarms(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy]) -> Vec<Value> {
     let mut found = Vec::new();
     for (session, healthy) in watched.iter().enumerate() {
@@ -143,7 +143,7 @@ fn false_alarms(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy]) -
     found
 }
 
-/// The last errors of a signal before a moment, in its deviations.
+/// The last errors of a signal before a moment, in standard deviations of its sensor.
 fn last_errors(healthy: &Healthy, signal: SignalId, until: Time, sensor: Sensor) -> Vec<f64> {
     let of_signal = healthy.errors.iter().filter(|it| it.1 == signal.index() && it.0 <= until);
     let mut errors: Vec<f64> = of_signal.rev().take(ERRORS).map(|it| it.2 / sensor.deviation).collect();
@@ -151,7 +151,7 @@ fn last_errors(healthy: &Healthy, signal: SignalId, until: Time, sensor: Sensor)
     errors
 }
 
-/// The smallest steps told, over those of the likelihood ratio: of single values, and of lasting ones.
+/// The smallest detected steps, divided by those of the likelihood ratio: from few values and from many.
 fn steps(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy], promised: f64) -> Vec<(f64, f64)> {
     let Some(first) = watched.first() else { return Vec::new() };
     let Some(all) = first.session.stretches().first() else { return Vec::new() };
@@ -167,13 +167,13 @@ fn steps(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy], promised
     rivals.iter().filter_map(of).collect()
 }
 
-/// The smallest step that the engine tells, whichever way it points, at each of some moments.
+/// The smallest step that the engine detects in both directions and at each onset.
 fn smallest(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, first: f64) -> Option<f64> {
     let is_told = |step: f64| onsets(all).all(|onset| is_told(knowledge, all, signal, step, onset));
     bisected(first, |step| is_told(step) && is_told(-step))
 }
 
-/// The least of sizes for which something is so, to a sixteenth.
+/// The smallest size for which a condition holds, to a sixteenth.
 fn bisected(first: f64, is_so: impl Fn(f64) -> bool) -> Option<f64> {
     let mut high = first.max(1e-12);
     let mut doublings = 0;
@@ -223,12 +223,12 @@ fn is_told(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, step: 
     false
 }
 
-/// The likelihood ratio of a step of one sensor, all that is random being known: its values beside the best mean of the
-/// others of its variable, over windows of every length up to some.
+/// The likelihood ratio of a step of one sensor when all distributions are known. It compares the sensor with the best mean of
+/// the other sensors of its variable, over windows of every length up to a largest one.
 struct Rival {
     signal: usize,
     deviation: f64,
-    /// The others, and the weight of each.
+    /// The other sensors, with their weights.
     others: Vec<(usize, f64)>,
 }
 
@@ -245,7 +245,7 @@ impl Rival {
         (!others.is_empty()).then_some(Rival { signal, deviation, others })
     }
 
-    /// The sensor's errors beside the mean of the others' last ones.
+    /// The sensor's errors minus the mean of the others' last errors.
     fn rests(&self, errors: &[(Time, usize, f64)]) -> Vec<(Time, f64)> {
         let mut last: Vec<Option<f64>> = vec![None; self.others.len()];
         let mut rests = Vec::new();
@@ -260,7 +260,7 @@ impl Rival {
         rests
     }
 
-    /// The largest likelihood ratio of windows up to `most` values, as the root of a square, from a moment on.
+    /// The square root of the largest likelihood ratio over all windows of up to `most` values.
     fn largest(rests: &[(Time, f64)], most: usize) -> f64 {
         let mut sums = vec![0.0];
         for (_, rest) in rests {
@@ -276,7 +276,7 @@ impl Rival {
         ends.map(of).fold(0.0, f64::max)
     }
 
-    /// The smallest step that it sees with a threshold that so many sessions exceed without one.
+    /// The smallest step that this detector sees when its threshold gives `alarms` false alarms in the watched sessions.
     fn smallest(&self, watched: &[Healthy], all: &[Observation], most: usize, alarms: usize) -> f64 {
         let of = |it: &Healthy| Rival::largest(&self.rests(&it.errors), most);
         let mut quiet: Vec<f64> = watched.iter().map(of).collect();

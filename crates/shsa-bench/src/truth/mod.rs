@@ -1,5 +1,5 @@
-//! `shsa-bench truth`: random plants with known truth, each calibrated and then watched: what is promised, what is kept, and
-//! how small a fault is told.
+//! `shsa-bench truth`: calibrates random plants with known truth and watches them; compares the promised with the measured false
+//! alarms, and tells the smallest detected fault.
 
 mod plant;
 mod measure;
@@ -106,8 +106,8 @@ fn all(arguments: &Arguments) -> anyhow::Result<Vec<Measured>> {
 mod tests {
     use super::*;
 
-    /// Few plants for few hours: that the promise holds is for `shsa-bench truth` to show; here, that nothing is far from it and
-    /// that the same seeds give the same.
+    /// Few plants and few hours. `shsa-bench truth` shows that the promise holds; this test shows that no result is far from it,
+    /// and that the same seeds give the same results.
     #[test]
     fn calibrated_plants_keep_what_is_promised() {
         let arguments =

@@ -7,7 +7,7 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use shsa_lab::calibration::{Chance, Session};
 
-/// How the errors of a sensor are distributed; all with the same standard deviation.
+/// The distribution of a sensor's errors; all have the same standard deviation.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Noise {
     Gaussian,
@@ -17,11 +17,11 @@ pub(super) enum Noise {
     Student,
     /// Gaussian, rounded to two standard deviations.
     Quantised,
-    /// Half of the variance with a memory of ten values.
+    /// Half of the variance has a memory of ten values.
     Correlated,
     /// Larger with the value.
     Growing,
-    /// Gaussian, and one value in a thousand ten times as far off.
+    /// Gaussian, and one value in a thousand is ten times as far off.
     Outliers,
 }
 
@@ -36,10 +36,10 @@ const NOISES: [Noise; 8] = [
     Noise::Outliers,
 ];
 
-/// What a variable is, of variables before it.
+/// The formula of a variable, from variables before it.
 #[derive(Clone, Copy, Debug)]
 enum Law {
-    /// Two waves: amplitudes, periods in seconds, phases; around this.
+    /// The sum of two waves (amplitudes, periods in seconds, phases) and `middle`.
     Free {
         middle: f64,
         waves: [(f64, f64, f64); 2],
@@ -62,10 +62,10 @@ pub(super) struct Sensor {
     delay_s: f64,
 }
 
-/// A session in which nothing is wrong.
+/// A session without a fault.
 pub(super) struct Healthy {
     pub(super) session: Session,
-    /// How far each value is from the truth: when, of which signal, by how much.
+    /// The error of each value: time, signal, error.
     pub(super) errors: Vec<(Time, usize, f64)>,
 }
 
@@ -74,7 +74,7 @@ pub(super) struct Healthy {
 pub(super) struct Plant {
     laws: Vec<Law>,
     pub(super) sensors: Vec<Sensor>,
-    /// By how much the offset of a sensor differs from session to session, in its deviations.
+    /// The standard deviation of a sensor's offset between sessions, relative to that of its noise.
     pub(super) between: f64,
     seed: u64,
 }
@@ -116,7 +116,7 @@ impl Plant {
         plant
     }
 
-    /// What a variable is at a moment.
+    /// The true value of a variable at a time.
     fn truth(&self, variable: usize, time: f64) -> f64 {
         match self.laws[variable] {
             Law::Free { middle, waves } => {
@@ -133,7 +133,7 @@ impl Plant {
         }
     }
 
-    /// How far a variable varies.
+    /// The range of a variable's values.
     fn span(&self, variable: usize) -> f64 {
         let values = (0..400).map(|at| self.truth(variable, 9.0 * f64::from(at)));
         let (lo, hi) =
@@ -141,7 +141,7 @@ impl Plant {
         hi - lo
     }
 
-    /// The model as a user writes it by hand: true relations, and tolerances that are too wide.
+    /// The model as a user would write it by hand: true relations, and tolerances that are too wide.
     pub(super) fn model(&self) -> Draft {
         let text = |text: String| Text { text, ..Text::default() };
         let name = |variable: usize| format!("v{variable}");
@@ -177,7 +177,7 @@ impl Plant {
         draft
     }
 
-    /// A healthy session of so many seconds; the same number gives the same one.
+    /// A healthy session of `seconds`; the same number gives the same session.
     pub(super) fn session(&self, number: u64, seconds: f64) -> Healthy {
         let mut chance = Chance::new(self.seed ^ number.wrapping_mul(0x9e37_79b9_7f4a_7c15));
         let begin = 1e5 * chance.share();
@@ -217,7 +217,7 @@ fn free_law(chance: &mut Chance) -> Law {
 }
 
 impl Noise {
-    /// With standard deviation 1.
+    /// A random error with standard deviation 1.
     fn drawn(self, chance: &mut Chance, memory: &mut f64, size: f64) -> f64 {
         match self {
             Noise::Gaussian => chance.normal(),

@@ -1,4 +1,4 @@
-//! What was promised and what was kept, as text, as JSON and as a document.
+//! The promised and the measured rates, as text, as JSON and as a document.
 
 use super::Arguments;
 use super::measure::{Measured, Recorded};

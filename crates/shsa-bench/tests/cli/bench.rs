@@ -15,7 +15,7 @@ fn scale_measures_each_size_and_writes_what_it_found() {
         assert_eq!(line["table_needs"], line["needs"]);
         assert!(line["structure_worst_s"].as_f64().unwrap() >= line["structure_median_s"].as_f64().unwrap());
     }
-    // Of three needs, a change touches one.
+    // The model has three needs; a change concerns one of them.
     let searches = |key: &str| lines[1][key].as_f64().unwrap();
     assert!(searches("structure_searches") < searches("table_searches"), "{}", lines[1]);
     let read = |name: &str| std::fs::read_to_string(folder.path("found").join(name)).unwrap();
@@ -76,14 +76,14 @@ fn live_measures_what_is_asked_and_keeps_the_section_of_a_soak() {
     let lines: Vec<serde_json::Value> =
         ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let parts: Vec<_> = lines.iter().map(|line| line["part"].as_str().unwrap()).collect();
-    // Once more with the processors kept awake, where that is allowed.
+    // The gate is measured once more with the processors kept awake, where the system allows it.
     let gates = parts.iter().take_while(|part| **part == "gate").count();
     assert!((1..=2).contains(&gates) && parts[gates..] == ["reaction", "reaction"], "{parts:?}");
     let (gates, reactions) = lines.split_at(gates);
     assert!(gates.iter().all(|gate| gate["lost"] == 0), "{gates:?}");
     for reaction in reactions {
-        // A busy machine hands messages over late: a fault may be over before it is healed, and what has not been heard for
-        // long may have moved as far as the lie says.
+        // A busy machine delivers messages late: a fault may end before it is healed, and a signal silent for long may have moved
+        // as far as the wrong value.
         let count = |name: &str| reaction[name].as_u64().unwrap();
         assert!(count("faults") == 20 && count("unhealed") < 20 && count("wrong") < 1_000, "{reaction}");
     }

@@ -1,6 +1,6 @@
-//! `shsa-bench navigation`, `charge` and `alignment`: the methods of estimation side by side.
+//! `shsa-bench navigation`, `charge` and `alignment`: the methods of estimation compared.
 //!
-//! The recordings lie outside the project; without them those tests say SKIPPED.
+//! The recordings lie outside the project; tests without their recording print SKIPPED.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -13,7 +13,7 @@ fn lines(arguments: &str) -> Vec<Value> {
     ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect()
 }
 
-/// A recording, or `None` and a word about it.
+/// The path of a recording; prints SKIPPED and returns `None` where it is missing.
 fn recorded(file: &str) -> Option<PathBuf> {
     let path = PathBuf::from(DATA).join(file);
     let path = path.canonicalize().ok();
@@ -40,7 +40,7 @@ fn a_filter_is_better_than_its_sensors_and_a_gate_than_a_liar() {
     assert!(speed("Marzullo") < 0.1 * speed("by confidence"));
 }
 
-/// Under 1 % of the capacity while all is well, under 2 % with one sensor lost.
+/// The error stays below 1 % of the capacity without a fault, below 2 % with one sensor lost.
 #[test]
 fn the_charge_is_known_with_one_sensor_lost() {
     let Some(file) = recorded("battery/discharge_1c.csv") else { return };
@@ -56,7 +56,7 @@ fn the_charge_is_known_with_one_sensor_lost() {
             let line =
                 lines.iter().find(|line| line["scenario"] == scenario && line["method"] == method).unwrap();
             assert!(line["greatest"].as_f64().unwrap() < limit, "{line}");
-            // It began a fifth too high.
+            // The resistance began 20 % too high.
             assert!((line["resistance_ohm"].as_f64().unwrap() - 0.002_72).abs() < 0.000_15, "{line}");
         }
     }

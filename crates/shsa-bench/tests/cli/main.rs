@@ -13,10 +13,10 @@ use std::path::Path;
 use std::process::Command;
 use std::sync::Once;
 
-/// What is run.
+/// The program under test.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa-bench");
 
-/// The command that is measured stands beside the program; where only this package was built, it is built now.
+/// `shsa` must stand beside the program; if only this package was built, `shsa` is built now.
 fn with_shsa() {
     static ONCE: Once = Once::new();
     ONCE.call_once(|| {

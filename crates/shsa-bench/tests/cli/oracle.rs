@@ -1,7 +1,7 @@
-//! `shsa-bench oracle` over recorded answers: small ones written here, and those of the published programs.
+//! `shsa-bench oracle` with small recorded answers written here, and with those of the published programs.
 //!
-//! The latter lie outside the project; without them those tests say SKIPPED. Where we differ from the published programs on
-//! purpose, the difference is listed below with its reason; there must be no other.
+//! The latter lie outside the project; tests without their file print SKIPPED. Intended differences from the published programs
+//! are listed below with their reasons; no other difference may occur.
 
 use crate::folder::Folder;
 use std::io::Write as _;
@@ -9,8 +9,8 @@ use std::path::PathBuf;
 
 const REFERENCE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/reference/");
 
-/// Where we differ in the experiments. A tie is no evidence against either: we name nobody, the published program
-/// names the lowest index.
+/// Our differences in the experiments. A tie is no evidence against either: we name neither, the published program names the
+/// lowest index.
 const EXPERIMENT_DIFFERENCES: &str = "\
 generic_value, order abc, buffer 1, run 2, step 6: a tie of 0 and 2 names nobody, not 0
 generic_time, order abc, buffer 1, run 3, step 2: a tie of 1 and 2 names nobody, not 1
@@ -22,9 +22,8 @@ generic_time, order cab, buffer 2, run 10, step 2: a tie of 1 and 2 names nobody
 generic_time, order cab, buffer 3, run 11, step 2: a tie of 1 and 2 names nobody, not 1
 ";
 
-/// Where we differ in the unit cases. Ties as above. The published program forgets the time of what a relation
-/// computes, ours is valid when its inputs are. What was before the first value is unknown to us; the published
-/// program takes the first value for it.
+/// Our differences in the unit cases. Ties as above. The published program forgets the time of a relation's result; ours is valid
+/// when its inputs are. Values before the first one are unknown to us; the published program takes the first value for them.
 const UNIT_DIFFERENCES: &str = "\
 time intervals overlap, step 0: substitution 1 has a time
 time intervals overlap, step 0: substitution 2 has a time
@@ -52,7 +51,7 @@ const SEARCH: &str = r#"{ "format": "shsa-search-golden-1", "models": { "small":
     ] }, "b": { "dfs": [{ "relations": [], "utility": 1.0 }] } }
 } } }"#;
 
-/// Two sensors of `x` that agree, and then do not; FAILED is who has failed then.
+/// Two sensors of `x` that first agree and then disagree; FAILED is the failed one.
 const MONITOR: &str = r#"{ "format": "shsa-monitor-unit-1", "cases": [ {
     "label": "small", "domain": "x", "options": {},
     "model": { "functions": [{ "out": "x", "relation": "r", "in": ["a"], "meaning": "x = 2 a" }] },
@@ -77,7 +76,7 @@ const MONITOR: &str = r#"{ "format": "shsa-monitor-unit-1", "cases": [ {
     } ]
 } ] }"#;
 
-/// A number that is measured once; STATE is what is known of it then.
+/// A number that is measured once; STATE is its estimate.
 const FUSION: &str = r#"{ "format": "shsa-fusion-oracle-1", "linear": [ {
     "label": "small", "A": [[1.0]], "H": [[1.0]], "Q": [[1.0]], "R": [[1.0]], "x0": [0.0], "P0": [[1.0]],
     "tolerance_x": 1e-9, "tolerance_P": 1e-9, "log_likelihood": -2.9682446775387277,
@@ -113,7 +112,7 @@ fn what_is_no_recording_of_the_kind_is_refused() {
     folder.refuses("oracle search recorded.json", &["`shsa-monitor-unit-1` is no format of search"]);
 }
 
-/// Where a recorded file is; `None` and said so where it is not there.
+/// The path of a recorded file; prints SKIPPED and returns `None` where it is missing.
 fn reference(name: &str) -> Option<PathBuf> {
     let path = PathBuf::from(format!("{REFERENCE}{name}"));
     let is_there = path.exists();

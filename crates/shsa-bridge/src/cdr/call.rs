@@ -1,4 +1,4 @@
-//! Calls of the few services by which nodes of ROS 2 are switched on and off, in CDR.
+//! Calls of the services that switch nodes of ROS 2 on and off, in CDR.
 
 use bytes::Bytes;
 use shsa_message::ros::Body;
@@ -18,7 +18,7 @@ pub fn trigger() -> Bytes {
     message(&[0])
 }
 
-/// The request of `lifecycle_msgs/srv/ChangeState` for the transition of this number, without its label.
+/// The request of `lifecycle_msgs/srv/ChangeState` for a transition's number, without its label.
 #[must_use]
 pub fn change_state(transition: u8) -> Bytes {
     message(&[transition, 0, 0, 0, 1, 0, 0, 0, 0])
@@ -28,10 +28,10 @@ fn message(content: &[u8]) -> Bytes {
     [&HEAD, content].concat().into()
 }
 
-/// What a response of these services says: each begins with whether it was done; a text may follow.
+/// The result in a response of these services: it begins with a truth value, and a text may follow.
 ///
 /// # Errors
-/// The text, where it was not done; or that this is no such response.
+/// The text of a failed call, or that the bytes are no such response.
 pub fn outcome(response: &[u8]) -> Result<String, String> {
     let body = Body::cdr(response).map_err(|problem| problem.to_string())?;
     let said = body.text(1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
@@ -56,7 +56,7 @@ mod tests {
         for wrong in [&b""[..], b"ok", &HEAD, &[0, 1, 0, 0, 7], &[9, 9, 0, 0, 1]] {
             assert!(outcome(wrong).is_err(), "{wrong:?}");
         }
-        // A length beyond the end is no text.
+        // A length beyond the end of the message is no text.
         let cut = [&HEAD, [1, 0, 0, 0, 255, 255, 255, 255].as_slice()].concat();
         assert_eq!(outcome(&cut), Ok(String::new()));
     }

@@ -1,15 +1,15 @@
-//! The hash of a type by its description, which is part of its name on the wire.
+//! The hash of a type's description, which is part of the type's name on the wire.
 //!
-//! REP 2016 (<https://github.com/ros-infrastructure/rep/pull/381>) and `type_description_interfaces`: SHA-256 over a JSON
-//! text of the type and of all that it refers to.
+//! REP 2016 (<https://github.com/ros-infrastructure/rep/pull/381>) and `type_description_interfaces`: SHA-256 over a JSON text of
+//! the type and all types that it refers to.
 
 use sha2::{Digest, Sha256};
 use shsa_message::ros::{Count, Kind, Member, Primitive, Types, full_name};
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 
-/// The hash of a type, as `RIHS01_` and 64 hexadecimal digits; `None` when it, or one that it refers to, is not known or has a
-/// field that ROS 2 does not.
+/// The hash of a type, as `RIHS01_` and 64 hexadecimal digits. `None` when the type or a type that it refers to is unknown, or
+/// has a field that ROS 2 lacks.
 #[must_use]
 pub fn type_hash(message_type: &str, types: &Types) -> Option<String> {
     let root = full_name(message_type);
@@ -26,7 +26,7 @@ pub fn type_hash(message_type: &str, types: &Types) -> Option<String> {
     Some(hash)
 }
 
-/// Describes a type and all that it refers to, each once.
+/// Describes a type and all types that it refers to, each once.
 fn describe(name: &str, types: &Types, described: &mut BTreeMap<String, String>) -> Option<()> {
     if described.contains_key(name) {
         return Some(());
@@ -70,7 +70,7 @@ fn field(member: &Member) -> Option<String> {
     ))
 }
 
-/// As `type_description_interfaces/msg/FieldType` counts them.
+/// The number of a type in `type_description_interfaces/msg/FieldType`.
 fn number_of(primitive: Primitive) -> Option<u32> {
     Some(match primitive {
         Primitive::I8 => 2,

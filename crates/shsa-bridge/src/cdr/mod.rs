@@ -1,4 +1,4 @@
-//! CDR, the form of ROS 2's messages: fields read by path, values written, types hashed.
+//! CDR, the encoding of ROS 2's messages: reads fields by path, writes values, hashes types.
 
 mod reader;
 #[cfg_attr(not(feature = "ros2"), allow(dead_code, reason = "only ROS 2 carries what it writes"))]

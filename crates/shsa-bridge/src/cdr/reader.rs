@@ -24,10 +24,11 @@ struct Asked {
 }
 
 impl Reader {
-    /// For these fields of a type. Without a path of its own the stamp is that of the header, where there is one.
+    /// A reader of these fields of a type. A field without a path to a stamp gets the stamp of the message's header, if there is
+    /// one.
     ///
     /// # Errors
-    /// When the type is not known, or a path leads nowhere or to no number.
+    /// When the type is unknown, or a path leads to no field or to no number.
     pub(crate) fn new(fields: &[Field], message_type: &str, types: &Types) -> Result<Reader, BridgeError> {
         let message_type = full_name(message_type).into_owned();
         let fields =
@@ -35,7 +36,7 @@ impl Reader {
         Ok(Reader { message_type, fields })
     }
 
-    /// Reads a message and tells each field by its index. A field whose condition this message does not meet is not told.
+    /// Reads a message, and passes on each field with its index; skips a field whose condition the message does not meet.
     pub(crate) fn read(&self, message: &[u8], mut each: impl FnMut(usize, Result<Reading, Unreadable>)) {
         let body = Body::cdr(message).map_err(Unreadable::from);
         for (index, field) in self.fields.iter().enumerate() {

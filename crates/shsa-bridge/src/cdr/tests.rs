@@ -1,4 +1,4 @@
-//! CDR as a whole: what is written is read, in both byte orders, and garbage is survived.
+//! CDR as a whole: written messages can be read, in both byte orders, and invalid bytes do no harm.
 
 use super::*;
 use crate::payload::{Reading, Unreadable};
@@ -13,7 +13,7 @@ fn field(path: &str) -> Field {
     Field { path: path.into(), stamp: None }
 }
 
-/// All fields of a message, or why they cannot be read.
+/// All fields of a message, or the reasons why they cannot be read.
 fn read(message_type: &str, paths: &[&str], message: &[u8]) -> Vec<Result<Reading, Unreadable>> {
     let fields: Vec<Field> = paths.iter().map(|path| field(path)).collect();
     let reader = Reader::new(&fields, message_type, &Types::standard()).unwrap();
@@ -26,7 +26,7 @@ fn writer(message_type: &str, path: &str) -> Writer {
     Writer::new(message_type, path, Types::standard()).unwrap()
 }
 
-/// A joint state of two joints as it stands on the wire.
+/// A joint state of two joints in its encoding.
 fn joints(is_big_endian: bool) -> Vec<u8> {
     let word = |n: u32| if is_big_endian { n.to_be_bytes() } else { n.to_le_bytes() };
     let double = |x: f64| if is_big_endian { x.to_be_bytes() } else { x.to_le_bytes() };
@@ -204,7 +204,7 @@ fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
     );
 }
 
-/// A path to every number of a type, the first element of lists; at most so deep.
+/// Paths to every number of a type, to the first element of lists, down to `depth`.
 fn paths(message_type: &str, prefix: &str, depth: usize, found: &mut Vec<String>) {
     for member in Types::standard().members(message_type).unwrap() {
         let index = if member.count == Count::One { "" } else { "[0]" };

@@ -1,4 +1,4 @@
-//! A value as a CDR message: one field of an else empty message, or of a copy of another one.
+//! Writes a value as a CDR message: into one field of an otherwise empty message, or of a copy of another message.
 
 use super::reader::{header_stamp, plan};
 use crate::BridgeError;
@@ -20,14 +20,14 @@ pub(crate) struct Writer {
     stamp: Option<Plan>,
 }
 
-/// Before the body: little endian, no options.
+/// The encapsulation: little-endian, no options.
 const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 impl Writer {
-    /// For the field at a path; nothing or `data` is the field `data`.
+    /// A writer of the field at a path; an empty path means the field `data`.
     ///
     /// # Errors
-    /// When the type is not known, or the path leads nowhere or to no number.
+    /// When the type is unknown, or the path leads to no field or to no number.
     pub(crate) fn new(message_type: &str, path: &str, types: Arc<Types>) -> Result<Writer, BridgeError> {
         let message_type = full_name(message_type).into_owned();
         let parsed = Path::parse(path)?;
@@ -41,21 +41,21 @@ impl Writer {
         Ok(Writer { types, message_type, path, value, stamp })
     }
 
-    /// A message that holds nothing but this value, and the stamp in its header where it has one: all other numbers are 0
-    /// (1 for the `w` of a quaternion), texts and lists are empty.
+    /// A message with only this value, and the stamp in its header if it has one: all other numbers are 0 (1 for the `w` of a
+    /// quaternion), texts and lists are empty.
     ///
     /// # Errors
-    /// A list where there is a number, a number where there is a list, or a list of another length than a fixed one.
+    /// A list for a number, a number for a list, or a list of another length than a fixed one.
     pub(crate) fn write(&self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
         let mut out = Out { bytes: HEADER.to_vec(), types: &self.types, value, stamp };
         out.message(&self.message_type, &self.path)?;
         Ok(out.bytes.into())
     }
 
-    /// A copy of a message with this value in it, and the stamp in its header where it has one.
+    /// A copy of a message with this value, and the stamp in its header if it has one.
     ///
     /// # Errors
-    /// When the message does not have the field, or in another shape.
+    /// When the message lacks the field, or the field has another form.
     pub(crate) fn patch(&self, pattern: &[u8], value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
         let found = Body::cdr(pattern)?;
         let mut copy = pattern.to_vec();
@@ -76,7 +76,7 @@ fn mismatch(found: &str, wanted: &'static str) -> Unreadable {
     Unreadable::Kind { field: "the value".into(), found: found.into(), wanted }
 }
 
-/// The numbers of a value for a field: of an interval its middle.
+/// The numbers of a value for a field; of an interval, the midpoint.
 fn numbers(value: &RawValue, is_list: bool, length: Option<usize>) -> Result<Vec<f64>, Unreadable> {
     let numbers = match value {
         RawValue::Vector(values) if is_list => values.clone(),
@@ -93,7 +93,7 @@ fn numbers(value: &RawValue, is_list: bool, length: Option<usize>) -> Result<Vec
     }
 }
 
-/// Overwrites numbers in a copy of a whole message.
+/// Overwrites numbers in a copy of a message.
 fn put(
     copy: &mut [u8],
     body: Body<'_>,
@@ -127,7 +127,7 @@ fn put_time(copy: &mut [u8], body: Body<'_>, at: usize, time: Time) {
     overwrite(copy, at + 4, &nanoseconds);
 }
 
-/// At a position of the body.
+/// Overwrites bytes at a position of the body.
 fn overwrite(copy: &mut [u8], at: usize, bytes: &[u8]) {
     let from = at + HEADER.len();
     if let Some(place) = copy.get_mut(from..from + bytes.len()) {
@@ -135,7 +135,7 @@ fn overwrite(copy: &mut [u8], at: usize, bytes: &[u8]) {
     }
 }
 
-/// Seconds and nanoseconds, little endian.
+/// Seconds and nanoseconds, little-endian.
 fn time_parts(time: Time) -> ([u8; 4], [u8; 4]) {
     let second = 1_000_000_000;
     let seconds =
@@ -144,7 +144,7 @@ fn time_parts(time: Time) -> ([u8; 4], [u8; 4]) {
     (seconds.to_le_bytes(), nanoseconds.to_le_bytes())
 }
 
-/// A number in the form of a field, little endian; whole numbers are rounded and kept within what fits.
+/// A number in the encoding of a field, little-endian; a whole number is rounded and clamped to the field's range.
 fn encoded(primitive: Primitive, number: f64) -> Result<Vec<u8>, Unreadable> {
     let is_float = matches!(primitive, Primitive::F32 | Primitive::F64);
     if number.is_nan() && !is_float {
@@ -179,7 +179,7 @@ struct Out<'a> {
 }
 
 impl Out<'_> {
-    /// A message; `path` leads to the value within it, or is empty.
+    /// Writes a message; `path` leads to the value within it, or is empty.
     fn message(&mut self, message_type: &str, path: &[Step]) -> Result<(), Unreadable> {
         let members = self.types.members(message_type)?;
         if members.is_empty() {
@@ -225,7 +225,7 @@ impl Out<'_> {
         Ok(())
     }
 
-    /// One element; `path` is `None` where it does not lead through here.
+    /// Writes one element; `path` is `None` if it does not lead through this element.
     fn one(&mut self, owner: &str, member: &Member, path: Option<&[Step]>) -> Result<(), Unreadable> {
         match &member.kind {
             Kind::Primitive(primitive) => {
@@ -275,7 +275,7 @@ impl Out<'_> {
     }
 }
 
-/// A list is made no longer than this to reach an element of it.
+/// The longest list that is made to reach one of its elements.
 const LIST_MAX: usize = 65_536;
 
 /// A text as a message of std_msgs/msg/String.

@@ -1,13 +1,13 @@
-//! How long the machine has been up, the time included in which it slept.
+//! The time since the machine was started, including its sleep.
 
 use std::ops::Add;
 use std::time::Duration;
 
-/// A moment, as [`std::time::Instant`], that goes on while the whole machine is suspended. A lid that was closed for an hour
-/// is an hour of absence, and what was to expire meanwhile has expired.
+/// A moment like [`std::time::Instant`] that goes on while the machine is suspended. A lid that was closed for an hour is an hour
+/// of absence, and deadlines within it have passed.
 ///
-/// On Linux it is read from `CLOCK_BOOTTIME`; elsewhere it is an `Instant`, and a sleep of the machine is told only by the
-/// step of the wall clock.
+/// On Linux it reads `CLOCK_BOOTTIME`. Elsewhere it is an `Instant`, and only the step of the wall clock tells a sleep of the
+/// machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Uptime(Duration);
 
@@ -29,17 +29,17 @@ impl Uptime {
         Uptime(START.elapsed())
     }
 
-    /// How long ago it was.
+    /// The time since this moment.
     pub(crate) fn elapsed(self) -> Duration {
         Uptime::now().saturating_duration_since(self)
     }
 
-    /// How long it is after an earlier moment; zero where that is not earlier.
+    /// The time since an earlier moment; zero if that is not earlier.
     pub(crate) fn saturating_duration_since(self, earlier: Uptime) -> Duration {
         self.0.saturating_sub(earlier.0)
     }
 
-    /// The moment after a span; `None` where there is no such moment.
+    /// The moment after a span; `None` if it cannot be expressed.
     #[cfg(feature = "mqtt")]
     pub(crate) fn checked_add(self, span: Duration) -> Option<Uptime> {
         self.0.checked_add(span).map(Uptime)
@@ -49,7 +49,7 @@ impl Uptime {
 impl Add<Duration> for Uptime {
     type Output = Uptime;
 
-    /// The moment after a span, at most the last one.
+    /// The moment after a span, at most the last possible one.
     fn add(self, span: Duration) -> Uptime {
         Uptime(self.0.saturating_add(span))
     }
@@ -70,7 +70,7 @@ mod tests {
     #[test]
     #[cfg(target_os = "linux")]
     fn it_counts_the_time_in_which_the_machine_slept() {
-        // The kernel's own account: the first number of the file counts sleep, as CLOCK_BOOTTIME does.
+        // The first number of the file is the kernel's uptime, which counts sleep as CLOCK_BOOTTIME does.
         let text = std::fs::read_to_string("/proc/uptime").unwrap();
         let kernel: f64 = text.split(' ').next().unwrap().parse().unwrap();
         let ours = Uptime::now().0.as_secs_f64();

@@ -1,7 +1,8 @@
-//! Whether whoever reads was there all the time: what has waited meanwhile says nothing about now.
+//! Detects whether the reader was away: messages that waited meanwhile may be outdated.
 //!
-//! A process that was suspended, a machine that stood still and a client whose messages a broker kept have one thing in common: what
-//! arrives next may be as old as the absence was long, and is received as if it were of now. A pulse tells: it should beat all the time.
+//! A suspended process, a stopped machine and a client whose messages a broker kept have one thing in common: the next messages
+//! may be as old as the absence was long, but are received as if they were new. A pulse that should beat all the time tells the
+//! absence.
 
 use super::Inbox;
 use shsa_core::time::{Span, Time};
@@ -9,44 +10,44 @@ use std::sync::{Arc, PoisonError};
 
 /// How often the pulse beats.
 const PULSE: std::time::Duration = std::time::Duration::from_millis(100);
-/// Who has not been seen for so long was away: a machine that is merely busy keeps a thread waiting for less.
+/// After a pause of this length, the process was away: a busy machine delays a thread for less.
 const AWAY: Span = Span::from_millis(1_000);
-/// What arrives within this time after an absence, and within a share of its length more, may have waited.
+/// Messages within this time after an absence, plus a share of its length, may have waited.
 const DRAIN: Span = Span::from_millis(250);
 const DRAIN_SHARE: i64 = 20;
 const DRAIN_MAX: Span = Span::from_millis(5_000);
 
-/// An absence that is over.
+/// A past absence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Absence {
-    /// How long nobody was there.
+    /// Its length.
     pub away: Span,
-    /// Messages that may have waited meanwhile.
+    /// The number of messages that may have waited meanwhile.
     pub waited: u64,
 }
 
-/// Notices absences.
+/// Detects absences.
 #[derive(Debug, Default)]
 pub(super) struct Attendance {
-    /// When somebody was seen last; `None`: nobody looks.
+    /// The time of the last beat; `None`: absences are not detected.
     seen: Option<Time>,
-    /// When whoever was away came back, until somebody asks.
+    /// The end of the last absence, until [`Attendance::has_come_back`] takes it.
     back: Option<Time>,
-    /// The present absence, whose messages may still come, and until when.
+    /// The present absence, and the time until which its messages may arrive.
     present: Option<(Absence, Time)>,
-    /// One that is over and was not told yet.
+    /// A past absence that was not told yet.
     over: Option<Absence>,
 }
 
 impl Attendance {
-    /// Somebody is there.
+    /// The process is active.
     pub(super) fn beat(&mut self, now: Time) {
         let away = self.seen.map_or(Span::ZERO, |seen| now - seen);
         if away >= AWAY {
             self.back = Some(now);
             self.was_away(away, now);
         }
-        // A message may be handed on later than it was received.
+        // A message may be passed on after its reception.
         self.seen = self.seen.max(Some(now));
         if let Some((absence, until)) = self.present
             && now > until
@@ -56,7 +57,7 @@ impl Attendance {
         }
     }
 
-    /// Nobody was there for so long, up to now.
+    /// There was an absence of this length, until now.
     pub(super) fn was_away(&mut self, away: Span, now: Time) {
         let drain = Span((DRAIN + Span(away.0 / DRAIN_SHARE)).0.min(DRAIN_MAX.0));
         let before = self.present.map(|(absence, _)| absence);
@@ -65,7 +66,7 @@ impl Attendance {
         self.present = Some((Absence { away, waited }, now + drain));
     }
 
-    /// Whether a message that is received now may have waited.
+    /// Whether a message received now may have waited.
     pub(super) fn has_waited(&mut self, now: Time) -> bool {
         if self.seen.is_some() {
             self.beat(now);
@@ -76,7 +77,7 @@ impl Attendance {
         has_waited
     }
 
-    /// Whether nobody was here until a moment ago; said once of an absence. What a broker has kept is none of ours.
+    /// Whether the process was away until a moment ago; true once for each absence. Absences told by a broker do not count.
     pub(super) fn has_come_back(&mut self, now: Time) -> bool {
         if self.seen.is_some() {
             self.beat(now);
@@ -84,19 +85,19 @@ impl Attendance {
         self.back.take().is_some_and(|back| now - back < AWAY)
     }
 
-    /// An absence that is over, told once.
+    /// A past absence; told once.
     pub(super) fn take_over(&mut self) -> Option<Absence> {
         self.over.take()
     }
 }
 
 impl Inbox {
-    /// Notices from now on when the process was suspended, or the machine stood still: what arrives then may have waited, and is
-    /// marked as [`crate::Message::retained`]. A thread that does little else than sleep looks ten times a second, as long as the inbox is
-    /// there. By a clock that somebody sets nobody is ever absent.
+    /// Detects from now on when the process was suspended or the machine stood still: messages that arrive then may have waited,
+    /// and are marked as [`crate::Message::retained`]. While the inbox exists, a thread that otherwise sleeps beats ten times a
+    /// second. With a manual clock there are no absences.
     ///
     /// # Errors
-    /// When there can be no thread.
+    /// When no thread can be started.
     pub fn attend(&self) -> std::io::Result<()> {
         if !self.clock.is_running() {
             return Ok(());
@@ -113,14 +114,14 @@ impl Inbox {
         Ok(())
     }
 
-    /// The messages that arrive next may have waited for so long: a broker has kept them while the connection was gone.
+    /// The next messages may have waited for this long: a broker has kept them while there was no connection.
     #[cfg_attr(not(feature = "mqtt"), allow(dead_code, reason = "only brokers of MQTT keep messages"))]
     pub(crate) fn was_away(&self, away: Span) {
         let now = self.clock.now();
         self.lock().attendance.was_away(away, now);
     }
 
-    /// Whether nobody was here until a moment ago; said once of an absence.
+    /// Whether the process was away until a moment ago; true once for each absence.
     #[cfg_attr(
         not(feature = "mqtt"),
         allow(dead_code, reason = "only MQTT hands on what it cannot take back")
@@ -130,7 +131,7 @@ impl Inbox {
         self.lock().attendance.has_come_back(now)
     }
 
-    /// An absence whose messages have all come, told once.
+    /// A past absence whose messages have all arrived; told once.
     #[must_use]
     pub fn absence(&self) -> Option<Absence> {
         self.lock().attendance.take_over()
@@ -186,7 +187,7 @@ mod tests {
         attendance.beat(at(0.0));
         assert!(!attendance.has_come_back(at(0.1)));
         assert!(attendance.has_come_back(at(5.0)) && !attendance.has_come_back(at(5.1)));
-        // The broker was away, and not we.
+        // Only the connection to the broker was away, not this process.
         attendance.was_away(Span::from_seconds(3.0), at(5.2));
         assert!(!attendance.has_come_back(at(5.3)));
         attendance.beat(at(9.0));

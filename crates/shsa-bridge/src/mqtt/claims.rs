@@ -1,9 +1,9 @@
-//! Who claims what on a broker: names that a client holds while it is there, as tokens of Zenoh are held.
+//! Claims of clients on a broker: names that a client holds while it is connected, as tokens of Zenoh are held.
 //!
-//! `shsa/CLIENT/claims` holds them, one a line, retained. It is published again whenever they change, after each connection, and
-//! every two seconds; with MQTT 5 the broker forgets it after eight. A client takes it back at its end. Of one that is gone
-//! without a word the last will says so on `shsa/CLIENT/status`; else its claims are over when nobody has heard of them for
-//! eight seconds.
+//! `shsa/CLIENT/claims` lists them, one a line, retained. It is published again after each change, after each connection, and
+//! every two seconds; with MQTT 5 it expires on the broker after eight. A client clears it at its end. If the connection of a
+//! client breaks, its last will says so on `shsa/CLIENT/status`; else its claims end when they were not renewed for eight
+//! seconds.
 
 use crate::clock::Uptime;
 use crate::{Attendance, BridgeError, Inbox, Presence};
@@ -13,28 +13,28 @@ use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 use tokio::sync::Notify;
 
-/// Where clients say what they claim, and whether they are there.
+/// The topics of clients' claims and of their presence.
 const CLAIMS: &str = "shsa/+/claims";
 const STATUS: &str = "shsa/+/status";
-/// What is said there of a client that is not there.
+/// The status of a client that is not connected.
 const OFFLINE: &[u8] = b"offline";
-/// A claim that was not heard of for so long is over.
+/// A claim ends when it was not renewed for this long.
 pub(super) const EXPIRES: Duration = Duration::from_secs(8);
-/// How often claims are said again.
+/// How often claims are renewed.
 pub(super) const RENEWED: Duration = Duration::from_secs(2);
-/// Who has not looked for so long cannot know that nobody has renewed a claim meanwhile.
+/// A client that has not checked for this long may have missed renewals.
 const ABSENT: Duration = Duration::from_secs(3);
-/// The most clients whose claims are heard.
+/// The largest number of clients whose claims are followed.
 const CLIENTS_MAX: usize = 256;
-/// The longest claims of one client, bytes.
+/// The longest list of one client's claims, bytes.
 const LONGEST: usize = 256 * 1024;
 
-/// What this client claims, and what others do.
+/// The claims of this client, and of other ones.
 pub(super) struct Claims {
-    /// What this client is called; `None`: it claims nothing.
+    /// The name of this client; `None`: it claims nothing.
     client: Option<String>,
     state: Mutex<State>,
-    /// There is something to say.
+    /// Notified when the own claims have changed.
     due: Notify,
     inbox: Inbox,
 }
@@ -43,14 +43,14 @@ struct State {
     own: BTreeSet<Arc<str>>,
     /// By the client's name.
     others: BTreeMap<String, Other>,
-    /// Those of which it was said that they are not there: what they have claimed before is out of date.
+    /// Clients whose status is offline: their retained claims are out of date.
     gone: BTreeSet<String>,
     watches: Vec<Watch>,
-    /// Whether it is known what others claim: what was kept for this client comes before the echo of what it says itself.
+    /// Whether the claims of others are known: retained claims arrive before the echo of the own ones.
     is_informed: bool,
-    /// Whether it was said what this client claims.
+    /// Whether the own claims were published.
     is_said: bool,
-    /// When somebody looked whether claims are over.
+    /// When expired claims were last looked for.
     looked: Uptime,
 }
 
@@ -59,13 +59,13 @@ struct Other {
     heard: Uptime,
 }
 
-/// Who wants to know of the names that a pattern matches.
+/// A subscription to the names that match a pattern.
 struct Watch {
     pattern: String,
     changes: Sender<Presence>,
 }
 
-/// A name that is held; dropping it takes the claim back.
+/// A held name; dropping it ends the claim.
 struct Held {
     claims: Arc<Claims>,
     name: Arc<str>,
@@ -85,12 +85,12 @@ impl Claims {
         Arc::new(Claims { client, state: Mutex::new(state), due: Notify::new(), inbox })
     }
 
-    /// Whoever panicked while holding the lock has left whole entries behind.
+    /// A thread that panicked with the lock has left whole entries behind.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
-    /// Claims a name until what is returned is dropped. `None`: this client claims nothing.
+    /// Claims a name until the returned value is dropped. `None`: this client claims nothing.
     pub(super) fn attend(self: &Arc<Claims>, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         if name.contains('\n') {
             return Err(BridgeError::Refused(format!(
@@ -110,8 +110,8 @@ impl Claims {
         Ok(Some(Box::new(Held { claims: self.clone(), name })))
     }
 
-    /// Tells of all names that a pattern matches, our own among them as soon as it is known what others claim. `None`: this
-    /// client claims nothing.
+    /// The changes of all names that match a pattern; own names are included as soon as the claims of others are known. `None`:
+    /// this client claims nothing.
     pub(super) fn attendance(self: &Arc<Claims>, pattern: &str) -> Option<Attendance> {
         self.client.as_ref()?;
         let (changes, waiting) = channel();
@@ -137,19 +137,19 @@ impl Claims {
         self.inbox.wake();
     }
 
-    /// The topics by which others are heard; none where nobody wants to know.
+    /// The topics of others' claims; none if nobody watches.
     pub(super) fn topics(&self) -> impl Iterator<Item = String> + use<> {
         let is_wanted = !self.lock().watches.is_empty();
         [CLAIMS, STATUS].into_iter().filter(move |_| is_wanted).map(str::to_owned)
     }
 
-    /// Waits until what this client claims has changed.
+    /// Waits until the own claims have changed.
     pub(super) async fn changed(&self) {
         self.due.notified().await;
     }
 
-    /// What this client claims is about to be said again. Where what was said before has not come back, the broker lets this client
-    /// not hear of claims: then it is alone as far as it can know.
+    /// Called before the own claims are published again. If the last publication has not come back, the broker does not let this
+    /// client receive claims: as far as it can know, it is alone.
     pub(super) fn renew(&self) {
         let mut state = self.lock();
         if state.is_said {
@@ -159,7 +159,7 @@ impl Claims {
         self.inbox.wake();
     }
 
-    /// Where to say what is claimed, and in which words: none where nothing is. `None`: nobody has to be told.
+    /// The topic and text of the own claims; the text is empty if there are none. `None`: there is nobody to tell.
     pub(super) fn said(&self) -> Option<(String, String)> {
         let mut state = self.lock();
         if state.own.is_empty() && state.watches.is_empty() {
@@ -170,7 +170,7 @@ impl Claims {
         Some((format!("shsa/{}/claims", self.client.as_ref()?), own.join("\n")))
     }
 
-    /// Hears what was said under a topic. Whether that was about claims, and nobody has to look at it who did not ask for it.
+    /// Takes in a message. Returns whether it is about claims, so that it needs no other reader.
     pub(super) fn hear(&self, topic: &str, words: &[u8], retained: bool) -> bool {
         let about = topic.strip_prefix("shsa/").and_then(|topic| topic.split_once('/'));
         let Some((client, kind @ ("claims" | "status"))) = about else { return false };
@@ -195,7 +195,7 @@ impl State {
         self.watches.iter().for_each(|watch| watch.tell(presence));
     }
 
-    /// It is known what others claim.
+    /// The claims of others are known now.
     fn inform(&mut self) {
         if !std::mem::replace(&mut self.is_informed, true) {
             let own = self.own.clone();
@@ -204,7 +204,7 @@ impl State {
     }
 
     fn hear(&mut self, client: &str, words: &[u8], retained: bool) {
-        // What was kept is older than its last will.
+        // The retained message is older than the client's last will.
         let is_over = retained && self.gone.contains(client);
         let text = std::str::from_utf8(words).ok().filter(|text| text.len() <= LONGEST && !is_over);
         let claims: BTreeSet<Arc<str>> =
@@ -223,7 +223,7 @@ impl State {
         claims.difference(&before).for_each(|name| self.tell(&Presence::Alive(name.clone())));
     }
 
-    /// Whether a client is there.
+    /// Takes in whether a client is gone.
     fn meet(&mut self, client: &str, is_gone: bool) {
         if !is_gone {
             self.gone.remove(client);
@@ -240,10 +240,10 @@ impl State {
         claims.into_iter().for_each(|name| self.tell(&Presence::Gone(name)));
     }
 
-    /// Looks whose claims are over.
+    /// Ends the claims that have expired.
     fn look(&mut self, now: Uptime) {
         if now.saturating_duration_since(std::mem::replace(&mut self.looked, now)) > ABSENT {
-            // What was said meanwhile may still wait.
+            // Renewals during the absence may still wait.
             self.others.values_mut().for_each(|other| other.heard = now);
         }
         let is_over = |(client, other): (&String, &Other)| {
@@ -258,7 +258,7 @@ impl Watch {
     fn tell(&self, presence: &Presence) {
         let (Presence::Alive(name) | Presence::Gone(name)) = presence;
         if matches(&self.pattern, name) {
-            // Nobody looks any more.
+            // The receiver may be gone.
             let _ = self.changes.send(presence.clone());
         }
     }
@@ -276,7 +276,7 @@ impl Drop for Held {
     }
 }
 
-/// Whether a name is one of a pattern's: `*` is one level, `**` any number at the end.
+/// Whether a name matches a pattern: `*` is one level, `**` at the end any number.
 fn matches(pattern: &str, name: &str) -> bool {
     let (mut wanted, mut levels) = (pattern.split('/'), name.split('/'));
     loop {
@@ -364,7 +364,7 @@ mod tests {
         claims.hear("shsa/one/claims", b"a/x", false);
         assert_eq!(told(&mut attendance), "+a/x");
         let began = Uptime::now();
-        // A stall: who was not there does not know.
+        // A pause: after an absence, claims do not expire at once.
         let mut at = began + 3 * EXPIRES;
         claims.lock().look(at);
         for _ in 0..4 {

@@ -1,7 +1,7 @@
-//! Both versions of the protocol behind one face: requests out, happenings in.
+//! One interface to both versions of the protocol: requests go in, events come out.
 //!
-//! A new client is made for each connection: what the last one had not finished is told by [`Client::unfinished`], and
-//! nothing else of its state goes on.
+//! A new client is made for each connection. [`Client::unfinished`] tells what the previous one had not finished; its other state
+//! is dropped.
 
 use super::options::{Delivery, Options, Presence, Version};
 use super::outbox::Publication;
@@ -13,29 +13,29 @@ use rumqttc::{NetworkOptions, QoS, Transport, v5};
 use std::time::Duration;
 use std::{error::Error, io};
 
-/// Requests that may wait for the connection's turn: a flood of one topic delays another by no more.
+/// The number of requests that may wait for the connection; a flood of one topic delays others by no more.
 const REQUESTS_MAX: usize = 128;
-/// Publications that the broker has not yet acknowledged.
+/// The number of publications without an acknowledgement of the broker.
 const UNACKNOWLEDGED_MAX: u16 = 256;
-/// Bytes of a message beside its payload: topic, properties, header.
+/// The bytes of a message beside its payload: topic, properties, header.
 const ENVELOPE_MAX: usize = 1 << 16;
-/// The most bytes of a message that the protocol has, with its header.
+/// The largest message of the protocol in bytes, with its header.
 const PROTOCOL_MAX: usize = 268_435_455 + 5;
 
-/// Where requests go in.
+/// Takes requests.
 #[derive(Clone, Debug)]
 pub(super) enum Sender {
     V4(rumqttc::AsyncClient, QoS),
     V5(v5::AsyncClient, v5::mqttbytes::QoS, PublisherId),
 }
 
-/// The connection: must be polled.
+/// The connection, which must be polled.
 pub(super) enum Client {
     V4(Box<rumqttc::EventLoop>),
     V5(Box<v5::EventLoop>),
 }
 
-/// What a poll brings.
+/// An event of the connection.
 pub(super) enum Happening {
     /// `has_kept`: the broker has a session of an earlier connection.
     Connected {
@@ -44,11 +44,11 @@ pub(super) enum Happening {
     Arrived(Arrived),
     /// A subscription has gone out under this number.
     Subscribing(u16),
-    /// The broker's answer to it; the reason of a refusal.
+    /// The broker's answer to the subscription, with the reason of a refusal.
     Subscribed(u16, Option<String>),
-    /// A publication has gone out under this number; 0 without acknowledgement.
+    /// A publication was sent under this number; 0 for one without acknowledgement.
     Publishing(u16),
-    /// The publication of this number was refused, for this reason.
+    /// The publication with this number was refused, for this reason.
     Refused(u16, String),
     Other,
 }
@@ -61,14 +61,14 @@ pub(super) struct Arrived {
     pub(super) duplicate: bool,
     /// User properties; none in 3.1.1.
     pub(super) properties: Vec<(String, String)>,
-    /// Where its publisher wants an answer, and what it knows it by; none in 3.1.1.
+    /// The topic for an answer, and the correlation data of the asker; none in 3.1.1.
     pub(super) response_topic: Option<String>,
     pub(super) correlation: Option<Bytes>,
 }
 
-/// Why a connection ended or did not come about.
+/// Why a connection ended or could not be made.
 pub(super) struct Failure {
-    /// The other side does not want it: trying again soon is of no use.
+    /// The other side refuses: trying again soon is useless.
     pub(super) is_refusal: bool,
     pub(super) reason: String,
 }
@@ -93,7 +93,7 @@ fn new_v4(options: &Options, transport: Transport, network: NetworkOptions) -> (
         .set_clean_session(!options.is_kept())
         .set_inflight(UNACKNOWLEDGED_MAX)
         .set_pending_throttle(Duration::ZERO)
-        // A message that is too large must be taken off the broker, else it comes again and again.
+        // A message that is too large must be taken from the broker, else the broker sends it again and again.
         .set_max_packet_size(PROTOCOL_MAX, options.size_limit.saturating_add(ENVELOPE_MAX));
     if let Some(credentials) = &options.credentials {
         mqtt.set_credentials(&credentials.user, &credentials.password);
@@ -123,7 +123,7 @@ fn new_v5(
         .set_keep_alive(keep_alive(options))
         .set_clean_start(!options.is_kept())
         .set_session_expiry_interval(Some(u32::try_from(options.session.as_secs()).unwrap_or(u32::MAX)))
-        // The broker does not even send what is larger.
+        // The broker does not send larger messages.
         .set_max_packet_size(u32::try_from(packet_max).ok())
         .set_pending_throttle(Duration::ZERO)
         .set_network_options(network);
@@ -143,13 +143,13 @@ fn new_v5(
     (Sender::V5(client, qos, publisher), Client::V5(Box::new(connection)))
 }
 
-/// The library panics below.
+/// With a shorter time, the library panics.
 fn keep_alive(options: &Options) -> Duration {
     options.keep_alive.max(Duration::from_secs(5))
 }
 
 impl Sender {
-    /// Whether the request could be taken: the queue may be full.
+    /// Whether the request was accepted; the queue may be full.
     pub(super) fn publish(&self, publication: &Publication) -> bool {
         let Publication { topic, payload, retain, .. } = publication;
         match self {
@@ -163,7 +163,7 @@ impl Sender {
         }
     }
 
-    /// Whether the request could be taken. What is not `kept` the broker does not keep for us while we are away.
+    /// Whether the request was accepted. Unless `kept`, the broker keeps no messages of the topic during our absence.
     pub(super) fn subscribe(&self, topic: &str, kept: bool) -> bool {
         match self {
             Sender::V4(client, qos) => {
@@ -172,7 +172,8 @@ impl Sender {
             Sender::V5(client, qos, _) => {
                 let qos = if kept { *qos } else { v5::mqttbytes::QoS::AtMostOnce };
                 let mut filter = v5::mqttbytes::v5::Filter::new(topic, qos);
-                // After a break nobody wants a kept message again, but what all clients claim now, oneself among them.
+                // After a break, retained messages are not wanted again, except the present claims of all clients including our
+                // own.
                 filter.nolocal = !topic.contains('+');
                 filter.retain_forward_rule = if filter.nolocal { OnNewSubscribe } else { OnEverySubscribe };
                 client.try_subscribe_many([filter]).is_ok()
@@ -180,7 +181,7 @@ impl Sender {
         }
     }
 
-    /// Whether the request could be taken.
+    /// Whether the request was accepted.
     pub(super) fn unsubscribe(&self, topic: &str) -> bool {
         match self {
             Sender::V4(client, _) => client.try_unsubscribe(topic).is_ok(),
@@ -188,7 +189,7 @@ impl Sender {
         }
     }
 
-    /// Says goodbye, after everything that was asked for before.
+    /// Disconnects after all earlier requests.
     pub(super) fn leave(&self) {
         let _gone_already = match self {
             Sender::V4(client, _) => client.try_disconnect().is_ok(),
@@ -196,13 +197,13 @@ impl Sender {
         };
     }
 
-    /// Whether the broker keeps own messages away from their publisher.
+    /// Whether the broker does not send messages back to their publisher.
     pub(super) fn has_no_echo(&self) -> bool {
         matches!(self, Sender::V5(..))
     }
 }
 
-/// Provenance as MQTT 5 carries it: user properties.
+/// Provenance as user properties of MQTT 5.
 fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbytes::v5::PublishProperties {
     let mut user_properties = vec![
         ("publisher".into(), publisher.to_string()),
@@ -221,7 +222,7 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
     let seconds = |until: Uptime| until.saturating_duration_since(Uptime::now()).as_secs() + 1;
     let expires = |until| u32::try_from(seconds(until)).unwrap_or(u32::MAX);
     v5::mqttbytes::v5::PublishProperties {
-        // In whole seconds; none is never.
+        // In whole seconds; without one, the message does not expire.
         message_expiry_interval: publication.until.map(expires),
         user_properties,
         response_topic: publication.answers.as_ref().map(|topic| topic.to_string()),
@@ -242,7 +243,7 @@ impl Client {
         }
     }
 
-    /// What had happened before the connection broke and was not told: an answer may come with the end in one piece.
+    /// The events from before the connection broke that were not told yet: an answer may arrive together with the end.
     pub(super) fn left_over(&mut self) -> Vec<Happening> {
         match self {
             Client::V4(connection) => connection.state.events.drain(..).map(happening_v4).collect(),
@@ -250,7 +251,7 @@ impl Client {
         }
     }
 
-    /// The topics of publications that have not surely arrived.
+    /// The topics of publications that may not have arrived.
     pub(super) fn unfinished(&mut self) -> Vec<String> {
         match self {
             Client::V4(connection) => {
@@ -386,10 +387,10 @@ fn refused(reason: impl Into<String>) -> Failure {
     Failure { is_refusal: true, reason: reason.into() }
 }
 
-/// A certificate that one side does not accept is a refusal; everything else may be better the next time.
+/// A certificate that one side does not accept is a refusal; every other error may be gone at the next attempt.
 fn of_error(error: &(dyn Error + 'static)) -> Failure {
     let reason = error.to_string();
-    // The library hides the cause of some errors but for their text.
+    // The library tells the cause of some errors only by their text.
     let is_refusal = is_tls(error) || reason.contains("received fatal alert");
     let text = reason.strip_prefix("I/O: ").unwrap_or(&reason);
     Failure { is_refusal, reason: text.to_owned() }

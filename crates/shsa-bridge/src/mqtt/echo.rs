@@ -1,16 +1,16 @@
-//! Own publications that a broker of version 3.1.1 sends back, known by their content.
+//! Recognises, by content, our publications that a broker of version 3.1.1 sends back.
 //!
-//! A message of the same topic and content that someone else publishes within the same seconds is taken for the echo
-//! once; the next one is not.
+//! A message of another publisher with the same topic and content within that time is taken for the echo once; the next one is
+//! not.
 
 use crate::clock::Uptime;
 use std::collections::{BTreeMap, VecDeque};
 use std::hash::{BuildHasher, RandomState};
 use std::time::Duration;
 
-/// As many are remembered for each topic.
+/// The number of publications remembered for each topic.
 const COUNT_MAX: usize = 256;
-/// As long is each remembered: an echo comes at once, or when the connection is there again.
+/// How long a publication is remembered: an echo arrives at once, or after the next connection.
 const AGE_MAX: Duration = Duration::from_secs(60);
 
 #[derive(Debug, Default)]
@@ -23,12 +23,12 @@ pub(super) struct Echo {
 struct Sent {
     content: u64,
     at: Uptime,
-    /// Whether its echo has come; it may come again, marked as a duplicate.
+    /// Whether its echo has arrived; it may arrive again, marked as a duplicate.
     seen: bool,
 }
 
 impl Echo {
-    /// A message leaves whose topic is subscribed to.
+    /// Remembers a publication to a subscribed topic.
     pub(super) fn sent(&mut self, topic: &str, payload: &[u8], now: Uptime) {
         let sent = Sent { content: self.hasher.hash_one(payload), at: now, seen: false };
         let entry = self.sent.entry(topic.to_owned()).or_default();
@@ -38,7 +38,7 @@ impl Echo {
         entry.push_back(sent);
     }
 
-    /// Whether a message that has arrived is one's own.
+    /// Whether a received message is our own.
     pub(super) fn is_own(&mut self, topic: &str, payload: &[u8], duplicate: bool, now: Uptime) -> bool {
         let Some(entry) = self.sent.get_mut(topic) else { return false };
         while entry.front().is_some_and(|sent| now.saturating_duration_since(sent.at) > AGE_MAX) {

@@ -1,14 +1,14 @@
-//! MQTT 3.1.1 and 5: a client that comes back by itself.
+//! MQTT 3.1.1 and 5: a client that reconnects by itself.
 //!
 //! `publish -> outbox -> connection -> broker -> connection -> inbox`
 //!
-//! Whoever waits for messages drives the connection meanwhile; a thread does where nobody waits, or who reads is behind.
+//! A reader that waits for messages drives the connection. A thread does so while nobody waits, or the reader is behind.
 //!
-//! The broker knows the client by its name and keeps its messages while it is away. What is published meanwhile waits here,
-//! the newest of each topic. In version 5 provenance, stamp and publisher go beside the payload as user properties, and
-//! a broker sends no message back to its publisher; in 3.1.1 own messages are known by their content.
+//! The broker knows the client by its name and keeps its messages during an absence. Publications meanwhile wait here, the newest
+//! of each topic. In version 5, provenance, stamp and publisher are user properties beside the payload, and a broker sends no
+//! message back to its publisher; in 3.1.1, own messages are recognised by content.
 //!
-//! Topics are taken as they are: `/scan` and `scan` are two.
+//! Topics are taken literally: `/scan` and `scan` are two.
 
 mod claims;
 mod client;
@@ -42,21 +42,21 @@ use std::thread::JoinHandle;
 use std::time::Duration;
 use turns::Turns;
 
-/// A connection to a broker, and the thread that keeps it while nobody waits for messages.
+/// A connection to a broker, and the thread that drives it while nobody waits for messages.
 pub struct MqttBridge {
     shared: Arc<Shared>,
     turns: Arc<Turns>,
     version: Version,
-    /// What was published under each topic.
+    /// The topics of its publications, each with the last provenance.
     said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
-    /// Whether something may wait for whoever drives the connection.
+    /// Whether a publication may wait for the thread that drives the connection.
     has_published: bool,
     thread: Option<JoinHandle<()>>,
 }
 
 impl MqttBridge {
-    /// Connects; what arrives waits in `inbox`. Returns when the first attempt has ended, or its time is over. A broker that
-    /// cannot be reached is no error: the bridge keeps trying, and [`Bridge::link`] tells.
+    /// Connects; received messages wait in `inbox`. Returns when the first attempt has ended, or its time has passed. An
+    /// unreachable broker is no error: the bridge keeps trying, and [`Bridge::link`] tells.
     ///
     /// # Errors
     /// [`BridgeError::Configuration`] for files that cannot be used, [`BridgeError::Refused`] when the broker refuses the
@@ -64,7 +64,7 @@ impl MqttBridge {
     pub fn open(options: &Options, inbox: Inbox) -> Result<MqttBridge, BridgeError> {
         check_name(&options.name, "the client's name")?;
         let publisher = identity(&options.name);
-        // Files that cannot be used are told at once, not by the thread.
+        // Unusable files are an error at once, not in the thread.
         drop(client::new(options, publisher)?);
         let turns = Turns::new().map_err(|error| BridgeError::Lost(format!("no event loop: {error}")))?;
         let turns = Arc::new(turns);
@@ -84,7 +84,7 @@ impl MqttBridge {
 }
 
 impl MqttBridge {
-    /// A topic and a provenance, shared with the messages before as far as they say the same: both are long-lived.
+    /// The topic and the provenance, shared with earlier messages that have the same.
     fn names(&mut self, topic: &str, provenance: Option<&Provenance>) -> (Arc<str>, Option<Arc<Provenance>>) {
         let known = self.said.get_key_value(topic).filter(|(_, said)| said.as_deref() == provenance);
         if let Some((topic, said)) = known {
@@ -97,7 +97,7 @@ impl MqttBridge {
 }
 
 impl Drop for MqttBridge {
-    /// Sends what waits and takes leave, within about a second.
+    /// Sends waiting messages and disconnects, within about a second.
     fn drop(&mut self) {
         self.shared.stop();
         self.turns.end();
@@ -156,7 +156,7 @@ impl Bridge for MqttBridge {
             let publication = Publication::new(topic.into(), words, clock.by_wall(clock.now()));
             let sent =
                 shared.upgrade().map(|shared| shared.publish(Publication { correlation, ..publication }));
-            // An answer that is too large, or whose connection has gone, reaches nobody.
+            // An answer that is too large, or whose connection is lost, is dropped.
             drop(sent);
         };
         self.shared.serve(name, Served::new(answers, server, publish));
@@ -165,7 +165,7 @@ impl Bridge for MqttBridge {
 
     fn flush(&mut self) {
         if std::mem::take(&mut self.has_published) {
-            // Where another thread drives, it sends already.
+            // If another thread drives the connection, it sends already.
             self.turns.drive(false, Duration::ZERO);
         }
     }
@@ -178,7 +178,7 @@ impl Bridge for MqttBridge {
         self.shared.outage()
     }
 
-    /// A retained message that expires holds what is claimed ([`Options::claims`]).
+    /// A retained message that expires lists the claims ([`Options::claims`]).
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         self.shared.claims.attend(name)
     }
@@ -192,7 +192,7 @@ impl Bridge for MqttBridge {
     fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
         check_topic(to)?;
         if let Link::Down(why) = self.link() {
-            // What would be sent later was asked for by nobody then.
+            // A request that is sent after the outage would have no asker any more.
             return Err(BridgeError::Lost(why));
         }
         let answers = format!("{to}/response");
@@ -220,7 +220,7 @@ fn duration_of(span: Span) -> Duration {
     Duration::from_nanos(u64::try_from(span.0).unwrap_or(0))
 }
 
-/// Names are exact: no wildcards, and what every broker takes.
+/// Names are exact: no wildcards, only characters that every broker accepts.
 fn check_topic(topic: &str) -> Result<(), BridgeError> {
     if topic.contains(['+', '#']) {
         return Err(BridgeError::Refused(format!(
@@ -240,7 +240,7 @@ fn check_name(name: &str, what: &str) -> Result<(), BridgeError> {
     Err(BridgeError::Refused(format!("{what} {problem}")))
 }
 
-/// An identity from a name: FNV-1a of 128 bits, the same on every machine.
+/// The identity for a name: FNV-1a of 128 bits, the same on every machine.
 fn identity(name: &str) -> PublisherId {
     const OFFSET: u128 = 0x6c62_272e_07bb_0142_62b8_2175_6295_c58d;
     const PRIME: u128 = 0x0000_0000_0100_0000_0000_0000_0000_013b;

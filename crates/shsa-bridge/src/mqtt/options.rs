@@ -1,4 +1,4 @@
-//! Where the broker is and how to speak with it, from one address; secrets come from the environment or a file.
+//! The options of a connection to a broker, from one address; secrets come from the environment or a file.
 
 use super::tls::Tls;
 use crate::BridgeError;
@@ -10,25 +10,25 @@ use std::time::Duration;
 /// The version of the protocol.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Version {
-    /// 5: carries provenance as user properties, and never sends one's own messages back.
+    /// 5: carries provenance as user properties, and never sends back the client's own messages.
     V5,
     /// 3.1.1, for brokers that know no other.
     V311,
 }
 
-/// How often a message may arrive.
+/// The guarantee of delivery.
 ///
-/// Exactly once is not offered: a value is replaced by the next one anyway, and the state that it needs does not survive
-/// the loss of either side.
+/// Exactly once is not offered: the next value replaces a value anyway, and the necessary state does not survive the loss of
+/// either side.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Delivery {
-    /// Not at all when the connection breaks at that moment (quality of service 0).
+    /// A message may be lost when the connection breaks (quality of service 0).
     AtMostOnce,
-    /// Twice when the connection breaks at that moment (quality of service 1).
+    /// A message may arrive twice when the connection breaks (quality of service 1).
     AtLeastOnce,
 }
 
-/// User and password. Never shown.
+/// User and password. They are never printed.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Credentials {
     /// The user's name.
@@ -43,14 +43,14 @@ impl fmt::Debug for Credentials {
     }
 }
 
-/// How others learn whether this client is there: retained messages on a topic of its own.
+/// How others learn whether this client is connected: by retained messages on a topic of its own.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Presence {
-    /// The name to publish under.
+    /// The topic.
     pub topic: String,
-    /// What this client publishes whenever it has connected.
+    /// The message after each connection.
     pub here: Bytes,
-    /// What it publishes when it leaves, and the broker for it when it is gone without a word (its last will).
+    /// The message when the client leaves; the broker publishes it if the connection breaks (last will).
     pub gone: Bytes,
 }
 
@@ -59,38 +59,38 @@ pub struct Presence {
 pub struct Options {
     /// Its name or address.
     pub host: String,
-    /// 1883, and 8883 with TLS, are usual.
+    /// Usually 1883, or 8883 with TLS.
     pub port: u16,
     /// `None`: not encrypted.
     pub tls: Option<Tls>,
     /// The version of the protocol.
     pub version: Version,
-    /// The client's identifier, unique on the broker and the same after a restart: the broker keeps messages under it.
+    /// The client's identifier, unique on the broker and the same after a restart: the broker keeps messages for this identifier.
     pub name: String,
     /// `None`: without.
     pub credentials: Option<Credentials>,
-    /// For what is published and for what is subscribed to.
+    /// The delivery of publications and subscriptions.
     pub delivery: Delivery,
-    /// How long the broker keeps messages for this client while it is away; zero: not at all. Brokers of 3.1.1 keep them
-    /// as long as they like.
+    /// How long the broker keeps messages during an absence of the client; zero: not at all. Brokers of 3.1.1 keep them as long
+    /// as they like.
     pub session: Duration,
     /// The longest pause between two attempts to connect; at least 0.1 s.
     pub retry: Duration,
-    /// A connection that says nothing for up to twice this time is given up; at least 5 s.
+    /// A connection without a message for up to twice this time is given up; at least 5 s.
     pub keep_alive: Duration,
-    /// How others learn whether this client is there; `None`: not at all.
+    /// How others learn whether this client is connected; `None`: not at all.
     pub presence: Option<Presence>,
-    /// `shsa/NAME/claims` says under this name what the client claims ([`Bridge::attend`](crate::Bridge::attend)), where its
-    /// [`presence`](Options::presence) is told on `shsa/NAME/status` by `online` and `offline`; `None`: it claims nothing.
+    /// `shsa/NAME/claims` lists the client's claims under this name ([`Bridge::attend`](crate::Bridge::attend)); its
+    /// [`presence`](Options::presence) must be told on `shsa/NAME/status` by `online` and `offline`. `None`: it claims nothing.
     pub claims: Option<String>,
-    /// Larger payloads are dropped and told of, bytes.
+    /// The largest payload in bytes; larger ones are dropped and told.
     pub size_limit: usize,
-    /// How long [`MqttBridge::open`](super::MqttBridge::open) waits for the first answer.
+    /// How long [`MqttBridge::open`](super::MqttBridge::open) waits for the first attempt.
     pub first_attempt: Duration,
 }
 
 impl Options {
-    /// For a broker at `mqtt://HOST[:PORT]`, or `mqtts://HOST[:PORT]` with TLS, optionally with settings like
+    /// The options for a broker at `mqtt://HOST[:PORT]`, or `mqtts://HOST[:PORT]` with TLS, optionally with settings like
     /// `?version=3.1.1&qos=0`:
     ///
     /// | setting | means |
@@ -105,7 +105,7 @@ impl Options {
     /// | `cert=FILE`, `key=FILE` | with TLS, the certificate and key that this client shows, PEM |
     ///
     /// # Errors
-    /// [`BridgeError::Configuration`] says what does not follow this, or which file cannot be read.
+    /// [`BridgeError::Configuration`] tells which part is wrong, or which file cannot be read.
     pub fn parse(address: &str, name: &str) -> Result<Options, BridgeError> {
         let (scheme, rest) = address.split_once("://").ok_or_else(|| wrong(HELP))?;
         let is_encrypted = match scheme {
@@ -141,8 +141,8 @@ impl Options {
         Ok(options)
     }
 
-    /// Takes `SHSA_MQTT_USER` and `SHSA_MQTT_PASSWORD` from the environment, where the address says nothing of its own;
-    /// `variable` looks a variable up.
+    /// Takes `SHSA_MQTT_USER` and `SHSA_MQTT_PASSWORD` from the environment unless the address names credentials; `variable`
+    /// looks a variable up.
     #[must_use]
     pub fn with_environment(mut self, variable: impl Fn(&str) -> Option<String>) -> Options {
         if self.credentials.is_none() {
@@ -178,7 +178,7 @@ impl Options {
         Ok(())
     }
 
-    /// Whether the broker is to keep messages while this client is away.
+    /// Whether the broker is to keep messages during an absence of this client.
     pub(super) fn is_kept(&self) -> bool {
         !self.session.is_zero()
     }
@@ -218,7 +218,7 @@ fn host_and_port(place: &str, usual: u16) -> Result<(String, u16), BridgeError> 
     Ok((host, port))
 }
 
-/// What says where the secrets are.
+/// The places of the secrets.
 #[derive(Default)]
 struct Secrets {
     user: Option<String>,

@@ -1,4 +1,4 @@
-//! What is to be published and has not surely arrived: some of each topic while connected, else the newest.
+//! Publications that may not have arrived: while connected some of each topic, else the newest.
 
 use crate::Provenance;
 use crate::clock::Uptime;
@@ -7,30 +7,30 @@ use shsa_core::time::Time;
 use std::collections::{BTreeMap, VecDeque};
 use std::sync::Arc;
 
-/// One message on its way out.
+/// A message to be published.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Publication {
     pub(super) topic: Arc<str>,
     pub(super) payload: Bytes,
     pub(super) retain: bool,
     pub(super) stamp: Time,
-    /// Shared by the messages that say the same.
+    /// Shared by messages with the same provenance.
     pub(super) provenance: Option<Arc<Provenance>>,
-    /// Where an answer is expected.
+    /// The topic at which an answer is expected.
     pub(super) answers: Option<Arc<str>>,
-    /// Of an answer: what its asker knows it by.
+    /// In an answer: the correlation data of the asker.
     pub(super) correlation: Option<Bytes>,
-    /// Then it is of no use any more; `None`: always of use.
+    /// After this time the message is useless; `None`: never.
     pub(super) until: Option<Uptime>,
 }
 
 impl Publication {
-    /// Whether it is of no use any more.
+    /// Whether its time has passed.
     fn is_over(&self, now: Uptime) -> bool {
         self.until.is_some_and(|until| until <= now)
     }
 
-    /// One that says nothing of its provenance, is not kept, and asks for nothing.
+    /// A message without provenance that is not retained and expects no answer.
     pub(super) fn new(topic: Arc<str>, payload: Bytes, stamp: Time) -> Publication {
         Publication {
             topic,
@@ -45,13 +45,13 @@ impl Publication {
     }
 }
 
-/// A queue for each topic; the topics take turns, so that a flood of one delays another by one message.
+/// A queue for each topic. The topics take turns, so that a flood of one delays another by one message.
 #[derive(Debug)]
 pub(super) struct Outbox {
-    /// The topics that wait, in their turn.
+    /// The topics with waiting messages, in their turn.
     turns: VecDeque<Arc<str>>,
     waiting: BTreeMap<Arc<str>, VecDeque<Publication>>,
-    /// The newest of each topic that was handed over, for when the connection breaks before it has arrived.
+    /// The newest sent message of each topic, in case the connection breaks before it has arrived.
     handed_over: BTreeMap<Arc<str>, Publication>,
     topics_max: usize,
 }
@@ -65,8 +65,8 @@ impl Outbox {
         self.turns.is_empty()
     }
 
-    /// Keeps a message until it can be sent, as one of at most `depth` of its topic; gives back one that had to make
-    /// room: an older one, or another topic's.
+    /// Keeps a message until it can be sent, with at most `depth` of its topic; returns a message that was dropped for it: an
+    /// older one, or one of another topic.
     pub(super) fn keep(&mut self, publication: Publication, depth: usize) -> Option<Publication> {
         let topic = publication.topic.clone();
         if let Some(queue) = self.waiting.get_mut(&topic) {
@@ -81,14 +81,14 @@ impl Outbox {
         self.turns.pop_front().and_then(|oldest| self.waiting.remove(&oldest)?.pop_back())
     }
 
-    /// Forgets all but the newest of each topic.
+    /// Drops all but the newest message of each topic.
     pub(super) fn keep_newest(&mut self) {
         for queue in self.waiting.values_mut() {
             queue.drain(..queue.len().saturating_sub(1));
         }
     }
 
-    /// The message whose turn it is; what is of no use any more is forgotten.
+    /// The message whose turn it is; drops messages whose time has passed.
     pub(super) fn next(&mut self, now: Uptime) -> Option<&Publication> {
         while self.front().is_some_and(|publication| publication.is_over(now)) {
             self.remove();
@@ -100,12 +100,12 @@ impl Outbox {
         self.turns.front().and_then(|topic| self.waiting.get(topic)?.front())
     }
 
-    /// The message whose turn it is has been handed over.
+    /// The message whose turn it is was sent.
     pub(super) fn take(&mut self) {
         self.remove().into_iter().for_each(|publication| self.remember(publication));
     }
 
-    /// The message whose turn it is, which waits no more; the next topic has its turn.
+    /// Removes the message whose turn it is; the next topic has its turn.
     fn remove(&mut self) -> Option<Publication> {
         let topic = self.turns.pop_front()?;
         let queue = self.waiting.get_mut(&topic)?;
@@ -118,14 +118,14 @@ impl Outbox {
         taken
     }
 
-    /// A message has been handed over.
+    /// Remembers a sent message.
     pub(super) fn remember(&mut self, publication: Publication) {
         if self.handed_over.len() < self.topics_max || self.handed_over.contains_key(&publication.topic) {
             self.handed_over.insert(publication.topic.clone(), publication);
         }
     }
 
-    /// Messages of this topic that were handed over may not have arrived: the newest is to be sent again.
+    /// Sent messages of this topic may not have arrived: the newest one is to be sent again.
     pub(super) fn again(&mut self, topic: &str) {
         if !self.waiting.contains_key(topic)
             && let Some(publication) = self.handed_over.remove(topic)
@@ -134,7 +134,7 @@ impl Outbox {
         }
     }
 
-    /// Nothing of this topic is sent again.
+    /// Sent messages of this topic are not sent again.
     pub(super) fn forget(&mut self, topic: &str) {
         self.handed_over.remove(topic);
     }

@@ -1,14 +1,14 @@
-//! A topic under which questions are answered.
+//! A topic whose questions are answered.
 //!
-//! Questions come without guarantee: the broker keeps none while nobody is there to answer, as an order of an hour ago must not
-//! be carried out now. For the same reason a retained message is no question.
+//! Questions have no delivery guarantee: the broker keeps none during an absence of the server, because an hour-old order must
+//! not be carried out now. For the same reason a retained message is no question.
 
 use super::client::Arrived;
 use crate::question::{Question, Server, may_answer_at};
 use bytes::Bytes;
 use std::sync::Arc;
 
-/// Who answers, and where.
+/// The server, and the topic of its answers.
 #[derive(Clone)]
 pub(super) struct Served {
     answers: Arc<str>,
@@ -16,16 +16,16 @@ pub(super) struct Served {
     publish: Arc<dyn Fn(Words) + Send + Sync>,
 }
 
-/// On its way out.
+/// An answer to be sent.
 pub(super) struct Words {
     pub(super) topic: String,
     pub(super) words: Bytes,
-    /// What the asker knows it by.
+    /// The correlation data of the asker.
     pub(super) correlation: Option<Bytes>,
 }
 
 impl Served {
-    /// Answers go out under `answers`, or below it where the asker says so.
+    /// Answers are published under `answers`, or below it if the asker says so.
     pub(super) fn new(
         answers: &str,
         server: Server,
@@ -34,7 +34,7 @@ impl Served {
         Served { answers: answers.into(), server, publish: Arc::new(publish) }
     }
 
-    /// Hands a message to the server.
+    /// Passes a message to the server.
     pub(super) fn ask(&self, arrived: Arrived) {
         let Arrived { payload, retained, response_topic, correlation, .. } = arrived;
         let wish = response_topic.as_deref();

@@ -1,4 +1,4 @@
-//! The connection: connects, subscribes, sends what waits, and starts again when it breaks.
+//! The connection: connects, subscribes, sends waiting messages, and starts again when it breaks.
 
 use super::claims::RENEWED;
 use super::client::{self, Client, Failure, Happening, Sender};
@@ -16,19 +16,19 @@ use std::time::Duration;
 use tokio::task::yield_now;
 use tokio::time::{Sleep, sleep, timeout};
 
-/// The shortest pause before a connection is tried again, after a first attempt at once; it doubles up to [`Options::retry`], which it
-/// is after a refusal.
+/// The shortest pause between attempts to connect; the first retry has none. The pause doubles up to [`Options::retry`], and
+/// takes this length after a refusal.
 const PAUSE_MIN: Duration = Duration::from_millis(100);
-/// Who has been connected for so long tries at once again.
+/// After a connection of this length, the first retry has no pause.
 const STABLE: Duration = Duration::from_secs(5);
-/// So many short connections one after the other look like a fight with another client for one name.
+/// This many short connections in a row suggest that two clients use the same name.
 const FIGHT: u32 = 3;
-/// As long may the goodbye take.
+/// The time limit of the goodbye.
 const GOODBYE: Duration = Duration::from_secs(1);
-/// After so many happenings at one go, whoever drives the connection looks at what they have brought.
+/// After this many messages in a row, the driving thread handles what they have brought.
 const AT_ONE_GO: u32 = 16;
 
-/// Why this client ends a sound connection by itself.
+/// The reason when this client itself ends a working connection.
 const OVERTAKEN: &str = "nobody was here for a while, and what waited to be written is too old";
 
 /// Connects and serves until it is stopped.
@@ -55,25 +55,25 @@ pub(super) async fn run(shared: Arc<Shared>, options: Options, turns: Arc<Turns>
 /// How a connection ended.
 struct End {
     is_refusal: bool,
-    /// Zero: it never came about.
+    /// Zero: there was no connection.
     lasted: Duration,
 }
 
-/// One connection from its beginning to its end. `None`: it was stopped.
+/// One connection from its beginning to its end. `None`: the bridge was stopped.
 async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_lived: u32) -> Option<End> {
     let (sender, mut client) = match client::new(options, shared.publisher) {
         Ok(both) => both,
         Err(_) => return Some(End { is_refusal: true, lasted: Duration::ZERO }),
     };
     let mut since = None;
-    // The library has places that panic; such a one costs the connection and not the bridge.
+    // The library can panic; this costs the connection, not the bridge.
     let mut failure = match without_panic(serve(shared, turns, &sender, &mut client, &mut since)).await {
         Some(Some(failure)) => failure,
         Some(None) => return None,
         None => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
     };
     let lasted = since.map_or(Duration::ZERO, |since: Uptime| since.elapsed());
-    // Not every broker says so.
+    // Not every broker tells the reason.
     if short_lived >= FIGHT && !failure.is_refusal && (1..STABLE.as_nanos()).contains(&lasted.as_nanos()) {
         let name = &options.name;
         failure.reason +=
@@ -83,7 +83,7 @@ async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_liv
     Some(End { is_refusal: failure.is_refusal, lasted })
 }
 
-/// `None`: it was stopped.
+/// `None`: the bridge was stopped.
 async fn serve(
     shared: &Shared,
     turns: &Turns,
@@ -91,7 +91,7 @@ async fn serve(
     client: &mut Client,
     since: &mut Option<Uptime>,
 ) -> Option<Failure> {
-    // So many messages may still come before whoever drives looks at them.
+    // The number of messages before the driving thread handles them.
     let mut left = 0;
     let mut renewal = pin!(sleep(RENEWED));
     loop {
@@ -126,7 +126,7 @@ async fn serve(
     }
 }
 
-/// What is coming; what this client claims is said meanwhile, and again when a renewal is due. `None`: it is stopped.
+/// Waits for `coming`. Meanwhile publishes the claims when they have changed or a renewal is due. `None`: the bridge is stopped.
 async fn or_stop<T>(
     shared: &Shared,
     coming: impl Future<Output = T>,
@@ -153,7 +153,7 @@ async fn or_stop<T>(
     }
 }
 
-/// What happens next; after a silence a message is looked at at once.
+/// The next event. After a silence, a message is handled at once.
 async fn next(
     shared: &Shared,
     client: &mut Client,
@@ -162,7 +162,7 @@ async fn next(
 ) -> Result<Happening, Failure> {
     let mut polled = pin!(client.poll());
     poll_fn(|context| {
-        // As close before the write as can be: a process may be suspended anywhere.
+        // This check is as close to the write as possible: a process may be suspended anywhere.
         if shared.is_overtaken() {
             return Poll::Ready(Err(Failure { is_refusal: false, reason: OVERTAKEN.to_owned() }));
         }
@@ -176,7 +176,7 @@ async fn next(
     .await
 }
 
-/// What comes of it; `None`: it panicked.
+/// The result of a future; `None`: it panicked.
 async fn without_panic<T>(future: impl Future<Output = T>) -> Option<T> {
     let mut future = pin!(future);
     poll_fn(|context| match catch_unwind(AssertUnwindSafe(|| future.as_mut().poll(context))) {
@@ -186,7 +186,7 @@ async fn without_panic<T>(future: impl Future<Output = T>) -> Option<T> {
     .await
 }
 
-/// Sends what waits, takes leave, and reads on until the broker has closed: it has got everything then.
+/// Sends waiting messages, disconnects, and reads on until the broker has closed: then it has received everything.
 async fn say_goodbye(shared: &Shared, sender: &Sender, client: &mut Client) {
     let goodbye = async {
         let mut has_left = false;
@@ -204,7 +204,7 @@ async fn say_goodbye(shared: &Shared, sender: &Sender, client: &mut Client) {
     let _or_the_time_is_over = timeout(GOODBYE, goodbye).await;
 }
 
-/// A quarter more or less, so that many clients do not come back at the same moment.
+/// A pause, changed by up to a quarter, so that many clients do not reconnect at the same moment.
 fn with_jitter(pause: Duration) -> Duration {
     let random = RandomState::new().hash_one(0_u8) as f64 / u64::MAX as f64;
     pause.mul_f64(0.75 + random / 2.0)

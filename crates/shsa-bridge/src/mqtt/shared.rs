@@ -1,4 +1,4 @@
-//! What the bridge and the connection share: what is wanted, what waits, and what has come of it.
+//! The state shared by the bridge and the connection: subscriptions, waiting messages, and results.
 
 mod leaving;
 mod presence;
@@ -20,67 +20,67 @@ use std::sync::{Arc, Condvar, Mutex, MutexGuard, PoisonError, mpsc};
 use std::time::Duration;
 use tokio::sync::Notify;
 
-/// Topics of which messages may wait.
+/// The number of topics with waiting messages.
 const TOPICS_MAX: usize = 4096;
-/// Messages of one topic that may wait for the connection's turn.
+/// The number of messages of one topic that may wait for the connection.
 const WAITING_MAX: usize = 1024;
-/// Troubles that are kept for who asks.
+/// The number of troubles that are kept.
 const TROUBLES_MAX: usize = 64;
-/// A message that breaks the connection so often is not sent again.
+/// A message that was unfinished at this many breaks in a row is not sent again.
 const ATTEMPTS_MAX: u32 = 3;
 
 /// What the connection and the bridge share.
 pub(super) struct Shared {
     state: Mutex<State>,
-    /// The first attempt has ended.
+    /// Notified when the first attempt has ended.
     attempted: Condvar,
-    /// The connection is to end.
+    /// Notified when the connection is to end.
     pub(super) stop: Notify,
     pub(super) inbox: Inbox,
     pub(super) publisher: PublisherId,
     size_limit: usize,
     presence: Option<Presence>,
-    /// What this client claims, and what others do.
+    /// The claims of this client, and of other ones.
     pub(super) claims: Arc<Claims>,
-    /// For how long the broker keeps messages for us.
+    /// How long the broker keeps messages for us.
     session: Duration,
 }
 
 struct State {
     link: Link,
-    /// How the first attempt to connect ended.
+    /// The result of the first attempt to connect.
     first: Option<Result<(), BridgeError>>,
-    /// There while connected.
+    /// `Some` while connected.
     sender: Option<Sender>,
-    /// When the connection broke; `None` while it stands, and before the first one.
+    /// When the connection broke; `None` while connected, and before the first connection.
     gone_since: Option<Uptime>,
-    /// The last time without a connection, after the first one.
+    /// The last outage after the first connection.
     outage: Option<Outage>,
     stopping: bool,
     outbox: Outbox,
-    /// The names that are subscribed to.
+    /// The subscribed topics.
     wanted: BTreeSet<Arc<str>>,
     wants_everything: bool,
-    /// The names under which questions are answered.
+    /// The topics with servers.
     served: BTreeMap<String, Served>,
-    /// Requests to the broker that have to wait for their turn: topics, and whether to subscribe.
+    /// Requests to the broker that wait for their turn: topics, and whether to subscribe.
     requests: VecDeque<(String, bool)>,
-    /// Subscriptions on their way to the connection, then by their number.
+    /// Subscriptions that were requested; then, sent ones by number.
     asked: VecDeque<String>,
     numbered: BTreeMap<u16, String>,
-    /// The topics of publications on their way to the connection, then by their number until it is used again.
+    /// The topics of publications that were requested; then, sent ones by number until the number is used again.
     leaving: Leaving,
     unacknowledged: BTreeMap<u16, Arc<str>>,
     unasked: Unasked,
     echo: Echo,
-    /// Who waits for answers, the first one first, by the topic under which they come.
+    /// The askers that wait for answers, in order, by the topic of the answers.
     asking: BTreeMap<String, VecDeque<mpsc::Sender<Bytes>>>,
-    /// How often messages of a topic were unfinished when a connection broke, in a row.
+    /// How often in a row messages of a topic were unfinished when a connection broke.
     attempts: BTreeMap<String, u32>,
     troubles: VecDeque<BridgeError>,
 }
 
-/// The subscription to everything; without what brokers publish about themselves.
+/// The subscription to everything; excludes the topics of brokers about themselves.
 const EVERYTHING: &str = "#";
 
 impl Shared {
@@ -122,7 +122,7 @@ impl Shared {
         }
     }
 
-    /// Whoever panicked while holding the lock has left whole entries behind.
+    /// A thread that panicked with the lock has left whole entries behind.
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().unwrap_or_else(PoisonError::into_inner)
     }
@@ -139,7 +139,7 @@ impl Shared {
         self.lock().troubles.drain(..).collect()
     }
 
-    /// Waits until the first attempt to connect has ended, or the time is over; how it ended.
+    /// Waits until the first attempt to connect has ended, or the time has passed; returns the result.
     pub(super) fn first_attempt(&self, at_most: Duration) -> Option<Result<(), BridgeError>> {
         let waited = self.attempted.wait_timeout_while(self.lock(), at_most, |state| state.first.is_none());
         waited.unwrap_or_else(PoisonError::into_inner).0.first.clone()
@@ -162,7 +162,7 @@ impl Shared {
         let wanted_already = std::mem::replace(&mut state.wants_everything, true);
         state.deliver_unasked(&self.inbox);
         if !wanted_already && state.sender.is_some() {
-            // Of two subscriptions that overlap some brokers send a message twice.
+            // Some brokers send a message twice for two overlapping subscriptions.
             let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
             state.requests.extend(single.into_iter().map(|topic| (topic, false)));
             state.requests.push_back((EVERYTHING.to_owned(), true));
@@ -170,7 +170,7 @@ impl Shared {
         }
     }
 
-    /// Hands messages under this name to a server.
+    /// Passes messages under this name to a server.
     pub(super) fn serve(&self, name: &str, served: Served) {
         let mut state = self.lock();
         let is_new = state.served.insert(name.to_owned(), served).is_none();
@@ -190,7 +190,7 @@ impl Shared {
         Ok(())
     }
 
-    /// Sends a message that is answered under another name; answers come in the order of the questions.
+    /// Sends a message that is answered under another name; answers arrive in the order of the questions.
     pub(super) fn ask(
         &self,
         answers: &str,
@@ -203,7 +203,7 @@ impl Shared {
         Ok(answer)
     }
 
-    /// Ends the connection; what waits is sent first if that is quick.
+    /// Ends the connection; sends waiting messages first if that is quick.
     pub(super) fn stop(&self) {
         let mut state = self.lock();
         state.stopping = true;
@@ -236,7 +236,7 @@ impl Shared {
         let all: Vec<String> = match state.wants_everything {
             true => vec![EVERYTHING.to_owned()],
             false => {
-                // Who else is there is known before the first value comes.
+                // Claims are subscribed to first, so that other instances are known before the first value arrives.
                 let wanted = state.wanted.iter().map(|topic| topic.to_string());
                 self.claims.topics().chain(wanted).chain(state.served.keys().cloned()).collect()
             }
@@ -252,10 +252,10 @@ impl Shared {
         self.attempted.notify_all();
     }
 
-    /// The connection is gone; what it had not finished waits for the next one.
+    /// Takes in the end of the connection; unfinished messages wait for the next one.
     pub(super) fn disconnected(&self, failure: &Failure, client: &mut Client) {
         let mut state = self.lock();
-        // Only now nothing more can get into the client's queue.
+        // From now on nothing can enter the client's queue.
         state.sender = None;
         if state.link == Link::Up {
             state.gone_since = Some(Uptime::now());
@@ -356,7 +356,7 @@ impl Shared {
         }
     }
 
-    /// Sends what waits, as far as the connection takes it.
+    /// Sends waiting requests and messages, as far as the connection accepts them.
     pub(super) fn pump(&self) {
         self.lock().pump();
     }
@@ -366,7 +366,7 @@ impl Shared {
         self.lock().outbox.is_empty()
     }
 
-    /// A connection has lasted: messages that were unfinished when one broke did not break it.
+    /// The connection has lasted, so earlier unfinished messages were not the cause of its break.
     pub(super) fn lasted(&self) {
         self.lock().attempts.clear();
     }
@@ -393,7 +393,7 @@ impl State {
         }
     }
 
-    /// Whether somebody has waited for this answer; who has given up meanwhile is passed over.
+    /// Passes an answer to the next asker that still waits; `false` if there is none.
     fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
         let Some(asking) = self.asking.get_mut(topic) else { return false };
         std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
@@ -403,7 +403,7 @@ impl State {
         let Some(sender) = self.sender.clone() else { return };
         while let Some((topic, is_wanted)) = self.requests.front() {
             let is_taken = match is_wanted {
-                // What clients claimed while we were away is of no use.
+                // Questions and claims from the time of our absence are useless.
                 true => sender.subscribe(topic, !self.served.contains_key(topic) && !topic.contains('+')),
                 false => sender.unsubscribe(topic),
             };
@@ -423,7 +423,7 @@ impl State {
         }
     }
 
-    /// Delivers what has arrived before somebody asked for it.
+    /// Delivers messages that arrived before their subscription.
     fn deliver_unasked(&mut self, inbox: &Inbox) {
         let State { unasked, wanted, wants_everything, .. } = self;
         let waiting = unasked.take(|message| *wants_everything || wanted.contains(&message.topic));
@@ -444,7 +444,7 @@ impl State {
         )));
     }
 
-    /// The same is told once until somebody asks.
+    /// Keeps a trouble; an equal one is kept once.
     fn trouble(&mut self, trouble: BridgeError) {
         if self.troubles.contains(&trouble) {
             return;

@@ -1,4 +1,4 @@
-//! TLS: whom to trust, and what to show.
+//! TLS: trusted authorities, and the client's certificate.
 
 use crate::BridgeError;
 use rumqttc::TlsConfiguration;
@@ -11,9 +11,9 @@ use std::sync::Arc;
 /// Files in PEM.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Tls {
-    /// The only authorities that are trusted; `None`: those of the system.
+    /// The only trusted authorities; `None`: those of the system.
     pub authorities: Option<PathBuf>,
-    /// The certificate that is shown to the broker, with those between it and its authority.
+    /// The client's certificate for the broker, with the intermediate ones.
     pub certificate: Option<PathBuf>,
     /// Its private key.
     pub key: Option<PathBuf>,

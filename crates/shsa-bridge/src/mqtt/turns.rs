@@ -1,8 +1,9 @@
-//! Who drives the connection: whoever waits for messages, while it waits; a thread where nobody waits or the reader is behind.
+//! Decides which thread drives the connection: the reader while it waits for messages; a thread of its own while nobody waits or
+//! the reader is behind.
 //!
-//! A reader that drives by itself reads a message from the socket, and its answer goes out when it waits again: no other thread
-//! has to be woken in between, which costs more than all the rest. A reader that cannot keep up leaves the connection to the thread, so
-//! that the broker's queue is emptied, and the inbox decides what makes room.
+//! A reader that drives by itself reads a message from the socket, and its answer goes out when it waits again. No other thread
+//! has to be woken in between, which would cost more than all the rest. A reader that cannot keep up leaves the connection to the
+//! thread, so that the broker's queue is emptied, and the inbox decides what to drop.
 
 use crate::inbox::Driver;
 use std::io;
@@ -15,45 +16,45 @@ use tokio::sync::Notify;
 use tokio::task::yield_now;
 use tokio::time::{sleep, timeout};
 
-/// How often the thread looks whether anybody drives, and for how long at least it does itself.
+/// How often the thread checks whether the reader drives, and the shortest time for which the thread drives.
 const TICK: Duration = Duration::from_millis(10);
-/// After so many turns that have not come to the end of what waits at the socket, the reader is behind.
+/// After this many turns without reaching the end of the socket's data, the reader is behind.
 const BEHIND: u32 = 64;
 
-/// What the thread does.
+/// The states of the thread: it watches whether the reader drives.
 const WATCHES: u8 = 0;
-/// It drives, and has begun only now.
+/// It drives, and has just begun.
 const BEGINS: u8 = 1;
-/// It drives, and leaves that to the reader when it waits.
+/// It drives, and leaves the connection to the reader on request.
 const DRIVES: u8 = 2;
 
-/// The event loop, and whose turn it is.
+/// The event loop, and the thread that drives it.
 pub(super) struct Turns {
-    /// There until the end.
+    /// `Some` until the end.
     runtime: Option<Runtime>,
     /// Ends the reader's turn.
     arrival: Notify,
     /// Ends the thread's turn.
     wanted: Notify,
     thread: OnceLock<Thread>,
-    /// What the thread does.
+    /// The state of the thread.
     does: AtomicU8,
-    /// The reader has asked the thread to drive.
+    /// Whether the reader has asked the thread to drive.
     is_behind: AtomicBool,
-    /// The reader drives.
+    /// Whether the reader drives.
     is_reading: AtomicBool,
-    /// The reader's turns so far.
+    /// The number of the reader's turns.
     read: AtomicU32,
-    /// Of those, the last ones that did not come to the end of what waits.
+    /// The last turns in a row that did not reach the end of the socket's data.
     unfinished: AtomicU32,
     is_ending: AtomicBool,
 }
 
 impl Turns {
-    /// Nobody drives yet.
+    /// Turns of a connection that nobody drives yet.
     ///
     /// # Errors
-    /// When the system gives no event queue.
+    /// When the system has no event queue left.
     pub(super) fn new() -> io::Result<Turns> {
         Ok(Turns {
             runtime: Some(Builder::new_current_thread().enable_all().build()?),
@@ -72,7 +73,7 @@ impl Turns {
     /// Starts the thread, which drives the connection until a reader waits.
     ///
     /// # Errors
-    /// When the system gives no thread.
+    /// When no thread can be started.
     pub(super) fn keep(
         turns: &Arc<Turns>,
         connection: impl Future<Output = ()> + Send + 'static,
@@ -84,14 +85,14 @@ impl Turns {
         Ok(thread)
     }
 
-    /// The connection is about to end by itself: the thread sees to it.
+    /// The connection is about to end by itself: the thread drives it to its end.
     pub(super) fn end(&self) {
         self.is_ending.store(true, Ordering::Release);
         self.wanted.notify_one();
         self.unpark();
     }
 
-    /// The connection has come to the end of what waits at the socket.
+    /// The connection has reached the end of the socket's data.
     pub(super) fn nothing_waits(&self) {
         self.unfinished.store(0, Ordering::Relaxed);
     }
@@ -109,7 +110,7 @@ impl Turns {
         let _ended = runtime.block_on(connection);
     }
 
-    /// Ends when the reader wants to drive, not at once: who has just been behind will soon be again.
+    /// Ends when the reader wants to drive, but not at once: a reader that was just behind will soon be behind again.
     async fn leave_when_wanted(&self) {
         let _ending = timeout(TICK, self.wanted.notified()).await;
         self.does.store(DRIVES, Ordering::Release);
@@ -118,7 +119,7 @@ impl Turns {
         }
     }
 
-    /// Sleeps until nobody has driven for a while, the reader is behind, or the end.
+    /// Sleeps until the reader has not driven for a while, the reader is behind, or the connection ends.
     fn rest_while_driven(&self) {
         loop {
             let read = self.read.load(Ordering::Acquire);
@@ -138,7 +139,7 @@ impl Turns {
         }
     }
 
-    /// Whether it is the reader's turn; else the thread drives, or is asked to.
+    /// Whether the reader may drive; else the thread drives, or is asked to.
     fn is_readers(&self, is_behind: bool) -> bool {
         if self.is_ending.load(Ordering::Acquire) || Handle::try_current().is_ok() {
             return false;
@@ -170,7 +171,7 @@ impl Driver for Turns {
         self.unfinished.fetch_add(1, Ordering::Relaxed);
         runtime.block_on(async {
             if at_most.is_zero() {
-                // Once for the system to say what has come, once for the connection to take it.
+                // The first yield lets the system report new data, the second lets the connection take them.
                 yield_now().await;
                 yield_now().await;
             } else {
@@ -191,7 +192,7 @@ impl Driver for Turns {
 }
 
 impl Drop for Turns {
-    /// Looking up a name may still go on in a thread of its own; nobody waits for that.
+    /// A name lookup may still run in a thread of its own; the drop does not wait for it.
     fn drop(&mut self) {
         if let Some(runtime) = self.runtime.take() {
             runtime.shutdown_background();

@@ -1,4 +1,4 @@
-//! What a payload holds, when nobody knows yet what to ask for.
+//! The fields of a payload, for a user who does not know them yet.
 
 use super::reader::{Reader, scalar, text_of};
 use super::typed::{is_message_type, text_in};
@@ -9,33 +9,32 @@ use shsa_message::json::{self, Kind, Place, Visitor};
 use shsa_message::ros::{Types, full_name};
 use shsa_message::source::Field;
 
-/// More fields than these of one payload are not told.
+/// The most fields of one payload that are told.
 pub const FIELDS_MAX: usize = 1000;
-/// More elements than these of a list of objects are not told.
+/// The most elements of a list of objects that are told.
 const ELEMENTS_MAX: usize = 16;
 
 /// One field of a payload.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Leaf {
-    /// Where it is, as [`Path`](shsa_message::path::Path) reads it; empty: the payload itself.
+    /// Its path, as [`Path`](shsa_message::path::Path) reads it; empty: the payload itself.
     pub path: String,
-    /// What it is.
+    /// Its content.
     pub content: Content,
 }
 
-/// What a field is.
+/// The content of a field.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Content {
-    /// What can be read as a value.
+    /// A value that a reader can read.
     Value(RawValue),
-    /// A text that is no number.
+    /// A text that is not a number.
     Text(String),
     /// Nothing.
     Null,
 }
 
-/// All fields of a message, in their order: members of objects one by one, lists of numbers as one, at most
-/// [`FIELDS_MAX`].
+/// All fields of a message, in order: members of objects one by one, lists of numbers as one field, at most [`FIELDS_MAX`].
 ///
 /// # Errors
 /// When the payload is too large, no text, or broken JSON.
@@ -54,7 +53,7 @@ pub fn explore(message: &Message) -> Result<Vec<Leaf>, Unreadable> {
     }
 }
 
-/// The fields that a message's type says it has, as far as the message has them.
+/// The fields of the message's type, as far as the message has them.
 fn typed_leaves(message: &Message, name: &str) -> Result<Vec<Leaf>, Unreadable> {
     let mut paths = Vec::new();
     Types::standard().paths(&full_name(name), "", FIELDS_MAX, &mut paths)?;
@@ -85,7 +84,7 @@ fn leaves(text: &str) -> Result<Vec<Leaf>, Unreadable> {
     Ok((0..map.nodes.len()).filter_map(leaf).collect())
 }
 
-/// All values on the way.
+/// All values on the paths to the leaves.
 struct Map {
     nodes: Vec<Node>,
 }
@@ -129,7 +128,7 @@ impl Map {
         Some(self.nodes.len() - 1)
     }
 
-    /// What a node is, where it is a leaf: no object, and no element of a list that is told as a whole.
+    /// The content of a leaf: a node that is neither an object nor an element of a list that is told as a whole.
     fn content(&self, index: usize, text: &str) -> Option<Content> {
         let node = &self.nodes[index];
         let parent = self.nodes[node.parent].place?;
@@ -137,7 +136,7 @@ impl Map {
         if is_told_already { None } else { content(node.place?, text) }
     }
 
-    /// With dots; as a JSON pointer where a name has a character with a meaning.
+    /// The path with dots; as a JSON pointer if a name has a special character.
     fn path(&self, mut index: usize) -> String {
         let mut names = Vec::new();
         while index != 0 {
@@ -214,7 +213,7 @@ mod tests {
         let shown: Vec<String> =
             leaves.iter().map(|Leaf { path, content }| format!("{path}: {content:?}")).collect();
         assert_eq!(shown, expected);
-        // What is told can be read under its path.
+        // A reader finds the same value under each path.
         for leaf in leaves {
             let Content::Value(value) = leaf.content else { continue };
             let mut reader = Reader::new(&[Field { path: leaf.path.clone(), stamp: None }], 1 << 20).unwrap();

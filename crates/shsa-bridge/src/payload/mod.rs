@@ -1,9 +1,9 @@
-//! What messages carry: fields of plain numbers and JSON read by path, and values written the way consumers read them.
+//! The payloads of messages: reads fields of plain numbers and JSON by path, and writes values in the form that consumers read.
 //!
 //! `payload -> places of the wanted fields, in one walk -> Reading or Unreadable, each with its reason`
 //!
-//! A payload is a stranger's: any bytes are survived, the size and the depth are bounded, and what cannot be read says why
-//! in a few words. Scalars are read without allocation.
+//! A payload comes from a stranger: invalid bytes do no harm, the size and the depth are bounded, and an unreadable payload gives
+//! a short reason. Scalars are read without allocation.
 
 mod unreadable;
 mod wanted;

@@ -1,4 +1,4 @@
-//! Fields of a message as values: one walk over the payload for all that is wanted of its topic.
+//! Reads fields of a message as values: one walk over the payload for all fields of its topic.
 
 use super::Unreadable;
 use super::typed::{Typed, is_message_type, text_in};
@@ -13,15 +13,15 @@ use shsa_message::source::{Field, StampField};
 use shsa_message::stamp::{self, Notation};
 use std::sync::Arc;
 
-/// The usual limit of a payload, bytes: a camera's picture is refused, a laser's scan as text is read.
+/// The usual limit of a payload in bytes: a picture of a camera exceeds it, a laser scan as text does not.
 pub const SIZE_LIMIT: usize = 4 << 20;
 
-/// A field's value, and when it was true.
+/// A field's value, and the time at which it was true.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Reading {
-    /// In the signal's unit; may be not-a-number or infinite, which is an invalid value.
+    /// In the signal's unit; NaN and infinities are invalid values.
     pub value: RawValue,
-    /// The stamp in the payload, by the source's clock; `None` where there is none asked for.
+    /// The stamp in the payload, by the source's clock; `None` if none is asked for.
     pub stamp: Option<Time>,
 }
 
@@ -35,8 +35,8 @@ pub struct Reading {
 /// | an object with `lo` and `hi` | an interval |
 /// | another object with `value`, and at the root with `data` | what it holds |
 ///
-/// An object that has `stamp_ns` beside `value` or `lo` (the envelope of [`Writer`](super::Writer)) is stamped by it
-/// where no other stamp is asked for.
+/// If no other stamp is asked for, an object with `stamp_ns` beside `value` or `lo` (the envelope of [`Writer`](super::Writer))
+/// is stamped by it.
 #[derive(Clone, Debug)]
 pub struct Reader {
     wanted: Wanted,
@@ -45,7 +45,7 @@ pub struct Reader {
     size_limit: usize,
 }
 
-/// One field, with the nodes at which its parts are found.
+/// One field, with the nodes of its parts.
 #[derive(Clone, Debug)]
 struct Asked {
     path: String,
@@ -54,11 +54,11 @@ struct Asked {
     stamp: Option<(Node, StampField)>,
 }
 
-/// Parts of a stamp: seconds and nanoseconds as ROS 2 and ROS 1 call them.
+/// The parts of a stamp, seconds and nanoseconds, as named in ROS 2 and in ROS 1.
 const PAIRS: [(&str, &str); 2] = [("sec", "nanosec"), ("secs", "nsecs")];
 
 impl Reader {
-    /// For these fields of payloads of at most `size_limit` bytes ([`SIZE_LIMIT`] is usual).
+    /// A reader of these fields, for payloads of at most `size_limit` bytes (usually [`SIZE_LIMIT`]).
     ///
     /// # Errors
     /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
@@ -69,12 +69,12 @@ impl Reader {
         Ok(Reader { wanted, asked, typed, size_limit })
     }
 
-    /// Knows these types of ROS 2's messages instead of the standard ones.
+    /// Sets the known types of ROS 2's messages, instead of the standard ones.
     pub fn set_types(&mut self, types: Arc<Types>) {
         self.typed.set_types(types);
     }
 
-    /// Reads a message and tells each field by its index. A field whose condition this message does not meet is not told.
+    /// Reads a message, and passes on each field with its index; skips a field whose condition the message does not meet.
     ///
     /// `O(bytes)`, once for all fields.
     pub fn read(&mut self, message: &Message, mut each: impl FnMut(usize, Result<Reading, Unreadable>)) {
@@ -91,7 +91,7 @@ impl Reader {
         }
     }
 
-    /// A message of ROS 2: a text in one is read as it would be alone.
+    /// Reads a message of ROS 2; a text in it is read like a payload of its own.
     fn read_typed(
         &mut self,
         message_type: &Arc<str>,
@@ -129,7 +129,7 @@ impl Reader {
         }
     }
 
-    /// Finds the places of all that is wanted; gives the payload as text.
+    /// Finds the places of all wanted values; returns the payload as text.
     pub(super) fn locate<'a>(&mut self, bytes: &'a [u8]) -> Result<&'a str, Unreadable> {
         let text = text_of(bytes, self.size_limit)?;
         if json::is_likely(text) {
@@ -143,13 +143,13 @@ impl Reader {
         Ok(text)
     }
 
-    /// What was found of a field in the text that was located last.
+    /// The place of a field in the text that was located last.
     pub(super) fn found<'a>(&'a self, index: usize, text: &'a str) -> Option<Found<'a>> {
         Some(Found { text, wanted: &self.wanted, asked: self.asked.get(index)? })
     }
 }
 
-/// A payload as a text that is not empty.
+/// A payload as a nonempty text.
 pub(super) fn text_of(bytes: &[u8], size_limit: usize) -> Result<&str, Unreadable> {
     if bytes.len() > size_limit {
         return Err(Unreadable::TooLarge { bytes: bytes.len(), limit: size_limit });
@@ -179,7 +179,7 @@ impl Asked {
         Ok(Asked { path: field.path.clone(), node, conditions, stamp })
     }
 
-    /// Of a value that came without encoding.
+    /// The reading of a value without encoding.
     fn of_value(&self, value: &RawValue) -> Result<Reading, Unreadable> {
         if self.node == ROOT && self.conditions.is_empty() {
             Ok(Reading { value: value.clone(), stamp: None })
@@ -239,7 +239,7 @@ impl Found<'_> {
         Some(reading)
     }
 
-    /// Where the value stands; `None` when a condition is not met.
+    /// The place of the value; `None` when a condition is not met.
     pub(super) fn value_place(&self) -> Result<Option<ValuePlace>, Unreadable> {
         let Some(element) = self.chosen() else { return Ok(None) };
         let absent = || self.absent();
@@ -256,7 +256,7 @@ impl Found<'_> {
         found.map(|place| Some(ValuePlace { node: None, place })).ok_or_else(absent)
     }
 
-    /// The value within an object: its `value`, at the root `data`.
+    /// Follows objects to the value: `value` within an object, `data` at the root.
     fn within(&self, mut node: Node, mut place: Place) -> ValuePlace {
         let mut names = ["data", "value", "value"].into_iter();
         while place.kind == Kind::Object && self.interval(node).is_none() {
@@ -270,7 +270,7 @@ impl Found<'_> {
         ValuePlace { node: Some(node), place }
     }
 
-    /// The element that the conditions choose, if they choose one; `None`: a condition is not met.
+    /// The index that the conditions choose, if they choose one; `None`: a condition is not met.
     fn chosen(&self) -> Option<Option<usize>> {
         let mut chosen = None;
         for (node, asked) in &self.asked.conditions {
@@ -329,7 +329,7 @@ impl Found<'_> {
         }
     }
 
-    /// The places of `lo` and `hi` of an object, where they are not null.
+    /// The places of `lo` and `hi` of an object, unless they are null.
     pub(super) fn interval(&self, node: Node) -> Option<(Place, Place)> {
         let bound = |name| {
             let place = self.member(node, name)?;
@@ -343,7 +343,7 @@ impl Found<'_> {
         self.wanted.member(node, name).and_then(|member| self.wanted.place(member))
     }
 
-    /// The stamp and where it stands; `None` where none is asked for.
+    /// The stamp and its place; `None` if none is asked for.
     pub(super) fn stamp(&self, value: Option<Node>) -> Result<Option<(Time, StampPlace)>, Unreadable> {
         let Some((node, field)) = &self.asked.stamp else { return Ok(self.envelope_stamp(value)) };
         let name = || format!("the stamp {}", quoted(&field.path));
@@ -360,7 +360,7 @@ impl Found<'_> {
         stamp.map(Some).ok_or_else(wrong)
     }
 
-    /// The `stamp_ns` of the object that holds the value or the bounds: of the field itself, or of its `data`.
+    /// The `stamp_ns` of the object with the value or the bounds: of the field itself, or of its `data`.
     fn envelope_stamp(&self, value: Option<Node>) -> Option<(Time, StampPlace)> {
         let data = self.wanted.member(ROOT, "data").filter(|_| self.asked.node == ROOT);
         let envelope = [Some(self.asked.node), data].into_iter().flatten();
@@ -394,7 +394,7 @@ impl Found<'_> {
     }
 }
 
-/// Where a value stands.
+/// The place of a value.
 #[derive(Clone, Copy)]
 pub(super) struct ValuePlace {
     /// `None`: an element that a condition has chosen.
@@ -411,7 +411,7 @@ fn one_stamp(place: Place, step: Option<Span>, text: &str) -> Option<(Time, Stam
     Some((time, StampPlace::One(place, notation)))
 }
 
-/// A number, or a word that stands for one.
+/// A number, or a word for on or off.
 pub(super) fn scalar(place: Place, text: &str) -> Option<f64> {
     match place.kind {
         Kind::Number | Kind::Text => word(place.of(text)),
@@ -421,7 +421,7 @@ pub(super) fn scalar(place: Place, text: &str) -> Option<f64> {
     }
 }
 
-/// A number as text, `NaN` and infinities among them, or a word for on or off.
+/// A number as text, including `NaN` and infinities, or a word for on or off.
 fn word(text: &str) -> Option<f64> {
     let text = text.trim_ascii();
     let is = |words: [&str; 2]| words.iter().any(|word| word.eq_ignore_ascii_case(text));
@@ -433,7 +433,7 @@ fn word(text: &str) -> Option<f64> {
     }
 }
 
-/// What stands there, in words; at most a few letters of a text.
+/// Describes the value at a place; shortens a text.
 fn shown(place: Place, text: &str) -> String {
     let kind = match place.kind {
         Kind::Null => "null",

@@ -1,4 +1,4 @@
-//! What is read of payloads and written into them, one line a case; and any bytes against the JSON of `serde_json`.
+//! Reading and writing of payloads, one case a line; and arbitrary bytes, compared with the JSON of `serde_json`.
 
 use super::*;
 use crate::{Admission, Message, Payload, Provenance, Quality};
@@ -15,7 +15,7 @@ fn field(path: &str, stamp: &str) -> Field {
     Field { path: path.into(), stamp: Some(stamp).filter(|stamp| !stamp.path.is_empty()) }
 }
 
-/// What a reader says of a payload, a field after the other.
+/// The readings of a payload, one field after the other.
 fn read(reader: &mut Reader, payload: &[u8]) -> String {
     let mut said = Vec::new();
     reader.read_bytes(payload, |_, reading| {
@@ -327,7 +327,7 @@ fn expected(value: &Value) -> Option<f64> {
         Value::Number(number) => number.as_f64(),
         Value::Bool(on) => Some(f64::from(u8::from(*on))),
         Value::String(text) => {
-            // Of white space only blanks stand unescaped in a text.
+            // Blanks are the only white space that may stand unescaped in a text.
             let text = text.trim_matches(' ');
             let on = ["on", "true"].iter().any(|word| word.eq_ignore_ascii_case(text));
             let off = ["off", "false"].iter().any(|word| word.eq_ignore_ascii_case(text));
@@ -395,7 +395,7 @@ proptest! {
         value in any_json(), lo in -1e6..1e6_f64, width in 0.0..10.0_f64, at in any::<prop::sample::Index>(),
     ) {
         let text = value.to_string();
-        // It reads numbers to an ulp only.
+        // `serde_json` reads numbers to an ulp only.
         let value: Value = serde_json::from_str(&text).unwrap();
         let mut all = Vec::new();
         pointers(&value, "", &mut all);

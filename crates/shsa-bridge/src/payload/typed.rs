@@ -1,4 +1,4 @@
-//! Payloads whose type the transport tells: CDR messages of ROS 2.
+//! Payloads of a type that the transport tells: CDR messages of ROS 2.
 
 use super::Unreadable;
 use super::reader::Reading;
@@ -10,10 +10,10 @@ use shsa_message::ros::{Body, Types, full_name};
 use shsa_message::source::Field;
 use std::sync::Arc;
 
-/// So many types of one topic are kept; a topic has one, but for a time of change.
+/// The number of types kept for one topic; a topic has one type, except during a change.
 const TYPES_MAX: usize = 4;
 
-/// The same fields in messages of types that become known as they arrive.
+/// Reads the same fields in messages of several types, which become known as they arrive.
 #[derive(Clone, Debug)]
 pub(super) struct Typed {
     fields: Vec<Field>,
@@ -30,7 +30,7 @@ impl Typed {
         *self = Typed::new(&self.fields, types);
     }
 
-    /// Reads a message of a type; a type or a field that is not known is said for each field.
+    /// Reads a message of a type. If the type or a field is unknown, each field gets this error.
     pub(super) fn read(
         &mut self,
         message_type: &Arc<str>,
@@ -83,12 +83,12 @@ impl TypedPattern {
     }
 }
 
-/// Whether this is the name of a type of ROS 2's messages.
+/// Whether this is the name of a message type of ROS 2.
 pub(super) fn is_message_type(name: &str) -> bool {
     name.contains("/msg/") || name.contains("::msg::dds_::")
 }
 
-/// What a message of one text says; `None` for other types.
+/// The text in a message of type `std_msgs/msg/String`; `None` for other types.
 pub(super) fn text_in<'a>(message_type: &str, bytes: &'a [u8]) -> Option<Result<&'a [u8], Unreadable>> {
     (full_name(message_type) == "std_msgs/msg/String").then(|| {
         let found = Body::cdr(bytes)?.text(0).map(|(text, _)| text);

@@ -3,51 +3,51 @@
 use shsa_message::MessageError;
 use thiserror::Error;
 
-/// Why a payload, or a field of it, gives no observation: short, and with the place.
+/// Why a payload, or a field of it, gives no observation: a short text with the position.
 #[derive(Clone, Debug, PartialEq, Eq, Error)]
 pub enum Unreadable {
-    /// More bytes than the reader's limit.
+    /// The payload exceeds the reader's limit.
     #[error("{bytes} bytes, more than {limit}")]
     TooLarge {
-        /// As many came.
+        /// The size of the payload.
         bytes: usize,
-        /// So many are read.
+        /// The limit.
         limit: usize,
     },
-    /// It has no content at all.
+    /// The payload is empty.
     #[error("an empty payload")]
     Empty,
-    /// It is neither text nor of a known binary form.
+    /// The payload is neither text nor of a known binary form.
     #[error("byte {at} is no text (UTF-8)")]
     NoText {
-        /// Counted from 0.
+        /// The position, from 0.
         at: usize,
     },
-    /// It begins like JSON and is none.
+    /// The payload begins like JSON, but is not.
     #[error("no JSON: byte {at} should be {expected}")]
     NoJson {
-        /// Counted from 0.
+        /// The position, from 0.
         at: usize,
-        /// What would have been right there.
+        /// The expected syntax.
         expected: &'static str,
     },
-    /// The payload has no such field.
+    /// The payload lacks the field.
     #[error("{field} is absent")]
     Absent {
-        /// The path as it was asked for, in quotes; or `the payload`.
+        /// The path as given, in quotes; or `the payload`.
         field: String,
     },
-    /// The field is there, and is not what it should be.
+    /// The field has another type.
     #[error("{field} is {found}, no {wanted}")]
     Kind {
-        /// The path as it was asked for, in quotes; or `the payload`.
+        /// The path as given, in quotes; or `the payload`.
         field: String,
-        /// What it is.
+        /// The found type.
         found: String,
-        /// What it should be.
+        /// The expected type.
         wanted: &'static str,
     },
-    /// A payload of a typed binary form breaks its type's layout, or the type is unknown.
+    /// A payload of a typed binary form does not fit its type, or the type is unknown.
     #[error("{0}")]
     Layout(String),
 }

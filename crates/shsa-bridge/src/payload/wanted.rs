@@ -1,17 +1,17 @@
-//! Which values of a payload are wanted, as a tree of names, and where the last payload has them.
+//! The wanted values of a payload as a tree of names, with their places in the last payload.
 
 use shsa_message::json::{self, Broken, Place, Visitor};
 use shsa_message::path::Step;
 use std::ops::Range;
 
-/// A wanted value, or one on the way to it.
+/// A wanted value, or a value on the path to one.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Node(usize);
 
 /// The payload itself.
 pub(super) const ROOT: Node = Node(0);
 
-/// Names of wanted values, and their places in the payload that was walked last.
+/// The names of wanted values, and their places in the last payload.
 #[derive(Clone, Debug)]
 pub(super) struct Wanted {
     branches: Vec<Branch>,
@@ -21,7 +21,7 @@ pub(super) struct Wanted {
 #[derive(Clone, Debug)]
 struct Branch {
     step: Step,
-    /// The element's number where the step can be one.
+    /// The index of the element, if the step can be one.
     index: Option<usize>,
     children: Vec<Node>,
 }
@@ -32,7 +32,7 @@ impl Wanted {
         Wanted { branches: vec![root], places: vec![None] }
     }
 
-    /// The node at the end of a path; the same for the same path.
+    /// The node at the end of a path; equal paths give the same node.
     pub(super) fn add(&mut self, from: Node, steps: &[Step]) -> Node {
         steps.iter().fold(from, |node, step| self.child(node, step).unwrap_or_else(|| self.grow(node, step)))
     }
@@ -53,13 +53,13 @@ impl Wanted {
         node
     }
 
-    /// The member of a node that [`Wanted::add`] was asked for.
+    /// The member of a node, if [`Wanted::add`] has made it.
     pub(super) fn member(&self, of: Node, name: &str) -> Option<Node> {
         let is_it = |child: &Node| matches!(&self.branches[child.0].step, Step::Key(key) if key == name);
         self.branches[of.0].children.iter().copied().find(is_it)
     }
 
-    /// Where the value is; `None`: the payload has none.
+    /// The place of a value; `None`: the payload lacks it.
     pub(super) fn place(&self, node: Node) -> Option<Place> {
         self.places[node.0]
     }
@@ -70,7 +70,7 @@ impl Wanted {
         json::walk(text, ROOT, self)
     }
 
-    /// As if the payload were one value of this kind that stands there.
+    /// Sets a payload that is a single value of this kind, at this place.
     pub(super) fn set_root(&mut self, kind: json::Kind, range: Range<usize>) {
         self.forget();
         self.places[ROOT.0] = Some(Place { kind, from: range.start, to: range.end });
@@ -104,7 +104,7 @@ impl Visitor for Wanted {
         self.branches[of.0].children.iter().copied().find(|child| self.branches[child.0].index == Some(index))
     }
 
-    /// Of a name that stands twice the last value counts, with nothing of the first.
+    /// If a name occurs twice, the last value counts, and nothing of the first one is kept.
     fn enter(&mut self, node: Node) {
         if self.places[node.0].take().is_some() {
             self.forget_below(node);

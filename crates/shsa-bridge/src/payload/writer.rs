@@ -1,5 +1,4 @@
-//! How a need's value is written for its consumers: as a number, in an envelope, or in the shape of the signal that it
-//! replaces.
+//! Writes a need's value for its consumers: as a number, in an envelope, or in the form of the replaced signal.
 
 use super::Unreadable;
 use super::reader::{Found, Reader, StampPlace, ValuePlace};
@@ -15,7 +14,7 @@ use shsa_message::stamp;
 use std::fmt::Write as _;
 use std::ops::Range;
 
-/// What is written.
+/// The form of the payload.
 #[derive(Clone, Debug)]
 enum Shape {
     Number,
@@ -28,15 +27,15 @@ enum Shape {
 #[derive(Clone, Debug)]
 pub struct Writer {
     shape: Shape,
-    /// Finds the places to be replaced.
+    /// Finds the places to replace.
     reader: Option<Reader>,
     pattern: Option<Bytes>,
-    /// Where the pattern is a message of ROS 2: who writes into copies of it.
+    /// Writes into copies of the pattern, if the pattern is a message of ROS 2.
     typed: Option<TypedPattern>,
 }
 
 impl Writer {
-    /// Writes the number alone, of an interval its middle; a list in JSON.
+    /// Writes the number alone, of an interval the midpoint; a list in JSON.
     #[must_use]
     pub fn plain() -> Writer {
         Writer::without_pattern(Shape::Number)
@@ -51,10 +50,10 @@ impl Writer {
         Writer::without_pattern(Shape::Envelope)
     }
 
-    /// Writes the [last good payload](Writer::learn) of the replaced signal with this field and its stamp replaced; everything
-    /// else stays as it was, to the byte. The other members of the object are as old as that payload.
+    /// Writes the [last good payload](Writer::learn) of the replaced signal with this field and its stamp replaced. All other
+    /// bytes stay, so other members of the object are as old as that payload.
     ///
-    /// `size_limit`: larger payloads are no pattern, bytes.
+    /// `size_limit`: the largest payload that is kept as a pattern, bytes.
     ///
     /// # Errors
     /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
@@ -67,8 +66,8 @@ impl Writer {
         Writer { shape, reader: None, pattern: None, typed: None }
     }
 
-    /// Keeps a payload of the signal while it is trusted, as the pattern of what will replace it. Copies nothing; other
-    /// forms need none and keep none.
+    /// Keeps a payload of the trusted signal as the pattern of its substitute. Does not copy the bytes. Other forms need no
+    /// pattern and keep none.
     pub fn learn(&mut self, payload: &Bytes) {
         if matches!(self.shape, Shape::Copy(_)) {
             self.pattern = Some(payload.clone());
@@ -76,7 +75,7 @@ impl Writer {
         }
     }
 
-    /// As [`Writer::learn`] for a message whose type may be known: copies of a message of ROS 2 are written as such.
+    /// As [`Writer::learn`] for a message whose type may be known: a message of ROS 2 is copied as such.
     pub fn learn_message(&mut self, message: &Message) {
         let (Shape::Copy(field), Payload::Bytes(bytes)) = (&self.shape, &message.payload) else { return };
         self.pattern = Some(bytes.clone());
@@ -90,18 +89,17 @@ impl Writer {
         }
     }
 
-    /// What it was taught last.
+    /// The last pattern.
     #[must_use]
     pub fn pattern(&self) -> Option<&Bytes> {
         self.pattern.as_ref()
     }
 
-    /// The payload that says this value. `Ok(None)`: this form cannot say that there is no value, so nothing should be
-    /// sent.
+    /// The payload of a value. `Ok(None)`: this form cannot express a missing value, so nothing should be sent.
     ///
     /// # Errors
-    /// In the shape of a signal of which no payload is known yet, or whose last one does not have the field, or has a list
-    /// where the value is a number.
+    /// For the form of a signal: when there is no pattern yet, or the pattern lacks the field, or has a list where the value is a
+    /// number.
     pub fn write(
         &mut self,
         value: Option<&RawValue>,
@@ -198,7 +196,7 @@ fn change_stamp(
     Ok(())
 }
 
-/// A number in the manner of what stands in a place: as a number, or as a word for on or off.
+/// A number in the notation of the present value: a number, or a word for on or off.
 fn scalar_like(place: Place, text: &str, value: f64) -> String {
     let old = place.of(text);
     let pairs = [["false", "true"], ["off", "on"]];
@@ -211,7 +209,7 @@ fn scalar_like(place: Place, text: &str, value: f64) -> String {
     }
 }
 
-/// `ON` and `Off` in the manner of `OFF` and `On`.
+/// A word in the letter case of another: `ON` for `OFF`, `Off` for `On`.
 fn in_letters_of(old: &str, word: &str) -> String {
     let is_capital = |at: usize| old.as_bytes().get(at).is_some_and(u8::is_ascii_uppercase);
     let capital = |(at, c): (usize, char)| if is_capital(at.min(1)) { c.to_ascii_uppercase() } else { c };
@@ -237,7 +235,7 @@ fn envelope(value: Option<&RawValue>, stamp: Time, provenance: &Provenance) -> S
     text
 }
 
-/// The number alone, of an interval its middle; a list in JSON.
+/// The number alone, of an interval the midpoint; a list in JSON.
 #[must_use]
 pub fn plain(value: &RawValue) -> String {
     if let RawValue::Vector(_) = value { json_value(value) } else { number(number_of(value)) }
@@ -271,7 +269,7 @@ fn middle(lo: f64, hi: f64) -> f64 {
     if lo == hi { lo } else { lo / 2.0 + hi / 2.0 }
 }
 
-/// JSON has no word for what is not finite but `null`.
+/// JSON has only `null` for values that are not finite.
 fn json_number(value: f64) -> String {
     if value.is_finite() { number(value) } else { "null".to_owned() }
 }

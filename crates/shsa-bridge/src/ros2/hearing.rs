@@ -1,4 +1,4 @@
-//! What is heard: from samples of Zenoh to messages, and which type each topic has.
+//! Converts samples of Zenoh to messages, and learns the type of each topic.
 
 use super::Wire;
 use super::name::{Attachment, WireType, parts};
@@ -9,7 +9,7 @@ use shsa_message::ros::full_name;
 use std::collections::BTreeMap;
 use std::sync::{Arc, PoisonError, RwLock};
 
-/// Clones hear together.
+/// Clones share the known types.
 #[derive(Clone, Debug)]
 pub(super) struct Hearing {
     wire: Wire,
@@ -17,7 +17,7 @@ pub(super) struct Hearing {
     topics: Arc<RwLock<BTreeMap<String, Known>>>,
 }
 
-/// The type of a topic that was heard, or subscribed with it.
+/// The type of a topic, from its messages or from the subscription.
 #[derive(Clone, Debug)]
 struct Known {
     wire_type: WireType,
@@ -36,7 +36,7 @@ impl Hearing {
         Hearing { wire, inbox, topics: Arc::default() }
     }
 
-    /// A topic (without its leading slash) has this type, until another one is heard.
+    /// Sets the type of a topic (without its leading slash), unless it is already known.
     pub(super) fn expect(&self, topic: &str, wire_type: &WireType) {
         let mut topics = self.topics.write().unwrap_or_else(PoisonError::into_inner);
         topics.entry(topic.to_owned()).or_insert_with(|| Known::new(&wire_type.dds, &wire_type.hash));
@@ -49,8 +49,8 @@ impl Hearing {
     }
 
     /// Runs in Zenoh's threads: only the key and the attachment are decoded here, the rest by the reader, or in its place while
-    /// it sleeps. `name` gives the name of a topic from the one without the leading slash, or `None` where nobody wants it; `told`
-    /// is the type where no key tells.
+    /// it sleeps. `name` gives the name of a topic without its leading slash, or `None` if nobody wants it; `told` is the type if
+    /// the key does not tell it.
     pub(super) fn deliver(
         &self,
         sample: &Sample,

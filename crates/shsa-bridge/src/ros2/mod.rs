@@ -1,11 +1,10 @@
 //! ROS 2 over Zenoh: as a node among nodes of `rmw_zenoh`, or at the keys of `zenoh-bridge-ros2dds`.
 //!
-//! What arrives is CDR; its type stands in the key, or is the one that was subscribed with. What is published as a
-//! value goes out as `std_msgs/msg/Float64` (a list as `Float64MultiArray`) unless the topic was
-//! [advertised](Bridge::advertise) as another type, `TYPE#FIELD` where the value is not its field `data`; what is published
-//! as text goes out as `std_msgs/msg/String`. A topic that was heard before keeps its type.
+//! Received payloads are CDR; the key tells the type, or else the subscription. A value is published as `std_msgs/msg/Float64` (a
+//! list as `Float64MultiArray`) unless the topic was [advertised](Bridge::advertise) with another type, as `TYPE#FIELD` if the
+//! value is not its field `data`. A text is published as `std_msgs/msg/String`. A topic that was received before keeps its type.
 //!
-//! A message of ROS has no place for its provenance.
+//! A message of ROS cannot carry its provenance.
 
 mod name;
 mod hearing;
@@ -29,7 +28,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError, RwLock};
 use std::time::Duration;
 
-/// Whose names and attachments are used.
+/// The naming scheme of keys and attachments.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Wire {
     /// Of `rmw_zenoh`: the nodes themselves speak Zenoh.
@@ -38,7 +37,7 @@ pub enum Wire {
     Plain,
 }
 
-/// As what this bridge is listed among nodes.
+/// The name under which tools list this bridge.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Node {
     /// Its own name.
@@ -47,25 +46,25 @@ pub struct Node {
     pub namespace: String,
 }
 
-/// How to take part.
+/// How to join the network.
 #[derive(Clone, Debug)]
 pub struct Options {
     /// How to reach the network. Nodes of `rmw_zenoh` expect a router at `tcp/127.0.0.1:7447`.
     pub zenoh: zenoh::Options,
-    /// Whose names are used.
+    /// The naming scheme.
     pub wire: Wire,
     /// `ROS_DOMAIN_ID` of the nodes.
     pub domain: u32,
-    /// As what we are listed.
+    /// The name under which we are listed.
     pub node: Node,
-    /// Whether the nodes' names have hashes of types: from Iron on, not in Humble.
+    /// Whether the nodes' names have hashes of types: since Iron, not in Humble.
     pub has_hashes: bool,
-    /// What messages look like.
+    /// The known message types.
     pub types: Arc<Types>,
 }
 
 impl Options {
-    /// As the node `/shsa` of domain 0, among nodes of `rmw_zenoh` with the standard messages.
+    /// The node `/shsa` of domain 0, among nodes of `rmw_zenoh` with the standard messages.
     #[must_use]
     pub fn new(zenoh: zenoh::Options) -> Options {
         let node = Node { name: "shsa".into(), namespace: "/".into() };
@@ -76,7 +75,7 @@ impl Options {
 /// A node of ROS 2.
 #[derive(Debug)]
 pub struct Ros2Bridge {
-    // Before the connection: a publisher that outlives its session complains.
+    // Declared before the connection, to be dropped first: a publisher that outlives its session complains.
     outlets: BTreeMap<String, Outlet>,
     tokens: Vec<Token>,
     connection: Connection,
@@ -89,12 +88,12 @@ pub struct Ros2Bridge {
     hearing: Hearing,
     is_all: bool,
     entities: u32,
-    /// Services that were called.
+    /// The number of service calls.
     calls: i64,
 }
 
 impl Ros2Bridge {
-    /// Connects; a network that cannot be reached yet is tried in the background ([`Bridge::link`] tells).
+    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] tells).
     ///
     /// # Errors
     /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.
@@ -121,13 +120,13 @@ impl Ros2Bridge {
         Ok(bridge)
     }
 
-    /// Who is alive on this network.
+    /// The liveliness tokens of this network.
     #[must_use]
     pub fn liveliness(&self) -> Liveliness<'_> {
         Liveliness::new(&self.connection, &self.inbox)
     }
 
-    /// Lets tools list us.
+    /// Announces an entity, so that tools list it.
     fn announce(&mut self, entity: Entity<'_>) -> Result<(), BridgeError> {
         if self.options.wire == Wire::Plain {
             return Ok(());
@@ -140,7 +139,7 @@ impl Ros2Bridge {
         Ok(())
     }
 
-    /// A type as it is named on the wire.
+    /// The name of a type on the wire.
     fn wire_type(&self, message_type: &str) -> Result<WireType, BridgeError> {
         let hash = match self.options.wire {
             Wire::Rmw if self.options.has_hashes => type_hash(message_type, &self.options.types),
@@ -153,7 +152,7 @@ impl Ros2Bridge {
         Ok(WireType { dds: dds_name(message_type), hash })
     }
 
-    /// Where a topic goes out: as advertised, as heard under this name, or as what fits the payload.
+    /// The outlet of a topic: as advertised, else with the type received under this name, else with a type that fits the payload.
     fn outlet(&mut self, topic: &str, payload: &Payload) -> Result<&mut Outlet, BridgeError> {
         if !self.outlets.contains_key(topic) {
             match self.hearing.heard(bare(topic)) {
@@ -180,7 +179,7 @@ impl Ros2Bridge {
     ) -> Result<(), BridgeError> {
         check_name("topic", topic)?;
         let message_type = full_name(message_type).into_owned();
-        // Not every message has a number that stands alone; a field that was named must be there.
+        // Not every message type has a field for a number; a field that was named must exist.
         let writer = match Writer::new(&message_type, field, self.options.types.clone()) {
             Err(problem) if !field.is_empty() => return Err(problem),
             writer => writer.ok().filter(|_| message_type != STRING),
@@ -209,7 +208,7 @@ impl Bridge for Ros2Bridge {
         let Options { wire, domain, .. } = self.options;
         let key = pattern(&name::pattern(wire, domain, topic, message_type))?;
         if let Some(message_type) = message_type {
-            // What is not known is heard all the same; only it is not listed.
+            // A topic of an unknown type is received, but not listed.
             if let Ok(wire_type) = self.wire_type(message_type) {
                 self.announce(Entity::Subscription(topic, &wire_type))?;
                 self.hearing.expect(bare(topic), &wire_type);
@@ -233,7 +232,7 @@ impl Bridge for Ros2Bridge {
         };
         let (named, hearing) = (self.named.clone(), self.hearing.clone());
         let name = move |topic: &str| {
-            // What was named has a subscription of its own.
+            // A named topic has a subscription of its own.
             let is_named = named.read().unwrap_or_else(PoisonError::into_inner).contains(topic);
             (!is_named).then(|| format!("/{topic}").into())
         };
@@ -242,14 +241,14 @@ impl Bridge for Ros2Bridge {
         Ok(())
     }
 
-    /// `TYPE`, or `TYPE#FIELD` where values are to be written to another field than `data`.
+    /// `TYPE`, or `TYPE#FIELD` to write values to another field than `data`.
     fn advertise(&mut self, topic: &str, message_type: &str) -> Result<(), BridgeError> {
         let (message_type, field) = message_type.split_once('#').unwrap_or((message_type, ""));
         if self.outlets.contains_key(topic) {
             return Ok(());
         }
         let wire_type = match self.hearing.heard(bare(topic)) {
-            // As its other publishers name it.
+            // The name that its other publishers use.
             Some((wire_type, known)) if *known == *full_name(message_type) => wire_type,
             _ => self.wire_type(message_type)?,
         };
@@ -274,7 +273,7 @@ impl Bridge for Ros2Bridge {
         self.connection.link()
     }
 
-    /// Under the plain key: who asks is a client of Zenoh and no node.
+    /// Under the plain key: the asker is a client of Zenoh and no node.
     fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
         zenoh::serve(&self.connection, name, answers, server)
     }

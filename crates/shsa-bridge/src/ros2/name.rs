@@ -7,7 +7,7 @@ use crate::PublisherId;
 use shsa_core::time::Time;
 use shsa_message::ros::full_name;
 
-/// Where there is no hash of a type: before ROS 2 Iron.
+/// The hash of nodes before ROS 2 Iron, which have none.
 pub(super) const NO_HASH: &str = "TypeHashNotSupported";
 
 /// A type on the wire.
@@ -42,7 +42,7 @@ pub(super) fn key(wire: Wire, domain: u32, topic: &str, wire_type: &WireType) ->
     }
 }
 
-/// The keys of a topic, of whatever hash; without a type of whatever type.
+/// A pattern of the topic's keys with any hash; without a type, with any type.
 pub(super) fn pattern(wire: Wire, domain: u32, topic: &str, message_type: Option<&str>) -> String {
     let topic = bare(topic);
     match (wire, message_type) {
@@ -52,7 +52,7 @@ pub(super) fn pattern(wire: Wire, domain: u32, topic: &str, message_type: Option
     }
 }
 
-/// The topic and the type that a key of `rmw_zenoh` names.
+/// The topic, the type and the hash in a key of `rmw_zenoh`.
 pub(super) fn parts(key: &str) -> Option<(&str, &str, &str)> {
     let (_domain, rest) = key.split_once('/')?;
     let (rest, hash) = rest.rsplit_once('/')?;
@@ -60,7 +60,7 @@ pub(super) fn parts(key: &str) -> Option<(&str, &str, &str)> {
     dds.contains("::").then_some((topic, dds, hash))
 }
 
-/// What a token announces.
+/// The entity that a token announces.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Entity<'a> {
     Node,
@@ -68,7 +68,7 @@ pub(super) enum Entity<'a> {
     Subscription(&'a str, &'a WireType),
 }
 
-/// The token by which tools list a node, or what it publishes and subscribes to. `number` counts the node's entities.
+/// The token for which tools list a node, its publishers and its subscriptions. `number` counts the node's entities.
 pub(super) fn token(
     domain: u32,
     session: PublisherId,
@@ -76,7 +76,7 @@ pub(super) fn token(
     number: u32,
     entity: Entity<'_>,
 ) -> String {
-    // Of the node the first entity is itself.
+    // The first entity of a node is the node itself.
     let (kind, number) = match entity {
         Entity::Node => ("NN", 0),
         Entity::Publisher(..) => ("MP", number),
@@ -88,7 +88,7 @@ pub(super) fn token(
     let (topic, wire_type, qos) = match entity {
         Entity::Node => return of_node,
         Entity::Publisher(topic, wire_type) => (topic, wire_type, "::,10:,:,:,,"),
-        // Takes what any publisher offers.
+        // It accepts every publisher's settings.
         Entity::Subscription(topic, wire_type) => (topic, wire_type, "2::,10:,:,:,,"),
     };
     let topic = mangled(&format!("/{}", bare(topic)));
@@ -99,7 +99,7 @@ fn mangled(name: &str) -> String {
     if name.is_empty() { "%".to_owned() } else { name.replace('/', "%") }
 }
 
-/// What goes beside a message: its number, its time, its publisher; 33 bytes.
+/// The attachment of a message: its number, its time, its publisher; 33 bytes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Attachment {
     pub(super) sequence: i64,

@@ -1,4 +1,4 @@
-//! What is published under one topic, and how payloads become messages of its type.
+//! The publications of one topic, and the conversion of payloads to messages of its type.
 
 use super::name::WireType;
 use crate::cdr::{Writer, text_message};
@@ -14,18 +14,18 @@ pub(super) const STRING: &str = "std_msgs/msg/String";
 /// A topic that is published.
 #[derive(Debug)]
 pub(super) struct Outlet {
-    /// From the first message on.
+    /// `Some` from the first message on.
     pub(super) publisher: Option<Publisher<'static>>,
     pub(super) wire_type: WireType,
     pub(super) message_type: String,
-    /// Where the type has a field for values.
+    /// `Some` if the type has a field for values.
     pub(super) writer: Option<Writer>,
     /// The number of the last message.
     pub(super) sequence: i64,
 }
 
 impl Outlet {
-    /// The message that says a payload: values are written, CDR passes, texts become messages of one text.
+    /// The message for a payload: values are written, CDR is passed on, texts become messages of one text.
     pub(super) fn encode(&self, message: &Outgoing<'_>) -> Result<Bytes, BridgeError> {
         let (topic, message_type) = (message.topic, &self.message_type);
         let wrong = |what: String| BridgeError::Configuration(format!("topic '{topic}': {what}"));
@@ -43,7 +43,7 @@ impl Outlet {
     }
 }
 
-/// The type of a topic of which nothing is known but what is to be sent.
+/// The type of a topic whose type is unknown, by the payload to be sent.
 pub(super) fn type_for(topic: &str, payload: &Payload) -> Result<&'static str, BridgeError> {
     match payload {
         Payload::Value(RawValue::Vector(_)) => Ok("std_msgs/msg/Float64MultiArray"),
@@ -56,7 +56,7 @@ pub(super) fn type_for(topic: &str, payload: &Payload) -> Result<&'static str, B
     }
 }
 
-/// Whether bytes begin as a message of CDR does; no text does.
+/// Whether bytes begin like a CDR message; no text does.
 fn is_cdr(bytes: &[u8]) -> bool {
     Body::cdr(bytes).is_ok()
 }

@@ -1,6 +1,6 @@
-//! What goes beside a payload: time stamp, publisher and provenance, as a Zenoh attachment.
+//! Time stamp, publisher and provenance of a message, as a Zenoh attachment.
 //!
-//! A JSON object, so that any client reads it without our code; every key may be absent:
+//! A JSON object, which any client can read without our code; every key is optional:
 //!
 //! ```json
 //! {"stamp_ns": 1700000000000000000, "publisher": "5f1a", "quality": "UncertainSubstituteValue",
@@ -18,12 +18,12 @@ use shsa_core::time::Time;
 use shsa_message::json;
 use std::fmt::Write;
 
-/// Room for what is not the source's name, bytes.
+/// The bytes of an attachment without the source's name.
 const WORDS: usize = 96;
-/// Longer attachments are not ours.
+/// Longer attachments are of other programs.
 const LENGTH_MAX: usize = 64 << 10;
 
-/// What was read; attachments of others tell nothing.
+/// The content of an attachment; empty for attachments of other programs.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Beside {
     pub(super) stamp: Option<Time>,

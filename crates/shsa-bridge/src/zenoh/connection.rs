@@ -1,4 +1,4 @@
-//! A session with a Zenoh network: opened in the background until it works, and closed within bounds.
+//! A session with a Zenoh network: opened in the background until it succeeds, and closed within a time limit.
 
 use super::options::{Mode, Options, Settings, first_line, set};
 use crate::{BridgeError, Link, PublisherId};
@@ -9,12 +9,12 @@ use std::sync::mpsc::{self, Sender};
 use std::sync::{Arc, Mutex, MutexGuard, OnceLock, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Closing waits so long for the other side.
+/// The longest wait for the other side when closing.
 const CLOSING_MAX: Duration = Duration::from_secs(1);
 /// The longest wait between two attempts to open.
 const RETRY_MAX: Duration = Duration::from_secs(2);
 
-/// A session, or the attempt to have one. It is closed when this is dropped.
+/// A session, or the attempts to open one. Dropping it closes the session.
 #[derive(Debug)]
 pub(crate) struct Connection {
     shared: Arc<Shared>,
@@ -29,7 +29,7 @@ struct Shared {
     closed: AtomicBool,
 }
 
-/// What is done as soon as there is a session.
+/// Runs as soon as there is a session.
 type Job = Box<dyn FnOnce(&Session) + Send>;
 
 #[derive(Default)]
@@ -46,7 +46,7 @@ impl std::fmt::Debug for State {
 }
 
 impl Connection {
-    /// Opens a session; when the other side cannot be reached within the options' patience, it is tried in the background.
+    /// Opens a session; if the other side cannot be reached within the options' patience, attempts go on in the background.
     ///
     /// # Errors
     /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.
@@ -79,7 +79,7 @@ impl Connection {
         self.shared.session.get()
     }
 
-    /// Does something with the session: now, or as soon as there is one.
+    /// Runs a job with the session: now, or as soon as there is one.
     pub(crate) fn when_open(&self, job: impl FnOnce(&Session) + Send + 'static) {
         let mut state = self.shared.lock();
         match self.shared.session.get() {
@@ -106,7 +106,7 @@ impl Drop for Connection {
         let Some(session) = self.session().cloned() else { return };
         let (done, closed) = mpsc::channel();
         std::thread::spawn(move || {
-            // Closed or not, it is over; whoever waited too long has left.
+            // The result of closing does not matter, and the waiting thread may have given up.
             let _ = session.close().wait();
             let _ = done.send(());
         });
@@ -115,7 +115,7 @@ impl Drop for Connection {
 }
 
 impl Shared {
-    /// Tries until there is a session, or nobody wants one any more; the outcome of the first attempt is sent.
+    /// Tries until there is a session, or the connection is dropped; sends the outcome of the first attempt.
     fn keep_opening(&self, first: &Sender<Result<(), BridgeError>>) {
         let mut wait = Duration::from_millis(100);
         while !self.closed.load(Ordering::Acquire) {
@@ -132,14 +132,14 @@ impl Shared {
                 let _ = first.send(outcome);
                 return;
             }
-            // The receiver has left after the first one.
+            // The receiver is gone after the first attempt.
             let _ = first.send(outcome);
             std::thread::sleep(wait);
             wait = (wait * 2).min(RETRY_MAX);
         }
     }
 
-    /// Takes a session into use: what has waited for it is done in order, before anything new.
+    /// Stores the session and runs the waiting jobs in order, before any new one.
     fn serve(&self, session: Session) {
         let mut state = self.lock();
         for job in state.waiting.drain(..) {
@@ -156,7 +156,7 @@ impl Shared {
         let opened = ::zenoh::open(self.settings.config.clone()).wait();
         opened.map_err(|problem| {
             let problem = first_line(&problem.to_string());
-            // A peer connects in the background: what fails at once is its own side.
+            // A peer connects in the background: an immediate failure concerns its own side.
             let asked = match self.settings.mode {
                 Mode::Client => self.probe(),
                 Mode::Peer => None,
@@ -165,7 +165,7 @@ impl Shared {
         })
     }
 
-    /// Why a session without any connection has none.
+    /// Why a session has no connection.
     fn explain(&self, session: &Session) -> Result<(), BridgeError> {
         let patience = Instant::now() + Duration::from_millis(300);
         while Instant::now() < patience {
@@ -177,8 +177,7 @@ impl Shared {
         self.probe().map_or(Ok(()), Err)
     }
 
-    /// Asks each endpoint once for itself, as a session of several does not tell what was wrong; `None`: one of them
-    /// answers.
+    /// Probes each endpoint alone, because a session of several does not tell what was wrong; `None`: one endpoint answers.
     fn probe(&self) -> Option<BridgeError> {
         let mut problem = None;
         for endpoint in &self.settings.connect {
@@ -212,7 +211,7 @@ impl Shared {
         Ok(())
     }
 
-    /// Whether somebody is there whom we should be connected to. A session that only listens is its own network.
+    /// Whether the session has a connection that it should have. A session that only listens needs none.
     fn is_connected(&self, session: &Session) -> bool {
         let info = session.info();
         self.settings.connect.is_empty()
@@ -225,10 +224,10 @@ impl Shared {
     }
 }
 
-/// Zenoh's errors are texts.
+/// Classifies an error by its text, as Zenoh's errors are texts.
 fn kind_of(problem: &str, mode: Mode) -> BridgeError {
     let text = problem.to_lowercase();
-    // The last is a router's answer to a wrong password; it does not say more.
+    // The last text is a router's answer to a wrong password; it tells no more.
     let refusals =
         ["certificate", "unknownissuer", "notvalidforname", "handshake", "alert", "received a close message"];
     if refusals.iter().any(|word| text.contains(word)) {
@@ -240,7 +239,7 @@ fn kind_of(problem: &str, mode: Mode) -> BridgeError {
     }
 }
 
-/// Hexadecimal digits that nobody else has, without a leading zero.
+/// Unique hexadecimal digits without a leading zero.
 fn random_id() -> String {
     ::zenoh::session::ZenohId::default().to_string()
 }

@@ -1,6 +1,6 @@
-//! Who is alive on a Zenoh network: tokens that vanish with their holder.
+//! Liveliness on a Zenoh network: tokens that vanish with their holder.
 //!
-//! A token is gone when its holder drops it, ends, is killed (noticed at once), or hangs or is cut off (noticed after the
+//! A token is gone when its holder drops it, ends, is killed (detected at once), or hangs or is cut off (detected after the
 //! holder's lease, [`Options::lease`](super::Options::lease)).
 
 use super::connection::Connection;
@@ -13,14 +13,14 @@ use ::zenoh::sample::{Sample, SampleKind};
 use std::sync::mpsc::{self, Receiver, Sender};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The tokens of the network that a bridge is connected to.
+/// The tokens of a bridge's network.
 #[derive(Debug)]
 pub struct Liveliness<'a> {
     connection: &'a Connection,
     inbox: &'a Inbox,
 }
 
-/// A token that is held; dropping it says that we are gone.
+/// A held token; dropping it ends our presence.
 #[derive(Debug)]
 pub struct Token(Arc<Mutex<Held>>);
 
@@ -34,30 +34,29 @@ enum Held {
     Dropped,
 }
 
-/// A view of tokens, from its beginning on.
+/// A view of tokens, including those that were held before.
 #[derive(Debug)]
 pub struct Watch {
     changes: Receiver<Presence>,
 }
 
 impl<'a> Liveliness<'a> {
-    /// Of the network of a connection; changes end the wait of the inbox's reader.
+    /// The tokens of a connection's network; changes wake the inbox's reader.
     pub(crate) fn new(connection: &'a Connection, inbox: &'a Inbox) -> Liveliness<'a> {
         Liveliness { connection, inbox }
     }
 
-    /// Says that we are there, under a name that nobody else uses, such as `shsa/healer/a`; again by itself after a
-    /// lost connection.
+    /// Holds a token under a unique name, such as `shsa/healer/a`; declares it again after a lost connection.
     ///
     /// # Errors
-    /// When the name is none.
+    /// When the name is invalid.
     pub fn declare(&self, name: &str) -> Result<Token, BridgeError> {
         let key = key_of(name)?;
         let held = Arc::new(Mutex::new(Held::Waiting));
         let token = Token(held.clone());
         self.connection.when_open(move |session| {
             let mut held = held.lock().unwrap_or_else(PoisonError::into_inner);
-            // Fails only where the session is closed: then nobody is there to be told.
+            // Fails only if the session is closed: then there is nobody to tell.
             if let (Held::Waiting, Ok(token)) = (&*held, session.liveliness().declare_token(key).wait()) {
                 *held = Held::Declared { _until_dropped: token };
             }
@@ -65,13 +64,13 @@ impl<'a> Liveliness<'a> {
         Ok(token)
     }
 
-    /// Tells of all tokens whose names a pattern matches, our own among them: `*` is one level, `**` any number, as in
-    /// `shsa/healer/*`. Each change ends the wait of the inbox's reader.
+    /// The changes of all tokens whose names match a pattern, including our own: `*` is one level, `**` any number, as in
+    /// `shsa/healer/*`. Each change wakes the inbox's reader.
     ///
-    /// A token whose way is cut is gone, and alive again when the way is back.
+    /// A token whose connection is cut is gone, and alive again when the connection is restored.
     ///
     /// # Errors
-    /// When the pattern is none.
+    /// When the pattern is invalid.
     pub fn watch(&self, pattern: &str) -> Result<Watch, BridgeError> {
         let key = KeyExpr::autocanonize(pattern.trim_start_matches('/').to_owned());
         let key =
@@ -98,11 +97,11 @@ fn watch(
             SampleKind::Put => Presence::Alive(name),
             SampleKind::Delete => Presence::Gone(name),
         };
-        // Nobody looks any more.
+        // The receiver may be gone.
         let _ = changes.send(change);
         inbox.wake();
     };
-    // Fails only where the session is closed.
+    // Fails only if the session is closed.
     let _ = subscriber.callback(tell).background().wait();
 }
 
@@ -113,7 +112,7 @@ impl From<Watch> for Attendance {
 }
 
 impl Watch {
-    /// The oldest change that was not yet looked at; does not block.
+    /// The oldest change that was not read yet. Does not block.
     #[must_use]
     pub fn next(&self) -> Option<Presence> {
         self.changes.try_recv().ok()

@@ -1,16 +1,16 @@
 //! Zenoh: a peer or a client of routers, over TCP, TLS or Unix sockets.
 //!
-//! A topic's name is its key without the leading slash: `/odom/speed` is found under `odom/speed`. What arrives bears the
-//! name that was subscribed to; what was never named bears its key as it is, without a slash. Names hold no
-//! `*`, `$`, `?`, `#`, and no empty parts.
+//! A topic's name is its key without the leading slash: `/odom/speed` is found under `odom/speed`. A received message has the
+//! name that was subscribed to; without such a name, its key without a slash. Names hold no `*`, `$`, `?`, `#`, and no empty
+//! parts.
 //!
-//! Beside each payload go the time stamp, our identity and the provenance ([`Outgoing::provenance`]); how, says the
-//! module `attachment`. A message without such a stamp has Zenoh's, where a router sets one.
+//! Time stamp, our identity and the provenance ([`Outgoing::provenance`]) are in an attachment beside each payload; the module
+//! `attachment` defines its form. A message without such a stamp has Zenoh's, if a router sets one.
 //!
-//! Sending never waits for a consumer that does not read (but once, for 10 ms): what is for it is lost when 1 MiB waits.
-//! More than 16 MB a second is paced, so that a burst does not lose its end. Routers between drop, too, by their own
-//! configuration (`transport/link/tx/queue`), by default when 128 KiB wait for 1 ms.
-//! What is sent while the link is down is lost, too: a substitute of yesterday is of no use.
+//! Sending never waits for a slow consumer (except once, for 10 ms): its messages are lost when 1 MiB waits. More than 16 MB a
+//! second is paced, so that a burst does not lose its end. Routers in between drop messages by their own configuration
+//! (`transport/link/tx/queue`), by default when 128 KiB wait for 1 ms. Messages are lost while the link is down: an old
+//! substitute is useless.
 
 mod attachment;
 mod connection;
@@ -48,7 +48,7 @@ use std::time::{Duration, SystemTime, UNIX_EPOCH};
 /// A connection to a Zenoh network.
 #[derive(Debug)]
 pub struct ZenohBridge {
-    // Before the connection: a publisher that outlives its session complains.
+    // Declared before the connection, to be dropped first: a publisher that outlives its session complains.
     publishers: BTreeMap<String, Publisher<'static>>,
     connection: Connection,
     pace: Pace,
@@ -57,11 +57,11 @@ pub struct ZenohBridge {
     all: bool,
 }
 
-/// The topics that were subscribed to, by key: several names may lead to one key.
+/// The subscribed topics, by key: several names may have the same key.
 type Topics = Arc<RwLock<BTreeMap<String, Vec<Arc<str>>>>>;
 
 impl ZenohBridge {
-    /// Connects; a network that cannot be reached yet is tried in the background ([`Bridge::link`] tells).
+    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] tells).
     ///
     /// # Errors
     /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.
@@ -77,7 +77,7 @@ impl ZenohBridge {
         })
     }
 
-    /// Who is alive on this network.
+    /// The liveliness tokens of this network.
     #[must_use]
     pub fn liveliness(&self) -> Liveliness<'_> {
         Liveliness::new(&self.connection, &self.inbox)
@@ -124,7 +124,7 @@ impl Bridge for ZenohBridge {
         }
         let (inbox, topics) = (self.inbox.clone(), self.topics.clone());
         let deliver = move |sample: Sample| {
-            // What was named has a subscription of its own.
+            // A named topic has a subscription of its own.
             let key = sample.key_expr().as_str();
             if !topics.read().unwrap_or_else(PoisonError::into_inner).contains_key(key) {
                 deliver(&inbox, key.into(), &sample);
@@ -170,7 +170,7 @@ impl Bridge for ZenohBridge {
     }
 }
 
-/// Calls back for each message of others, from the moment on at which there is a session.
+/// Calls back for each message of others, once there is a session.
 pub(crate) fn subscribe(
     connection: &Connection,
     key: KeyExpr<'static>,
@@ -178,13 +178,13 @@ pub(crate) fn subscribe(
 ) {
     connection.when_open(move |session| {
         let subscriber = session.declare_subscriber(key).allowed_origin(Locality::Remote).callback(deliver);
-        // Fails only where the session is closed: then nothing is wanted any more.
+        // Fails only if the session is closed: then nothing is wanted any more.
         let _ = subscriber.background().wait();
     });
 }
 
-/// For messages that are worth most when they are new. They are not `express`: that is no quicker where nothing waits,
-/// and makes each message fill one of the 16 places of the queue by itself.
+/// A publisher of messages whose value lies in being new. They are not `express`: this is no faster while nothing waits, and then
+/// each message takes one of the queue's 16 places.
 pub(crate) fn declare_publisher(
     session: &Session,
     key: KeyExpr<'static>,
@@ -197,8 +197,7 @@ pub(crate) fn declare_publisher(
     publisher.map_err(lost)
 }
 
-/// Runs in Zenoh's threads: only what goes beside the payload is decoded here, the rest by the reader, or in its place while it
-/// sleeps.
+/// Runs in Zenoh's threads: only the attachment is decoded here, the rest by the reader, or in its place while it sleeps.
 fn deliver(inbox: &Inbox, topic: Arc<str>, sample: &Sample) {
     if sample.kind() != SampleKind::Put {
         return;
@@ -224,9 +223,9 @@ pub(crate) fn stamp_of(sample: &Sample) -> Option<Time> {
     i64::try_from(since.as_nanos()).ok().map(Time)
 }
 
-/// What the encoding says after its `;`: `application/cdr;sensor_msgs/msg/LaserScan`.
+/// The schema of the encoding, after its `;`: `application/cdr;sensor_msgs/msg/LaserScan`.
 fn type_of(sample: &Sample) -> Option<Arc<str>> {
-    // What most messages say, without a schema.
+    // The encodings of most messages, without a schema.
     if [Encoding::ZENOH_BYTES, Encoding::APPLICATION_JSON].contains(sample.encoding()) {
         return None;
     }

@@ -1,4 +1,4 @@
-//! How to reach a Zenoh network: from an address or from a Zenoh configuration file, with nothing on by itself.
+//! The options of a Zenoh connection: from an address or from a Zenoh configuration file, with every service off by default.
 
 use crate::BridgeError;
 use ::zenoh::Config;
@@ -7,7 +7,7 @@ use std::fmt;
 use std::path::PathBuf;
 use std::time::Duration;
 
-/// The part that a session plays in its network.
+/// The role of a session in its network.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Mode {
     /// Connects to several others, and lets others connect.
@@ -27,7 +27,7 @@ impl Mode {
     }
 }
 
-/// A secret; it is not shown.
+/// A secret. It is not printed.
 #[derive(Clone, PartialEq, Eq)]
 pub struct Secret(pub String);
 
@@ -39,12 +39,12 @@ impl fmt::Debug for Secret {
 
 /// How to reach a Zenoh network.
 ///
-/// What is set here wins over the file. Addresses are Zenoh's endpoints: `tcp/127.0.0.1:7447`, `tls/router.local:7447`,
-/// `unixsock-stream//run/zenoh.sock`. Nothing listens and nothing scouts by multicast unless it is told to: Zenoh's
-/// own defaults (all interfaces, multicast on) are not taken over, not even where the file spells them out for listening.
+/// These settings override the file. Addresses are Zenoh's endpoints: `tcp/127.0.0.1:7447`, `tls/router.local:7447`,
+/// `unixsock-stream//run/zenoh.sock`. Nothing listens and nothing scouts by multicast unless set: Zenoh's own defaults (all
+/// interfaces, multicast on) are not used, not even if the file lists them for listening.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Options {
-    /// `None`: as the file says, else peer.
+    /// `None`: from the file, else peer.
     pub mode: Option<Mode>,
     /// Endpoints to connect to; empty: those of the file.
     pub connect: Vec<String>,
@@ -52,17 +52,17 @@ pub struct Options {
     pub listen: Vec<String>,
     /// A configuration file of Zenoh (JSON5 or YAML, by its extension).
     pub config: Option<PathBuf>,
-    /// The certificate of the authority that others' certificates are checked by (PEM).
+    /// The certificate of the authority that must have signed others' certificates (PEM).
     pub ca: Option<PathBuf>,
-    /// Our certificate and its key (PEM), for others that ask for them, and for listening.
+    /// Our certificate and its key (PEM), for listening and for others that ask for them.
     pub identity: Option<(PathBuf, PathBuf)>,
     /// User and password, for routers that ask for them.
     pub user: Option<(String, Secret)>,
-    /// After so long without a sign of life from us the others give us up; each says so for itself.
+    /// Others give us up after this long without a sign of life; each side sets its own.
     pub lease: Duration,
-    /// Larger messages are not received, in bytes.
+    /// The largest message that is received, bytes.
     pub message_max: usize,
-    /// How long opening may wait for the network; it goes on in the background.
+    /// How long opening waits for the network; attempts go on in the background.
     pub patience: Duration,
 }
 
@@ -83,7 +83,7 @@ impl Default for Options {
     }
 }
 
-/// A configuration that Zenoh takes, and what we have to know of it.
+/// A configuration of Zenoh, and the facts that we need of it.
 #[derive(Clone)]
 pub(super) struct Settings {
     pub(super) config: Config,
@@ -92,7 +92,7 @@ pub(super) struct Settings {
     pub(super) connect: Vec<String>,
 }
 
-/// Without the configuration, which shows passwords.
+/// Without the configuration, which holds passwords.
 impl fmt::Debug for Settings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{} to {:?}", self.mode.name(), self.connect)
@@ -106,10 +106,10 @@ impl Options {
         Options { connect: vec![endpoint.to_owned()], ..Options::default() }
     }
 
-    /// What Zenoh is opened with.
+    /// The settings to open Zenoh with.
     ///
     /// # Errors
-    /// When the file cannot be read, an endpoint is none, or there is neither something to connect to nor to listen on.
+    /// When the file cannot be read, an endpoint is invalid, or there is no endpoint to connect to or to listen on.
     pub(super) fn settings(&self) -> Result<Settings, BridgeError> {
         let mut config = self.file()?;
         let from_file = config.get_json("mode").ok().filter(|mode| mode.contains("client"));
@@ -161,7 +161,7 @@ impl Options {
                 set(config, &format!("{tls}/{side}_certificate"), &certificate)?;
                 set(config, &format!("{tls}/{side}_private_key"), &key)?;
             }
-            // Who has a certificate and an authority asks others for theirs, too.
+            // With a certificate and an authority, others must show their certificates, too.
             set(config, &format!("{tls}/enable_mtls"), &json!(self.ca.is_some()))?;
         }
         if let Some((user, Secret(password))) = &self.user {
@@ -172,7 +172,7 @@ impl Options {
     }
 }
 
-/// What is safe, and quick to come back, where the file does not say otherwise.
+/// Sets safe values with a quick recovery, unless the file sets its own.
 fn set_defaults(config: &mut Config, options: &Options) -> Result<(), BridgeError> {
     if config.get_json("scouting/multicast/enabled").is_ok_and(|enabled| enabled == "null") {
         set(config, "scouting/multicast/enabled", &json!(false))?;
@@ -182,12 +182,12 @@ fn set_defaults(config: &mut Config, options: &Options) -> Result<(), BridgeErro
     for (key, value) in [
         ("transport/link/tx/lease", json!(milliseconds.max(100))),
         ("transport/link/rx/max_message_size", json!(options.message_max)),
-        // The largest: 1 MiB waits for a consumer that reads in bursts.
+        // The largest size: 1 MiB waits for a consumer that reads in bursts.
         ("transport/link/tx/queue/size/real_time", json!(16)),
-        // A consumer that does not read holds us up once, so long; then what is for it is dropped until it reads again.
+        // A consumer that does not read delays us once, for this long; then its messages are dropped until it reads again.
         ("transport/link/tx/queue/congestion_control/drop/wait_before_drop", json!(10_000)),
         ("transport/link/tx/queue/congestion_control/drop/max_wait_before_drop_fragments", json!(2_000_000)),
-        // The wait between two attempts to connect.
+        // The pause between two attempts to connect.
         (
             "connect/retry",
             json!({ "period_init_ms": 100, "period_max_ms": 2000, "period_increase_factor": 2 }),
@@ -197,12 +197,12 @@ fn set_defaults(config: &mut Config, options: &Options) -> Result<(), BridgeErro
             set(config, key, &value)?;
         }
     }
-    // One attempt in the foreground; further ones are our own, as Zenoh's would block for ever.
+    // One attempt in the foreground. Further attempts are our own, because Zenoh's would block forever.
     set(config, "connect/timeout_ms", &json!({ "client": 0, "peer": -1, "router": -1 }))?;
     set(config, "connect/exit_on_failure", &json!({ "client": true, "peer": false, "router": false }))
 }
 
-/// The value of Zenoh's configuration under a key, for this mode: some are given for each mode.
+/// The endpoints in Zenoh's configuration under a key; some keys have a value for each mode.
 fn endpoints(config: &Config, key: &str, mode: Mode) -> Vec<String> {
     let value = config.get_json(key).ok().and_then(|text| serde_json::from_str::<Value>(&text).ok());
     let value = value.unwrap_or_default();
@@ -233,7 +233,7 @@ fn check_endpoint(endpoint: &str) -> Result<(), BridgeError> {
     }
 }
 
-/// The path as text, where the file can be read: Zenoh's own message does not name it.
+/// The path as text, if the file can be read: Zenoh's own message does not name the file.
 fn readable(path: &std::path::Path) -> Result<String, BridgeError> {
     std::fs::File::open(path).map_err(|problem| wrong(format!("{}: {problem}", path.display())))?;
     Ok(path.display().to_string())
@@ -243,10 +243,10 @@ fn wrong(problem: String) -> BridgeError {
     BridgeError::Configuration(problem)
 }
 
-/// Zenoh's errors go on with places in its source.
+/// Cuts off the places in Zenoh's source that follow its errors.
 pub(super) fn first_line(text: &str) -> String {
     let line = text.lines().next().unwrap_or_default();
-    // .. and with the whole state of a link.
+    // Cuts off the state of a link, too.
     let line = line.split(" at /").next().unwrap_or(line);
     line.split(" on: TransportLink").next().unwrap_or(line).trim().to_owned()
 }

@@ -1,17 +1,17 @@
-//! Sending no faster than what is sent can leave: Zenoh drops the newest, not the oldest, when its queues are full.
+//! Paces the sending: when its queues are full, Zenoh drops the newest message, not the oldest.
 
 use std::time::{Duration, Instant};
 
-/// Faster than any stream of values, slower than a loopback; bytes a second.
+/// The rate in bytes a second: above any stream of values, below a loopback.
 const RATE: f64 = 16e6;
-/// So much may go out at once: half of what waits in Zenoh's queue; bytes.
+/// The largest burst in bytes: half of what fits into Zenoh's queue.
 const BURST: f64 = 512.0 * 1024.0;
-/// No message waits longer for its turn.
+/// The longest wait of a message.
 const WAIT_MAX: Duration = Duration::from_millis(20);
-/// What a message takes beside its payload and its key, bytes.
+/// The bytes of a message beside its payload and its key.
 const FRAME: usize = 32;
 
-/// How much may go out now.
+/// The bytes that may be sent now.
 #[derive(Debug)]
 pub(crate) struct Pace {
     allowance: f64,
@@ -25,7 +25,7 @@ impl Default for Pace {
 }
 
 impl Pace {
-    /// Waits until a message of this size may go out; without a burst, not at all.
+    /// Waits until a message of this size may be sent; without a burst there is no wait.
     pub(crate) fn take(&mut self, bytes: usize) {
         let wait = self.wait(bytes, Instant::now());
         if !wait.is_zero() {
@@ -57,7 +57,7 @@ mod tests {
         let waits: Vec<Duration> = (0..10_000).map(|_| pace.wait(150, now)).collect();
         assert!(waits[..2_000].iter().all(Duration::is_zero));
         assert!(waits[9_000..].iter().all(|wait| *wait == WAIT_MAX));
-        // A huge one costs a turn, not more.
+        // A huge message delays others by one wait at most.
         let mut pace = Pace::default();
         let now = pace.since;
         assert_eq!(pace.wait(usize::MAX, now), Duration::ZERO);

@@ -1,4 +1,4 @@
-//! Keys under which questions are answered: queries by a reply, and what is put there by a message. And queries of ours.
+//! Keys whose questions are answered: queries by a reply, publications by a message. And our own queries.
 
 use super::{bytes_of, connection::Connection, key_of};
 use crate::{BridgeError, Inbox, Question, Server, Taker};
@@ -10,10 +10,10 @@ use bytes::Bytes;
 use std::sync::{Mutex, PoisonError};
 use std::time::Duration;
 
-/// So long may others take to answer.
+/// The longest time for an answer of others.
 const ANSWER_MAX: Duration = Duration::from_secs(5);
 
-/// Hands what others ask under `name` to `server`, from the moment on at which there is a session.
+/// Passes questions under `name` to `server`, once there is a session.
 pub(crate) fn serve(
     connection: &Connection,
     name: &str,
@@ -25,7 +25,7 @@ pub(crate) fn serve(
         let (own, ask) = (key.clone(), server.clone());
         let of_query = move |query: Query| ask(question(query, own.clone()));
         let queryable = session.declare_queryable(key.clone()).allowed_origin(Locality::Remote);
-        // Both fail only where the session is closed.
+        // Both fail only if the session is closed.
         let _ = queryable.callback(of_query).background().wait();
         let network = session.clone();
         let of_message = move |sample: Sample| {
@@ -41,7 +41,7 @@ pub(crate) fn serve(
     Ok(())
 }
 
-/// The reply bears our own key: the query may have asked for many.
+/// The reply has our own key, because the query may match many keys.
 fn question(query: Query, own: KeyExpr<'static>) -> Question {
     let words = query.payload().map_or(Bytes::new(), |words| Bytes::from(words.to_bytes().into_owned()));
     let parameters = query.parameters().as_str().to_owned();
@@ -52,7 +52,7 @@ fn question(query: Query, own: KeyExpr<'static>) -> Question {
     question
 }
 
-/// Gives the first answer to `take`; longer ones are no answers.
+/// Passes the first answer to `take`; longer answers are ignored.
 pub(crate) fn ask(
     connection: &Connection,
     inbox: &Inbox,
@@ -74,7 +74,7 @@ pub(crate) fn ask(
     };
     connection.when_open(move |session| {
         let query = session.get(key).timeout(ANSWER_MAX).allowed_destination(Locality::Remote);
-        // Fails only where the session is closed.
+        // Fails only if the session is closed.
         let _ = query.callback(heard).wait();
     });
     Ok(())

@@ -10,10 +10,10 @@ use bytes::Bytes;
 use std::sync::mpsc::{self, RecvTimeoutError};
 use std::time::Duration;
 
-/// How much longer than the query itself its answer is waited for.
+/// How much longer than the query itself its answer is awaited.
 const GRACE: Duration = Duration::from_millis(500);
 
-/// Asks all who answer under a key.
+/// Asks all servers under a key.
 pub(crate) fn request(
     connection: &Connection,
     key: KeyExpr<'static>,
@@ -28,14 +28,14 @@ pub(crate) fn request(
         .get(key)
         .payload(payload)
         .target(QueryTarget::All)
-        // Later answers do not change the first one.
+        // Later answers do not replace the first one.
         .consolidation(ConsolidationMode::None)
         .timeout(within);
     let query = match attachment {
         Some(attachment) => query.attachment(attachment),
         None => query,
     };
-    // Who has asked may have given up.
+    // The asker may have given up.
     query.callback(move |reply| drop(sender.send(read(reply)))).wait().map_err(lost)?;
     Ok(Box::new(move || match answers.recv_timeout(within + GRACE) {
         Ok(answer) => answer,

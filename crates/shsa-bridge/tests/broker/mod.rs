@@ -1,4 +1,4 @@
-//! A Mosquitto of our own: its own configuration, a free port on the loopback interface, ended by its own id.
+//! A Mosquitto for tests: its own configuration, a free port on the loopback interface, ended by its process id.
 
 use super::real::free_port;
 use shsa_bridge::mqtt::Options;
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex};
 use std::time::{Duration, Instant};
 
-/// A running broker with a folder of its own; both go with this value.
+/// A running broker with a folder of its own; dropping it ends and removes both.
 pub(crate) struct Broker {
     child: Option<Child>,
     port: u16,
@@ -21,19 +21,19 @@ pub(crate) struct Broker {
 static COUNT: AtomicU32 = AtomicU32::new(0);
 
 impl Broker {
-    /// Starts one with these lines in its configuration besides the usual ones. `FOLDER` in them is the folder.
+    /// Starts a broker with these lines added to the usual configuration. `FOLDER` in them is the folder.
     pub(crate) fn start(lines: &[&str]) -> Broker {
         Broker::start_with(lines, |_| {})
     }
 
-    /// As [`Broker::start`]; `prepare` puts files into its folder before.
+    /// As [`Broker::start`]; `prepare` first puts files into the folder.
     pub(crate) fn start_with(lines: &[&str], prepare: impl FnOnce(&Path)) -> Broker {
         let count = COUNT.fetch_add(1, Ordering::Relaxed);
         let folder = std::env::temp_dir().join(format!("shsa-mqtt-{}-{count}", std::process::id()));
         fs::create_dir_all(&folder).unwrap();
         prepare(&folder);
         let port = free_port();
-        // It would change its user if it were started as root.
+        // Without this line, Mosquitto changes its user when started as root.
         let user = String::from_utf8(Command::new("id").arg("-un").output().unwrap().stdout).unwrap();
         let own = lines.join("\n").replace("FOLDER", &folder.display().to_string());
         let access = if own.contains("allow_anonymous") { "" } else { "allow_anonymous true" };
@@ -49,7 +49,7 @@ impl Broker {
         broker
     }
 
-    /// Starts it again, with what it has saved.
+    /// Starts the broker again, with its saved state.
     pub(crate) fn restart(&mut self) {
         let mut command = Command::new(program());
         command.arg("-c").arg(self.folder.join("mosquitto.conf"));
@@ -62,7 +62,7 @@ impl Broker {
         }
     }
 
-    /// Kills it as a power cut would.
+    /// Kills the broker, as a power cut would.
     pub(crate) fn kill(&mut self) {
         if let Some(mut child) = self.child.take() {
             child.kill().unwrap();
@@ -70,7 +70,7 @@ impl Broker {
         }
     }
 
-    /// Ends it in order: it saves everything before.
+    /// Ends the broker in order: it first saves everything.
     pub(crate) fn end(&mut self) {
         let id = self.child.as_ref().map(|child| child.id().to_string());
         let killed = Command::new("kill").arg(id.unwrap()).status();
@@ -86,7 +86,7 @@ impl Broker {
         &self.folder
     }
 
-    /// How to reach it.
+    /// The options of a client.
     pub(crate) fn options(&self, name: &str) -> Options {
         Options::parse(&format!("mqtt://127.0.0.1:{}", self.port), name).unwrap()
     }
@@ -108,7 +108,7 @@ fn program() -> &'static str {
     if Path::new(place).exists() { place } else { "mosquitto" }
 }
 
-/// A wire to a broker that can be cut without a word.
+/// A connection to a broker that can be cut silently.
 pub(crate) struct Cut {
     pub(crate) port: u16,
     streams: Arc<Mutex<Vec<TcpStream>>>,

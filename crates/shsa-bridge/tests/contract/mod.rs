@@ -1,5 +1,5 @@
-//! What every bridge promises, whatever is below it: order, reconnection, bursts, huge and garbage payloads, an end, no
-//! echo, no harm from a flood, answers to who asks.
+//! The contract of every bridge: order, reconnection, bursts, huge and invalid payloads, ending, no echo, resistance to a flood,
+//! answers to questions.
 
 use bytes::Bytes;
 use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Question};
@@ -10,15 +10,15 @@ use std::time::{Duration, Instant};
 
 /// A middleware under test.
 pub(crate) trait Middleware {
-    /// A bridge of its own to it; it may take a while until it is connected.
+    /// A bridge of its own; it may take a while until the bridge is connected.
     fn bridge(&mut self, name: &str, inbox: Inbox) -> Box<dyn Bridge>;
-    /// Breaks what is between its bridges; `false`: it cannot break.
+    /// Breaks the connections between its bridges; `false`: they cannot break.
     fn break_it(&mut self) -> bool;
-    /// Mends it again.
+    /// Restores the connections.
     fn mend_it(&mut self);
     /// How its bridges ask each other.
     fn asking(&self) -> Asking;
-    /// Whether its bridges are sure which messages are their own.
+    /// Whether its bridges always recognise their own messages.
     fn knows_own(&self) -> bool {
         true
     }
@@ -33,12 +33,12 @@ pub(crate) enum Asking {
     /// By `request` only; `ask` is silent.
     #[allow(dead_code, reason = "only some middlewares are so")]
     Messages,
-    /// By `ask` only; requests go to others than bridges.
+    /// By `ask` only; requests do not go to bridges.
     #[allow(dead_code, reason = "only some middlewares are so")]
     Services,
 }
 
-/// As long may anything take: much longer than it does, since machines are busy.
+/// A time limit that no step reaches, even on a busy machine.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Waits until a condition holds.
@@ -84,7 +84,7 @@ pub(crate) fn next(bridge: &mut dyn Bridge) -> Message {
     found.unwrap()
 }
 
-/// Everything of a topic until this payload has come, without what comes twice because a connection broke.
+/// All messages of a topic up to this payload, without repetitions after a break of the connection.
 #[track_caller]
 #[allow(dead_code, reason = "not every middleware keeps messages")]
 pub(crate) fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) -> Vec<String> {
@@ -98,7 +98,7 @@ pub(crate) fn until_payload(bridge: &mut dyn Bridge, topic: &str, last: &str) ->
     all
 }
 
-/// Sends on a topic until the other end gets it: from then on it gets everything.
+/// Publishes on a topic until the subscriber receives it: from then on it receives everything.
 #[track_caller]
 pub(crate) fn join_up(source: &mut dyn Bridge, sink: &mut dyn Bridge, topic: &str) {
     sink.subscribe(topic, None).unwrap();
@@ -130,7 +130,7 @@ pub(crate) fn messages_come_in_their_order(mut middleware: impl Middleware) {
         send(&mut *source, if number % 3 == 0 { "a/y" } else { "a/x" }, &number.to_string());
     }
     let got: Vec<String> = (0..500).map(|_| text(&next(&mut *sink))).collect();
-    // Between topics no middleware promises an order; within one they all do.
+    // Middlewares promise an order within a topic, not between topics.
     for rest in [0, 1] {
         let of_topic = |text: &&String| (text.parse::<u32>().unwrap() % 3 == 0) == (rest == 0);
         let numbers: Vec<u32> = got.iter().filter(of_topic).map(|text| text.parse().unwrap()).collect();
@@ -152,7 +152,7 @@ pub(crate) fn a_burst_arrives_in_order_up_to_its_newest(mut middleware: impl Mid
     for number in 0..10_000 {
         send(&mut *source, "a/x", &number.to_string());
     }
-    // What waits for its turn may be replaced by what is newer: only the newest is promised.
+    // A waiting message may be replaced by a newer one: only the newest is promised.
     until_payload_sorted(&mut *sink, 9_999);
 }
 
@@ -171,7 +171,7 @@ pub(crate) fn a_huge_payload_harms_nobody(mut middleware: impl Middleware) {
     let large = vec![b'7'; 1 << 20];
     send_bytes(&mut *source, "a/x", large.clone());
     assert!(bytes(&next(&mut *sink)) == large, "a megabyte arrives as it is");
-    // Too large for some: refused where it is sent, dropped where it arrives, or delivered.
+    // Too large for some bridges: refused by the sender, dropped by the receiver, or delivered.
     let _refused = source.publish(Outgoing::new("a/x", Time(1), Payload::Bytes(vec![b'8'; 20 << 20].into())));
     send(&mut *source, "a/x", "after");
     until("what comes after it", || sink.receive().is_some_and(|message| bytes(&message) == b"after"));
@@ -224,7 +224,7 @@ pub(crate) fn a_flood_of_one_topic_costs_no_other(mut middleware: impl Middlewar
     assert_eq!(calm, expected);
 }
 
-/// Answers questions under `a/q` with their own words and an exclamation mark; what was asked.
+/// Answers questions under `a/q` with their own text and an exclamation mark; returns the questions.
 fn echo(server: &mut dyn Bridge) -> Arc<Mutex<Vec<Bytes>>> {
     let asked: Arc<Mutex<Vec<Bytes>>> = Arc::default();
     let seen = asked.clone();
@@ -237,7 +237,7 @@ fn echo(server: &mut dyn Bridge) -> Arc<Mutex<Vec<Bytes>>> {
     asked
 }
 
-/// A request that is tried until somebody answers: not everybody knows at once that somebody does.
+/// Repeats a request until it is answered: a new server takes a moment to be known everywhere.
 #[track_caller]
 fn answer_to(asker: &mut dyn Bridge, words: &[u8]) -> Bytes {
     let mut answer = None;
@@ -256,21 +256,21 @@ pub(crate) fn who_asks_gets_the_answer(mut middleware: impl Middleware) {
     let (mut server, mut asker) = pair(&mut middleware, 64, "a/x");
     let asked = echo(&mut *server);
     assert_eq!(answer_to(&mut *asker, b"first"), "first!");
-    // What was asked before may be answered late, and not every middleware tells which question an answer is to.
+    // Earlier requests may be answered late, and not every middleware tells which question an answer belongs to.
     std::thread::sleep(Duration::from_secs(1));
-    // Garbage and much of it are words as well.
+    // A long invalid payload is a question as well.
     let large: Vec<u8> = (0..100_000_u32).map(|at| (at.wrapping_mul(2_654_435_761) >> 24) as u8).collect();
     let answer = asker.request("a/q", large.clone().into(), PATIENCE).and_then(|wait| wait()).unwrap();
     assert!(answer.strip_suffix(b"!") == Some(&large[..]));
     assert!(asked.lock().unwrap().iter().all(|words| *words == "first" || *words == large));
-    // Several under way: each gets its own answer, in the order of asking.
+    // With several requests under way, each gets its own answer, in the order of asking.
     let asked = ["1", "2", "3"].map(|words| {
         let words = Bytes::from_static(words.as_bytes());
         asker.request("a/q", words, PATIENCE).unwrap()
     });
     let answers: Vec<Bytes> = asked.into_iter().map(|wait| wait().unwrap()).collect();
     assert_eq!(answers, ["1!", "2!", "3!"]);
-    // A question is no message to who answers it.
+    // A question does not arrive as a message at its server.
     assert_eq!(server.receive(), None);
 }
 
@@ -283,7 +283,7 @@ pub(crate) fn a_request_that_nobody_answers_ends_in_its_time(mut middleware: imp
     assert!(start.elapsed() < PATIENCE / 2, "{:?}", start.elapsed());
 }
 
-/// Asks once under `a/q`; where the answer comes.
+/// Asks once under `a/q`; returns the receiver of the answer.
 fn ask(asker: &dyn Bridge, longest: usize) -> Receiver<Vec<u8>> {
     let (sender, answers) = channel();
     asker.ask("a/q", longest, Box::new(move |words| drop(sender.send(words)))).unwrap();
@@ -340,14 +340,14 @@ pub(crate) fn it_ends_when_it_is_dropped(mut middleware: impl Middleware) {
     drop(sink);
     send(&mut *source, "a/x", "to nobody");
     drop(source);
-    // Also while nobody is there to say goodbye to.
+    // Ending must work without a connection, too.
     let alone = middleware.bridge("alone", inbox(4));
     middleware.break_it();
     drop(alone);
     assert!(start.elapsed() < Duration::from_secs(8), "{:?}", start.elapsed());
 }
 
-/// Every promise as a test of its own, in a module of this name; the second part makes the middleware.
+/// Makes each promise a test of its own, in a module of this name; the second part makes the middleware.
 macro_rules! contract {
     ($name:ident, $middleware:expr) => {
         mod $name {

@@ -1,4 +1,4 @@
-//! What clients claim, as others hear of it.
+//! The claims of clients, as seen by others.
 
 use super::{VERSIONS, client, open, versioned};
 use crate::broker::{Broker, Cut};
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
 use shsa_bridge::{Attendance, Bridge, Presence as Seen};
 
-/// A client that claims things, on this port.
+/// A client with claims, on this port.
 fn claiming(broker: &Broker, name: &str, version: Version, port: u16) -> MqttBridge {
     let (here, gone) = ("online".into(), "offline".into());
     let presence = Some(Presence { topic: format!("shsa/{name}/status"), here, gone });
@@ -35,7 +35,7 @@ fn a_claim_is_heard_of_until_it_is_dropped_or_its_client_is_gone() {
         let (first, _second) = (one.attend("a/first").unwrap(), one.attend("b/second").unwrap());
         let mut own = one.attendance("a/**").unwrap().unwrap();
         assert_eq!(next(&mut own), Seen::Alive("a/first".into()), "{version:?}");
-        // Who comes later hears of it, too.
+        // A later client receives them, too.
         let two = claiming(&broker, "two", version, broker.port());
         let mut attendance = two.attendance("a/**").unwrap().unwrap();
         assert_eq!(next(&mut attendance), Seen::Alive("a/first".into()));
@@ -43,14 +43,14 @@ fn a_claim_is_heard_of_until_it_is_dropped_or_its_client_is_gone() {
         assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));
         drop(first);
         assert_eq!(next(&mut attendance), Seen::Gone("a/first".into()));
-        // The broker tells that it is gone without a word, and it comes back.
+        // The broker tells that the client is gone; then the client comes back.
         cut.cut();
         assert_eq!(next(&mut attendance), Seen::Gone("a/third".into()));
         assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));
         drop(one);
         assert_eq!(next(&mut attendance), Seen::Gone("a/third".into()));
         drop(third);
-        // Nothing was left behind: who comes now hears of nothing but what is there.
+        // Nothing was left behind: a new client receives only the present claims.
         let three = claiming(&broker, "three", version, broker.port());
         let mut attendance = three.attendance("a/**").unwrap().unwrap();
         let _only = two.attend("a/only").unwrap();

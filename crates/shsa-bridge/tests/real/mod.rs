@@ -1,4 +1,4 @@
-//! Programs that are not ours: a Python client that a test talks with by lines of JSON, a free port, files that go away.
+//! Independent programs for tests: a Python client that talks in lines of JSON, a free port, temporary files.
 
 #![allow(dead_code, reason = "not every test uses all of it")]
 
@@ -11,19 +11,19 @@ use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 use std::time::{Duration, Instant};
 
-/// Everything that is waited for is there within this time, or never will be.
+/// The time limit for everything that a test waits for.
 pub(crate) const PATIENCE: Duration = Duration::from_secs(20);
 
-/// A running Python script of `tests/python`; it is killed with this value, by its own id.
+/// A running Python script of `tests/python`; dropping it kills the process by its id.
 pub(crate) struct Script {
     child: Child,
     orders: ChildStdin,
     answers: Receiver<Value>,
-    /// What it said before an order was done.
+    /// Its output before an order was done.
     said: VecDeque<Value>,
 }
 
-/// The Python of the virtual environment that `cargo xtask test` makes; `None`, said aloud, where there is none.
+/// The Python of the virtual environment that `cargo xtask test` makes; prints SKIPPED and returns `None` if there is none.
 pub(crate) fn python() -> Option<PathBuf> {
     let python = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../target/python/bin/python");
     if python.exists() {
@@ -34,13 +34,13 @@ pub(crate) fn python() -> Option<PathBuf> {
     None
 }
 
-/// A port on the loopback interface that nobody listens on.
+/// A free port on the loopback interface.
 pub(crate) fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a loopback interface");
     listener.local_addr().expect("an address").port()
 }
 
-/// Looks again and again until something is there.
+/// Repeats a check until it succeeds.
 #[track_caller]
 pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> T {
     let end = Instant::now() + PATIENCE;
@@ -54,13 +54,13 @@ pub(crate) fn eventually<T>(what: &str, mut look: impl FnMut() -> Option<T>) -> 
 }
 
 impl Script {
-    /// Starts a script, and waits until it says that it is ready.
+    /// Starts a script, and waits until it reports that it is ready.
     #[track_caller]
     pub(crate) fn start(python: &Path, script: &str, argument: &Value) -> Script {
         Script::begin(python, script, argument, PATIENCE).0
     }
 
-    /// Starts a script, and waits for what it says when it is ready; it may take a minute more.
+    /// Starts a script, and returns its report when it is ready; it may take a minute more.
     #[track_caller]
     pub(crate) fn start_and_keep(python: &Path, script: &str, argument: &Value) -> Value {
         Script::begin(python, script, argument, PATIENCE + Duration::from_secs(60)).1
@@ -87,13 +87,13 @@ impl Script {
         (script, ready)
     }
 
-    /// Sends it a signal of Unix by its id.
+    /// Sends it a Unix signal.
     pub(crate) fn signal(&self, signal: &str) {
         let killed = Command::new("kill").args([format!("-{signal}"), self.child.id().to_string()]).status();
         assert!(killed.is_ok_and(|status| status.success()));
     }
 
-    /// Gives an order, and waits until it is done; what it says meanwhile is kept for whoever asks next.
+    /// Gives an order, and waits until it is done; output in between is kept for later.
     #[track_caller]
     pub(crate) fn order(&mut self, order: &Value) {
         writeln!(self.orders, "{order}").expect("the script reads");
@@ -109,13 +109,13 @@ impl Script {
         self.said = said;
     }
 
-    /// What it says next, at the latest at `end`.
+    /// Its next output, at the latest at `end`.
     fn take(&mut self, end: Instant) -> Result<Value, RecvTimeoutError> {
         let said = self.said.pop_front();
         said.map_or_else(|| self.answers.recv_timeout(end.saturating_duration_since(Instant::now())), Ok)
     }
 
-    /// Gives an order, and takes what it says with this key before it is done.
+    /// Gives an order, and returns the output with this key before the order is done.
     #[track_caller]
     pub(crate) fn answer(&mut self, order: &Value, key: &str) -> Value {
         writeln!(self.orders, "{order}").expect("the script reads");
@@ -124,7 +124,7 @@ impl Script {
         answer
     }
 
-    /// What it says within a time that has this key.
+    /// Its output with this key within a time.
     pub(crate) fn poll(&mut self, key: &str, patience: Duration) -> Option<Value> {
         let end = Instant::now() + patience;
         loop {
@@ -135,7 +135,7 @@ impl Script {
         }
     }
 
-    /// What it says next that has this key; what it says before is passed over.
+    /// Its next output with this key; earlier output is skipped.
     #[track_caller]
     pub(crate) fn next_with(&mut self, key: &str) -> Value {
         self.next_within(key, PATIENCE)

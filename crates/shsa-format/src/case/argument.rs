@@ -7,15 +7,15 @@ use shsa_core::assurance::{
 use shsa_core::knowledge::CONSUMER;
 use std::collections::BTreeMap;
 
-/// What lies deeper is left undeveloped: nobody reads more, and files of strangers may be deep.
+/// Deeper nodes stay undeveloped: no reader needs them, and a file from an untrusted source may nest deeply.
 pub const MOST_NODES: usize = 1_000;
 
-/// What a node of an argument is.
+/// The kind of a node of an argument.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Kind {
-    /// Something that is claimed.
+    /// A claim.
     Goal,
-    /// How a claim follows from others, where not all of them are needed.
+    /// A step from claims to a claim; not all of the claims need to hold.
     Strategy,
     /// Evidence.
     Solution,
@@ -24,16 +24,15 @@ pub enum Kind {
 /// A node of an argument.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Node {
-    /// What it is.
+    /// The kind of the node.
     pub kind: Kind,
-    /// What it says.
+    /// The text of the node.
     pub text: String,
-    /// How it stands now.
+    /// The present verdict.
     pub state: Verdict,
-    /// The nodes that it rests on, by their places; each is a later claim or one that others rest on, too, never one that rests
-    /// on this.
+    /// The indices of the supporting nodes. Supported and supporting nodes form no cycle.
     pub supported_by: Vec<usize>,
-    /// Whether nothing supports it: a goal that is not met, or that would rest on itself.
+    /// Whether no node supports it: a goal that is not met, or that would support itself.
     pub is_undeveloped: bool,
 }
 
@@ -44,7 +43,7 @@ pub struct Argument {
     pub nodes: Vec<Node>,
 }
 
-/// What a node is about.
+/// The subject of a node.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 enum Element {
     Guarantee(GuaranteeId),
@@ -53,9 +52,9 @@ enum Element {
 }
 
 impl Argument {
-    /// Of a guarantee as it stands under an evaluation; `observed` says a piece of evidence in words.
+    /// The argument for a guarantee under an evaluation; `observed` states a piece of evidence in words.
     ///
-    /// Time: linear in what it rests on, at most [`MOST_NODES`].
+    /// Time: linear in the number of nodes, at most [`MOST_NODES`].
     #[must_use]
     pub fn new(
         system: &System,
@@ -75,7 +74,7 @@ impl Argument {
         Argument { nodes: builder.nodes }
     }
 
-    /// How its claim stands.
+    /// The verdict on the claim.
     #[must_use]
     pub fn state(&self) -> Verdict {
         self.nodes.first().map_or(Verdict::Refused, |node| node.state)
@@ -88,7 +87,7 @@ struct Builder<'a> {
     observed: &'a dyn Fn(EvidenceId) -> String,
     nodes: Vec<Node>,
     known: BTreeMap<Element, usize>,
-    /// What is being developed.
+    /// The elements that are being developed.
     open: Vec<Element>,
 }
 
@@ -134,7 +133,7 @@ impl Builder<'_> {
         node
     }
 
-    /// True evidence is a solution; any other a goal that nothing supports.
+    /// The node of a piece of evidence: a solution when the evidence holds, else an undeveloped goal.
     fn evidence(&mut self, text: String, state: Verdict) -> usize {
         if state == Verdict::Holds {
             self.put(Kind::Solution, text, state)
@@ -143,7 +142,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What is claimed, and how that stands.
+    /// The claim of an element and its verdict.
     fn claim(&self, element: Element) -> (String, Verdict) {
         let (rows, system, now) = (self.system.certificates(), self.system, self.evaluation);
         match element {
@@ -176,7 +175,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What a condition rests on: all of the nodes together.
+    /// The nodes that support a condition; all of them are needed.
     fn condition(&mut self, tree: &Tree) -> Vec<usize> {
         match tree {
             Tree::All(parts) if parts.is_empty() => {
@@ -207,7 +206,7 @@ impl Builder<'_> {
         self.one_of(needed, groups)
     }
 
-    /// A strategy over groups of nodes, of which so many must hold.
+    /// A strategy over groups of nodes, of which `needed` must hold.
     fn one_of(&mut self, needed: u32, groups: Vec<Vec<usize>>) -> Vec<usize> {
         if groups.is_empty() {
             let text = "what is claimed to be redundant shares something here".to_owned();
@@ -228,7 +227,7 @@ impl Builder<'_> {
         vec![node]
     }
 
-    /// One node for several that must hold together.
+    /// One node for a group of nodes that must all hold.
     fn together(&mut self, group: Vec<usize>) -> usize {
         if let [only] = group.as_slice() {
             return *only;
@@ -239,7 +238,7 @@ impl Builder<'_> {
         node
     }
 
-    /// How a choice stands: as the last one that it needs of the best.
+    /// The verdict of a choice: of the `needed` best branches the worst.
     fn reached(&self, needed: u32, branches: &[usize]) -> Verdict {
         let mut states: Vec<Verdict> = branches.iter().map(|&node| self.nodes[node].state).collect();
         states.sort_unstable();
@@ -249,7 +248,7 @@ impl Builder<'_> {
         }
     }
 
-    /// What may meet a demand.
+    /// The nodes of the guarantees that may meet a demand.
     fn offers(&mut self, id: DemandId) -> Vec<usize> {
         let row = self.system.certificates().demands[id].clone();
         let matches: Vec<GuaranteeId> = self.system.matches(id).collect();

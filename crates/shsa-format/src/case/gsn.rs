@@ -1,7 +1,7 @@
-//! Arguments in the YAML of `gsn2x` (version 4): a module each, goals `G-`, strategies `S-`, solutions `Sn-`.
+//! Arguments in the YAML of `gsn2x` (version 4): one module per argument, goals `G-`, strategies `S-`, solutions `Sn-`.
 //!
-//! A claim that is not met stays undeveloped, and is defeated by a counter solution (`CSn-`) where it is refused. Each element has
-//! a class that tells how it stands: `given`, `open`, `circular`, `refused`.
+//! A claim that is not met stays undeveloped; a refused claim is defeated by a counter solution (`CSn-`). The class of each
+//! element is its verdict: `given`, `open`, `circular`, `refused`.
 
 use super::argument::{Argument, Kind, Node};
 use super::words;
@@ -10,14 +10,14 @@ use std::fmt::Write as _;
 
 /// One argument as a module.
 ///
-/// `name` is that of the module: ids hold its letters and digits, so that they are unique over the modules of a case where the
-/// names are. `brief` says of what and of when it is. Time: linear in the argument.
+/// `name` is the name of the module. The ids contain its letters and digits, so that ids are unique in a case whose module names
+/// are unique. `brief` states the subject and the time. Time: linear in the argument.
 #[must_use]
 pub fn write(argument: &Argument, name: &str, brief: &str) -> String {
     let module = identifier(name);
     let id = |at: usize, node: &Node| format!("{}-{module}-{at}", prefix(node.kind));
     let mut out = format!("module: {{ name: {}, brief: {} }}\n", quoted(&module), quoted(brief));
-    // Never fails: what is written is kept in memory.
+    // Writing to memory never fails.
     let mut line = |text: std::fmt::Arguments<'_>| _ = writeln!(out, "{text}");
     for (at, node) in argument.nodes.iter().enumerate() {
         let supports: Vec<String> =
@@ -51,7 +51,7 @@ const fn prefix(kind: Kind) -> &'static str {
     }
 }
 
-/// A name of letters, digits and `_`.
+/// A name reduced to letters, digits and `_`.
 fn identifier(name: &str) -> String {
     let letters = name.trim_matches('/').chars();
     letters.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()

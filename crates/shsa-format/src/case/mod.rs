@@ -1,7 +1,7 @@
-//! The assurance case of composed certificates: what is claimed, on which ground, and how each claim stands now.
+//! The assurance case of composed certificates: the claims, their grounds, and the present verdict on each claim.
 //!
-//! Made of a system and an evaluation of it: an [`Argument`] in the manner of the Goal Structuring Notation (GSN community
-//! standard, version 3), written as the YAML that `gsn2x` reads ([`gsn`]) or drawn as SVG ([`crate::drawing::argument`]).
+//! It is made from a system and an evaluation: an [`Argument`] in the Goal Structuring Notation (GSN community standard, version
+//! 3), written as the YAML that `gsn2x` reads ([`gsn`]) or drawn as SVG ([`crate::drawing::argument`]).
 
 mod argument;
 pub mod gsn;

@@ -1,4 +1,4 @@
-//! The evidence of one moment: for each who has a contract, the names of its evidence with what was measured.
+//! The evidence at one moment: for each contract holder, the names of its evidence with the measured values.
 
 use crate::model::Report;
 use crate::model::reader::Reader;
@@ -8,26 +8,27 @@ use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::{Place, Text};
 use shsa_core::unit::nearest;
 
-/// How a moment is written, for whom wrote something else.
+/// An example of a moment, for the help of error messages.
 const EXAMPLE: &str = "/lidar: { fresh: 40 ms, sound: true }";
 
-/// What was measured.
+/// A measured value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Measured {
-    /// That it is so, is not so, or is not known.
+    /// True, false or unknown.
     Truth(Truth),
-    /// A number or its bounds, SI.
+    /// A number or its bounds in SI.
     Number(Interval),
 }
 
-/// What is known at one moment.
+/// The evidence that is known at one moment.
 #[derive(Clone, Debug, Default)]
 pub struct Moment {
     entries: Vec<(Text, Text, Measured)>,
 }
 
 impl Moment {
-    /// Reads a moment: whose evidence, its name, and `true`, `false`, `unknown`, a quantity or the bounds of one.
+    /// Reads a moment. Each entry has a contract holder, the name of the evidence, and `true`, `false`, `unknown`, a quantity or
+    /// the bounds of a quantity.
     ///
     /// # Errors
     /// Everything that is wrong with the text.
@@ -52,17 +53,17 @@ impl Moment {
         }
     }
 
-    /// What was measured of a piece of evidence; `None` where the moment does not say.
+    /// The measured value of a piece of evidence; `None` when the moment has no entry for it.
     #[must_use]
     pub fn of(&self, subject: &str, evidence: &str) -> Option<Measured> {
         let found = self.entries.iter().find(|(of, name, _)| of.text == subject && name.text == evidence);
         found.map(|(_, _, measured)| *measured)
     }
 
-    /// Reports every entry that names no evidence; `known` are all, each with whose it is.
+    /// Checks that every entry names evidence of the model; `known` lists all evidence, each with its contract holder.
     ///
     /// # Errors
-    /// The entries that nobody has.
+    /// The entries of unknown evidence.
     pub fn check(&self, known: &[(&str, &str)], text: &str, name: &str) -> Result<(), Report> {
         let mut reader = Reader::default();
         for (subject, evidence, _) in &self.entries {

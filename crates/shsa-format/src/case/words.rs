@@ -1,4 +1,4 @@
-//! Statements, bounds and evidence in words, as a safety engineer reads them aloud.
+//! Statements, bounds and evidence in words, in the terms of a safety engineer.
 
 use shsa_core::assurance::Verdict;
 use shsa_core::interval::Interval;
@@ -6,7 +6,7 @@ use shsa_core::knowledge::{EvidenceSource, KnowledgeBase, Measure, Watched};
 use shsa_core::statement::{Content, Inclusion, Property, Scales, Statement};
 use shsa_core::unit::Dimension;
 
-/// A statement: its bounds, then its level; `as it is` without either.
+/// A statement: its bounds, then its level; `as it is` when it has neither.
 #[must_use]
 pub fn statement(scales: &Scales, statement: &Statement) -> String {
     let properties = statement.properties.iter().map(property);
@@ -50,7 +50,7 @@ fn bounds(range: Interval, dimension: Dimension, inclusion: Inclusion) -> String
     }
 }
 
-/// What is observed, and where it must lie: `age of /lidar at most 0.3 s`.
+/// The observed value and its bounds: `age of /lidar at most 0.3 s`.
 #[must_use]
 pub fn watched(knowledge: &KnowledgeBase, watched: &Watched) -> String {
     let (of, measure) = match watched.source {
@@ -76,7 +76,7 @@ fn dimension(knowledge: &KnowledgeBase, source: EvidenceSource, measure: Measure
     }
 }
 
-/// A verdict in a word, as files and pages name it.
+/// A verdict in one word, as in files and pages.
 #[must_use]
 pub const fn verdict(verdict: Verdict) -> &'static str {
     match verdict {

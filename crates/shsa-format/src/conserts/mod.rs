@@ -1,8 +1,8 @@
 //! Conditional safety certificates in the forms of conserts-rs: YAML, one certificate a file, and the `.model` files (XMI) of safeTbox.
 //!
-//! Names that nothing defines are told, with their place. Files are composed whatever their order: every demand is asked of all
-//! other services. Unlike conserts-rs, which compares quantities only: a guarantee meets a demand of its own type of service,
-//! with properties of the same names.
+//! Undefined names are reported with their place. The order of the files does not matter: every demand is asked of all other
+//! services. A guarantee meets a demand of its own type of service with properties of the same names; conserts-rs compares
+//! quantities only.
 
 mod statement;
 mod raw;
@@ -21,10 +21,10 @@ use std::collections::BTreeSet;
 /// The largest file in bytes.
 const MAX_BYTES: usize = 16 << 20;
 
-/// What a file says, as far as it is right: demands ask nobody yet.
+/// The certificates of a file, as far as the file is valid; the demands have no services to ask yet.
 ///
-/// An XML text is read as `.model`, any other as YAML; `name` is what the report, and the service of a YAML file, are called.
-/// Never fails: what is wrong stands in the report. Time: linear in the text and in the conditions, which are bounded.
+/// A text in XML is read as `.model`, any other as YAML. `name` names the file in the report, and the service of a YAML file.
+/// Never fails: the report holds the problems. Time: linear in the text and in the conditions, which are bounded.
 #[must_use]
 pub fn read(text: &str, name: &str) -> (Certificates, Report) {
     let mut reader = Reader::default();
@@ -51,7 +51,7 @@ pub fn compose(files: Vec<Certificates>) -> Certificates {
     all
 }
 
-/// The rows of several, one after the other.
+/// The rows of several files, one after the other.
 fn joined(files: Vec<Certificates>) -> Certificates {
     let mut all = Certificates::default();
     for file in files {

@@ -1,14 +1,14 @@
-//! Certificates as Prolog: rules without negation, of which tabling finds the least fixed point.
+//! Certificates as Prolog: rules without negation, whose least fixed point tabling finds.
 
 use shsa_core::assurance::{DemandId, Evaluation, Quantifier, System, Tree};
 use shsa_core::knowledge::Id;
 use std::fmt::Write as _;
 
-/// A program of `guarantee/1` and `demand/1`, the numbers of what holds, under the evidence of now.
+/// A program of `guarantee/1` and `demand/1`: the numbers of the guarantees and demands that hold under the present evidence.
 ///
-/// Guarantees, demands and evidence are numbered as in the system, with their names in comments; `meets/2` says which demand
-/// which guarantee meets by its statement. Made for SWI-Prolog (`:- table`), where rules may rest on each other.
-/// Time: linear in the certificates and their matches.
+/// Guarantees, demands and evidence have the numbers of the system, with their names in comments. `meets/2` states which
+/// guarantee meets which demand by its statement. The program is for SWI-Prolog (`:- table`), where rules may depend on each
+/// other. Time: linear in the certificates and their matches.
 #[must_use]
 pub fn write(system: &System, evaluation: &Evaluation) -> String {
     let rows = system.certificates();
@@ -17,7 +17,7 @@ pub fn write(system: &System, evaluation: &Evaluation) -> String {
          at_least(N, _) :- N =< 0.\nat_least(N, [G|Gs]) :- N > 0, call(G), M is N - 1, at_least(M, Gs).\n\
          at_least(N, [_|Gs]) :- N > 0, at_least(N, Gs).\n",
     );
-    // Never fails: what is written is kept in memory.
+    // Writing to memory never fails.
     let mut line = |text: std::fmt::Arguments<'_>| _ = writeln!(out, "{text}");
     for (id, row) in rows.evidence.enumerate() {
         let holds = if evaluation.truth(id).is_true() { "" } else { "% not true now: " };
@@ -33,12 +33,12 @@ pub fn write(system: &System, evaluation: &Evaluation) -> String {
     out
 }
 
-/// A name that stays within its line.
+/// A name for a comment, without control characters.
 fn comment(name: &str) -> String {
     name.chars().map(|c| if c.is_control() { ' ' } else { c }).collect()
 }
 
-/// When a demand is met: by a guarantee of one of the services that are asked, or of each.
+/// The condition of a demand: a guarantee of one of the services that are asked meets it, or one of each.
 fn asked(system: &System, id: DemandId) -> String {
     let (rows, row) = (system.certificates(), &system.certificates().demands[id]);
     if row.quantifier == Quantifier::Any {

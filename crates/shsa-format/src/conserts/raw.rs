@@ -1,4 +1,4 @@
-//! A certificate as files write it: by names, whatever their order; conditions as arrows between them.
+//! A certificate as a file writes it: by names, in any order; conditions are arrows between the names.
 
 use crate::model::reader::Reader;
 use shsa_core::assurance::{
@@ -10,23 +10,23 @@ use shsa_core::knowledge::{Place, Text};
 use shsa_core::statement::{Level, Property, Scales, Statement};
 use std::collections::BTreeMap;
 
-/// How many nodes the conditions of a certificate may have: a gate counts wherever it is used.
+/// The most nodes in the conditions of a certificate; a gate counts at each use.
 const MAX_NODES: usize = 100_000;
 
-/// What a file says of one certificate. Ids are of one name space.
+/// The content of a file about one certificate. All ids share one name space.
 #[derive(Default)]
 pub(super) struct Raw {
     pub(super) name: String,
     pub(super) guarantees: Vec<Promise>,
     pub(super) demands: Vec<Promise>,
     pub(super) evidence: Vec<(Text, String, Option<Interval>)>,
-    /// Gates by id; whether all of what leads to it must hold, or one.
+    /// The gates by id; `true` when all inputs must hold, `false` when one is enough.
     pub(super) gates: Vec<(Text, bool)>,
-    /// From, to.
+    /// Source and target.
     pub(super) arrows: Vec<(Text, Text)>,
     pub(super) provided: Vec<(String, Vec<Text>)>,
     pub(super) required: Vec<(String, Vec<Text>)>,
-    /// What conditions all guarantees.
+    /// The condition of all guarantees.
     pub(super) invariant: Option<Text>,
 }
 
@@ -49,13 +49,13 @@ enum Node {
 /// The conditions of a certificate.
 struct Conditions<'r> {
     nodes: BTreeMap<String, Node>,
-    /// What leads to a node.
+    /// The sources of the arrows to a node.
     from: BTreeMap<&'r str, Vec<&'r Text>>,
     left: usize,
 }
 
 impl Raw {
-    /// The rows of one service; what nothing defines is told and left out, but for conditions, which then cannot hold.
+    /// The rows of one service. Undefined names are reported and left out; in a condition they never hold.
     pub(super) fn certificates(&self, reader: &mut Reader) -> Certificates {
         let mut rows = Certificates::default();
         let service = rows.services.push(Service { name: self.name.clone(), kind: ServiceKind::Application });
@@ -154,11 +154,11 @@ impl<'r> Conditions<'r> {
         if !ends {
             reader.note(to.place, &format!("no gate or guarantee `{}` is defined", to.text), help);
         }
-        // What rests on something that nobody defines cannot hold: the arrow stays.
+        // A condition with an undefined name cannot hold: the arrow stays.
         self.from.entry(&to.text).or_default().push(from);
     }
 
-    /// The condition of what leads to a node: all of it, or one.
+    /// The condition of a node: all of its sources, or one of them.
     fn leading_to(&mut self, reader: &mut Reader, node: &Text, all: bool, depth: u32) -> Tree {
         let from = self.from.get(node.text.as_str()).cloned().unwrap_or_default();
         let mut parts = Vec::new();
@@ -185,7 +185,7 @@ impl<'r> Conditions<'r> {
     }
 }
 
-/// A text that stands at a place.
+/// A text at a place.
 pub(super) fn text(text: impl Into<String>, place: Place) -> Text {
     Text { text: text.into(), place }
 }

@@ -30,7 +30,7 @@ const NAMES: [(&str, &str); 22] = [
     ("newton", "N"),
 ];
 
-/// A unit by its symbol or name; nothing is a plain number.
+/// A unit by its symbol or name; the empty text is the unit of plain numbers.
 pub(super) fn unit(text: &str) -> Option<Unit> {
     let text = text.trim();
     let name =
@@ -38,8 +38,8 @@ pub(super) fn unit(text: &str) -> Option<Unit> {
     if name.is_empty() { Some(Unit::one()) } else { Unit::parse(name).ok() }
 }
 
-/// From one bound to the other in SI. A bound that does not belong to the range lies inside by more than what is taken for
-/// rounding, so that what touches it is not within.
+/// The range between two bounds, in SI. An excluded bound is moved inwards by more than the rounding tolerance, so that a range
+/// that touches the bound is not within.
 pub(super) fn range(unit: &Unit, [lo, hi]: [f64; 2], excludes: [bool; 2]) -> Interval {
     let inside = |bound: f64, excluded: bool, sign: f64| {
         let bound = unit.to_si(bound);
@@ -49,7 +49,7 @@ pub(super) fn range(unit: &Unit, [lo, hi]: [f64; 2], excludes: [bool; 2]) -> Int
     Interval::new(inside(lo, excludes[0], 1.0), inside(hi, excludes[1], -1.0))
 }
 
-/// The failure of safeTbox's type of a safety property.
+/// The failure mode of a safety property of safeTbox.
 pub(super) fn failure(name: &str) -> Option<FailureMode> {
     match name {
         "Omission" => Some(FailureMode::Omission),
@@ -61,9 +61,9 @@ pub(super) fn failure(name: &str) -> Option<FailureMode> {
     }
 }
 
-/// The property that a statement in words says: `Speed Deviation is bound to <= 2 km/h` is a number of up to 2 km/h under the
-/// words before the bound; anything else is so or not. Words after the unit belong to the name: who says more or less there
-/// says something else.
+/// The property of a statement in words: `Speed Deviation is bound to <= 2 km/h` is a number of up to 2 km/h, named by the words
+/// before the bound; any other statement is true or false. Words after the unit belong to the name, so that statements with other
+/// words differ.
 pub(super) fn property(words: &str, mode: Option<FailureMode>) -> Property {
     let words = words.trim();
     match bound(words) {

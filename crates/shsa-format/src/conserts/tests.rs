@@ -1,4 +1,4 @@
-//! Small certificates of our own, and the public ones where they are there.
+//! Small certificates of our own, and the public ones where they are available.
 
 use super::{compose, prolog, read};
 use shsa_core::assurance::{
@@ -158,7 +158,7 @@ fn texts_that_are_cut_or_changed_anywhere_are_read_to_an_end() {
     }
 }
 
-/// Random conditions over each other: services ask services, cycles included.
+/// Random conditions that depend on each other: services ask services, cycles included.
 fn random_system(random: &mut impl FnMut(usize) -> usize) -> System {
     let mut rows = Certificates::default();
     let services = 2 + random(4);
@@ -247,7 +247,7 @@ fn swi_prolog_derives_the_same() {
     assert!(held > 40, "only {held} held in all: this compares nothing");
 }
 
-/// The public models, with what each demand is met by, by the strict rule; SKIPPED where they are absent.
+/// The public models with the guarantees that meet each demand by the strict rule; prints SKIPPED where the models are absent.
 #[test]
 fn public_models_are_told_apart_as_recorded() {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/reference/conserts");

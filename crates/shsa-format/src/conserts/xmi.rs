@@ -1,4 +1,4 @@
-//! The `.model` files of safeTbox: a certificate for each configuration; references are paths by position.
+//! The `.model` files of safeTbox: one certificate per configuration; references are paths of positions.
 
 use super::raw::{Promise, Raw, text};
 use super::statement;

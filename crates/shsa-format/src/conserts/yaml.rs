@@ -1,4 +1,4 @@
-//! The YAML of conserts-rs: one certificate a file.
+//! The YAML of conserts-rs: one certificate per file.
 
 use super::raw::{Promise, Raw};
 use super::statement;
@@ -19,7 +19,7 @@ const ROOT: [&str; 7] = [
     "required_services",
 ];
 
-/// Reads one certificate; the second part is where the text differs from what it says.
+/// Reads one certificate; the second part holds the places where the scalars differ from the text of the file.
 pub(super) fn read(reader: &mut Reader, text: &str, name: &str) -> (Vec<Raw>, BTreeSet<u32>) {
     let tree = tree::read(text);
     reader.problems.extend(tree.problems);

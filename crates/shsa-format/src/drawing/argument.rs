@@ -1,4 +1,4 @@
-//! The argument of an assurance case as SVG: what is claimed on the left, its evidence on the right.
+//! The argument of an assurance case as SVG: the claims on the left, their evidence on the right.
 
 use super::layers::{Edge, Layout, Route, Size, TooManyBends, layout};
 use super::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
@@ -13,10 +13,10 @@ const MOST_WIDTH: f64 = 210.0;
 const MOST_LINES: usize = 4;
 const LINE: f64 = 15.0;
 const PADDING: f64 = 10.0;
-/// By how much the sides of a strategy lean.
+/// The horizontal offset of the slanted sides of a strategy.
 const LEAN: f64 = 12.0;
 
-/// Goals are boxes, strategies lean, solutions are round; how a node stands is written in it.
+/// Goals are boxes, strategies are slanted, solutions are round; the verdict of a node is written in it.
 const RULES: [Rule; 9] = [
     Rule {
         class: "node",
@@ -45,12 +45,12 @@ const RULES: [Rule; 9] = [
     Rule { class: "tip", light: "fill:#6b747e;stroke:none", dark: "fill:#929ca7" },
 ];
 
-/// The argument as an SVG of its own; begins with `<svg`. Long texts are cut; tooltips hold all of them.
+/// The argument as a complete SVG, which begins with `<svg`. Long texts are cut; tooltips hold the full texts.
 ///
 /// Time: that of a layered layout.
 ///
 /// # Errors
-/// When there are so many links that nobody could follow them.
+/// When there are too many links to follow.
 pub fn argument(argument: &Argument) -> Result<String, TooLarge> {
     let shapes: Vec<Shape<'_>> = argument.nodes.iter().map(Shape::new).collect();
     let sizes: Vec<Size> = shapes.iter().map(Shape::size).collect();
@@ -77,7 +77,7 @@ pub fn argument(argument: &Argument) -> Result<String, TooLarge> {
     Ok(sheet.finish("shsa-case", &RULES, size, "Assurance case", &told))
 }
 
-/// A link to what supports, with its tip there.
+/// A link to a supporting node, with its arrowhead there.
 fn link(sheet: &mut Sheet, shapes: &[Shape<'_>], layout: &Layout, edge: Edge, way: &Route) {
     let (Some(left), Some(right)) = (layout.centres.get(way.left), layout.centres.get(way.right)) else {
         return;
@@ -91,7 +91,7 @@ fn link(sheet: &mut Sheet, shapes: &[Shape<'_>], layout: &Layout, edge: Edge, wa
     sheet.put(format_args!("<path class=\"shsa-tip\" d=\"M{} {}L{base} {top}V{bottom}Z\"/>", px(x), px(y)));
 }
 
-/// A node that is ready to be placed.
+/// A node ready for layout.
 struct Shape<'a> {
     node: &'a Node,
     lines: Vec<String>,
@@ -147,7 +147,7 @@ impl<'a> Shape<'a> {
     }
 }
 
-/// A sign beside the word.
+/// The sign beside a verdict.
 const fn sign(verdict: Verdict) -> char {
     match verdict {
         Verdict::Holds => '\u{2713}',
@@ -157,7 +157,7 @@ const fn sign(verdict: Verdict) -> char {
     }
 }
 
-/// A text in lines that fit.
+/// A text wrapped into lines that fit.
 fn wrapped(text: &str) -> Vec<String> {
     let mut lines: Vec<String> = Vec::new();
     for word in text.split_whitespace() {

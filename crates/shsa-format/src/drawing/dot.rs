@@ -1,14 +1,13 @@
-//! A knowledge base for Graphviz (<https://graphviz.org/doc/info/lang.html>): for sizes and layouts that are not
-//! drawn here.
+//! A knowledge base for Graphviz (<https://graphviz.org/doc/info/lang.html>), for sizes and layouts that are not drawn here.
 
 use super::graph::{Direction, Graph, Link, Marks, constant};
 use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
 
 /// The knowledge base as a graph in the DOT language.
 ///
-/// Relations are boxes, variables ellipses (filled when provided, with a double line when constant), signals notes;
-/// arrowheads show in which directions a relation is usable. What is chosen has thicker lines and numbers.
-/// Time: linear in the text, but for relations of very many outputs.
+/// Relations are boxes, variables ellipses (filled when provided, with a double line when constant), signals notes; arrowheads
+/// show the directions in which a relation is usable. The chosen substitution has thicker lines and numbers. Time: linear in the
+/// text, except for relations with many outputs.
 #[must_use]
 pub fn dot(knowledge: &KnowledgeBase, marks: &Marks) -> String {
     let graph = Graph::new(knowledge, marks);
@@ -55,7 +54,7 @@ fn relation(graph: &Graph<'_>, id: RelationId) -> String {
     format!("  r{} [shape=box, label={label}, tooltip={tooltip}{style}{width}];", id.index())
 }
 
-/// How chosen nodes and edges differ from others.
+/// The attributes of chosen nodes and edges.
 const CHOSEN: &str = ", penwidth=3, color=\"#0068a8\"";
 
 fn edge(link: &Link) -> String {
@@ -90,7 +89,7 @@ fn quoted(text: &str) -> String {
             '\\' => safe.push_str("\\\\"),
             '\n' => safe.push_str("\\n"),
             char if char.is_control() => safe.push('\u{fffd}'),
-            // Graphviz reads entities of HTML in every label.
+            // Graphviz decodes HTML entities in every label.
             '&' => safe.push_str("&amp;"),
             char => safe.push(char),
         }

@@ -1,4 +1,4 @@
-//! What is drawn of a knowledge base, however it is drawn: who is joined with whom, and what is told about each.
+//! The content of a drawing of a knowledge base, for every format: the links and the texts of the elements.
 
 use super::number::number;
 use shsa_core::interval::Interval;
@@ -10,12 +10,12 @@ use shsa_core::substitution::Substitution;
 use shsa_core::unit::Unit;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// What stands out in a drawing of a knowledge base.
+/// The highlighted elements of a drawing of a knowledge base.
 #[derive(Clone, Debug, Default)]
 pub struct Marks {
-    /// The substitution that is chosen: its relations are numbered in the order of computation.
+    /// The chosen substitution; its relations are numbered in the order of computation.
     pub chosen: Option<Substitution>,
-    /// Signals that are lost, besides those that the knowledge base holds unavailable.
+    /// Signals that are lost, in addition to the unavailable ones of the knowledge base.
     pub lost: SignalSet,
 }
 
@@ -24,7 +24,7 @@ pub(super) struct Graph<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     marks: &'a Marks,
     needs: IdVec<VariableId, Vec<&'a Need>>,
-    /// The steps of the chosen substitution that use a relation: their numbers, from 1, and what they compute.
+    /// For each relation that the chosen substitution uses, its steps: their numbers, from 1, and the computed variables.
     steps: BTreeMap<RelationId, Vec<(usize, VariableId)>>,
     /// The variables of the chosen substitution.
     chosen: BTreeSet<VariableId>,
@@ -35,17 +35,17 @@ pub(super) struct Graph<'a> {
 pub(super) struct Link {
     pub(super) variable: VariableId,
     pub(super) relation: RelationId,
-    /// The relation can produce the variable.
+    /// Whether the relation can produce the variable.
     pub(super) makes: bool,
-    /// The relation can read the variable.
+    /// Whether the relation can read the variable.
     pub(super) reads: bool,
-    /// The direction in which the chosen substitution goes along it.
+    /// The direction in which the chosen substitution uses the link.
     pub(super) chosen: Option<Direction>,
-    /// The direction in which it is drawn.
+    /// The direction in which the link is drawn.
     pub(super) flow: Direction,
 }
 
-/// A way along a link.
+/// A direction along a link.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Direction {
     /// From the variable into the relation.
@@ -93,8 +93,8 @@ impl<'a> Graph<'a> {
         variables.into_iter().map(link).collect()
     }
 
-    /// What a relation of several directions is drawn for: the left side of its equation, else what is known in no
-    /// other way, else what is needed, else its first output.
+    /// The output for which a relation with several directions is drawn: the left side of its equation, else an output that is
+    /// not provided, else a needed one, else the first.
     fn main_output(&self, relation: &Relation) -> Option<VariableId> {
         let variables = self.knowledge.variables();
         let left_side = relation.text.split('=').next().unwrap_or_default().trim();
@@ -147,7 +147,7 @@ impl<'a> Graph<'a> {
         &self.needs[variable]
     }
 
-    /// A variable in some lines.
+    /// The description of a variable, in a few lines.
     pub(super) fn variable_told(&self, id: VariableId) -> String {
         let variable = &self.knowledge.variables()[id];
         let signals: Vec<&str> =
@@ -164,7 +164,7 @@ impl<'a> Graph<'a> {
         ])
     }
 
-    /// A relation in some lines.
+    /// The description of a relation, in a few lines.
     pub(super) fn relation_told(&self, id: RelationId) -> String {
         let relation = &self.knowledge.relations()[id];
         let outputs: Vec<&str> =
@@ -181,7 +181,7 @@ impl<'a> Graph<'a> {
         ])
     }
 
-    /// A signal in some lines.
+    /// The description of a signal, in a few lines.
     pub(super) fn signal_told(&self, id: SignalId) -> String {
         let signal = &self.knowledge.signals()[id];
         let derived: Vec<&str> = signal.derived_from.iter().map(|&from| self.name(from)).collect();
@@ -196,7 +196,7 @@ impl<'a> Graph<'a> {
         ])
     }
 
-    /// The whole in a sentence or two.
+    /// The description of the whole in one or two sentences.
     pub(super) fn told(&self) -> String {
         let knowledge = self.knowledge;
         let counts = [
@@ -230,12 +230,12 @@ impl<'a> Graph<'a> {
         &self.knowledge.signals()[signal].name
     }
 
-    /// The number of a variable among all nodes: variables first.
+    /// The number of a variable among all nodes; variables come first.
     pub(super) fn variable_node(&self, variable: VariableId) -> usize {
         variable.index()
     }
 
-    /// The number of a relation among all nodes: after all variables.
+    /// The number of a relation among all nodes; relations come after all variables.
     pub(super) fn relation_node(&self, relation: RelationId) -> usize {
         self.knowledge.variables().len() + relation.index()
     }
@@ -246,7 +246,7 @@ pub(super) fn constant(variable: &Variable) -> Option<String> {
     variable.constant.map(|value| interval(value, variable.unit.as_ref()))
 }
 
-/// A number when the interval is as good as one, else its bounds.
+/// A number when the interval is narrow enough, else its bounds.
 fn interval(value: Interval, unit: Option<&Unit>) -> String {
     let shown = |si: f64| number(unit.map_or(si, |unit| unit.from_si(si)));
     let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();

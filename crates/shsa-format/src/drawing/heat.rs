@@ -1,4 +1,4 @@
-//! Tables of shares as heat maps: the deeper the colour the higher the value, which also stands in its cell.
+//! Tables of shares as heat maps: the deeper the colour, the higher the value, which is also written in its cell.
 
 use super::number::number;
 use super::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
@@ -6,18 +6,18 @@ use super::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 /// A table of values from 0 to 1, such as the share of faults that were healed.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Heat {
-    /// What it shows, in one line.
+    /// The subject, in one line.
     pub title: String,
-    /// What the rows are, such as `fault`.
+    /// The meaning of the rows, such as `fault`.
     pub row: String,
-    /// What the columns are, such as `size of the fault`.
+    /// The meaning of the columns, such as `size of the fault`.
     pub column: String,
     /// The name of each row, from top to bottom.
     pub rows: Vec<String>,
     /// The name of each column, from left to right.
     pub columns: Vec<String>,
-    /// The values of each row, in the order of the columns; `None` and not-a-number are shown as `–`, and so is what
-    /// is missing. Beyond 0 and 1 the colour is that of the nearer end.
+    /// The values of each row, in the order of the columns. `None`, not-a-number and missing values are shown as `–`. A value
+    /// outside of 0 to 1 has the colour of the nearer end.
     pub cells: Vec<Vec<Option<f64>>>,
 }
 
@@ -27,12 +27,12 @@ const VALUE: f64 = 12.0;
 /// The widest name of a row or a column.
 const MOST_NAME: f64 = 240.0;
 const MARGIN: f64 = 16.0;
-/// The title, and what rows and columns are.
+/// The height of the title and of the axis names.
 const HEAD: f64 = 62.0;
-/// How steeply long names of columns stand, in degrees.
+/// The slope of long column names in degrees.
 const SLOPE: f64 = 40.0;
 
-/// Steps of one hue, which everybody can put into order; texts keep a contrast of 4.5 and more.
+/// Steps of one hue, which every reader can order; the contrast of texts is at least 4.5.
 const RULES: [Rule; 13] = [
     Rule { class: "head", light: "font-size:16px;font-weight:600", dark: "" },
     Rule {
@@ -54,7 +54,7 @@ const RULES: [Rule; 13] = [
 ];
 
 impl Heat {
-    /// The table as an SVG of its own; begins with `<svg`. Time: linear in the cells.
+    /// The table as a complete SVG, which begins with `<svg`. Time: linear in the cells.
     #[must_use]
     pub fn svg(&self) -> String {
         let rows: Vec<String> = self.rows.iter().map(|name| fitted(name, NAME, MOST_NAME)).collect();
@@ -103,7 +103,7 @@ impl Heat {
     }
 }
 
-/// Places from `start` on, one behind the other.
+/// Evenly spaced places from `start` on.
 fn places(start: f64, step: f64) -> impl Iterator<Item = f64> {
     (0_u32..).map(move |at| start + f64::from(at) * step)
 }
@@ -134,9 +134,9 @@ fn cell(sheet: &mut Sheet, value: Option<f64>, title: &str, (x, y): (f64, f64)) 
     ));
 }
 
-/// The step of colour, 0 to 10, of a value.
+/// The colour step of a value, 0 to 10.
 fn step(value: f64) -> u8 {
-    // The ends have colours of their own: all is not almost all.
+    // The ends have colours of their own: all differs from almost all.
     match value {
         value if value <= 0.0 => 0,
         value if value >= 1.0 => 10,
@@ -144,7 +144,7 @@ fn step(value: f64) -> u8 {
     }
 }
 
-/// Two decimals; what is not quite 0 or 1 does not look like it.
+/// A value with two decimals; a value near 0 or 1 is not rounded to it.
 fn shown(value: f64) -> String {
     match value {
         0.0 | 1.0 => number(value),
@@ -154,7 +154,7 @@ fn shown(value: f64) -> String {
     }
 }
 
-/// What the colours mean.
+/// The scale of the colours.
 fn scale(sheet: &mut Sheet, (x, y): (f64, f64)) {
     let at = format!("y=\"{}\"", px(y + 11.0));
     sheet.text(format_args!("class=\"shsa-note\" x=\"{}\" {at}", px(x)), "0");

@@ -1,8 +1,7 @@
-//! Drawings as self-contained SVG, and graphs for Graphviz: nothing in them refers to anything outside.
+//! Drawings as self-contained SVG, and graphs for Graphviz: they refer to nothing outside.
 //!
-//! The same input gives the same text, byte for byte. A drawing has no ids, and its classes begin with `shsa-`, so
-//! that several stand in one HTML page; colours follow the reader's light or dark scheme, and nothing is told by
-//! colour alone.
+//! The same input gives the same text, byte for byte. A drawing has no ids, and its classes begin with `shsa-`, so that one HTML
+//! page can hold several. Colours follow the reader's light or dark scheme, and no information is in colour alone.
 
 mod number;
 mod sheet;

@@ -1,6 +1,6 @@
 //! Numbers as people read them.
 
-/// A number with four digits that count, thousands separated; very large and very small ones by powers of ten.
+/// A number with four significant digits and separated thousands; very large and very small numbers with powers of ten.
 pub(super) fn number(value: f64) -> String {
     let magnitude = value.abs();
     if !value.is_finite() {
@@ -17,7 +17,7 @@ pub(super) fn number(value: f64) -> String {
     format!("{}{point}{part}", thousands(whole)).replacen('-', "−", 1)
 }
 
-/// As `3·10⁻⁷`.
+/// A number such as `3·10⁻⁷`.
 fn power(value: f64) -> String {
     let text = format!("{value:.2e}");
     let (digits, exponent) = text.split_once('e').unwrap_or((&text, "0"));

@@ -1,37 +1,37 @@
-//! What every drawing is put on: a sheet with its style, escaped texts, short numbers, and how wide a text gets.
+//! The canvas of every drawing: a sheet with its style, escaped texts, short numbers and text widths.
 
 use std::fmt::{Arguments, Write};
 
-/// Fonts that are there on every system; none is loaded.
+/// Fonts that every system has; none is loaded.
 const FONTS: &str = "system-ui,-apple-system,\"Segoe UI\",Roboto,\"Helvetica Neue\",Arial,sans-serif";
 
-/// Drawings up to this width shrink with the page that they are in.
+/// The largest width up to which a drawing shrinks with its page.
 const WIDE: f64 = 1400.0;
 
-/// How the elements of a class look: on light paper, and what is different on dark paper.
+/// The style of a class of elements: on a light background, and the differences on a dark one.
 pub(super) struct Rule {
-    /// Without the prefix `shsa-`.
+    /// The name without the prefix `shsa-`.
     pub(super) class: &'static str,
     /// CSS declarations.
     pub(super) light: &'static str,
-    /// CSS declarations that replace those of `light`; empty when nothing is different.
+    /// CSS declarations that replace those of `light`; empty when nothing differs.
     pub(super) dark: &'static str,
 }
 
-/// Looks that all kinds of drawings share.
+/// Styles that all kinds of drawings share.
 const SHARED: [Rule; 3] = [
     Rule { class: "paper", light: "fill:#fff", dark: "fill:#15181d" },
     Rule { class: "text", light: "fill:#1d232b", dark: "fill:#e4e8ee" },
     Rule { class: "note", light: "fill:#57606a;font-size:12px", dark: "fill:#a0aab5" },
 ];
 
-/// An SVG in the making; lengths are in pixels, y points down.
+/// An SVG under construction; lengths are in pixels, y points down.
 pub(super) struct Sheet {
     body: String,
 }
 
 impl Sheet {
-    /// An empty one.
+    /// An empty sheet.
     pub(super) fn new() -> Sheet {
         Sheet { body: String::new() }
     }
@@ -43,13 +43,12 @@ impl Sheet {
         self.body.push('\n');
     }
 
-    /// Adds a text; `attributes` says where, and holds no text of the user.
+    /// Adds a text; `attributes` holds its place and no text of the user.
     pub(super) fn text(&mut self, attributes: Arguments<'_>, text: &str) {
         self.put(format_args!("<text {attributes}>{}</text>", escaped(text)));
     }
 
-    /// The whole SVG, beginning with `<svg`: `kind` is the class of its root, `title` and `description` are read
-    /// out by screen readers.
+    /// The whole SVG, which begins with `<svg`: `kind` is the class of its root; screen readers read `title` and `description`.
     pub(super) fn finish(
         self,
         kind: &str,
@@ -58,8 +57,8 @@ impl Sheet {
         title: &str,
         description: &str,
     ) -> String {
-        // What is wide would get too small to be read: it keeps its size, and its page scrolls.
-        // Not in the style: that holds for all drawings of a page.
+        // A wide drawing would become too small to read: it keeps its size, and its page scrolls. The style cannot hold this: it
+        // is the same for all drawings of a page.
         let shrinks = if width <= WIDE { " style=\"max-width:100%;height:auto\"" } else { "" };
         let (width, height) = (px(width), px(height));
         let mut style = String::new();
@@ -84,7 +83,7 @@ impl Sheet {
     }
 }
 
-/// A text for the inside of an element or a quoted attribute. Characters that XML forbids become `\u{fffd}`.
+/// A text for the content of an element or a quoted attribute. Characters that XML forbids become `\u{fffd}`.
 pub fn escaped(text: &str) -> String {
     let mut safe = String::with_capacity(text.len());
     for char in text.chars() {
@@ -102,7 +101,7 @@ pub fn escaped(text: &str) -> String {
     safe
 }
 
-/// Whether XML forbids a character, or it would turn the direction of the text around it.
+/// Whether XML forbids a character, or the character would change the direction of the text around it.
 fn is_unfit(char: char) -> bool {
     char.is_control()
         || matches!(char, '\u{202a}'..='\u{202e}' | '\u{2066}'..='\u{2069}' | '\u{fffe}' | '\u{ffff}')
@@ -114,12 +113,12 @@ pub(super) fn px(value: f64) -> String {
     format!("{tenths}")
 }
 
-/// About how wide a text of one line gets in a sans-serif font of `size` pixels; rather too wide than too narrow.
+/// The approximate width of a line of text in a sans-serif font of `size` pixels; rather too large than too small.
 pub(super) fn width_of(text: &str, size: f64) -> f64 {
     text.chars().map(em).sum::<f64>() * size
 }
 
-/// A text that gets about `most` pixels wide at most, its end replaced by `…`.
+/// A text of at most about `most` pixels of width; a longer one ends with `…`.
 pub(super) fn fitted(text: &str, size: f64, most: f64) -> String {
     if width_of(text, size) <= most {
         return text.to_owned();

@@ -1,4 +1,4 @@
-//! The lines of a journal as they stand in JSON, and what each of them says.
+//! The lines of a journal in JSON, and their meaning.
 
 use crate::order::OrderForm;
 use crate::state::StateForm;
@@ -49,7 +49,7 @@ pub(super) enum Line {
     },
 }
 
-/// What a process says.
+/// The report of a process.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
 pub(super) enum Said {
@@ -134,7 +134,7 @@ pub(super) enum Value {
     Vector(Vec<Number>),
 }
 
-/// A number that JSON may not know.
+/// A number that JSON may not be able to write.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(untagged)]
 pub(crate) enum Number {
@@ -142,7 +142,7 @@ pub(crate) enum Number {
     Other(Other),
 }
 
-/// A number that JSON does not know.
+/// A number that JSON cannot write.
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 pub(crate) enum Other {
     #[serde(rename = "nan")]
@@ -198,10 +198,10 @@ impl From<Value> for RawValue {
 }
 
 impl Line {
-    /// The input that the line holds, `None` for a change of the model.
+    /// The input in the line; `None` for a change of the model.
     ///
     /// # Errors
-    /// What is wrong with the line.
+    /// The problem of the line.
     pub(super) fn input(self, signals: &[SignalId]) -> Result<Option<Input>, String> {
         Ok(Some(match self {
             Line::Reload { .. } => return Ok(None),
@@ -214,7 +214,7 @@ impl Line {
                 let snapshot = known.snapshot().map_err(|error| error.to_string())?;
                 Input::Restore { time: Time(restore_ns), snapshot: Box::new(snapshot) }
             }
-            // What the model does not have the engine leaves unread.
+            // The engine ignores a need that the model does not have.
             Line::Report { report_ns, need, said } => {
                 let need = NeedId::from_index(need);
                 Input::Report { time: Time(report_ns), need, report: said.into() }

@@ -1,16 +1,16 @@
-//! A place in a JSON text that moves on, checking the syntax (RFC 8259).
+//! A cursor that moves through a JSON text and checks the syntax (RFC 8259).
 
 use shsa_core::knowledge::Place;
 use shsa_message::json::{Flaw, Scanner};
 
 use super::tree::{MAX_DEPTH, offset};
 
-/// How many values a text may hold.
+/// The most values of a text.
 pub(crate) const MAX_VALUES: usize = 20_000_000;
-/// How many values may be kept at a time: those outside of the large sections, or one entry of these.
+/// The most values in memory at a time: those outside of the large sections, or one entry of these.
 pub(crate) const MAX_KEPT: usize = 1_000_000;
 
-/// Why a text is no JSON, and where.
+/// Why and where a text is no JSON.
 #[derive(Debug)]
 pub(crate) struct Broken {
     pub(crate) at: usize,
@@ -19,7 +19,7 @@ pub(crate) struct Broken {
 }
 
 impl Broken {
-    /// That a value is not of the form that was tried.
+    /// The error for a value that does not have the expected form.
     pub(crate) fn unusual() -> Broken {
         Broken { at: 0, message: String::new(), help: None }
     }
@@ -28,12 +28,12 @@ impl Broken {
 /// A string in the text.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Quoted {
-    /// With its quotes.
+    /// The place, quotes included.
     pub(crate) place: Place,
     pub(crate) escaped: bool,
 }
 
-/// Reads one token after the other.
+/// Reads token by token.
 #[derive(Clone, Copy)]
 pub(crate) struct Cursor<'a> {
     scanner: Scanner<'a>,
@@ -42,7 +42,7 @@ pub(crate) struct Cursor<'a> {
 }
 
 impl<'a> Cursor<'a> {
-    /// At the first token, behind blanks and the byte order mark.
+    /// A cursor at the first token, after blanks and the byte order mark.
     pub(crate) fn new(source: &'a str) -> Cursor<'a> {
         let mut scanner = Scanner::new(source);
         scanner.at = if source.starts_with('\u{feff}') { '\u{feff}'.len_utf8() } else { 0 };
@@ -50,7 +50,7 @@ impl<'a> Cursor<'a> {
         Cursor { scanner, values: 0, most: MAX_KEPT }
     }
 
-    /// The same text at another place.
+    /// A cursor at another place of the same text.
     pub(crate) fn moved_to(self, at: u32) -> Cursor<'a> {
         Cursor { scanner: Scanner { at: at as usize, ..self.scanner }, ..self }
     }
@@ -71,13 +71,13 @@ impl<'a> Cursor<'a> {
         self.peek() == Some(b'{')
     }
 
-    /// What stands between the quotes.
+    /// The text between the quotes.
     pub(crate) fn inner(&self, quoted: Quoted) -> &'a str {
         let Place { from, to } = quoted.place;
         self.scanner.text.get(from as usize + 1..(to as usize).saturating_sub(1)).unwrap_or("")
     }
 
-    /// Goes through an object, whose `{` comes next; each key is given with the cursor at its value.
+    /// Reads an object that begins here with `{`; `each` gets each key, with the cursor at its value.
     pub(crate) fn object(
         &mut self,
         mut entry: impl FnMut(&mut Self, Quoted) -> Result<(), Broken>,
@@ -98,12 +98,12 @@ impl<'a> Cursor<'a> {
         })
     }
 
-    /// Goes through a list, whose `[` comes next; the cursor is at each item.
+    /// Reads a list that begins here with `[`, with the cursor at each item.
     pub(crate) fn list(&mut self, item: impl FnMut(&mut Self) -> Result<(), Broken>) -> Result<(), Broken> {
         self.bracket(b'[', b']', item)
     }
 
-    /// Goes over a value, `depth` brackets deep.
+    /// Skips a value, `depth` brackets deep.
     pub(crate) fn skip(&mut self, depth: usize) -> Result<(), Broken> {
         self.values += 1;
         if self.values > self.most {
@@ -121,7 +121,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// Goes over an object whose entries will be read one at a time.
+    /// Skips an object whose entries will be read one at a time.
     pub(crate) fn skip_section(&mut self) -> Result<(), Broken> {
         let (before, outside) = (self.values, self.most);
         self.object(|cursor, _| {
@@ -132,7 +132,7 @@ impl<'a> Cursor<'a> {
         Ok(())
     }
 
-    /// That nothing follows but blanks.
+    /// Checks that only blanks follow.
     pub(crate) fn end(&mut self) -> Result<(), Broken> {
         self.scanner.blanks();
         match self.peek() {
@@ -141,7 +141,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// A string, whose quote comes next.
+    /// Reads a string, which begins here with its quote.
     pub(crate) fn string(&mut self) -> Result<Quoted, Broken> {
         let from = self.scanner.at;
         let escaped = match self.scanner.quoted() {
@@ -160,7 +160,7 @@ impl<'a> Cursor<'a> {
         }
     }
 
-    /// What is wrong with a string that begins at `from`.
+    /// The error in a string that begins at `from`.
     fn flawed(&mut self, from: usize, flaw: Flaw) -> Broken {
         let (at, message, help) = match flaw {
             Flaw::Unclosed => (from, "these quotes are not closed", None),
@@ -178,7 +178,7 @@ impl<'a> Cursor<'a> {
         self.broken(message, help)
     }
 
-    /// A number, `true`, `false` or `null`.
+    /// Reads a number, `true`, `false` or `null`.
     pub(crate) fn word(&mut self) -> Result<&'a str, Broken> {
         let rest = self.rest();
         let is_part = |byte: &u8| byte.is_ascii_alphanumeric() || matches!(byte, b'+' | b'-' | b'.' | b'_');
@@ -200,7 +200,7 @@ impl<'a> Cursor<'a> {
         Err(self.broken(message, help))
     }
 
-    /// The items between brackets, of which the first comes next.
+    /// Reads the items between brackets, from the first one on.
     fn bracket(
         &mut self,
         open: u8,
@@ -246,13 +246,13 @@ impl<'a> Cursor<'a> {
     }
 }
 
-/// Whether a word is a number as a whole.
+/// Whether a word as a whole is a number.
 fn is_number(word: &str) -> bool {
     let mut scanner = Scanner::new(word);
     scanner.number().is_ok() && scanner.at == word.len()
 }
 
-/// The first escape within quotes that is half a character: one of a surrogate pair without the other.
+/// The first escape that is half a character: one of a surrogate pair without the other.
 fn half_character(inner: &str) -> Option<usize> {
     let unit = |at: usize| u16::from_str_radix(inner.get(at..at + 6)?.strip_prefix("\\u")?, 16).ok();
     let mut at = 0;

@@ -1,4 +1,4 @@
-//! Fusions in a model file: read and written.
+//! Fusions in a model file: reading and writing.
 
 use shsa_core::knowledge::{
     Diagnostic, FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft, KnowledgeBase,
@@ -11,7 +11,7 @@ use super::reader::Reader;
 use super::tree::{Node, Value};
 use super::write::{Tree, keys, properties, text};
 
-/// All that was found in a knowledge base, and, where that is no error, what only the algebra of its fusions shows.
+/// The findings about a knowledge base and, when these are no errors, the findings that only the algebra of its fusions gives.
 pub(super) fn checked(knowledge: &KnowledgeBase, mut found: Vec<Diagnostic>) -> Vec<Diagnostic> {
     if found.iter().all(|it| it.severity != Severity::Error) {
         found.extend(shsa_estimate::node::check(knowledge));
@@ -19,7 +19,7 @@ pub(super) fn checked(knowledge: &KnowledgeBase, mut found: Vec<Diagnostic>) -> 
     found
 }
 
-/// One fusion.
+/// Reads one fusion.
 pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDraft {
     let example = "motion: { method: kalman, states: .., inputs: .., outputs: .. }";
     let mut keys = Known::of(reader, node, &FUSION, "a fusion's keys", example);
@@ -81,7 +81,7 @@ fn output(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionOutputDraft
     }
 }
 
-/// As it stands in a file.
+/// A fusion as the tree of its text.
 pub(super) fn written(fusion: &FusionDraft) -> Tree {
     let controls = fusion.controls.iter().map(|(name, signal)| (name.text.clone(), text(signal)));
     keys([
@@ -102,7 +102,7 @@ pub(super) fn written(fusion: &FusionDraft) -> Tree {
     ])
 }
 
-/// Nothing when there is none.
+/// A mapping of the entries; `None` when there are none.
 fn filled(entries: impl Iterator<Item = (String, Tree)>) -> Option<Tree> {
     let entries: Vec<(String, Tree)> = entries.collect();
     (!entries.is_empty()).then_some(Tree::Map(entries))

@@ -1,4 +1,4 @@
-//! JSON texts as the same tree: checked as a whole first, then read a piece at a time.
+//! JSON texts as the same tree as YAML: first checked as a whole, then read piece by piece.
 //!
 //! The large sections of a model are not kept as trees: [`Json::entries`] reads one entry after the other.
 
@@ -13,14 +13,14 @@ use super::tree::{self, Node, Value, offset};
 /// The sections that are read entry by entry.
 const SECTIONS: [&str; 3] = ["variables", "relations", "signals"];
 
-/// A relation of the usual form has at most so many properties.
+/// The most properties of a relation of the usual form.
 const MOST_PROPERTIES: usize = 8;
 
 /// A relation as it was read.
 pub(crate) enum Entry {
     /// Of the usual form.
     Usual(RelationDraft),
-    /// Of any other form, with its name.
+    /// A relation of any other form, with its name.
     Other((Text, Node)),
 }
 
@@ -39,12 +39,12 @@ pub(crate) fn is_likely(source: &str) -> bool {
     inner.is_some_and(|inner| inner.trim_start().starts_with('"'))
 }
 
-/// Checks an object's text and reads it, but for the entries of its large sections: these are [`Value::Unread`].
+/// Checks the text of an object and reads it, except for the entries of its large sections: these are [`Value::Unread`].
 ///
 /// # Errors
-/// The first place where it is no JSON, or holds too much.
+/// The first place at which the text is no JSON or holds too much.
 ///
-/// Time: linear in the text. Space: what is read, at most some million values.
+/// Time: linear in the text. Space: the values that are read, at most a few million.
 pub(crate) fn read(source: &str) -> Result<(Node, Json<'_>), Broken> {
     let mut cursor = Cursor::new(source);
     let from = cursor.place();
@@ -75,7 +75,7 @@ pub(crate) fn read(source: &str) -> Result<(Node, Json<'_>), Broken> {
 }
 
 impl Json<'_> {
-    /// Reads the entries of an unread mapping one by one. Keys that are given twice come twice.
+    /// Reads the entries of an unread mapping one by one. A duplicate key comes twice.
     pub(crate) fn entries(&mut self, place: Place, take: &mut dyn FnMut(&(Text, Node))) {
         let read = Cursor::new(self.source).moved_to(place.from).object(|cursor, key| {
             let key = self.text(cursor, key);
@@ -85,7 +85,7 @@ impl Json<'_> {
         debug_assert!(read.is_ok(), "the text was checked as a whole");
     }
 
-    /// As [`Json::entries`] for relations: those of the usual form (see [`Json::usual_relation`]) come as drafts.
+    /// As [`Json::entries`] for relations: relations of the usual form (see [`Json::usual_relation`]) come as drafts.
     pub(crate) fn relations(&mut self, place: Place, take: &mut dyn FnMut(Entry)) {
         let read = Cursor::new(self.source).moved_to(place.from).object(|cursor, key| {
             let name = self.text(cursor, key);
@@ -98,9 +98,9 @@ impl Json<'_> {
         debug_assert!(read.is_ok(), "the text was checked as a whole");
     }
 
-    /// Most of what a large model holds, `{"output": "a", "inputs": ["b"], "properties": {"cost": 2}}` with no other key
-    /// and no key twice, without a tree between text and draft: half of the allocations. `None` for any other
-    /// value, with the cursor still before it.
+    /// Reads a relation of the usual form, `{"output": "a", "inputs": ["b"], "properties": {"cost": 2}}` with no other and no
+    /// duplicate key, into a draft without a tree. This halves the allocations, since a large model consists mostly of such
+    /// relations. `None` for any other value, with the cursor still before it.
     fn usual_relation(&mut self, cursor: &mut Cursor, name: &Text) -> Option<RelationDraft> {
         let (mut output, mut inputs, mut properties) = (None, None, None);
         let mut ahead = *cursor;
@@ -139,7 +139,7 @@ impl Json<'_> {
         Some(RelationDraft { name: name.clone(), body, directions, condition, error, properties })
     }
 
-    /// A text or a number.
+    /// Reads a text or a number.
     fn usual_text(&mut self, cursor: &mut Cursor) -> Result<Text, Broken> {
         match self.node(cursor)?.value {
             Value::Scalar(text) => Ok(text),
@@ -186,7 +186,7 @@ impl Json<'_> {
         Value::Map(tree::without_duplicates(entries, &self.lines, &mut self.problems))
     }
 
-    /// The text between quotes, without blanks around it, and where it stands.
+    /// The text between quotes, without blanks at its ends, with its place.
     fn text(&mut self, cursor: &Cursor, quoted: Quoted) -> Text {
         let inner = cursor.inner(quoted);
         if quoted.escaped {

@@ -1,39 +1,39 @@
-//! The keys of a model: what each section may hold, and how it is written.
+//! The keys of a model: the content of each section and how it is written.
 //!
-//! The reader takes them from here, and so do the schema and the tests that hold the reference.
+//! The reader and the schema use these tables, and so do the tests of the reference.
 
 use shsa_core::knowledge::{
     Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
 };
 
-/// A part of a model that stands at its top.
+/// A top-level section of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Section {
-    /// Its key.
+    /// The key of the section.
     pub name: &'static str,
-    /// What stands under it.
+    /// The content under the key.
     pub holds: Holds,
 }
 
-/// What stands under the key of a section.
+/// The kind of content of a section.
 #[derive(Clone, Copy, Debug)]
 pub enum Holds {
     /// The version of the model's shape.
     Version,
-    /// Names, each with a value.
+    /// Names with one value each.
     Values(Form),
-    /// Names, each with a mapping of these keys.
+    /// Names with a mapping of these keys each.
     Entries(&'static [Key], Short),
-    /// The mapping of these keys, or a word that stands for it.
+    /// A mapping of these keys, or a word in its place.
     Mapping(&'static [Key]),
 }
 
-/// What may stand in the place of an entry's mapping.
+/// The short form of the mapping of an entry.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Short {
-    /// Nothing.
+    /// No short form.
     None,
-    /// A text: the first key alone.
+    /// A text: the value of the first key.
     Text,
     /// A list of several mappings.
     List,
@@ -42,17 +42,17 @@ pub enum Short {
 /// A key of a mapping.
 #[derive(Clone, Copy, Debug)]
 pub struct Key {
-    /// How it is written.
+    /// The key as it is written.
     pub name: &'static str,
-    /// How its value is written.
+    /// The form of the value.
     pub form: Form,
-    /// What its value is, as messages call it.
+    /// The name of the value in messages.
     pub what: &'static str,
-    /// A value.
+    /// An example of the value.
     pub example: &'static str,
 }
 
-/// How a value is written.
+/// The form of a value.
 #[derive(Clone, Copy, Debug)]
 pub enum Form {
     /// A word, a number, a quantity or a formula.
@@ -65,17 +65,17 @@ pub enum Form {
     Bounds,
     /// A list of the lowest and the highest.
     Pair,
-    /// A list of names, or one name.
+    /// A list of names, or a single name.
     Names,
     /// Names with a number each.
     Numbers,
     /// A list of names, or names with a number each.
     Shares,
-    /// Names, each with a mapping of these keys and of bounds under names of the model's own.
+    /// Names with a mapping each: these keys, and bounds under names of the model.
     Statements(&'static [Key]),
-    /// Names, each with a text.
+    /// Names with a text each.
     Words,
-    /// Names, each with a mapping of these keys.
+    /// Names with a mapping of these keys each.
     Entries(&'static [Key], Short),
 }
 
@@ -262,7 +262,7 @@ const ASKS: Key = formed(
 const EVIDENCE: Key =
     formed("evidence", Form::Words, "what is observed at run time", "{ fresh: age at most 300 ms }");
 
-/// The keys of something that others run on.
+/// The keys of a platform, on which others run.
 pub const PLATFORM: [Key; 4] = [RUNS_ON, GIVES, ASKS, EVIDENCE];
 
 /// The keys of a contract.
@@ -293,7 +293,7 @@ pub const ASKED: [Key; 2] = [
     text("level", "a level of a scale", "SIL 2"),
 ];
 
-/// The keys of a utility of the model's own.
+/// The keys of a utility that the model defines.
 pub const UTILITY: [Key; 5] = [
     formed(
         "aggregate",

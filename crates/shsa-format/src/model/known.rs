@@ -1,4 +1,4 @@
-//! Reads a mapping by the table of its keys: what is wrong is told in the words of the table.
+//! Reads a mapping by the table of its keys; error messages use the words of the table.
 
 use shsa_core::knowledge::{Bounds, PropertyDrafts, Text};
 
@@ -14,7 +14,7 @@ pub(crate) struct Known<'r, 'n> {
 }
 
 impl<'r, 'n> Known<'r, 'n> {
-    /// Of a node; unknown keys are reported. `what` says what was expected, `example` how it is written.
+    /// The values of a node. Unknown keys are reported; `what` names the expected value, `example` shows it.
     pub(crate) fn of(
         reader: &'r mut Reader,
         node: &'n Node,
@@ -26,7 +26,7 @@ impl<'r, 'n> Known<'r, 'n> {
         Known { reader, fields, keys }
     }
 
-    /// Of a node that may have other keys, too: these with their texts.
+    /// The values of a node with further keys, which are returned with their texts.
     pub(crate) fn beside_words(
         reader: &'r mut Reader,
         node: &'n Node,
@@ -45,7 +45,7 @@ impl<'r, 'n> Known<'r, 'n> {
         (Known { reader, fields, keys }, words)
     }
 
-    /// Whether a key may stand here.
+    /// Whether a key is one of the table.
     pub(crate) fn is_known(&self, key: &str) -> bool {
         self.keys.iter().any(|known| known.name == key)
     }
@@ -85,7 +85,7 @@ impl<'r, 'n> Known<'r, 'n> {
         self.reader.properties(node)
     }
 
-    /// Names, each with a name.
+    /// Names with a name each.
     pub(crate) fn texts(&mut self, key: &str) -> Vec<(Text, Text)> {
         let read = self.read(key, |reader, node, key| {
             let entries = reader.entries(node, key.what, key.example);
@@ -97,7 +97,7 @@ impl<'r, 'n> Known<'r, 'n> {
         read.unwrap_or_default()
     }
 
-    /// Names, each with what `one` makes of it.
+    /// Names, each with the result of `one`.
     pub(crate) fn entries<T>(
         &mut self,
         key: &str,
@@ -121,7 +121,7 @@ impl<'r, 'n> Known<'r, 'n> {
     }
 }
 
-/// As it stands in a model; made only where something is wrong.
+/// A key as written in a model; formatted only for a message.
 fn written(key: &'static Key) -> impl std::fmt::Display + Copy {
     #[derive(Clone, Copy)]
     struct Written(&'static Key);

@@ -1,6 +1,6 @@
-//! The layout of a model's text: two blanks for each level, one between a key and its value, comments kept.
+//! The layout of the text of a model: two blanks for each level, one between a key and its value, comments kept.
 //!
-//! The text that comes out is read again, and has to say the same: else there is none.
+//! The result is read again and must give the same model; otherwise there is no result.
 
 use std::collections::BTreeMap;
 
@@ -8,15 +8,15 @@ use super::live::Written;
 use super::report::Report;
 use super::tree::{self, Node, Value};
 
-/// Blanks for each level.
+/// The number of blanks for each level.
 const STEP: usize = 2;
-/// What may stand between two things of a line, and is written anew.
+/// Characters between two elements of a line, which the layout may change.
 const BETWEEN: [char; 3] = [' ', ':', ','];
 
-/// The text of a model in the one layout. Laid out again it stays as it is. Time: O(n log n).
+/// The text of a model in the standard layout. A second layout changes nothing. Time: O(n log n).
 ///
 /// # Errors
-/// What keeps the text from being read, and a text that would not say the same after it.
+/// A text that cannot be read, or that would give another model after the layout.
 ///
 /// ```
 /// use shsa_format::model::{layout::laid_out, live::Written};
@@ -62,7 +62,7 @@ fn is_same(one: &Node, other: &Node) -> bool {
     }
 }
 
-/// A text with one blank where something parts two things of a line.
+/// A text with one blank at each gap between two elements of a line.
 fn spaced(text: &str) -> String {
     let Some(root) = tree::read(text).root else { return text.to_owned() };
     let mut gaps = Gaps { text, gaps: BTreeMap::new() };
@@ -74,7 +74,7 @@ fn spaced(text: &str) -> String {
     spaced
 }
 
-/// The gaps of a text, and what they should be.
+/// The gaps of a text with their new content.
 struct Gaps<'t> {
     text: &'t str,
     gaps: BTreeMap<(usize, usize), &'static str>,
@@ -106,7 +106,7 @@ impl Gaps<'_> {
         }
     }
 
-    /// Between a key and its value; in block style, what aligns the values of several lines stays.
+    /// The gap between a key and its value; in block style, an alignment over several lines stays.
     fn colon(&mut self, node: &Node, from: usize, to: usize) {
         let is_aligned = self.text.get(from..to).is_some_and(|it| it.starts_with(": "));
         if is_flow(self.text, node) || !is_aligned {
@@ -114,7 +114,7 @@ impl Gaps<'_> {
         }
     }
 
-    /// What is in brackets: the gaps behind the first one, between the items, and before the last one.
+    /// The gaps in brackets: after the opening one, between the items, and before the closing one.
     fn brackets(&mut self, node: &Node, items: &[(usize, usize)], inner: &'static str) {
         if !is_flow(self.text, node) {
             return;
@@ -132,7 +132,7 @@ impl Gaps<'_> {
         }
     }
 
-    /// Nothing is done where a comment or an anchor stands there; of a gap that goes on in the next line, a comma is left.
+    /// A gap with a comment or an anchor stays; of a gap that continues in the next line, the comma stays.
     fn gap(&mut self, from: usize, to: usize, with: &'static str) {
         let between = if from <= to { self.text.get(from..to) } else { None };
         if let Some((line, _)) = between.and_then(|it| it.split_once('\n')) {
@@ -147,12 +147,12 @@ impl Gaps<'_> {
     }
 }
 
-/// What becomes of a line.
+/// The indentation of a line.
 #[derive(Clone, Copy)]
 enum Line {
-    /// It begins with a key or an item, which stands in this column.
+    /// The line begins with a key or an item, which moves to this column.
     At(usize),
-    /// It goes on with what began further up, and moves with it.
+    /// The line continues an element of an earlier line, and moves with that line.
     GoesOn,
 }
 
@@ -162,7 +162,7 @@ fn indented(text: &str) -> String {
     let mut levels = Levels { text, starts: starts(text), lines: BTreeMap::new() };
     levels.visit(&root, 0);
     let lines: Vec<&str> = text.lines().collect();
-    // The next key or item below each line: its column, and that it had.
+    // The next key or item below each line: its new and its old column.
     let mut next = (0, 0);
     let mut below = vec![next; lines.len()];
     for (number, (line, below)) in lines.iter().zip(&mut below).enumerate().rev() {
@@ -186,7 +186,7 @@ fn indented(text: &str) -> String {
                 blank = usize::from(!out.is_empty());
                 continue;
             }
-            // A comment belongs to what follows, or, where it stands further in, to what it follows.
+            // A comment belongs to the next element or, where it is indented further, to the previous one.
             None if own > below.1 => shifted(line.trim_end(), own, moved),
             None => format!("{}{}", " ".repeat(below.0), rest.trim_end()),
         };
@@ -197,7 +197,7 @@ fn indented(text: &str) -> String {
     out
 }
 
-/// A line that goes on moves as far as the one where it began; what is blank in it stays.
+/// A continued line moves as far as the line where its element begins; blanks in it stay.
 fn shifted(line: &str, own: usize, moved: isize) -> String {
     if line.trim().is_empty() {
         return line.to_owned();
@@ -209,7 +209,7 @@ fn shifted(line: &str, own: usize, moved: isize) -> String {
 /// The levels of the lines of a text.
 struct Levels<'t> {
     text: &'t str,
-    /// Where each line starts.
+    /// The start of each line.
     starts: Vec<usize>,
     lines: BTreeMap<usize, Line>,
 }
@@ -241,7 +241,7 @@ impl Levels<'_> {
         }
     }
 
-    /// Something begins here: its line is indented, when nothing but the sign of an item stands before it.
+    /// An element begins here: its line is indented when only the sign of an item precedes it.
     fn begin(&mut self, at: usize, column: usize) {
         let line = self.line(at);
         let before = self.starts.get(line).and_then(|start| self.text.get(*start..at)).unwrap_or_default();
@@ -251,7 +251,7 @@ impl Levels<'_> {
         }
     }
 
-    /// How far behind the sign of an item in the same line it stands.
+    /// The distance from the sign of an item in the same line.
     fn behind_sign(&self, at: usize) -> Option<usize> {
         let before = self.text.get(..at)?;
         let blanks = before.len() - before.trim_end_matches(' ').len();
@@ -276,14 +276,14 @@ pub(super) fn is_flow(text: &str, node: &Node) -> bool {
     text.get(node.place.from as usize..).is_some_and(|rest| rest.starts_with(['{', '[']))
 }
 
-/// The place before the quote of a text in quotes.
+/// The start of a text, its quote included.
 pub(super) fn start(text: &str, from: u32) -> usize {
     let from = from as usize;
     let is_quoted = text.get(..from).is_some_and(|before| before.ends_with(['"', '\'']));
     from - usize::from(is_quoted)
 }
 
-/// The place behind a text, and its quote.
+/// The end of a text, its quote included.
 pub(super) fn end_of_scalar(text: &str, to: u32) -> usize {
     let to = to as usize;
     to + usize::from(text.get(to..).is_some_and(|rest| rest.starts_with(['"', '\''])))
@@ -296,7 +296,7 @@ fn start_of(text: &str, node: &Node) -> usize {
     }
 }
 
-/// The place behind a value, and its quote.
+/// The end of a value, its quote included.
 pub(super) fn end_of(text: &str, node: &Node) -> usize {
     let last = match &node.value {
         Value::Map(entries) if !is_flow(text, node) => entries.last().map(|(_, node)| node),

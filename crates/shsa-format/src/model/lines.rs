@@ -2,29 +2,29 @@
 
 use std::cell::OnceCell;
 
-/// How many bytes lie between two marks.
+/// The number of bytes between two marks.
 const BLOCK: usize = 4096;
 
-/// A source in which lines are found. It is gone through when the first one is asked for; what is kept is small,
-/// and each answer takes constant time, however long the lines are.
+/// A source in which lines are found. The first question reads the source once and keeps small marks. Each answer takes constant
+/// time, however long the lines are.
 pub(crate) struct Lines<'a> {
     source: &'a str,
     marks: OnceCell<Vec<Mark>>,
 }
 
-/// What lies before a block of bytes.
+/// The counts before a block of bytes.
 #[derive(Clone, Copy, Default)]
 struct Mark {
-    /// Line feeds.
+    /// The number of line feeds.
     breaks: usize,
-    /// Where the line begins that the block begins in.
+    /// The start of the line in which the block begins.
     start: usize,
-    /// Characters of that line.
+    /// The number of characters of that line before the block.
     characters: usize,
 }
 
 impl Mark {
-    /// Behind these bytes, which begin at `at`.
+    /// The mark after these bytes, which begin at `at`.
     fn behind(self, at: usize, bytes: &[u8]) -> Mark {
         let breaks = self.breaks + bytes.iter().filter(|&&byte| byte == b'\n').count();
         let (start, characters) = match bytes.iter().rposition(|&byte| byte == b'\n') {
@@ -50,8 +50,8 @@ impl<'a> Lines<'a> {
         self.mark(at).characters + 1
     }
 
-    /// The line of an offset without its end: from at most `before` bytes before the offset to about `after` bytes
-    /// behind it, with the offset where this begins.
+    /// The line of an offset without its end: from at most `before` bytes before the offset to about `after` bytes behind it,
+    /// with the offset of its begin.
     pub(crate) fn part(&self, at: usize, before: usize, after: usize) -> (usize, &'a str) {
         let at = at.min(self.source.len());
         let start = boundary(self.source, self.mark(at).start.max(at.saturating_sub(before)));
@@ -59,7 +59,7 @@ impl<'a> Lines<'a> {
         (start, part.split('\n').next().unwrap_or("").trim_end_matches('\r'))
     }
 
-    /// How many bytes there are in all.
+    /// The length in bytes.
     pub(crate) fn bytes(&self) -> usize {
         self.source.len()
     }
@@ -84,7 +84,7 @@ impl<'a> Lines<'a> {
     }
 }
 
-/// How many characters begin in these bytes.
+/// The number of characters that begin in these bytes.
 fn characters(bytes: &[u8]) -> usize {
     bytes.iter().filter(|&&byte| byte & 0xC0 != 0x80).count()
 }

@@ -1,9 +1,9 @@
-//! A model in use, with the texts that it was read from: it is changed by further texts, and every problem is told with the
-//! file and line that it comes from.
+//! A model in use with the texts that it was read from. Further texts change it, and every problem is reported with its file and
+//! line.
 //!
-//! A text with the key `shsa` is a whole model and takes the place of the old one. Any other is a change: its entries are
-//! added, or replace those of the same name, and `null` removes. `available: { /gnss: false }` withdraws a signal, and
-//! `properties: { signals: { /gnss: { accuracy: 0.5 } } }` sets a property without writing the signal again.
+//! A text with the key `shsa` is a whole model and replaces the old one. Any other text is a change: its entries are added, or
+//! replace those of the same name, and `null` removes. `available: { /gnss: false }` withdraws a signal, and `properties: {
+//! signals: { /gnss: { accuracy: 0.5 } } }` sets a property without a new definition of the signal.
 
 mod texts;
 
@@ -32,7 +32,7 @@ const SECTIONS: [(&str, Section); 9] = [
     ("contracts", Section::Contracts),
 ];
 
-/// Of these, whose elements have properties.
+/// Of these sections, those whose elements have properties.
 const WITH_PROPERTIES: [(&str, Section); 3] =
     [("variables", Section::Variables), ("relations", Section::Relations), ("signals", Section::Signals)];
 
@@ -43,20 +43,20 @@ pub struct Live {
     texts: Texts,
 }
 
-/// A text that says what a model is, or what changes in it.
+/// The text of a model, or of a change of a model.
 #[derive(Clone, Copy, Debug)]
 pub struct Written<'t> {
-    /// What reports call it: the path of a file.
+    /// The name in reports: the path of the file.
     pub name: &'t str,
     /// YAML or JSON.
     pub text: &'t str,
 }
 
 impl Live {
-    /// Reads and checks a model; gives its warnings, too.
+    /// Reads and checks a model; returns its warnings, too.
     ///
     /// # Errors
-    /// Everything that is wrong with it.
+    /// All problems of the text.
     pub fn load(written: Written<'_>) -> Result<(Live, Report), Report> {
         let read = read(written, 0)?;
         let texts = Texts::default().with(written, &read, 0);
@@ -69,22 +69,22 @@ impl Live {
         }
     }
 
-    /// What is known at present.
+    /// The present knowledge base.
     #[must_use]
     pub fn knowledge(&self) -> &KnowledgeBase {
         self.model.knowledge()
     }
 
-    /// What the model says at present.
+    /// The present draft.
     #[must_use]
     pub fn draft(&self) -> &Draft {
         self.model.draft()
     }
 
-    /// Makes a change, or takes a whole new model over; gives the warnings about the model as it is then.
+    /// Applies a change, or replaces the whole model; returns the warnings about the new model.
     ///
     /// # Errors
-    /// Everything that is wrong with the text, or with the model as it were then; nothing has changed then.
+    /// All problems of the text or of the new model; the model is unchanged then.
     pub fn change(&mut self, written: Written<'_>) -> Result<Report, Report> {
         let base = self.texts.room(written.text.len());
         let read = read(written, base)?;
@@ -109,10 +109,10 @@ impl Live {
     }
 }
 
-/// Puts the models of several files together.
+/// Joins the models of several files.
 ///
 /// # Errors
-/// What is wrong with each of them, where they contradict each other, and what is wrong with the whole.
+/// The problems of each file, contradictions between the files, and the problems of the whole.
 pub fn join(parts: &[Written<'_>]) -> Result<(Live, Report), Report> {
     let mut texts = Texts::default();
     let mut drafts = Vec::new();
@@ -144,20 +144,20 @@ pub fn join(parts: &[Written<'_>]) -> Result<(Live, Report), Report> {
     }
 }
 
-/// What a change says that stands in another file, as a story.
+/// The edits of a change that is part of another file, such as a story.
 pub(crate) fn edits(reader: &mut Reader, node: Node) -> Vec<Edit> {
     let (node, edits) = split(reader, node, 0);
     [edits_of(shape::draft(reader, &node)), edits].concat()
 }
 
-/// What a text says.
+/// The content of a text.
 struct Read {
-    /// A whole model, or what is added or replaced.
+    /// A whole model, or the entries to add or replace.
     draft: Draft,
     is_whole: bool,
-    /// What is removed, withdrawn, or given another property.
+    /// Removals, withdrawals and changed properties.
     edits: Vec<Edit>,
-    /// What is wrong with its shape, at places of the text itself.
+    /// The problems of the shape, at places of the text itself.
     problems: Vec<Diagnostic>,
     is_right: bool,
     rewritten: BTreeSet<u32>,
@@ -189,7 +189,7 @@ fn read(written: Written<'_>, base: u32) -> Result<Read, Report> {
     Ok(Read { draft, is_whole: has_version, edits, problems, is_right, rewritten: tree.rewritten })
 }
 
-/// Takes out of a change what is no part of a model, and makes a model of the rest.
+/// Takes the sections that only changes have out of a change, and makes a model of the rest.
 fn split(reader: &mut Reader, root: Node, base: u32) -> (Node, Vec<Edit>) {
     let Value::Map(entries) = root.value else { return (root, Vec::new()) };
     let moved = |text: &Text| {
@@ -222,7 +222,7 @@ fn split(reader: &mut Reader, root: Node, base: u32) -> (Node, Vec<Edit>) {
     (Node { place: root.place, value: Value::Map(kept) }, edits)
 }
 
-/// `{ /gnss: false }`
+/// Reads `{ /gnss: false }`.
 fn available(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) -> Vec<Edit> {
     let entries = reader.entries(node, "signals with `true` or `false`", "/gnss: false");
     let mut edits = Vec::new();
@@ -236,7 +236,7 @@ fn available(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) -
     edits
 }
 
-/// `{ signals: { /gnss: { accuracy: 0.5, prior: null } } }`
+/// Reads `{ signals: { /gnss: { accuracy: 0.5, prior: null } } }`.
 fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) -> Vec<Edit> {
     let example = "properties: { signals: { /gnss: { accuracy: 0.5 } } }";
     let known = WITH_PROPERTIES.map(|(name, _)| name);
@@ -262,7 +262,7 @@ fn properties(reader: &mut Reader, node: &Node, moved: &impl Fn(&Text) -> Text) 
     edits
 }
 
-/// Everything that a draft holds, as something to add or replace.
+/// All entries of a draft as edits that add or replace.
 fn edits_of(draft: Draft) -> Vec<Edit> {
     let Draft {
         variables,

@@ -1,7 +1,7 @@
 //! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
 //!
-//! Every problem is reported at once, with file, line, column and help. Files of the thesis's public programs (YAML
-//! and Prolog) become drafts too; [`mod@write`] makes text of drafts again.
+//! All problems are reported together, with file, line, column and help. Files of the thesis's public programs (YAML and Prolog)
+//! become drafts too; [`mod@write`] makes text of drafts again.
 
 mod cursor;
 mod json;
@@ -33,49 +33,49 @@ use std::io::Read;
 use std::path::Path;
 use tree::{Node, Tree};
 
-/// The largest model file in bytes: JSON of a million relations has about half of that.
+/// The largest model file in bytes; JSON of a million relations has about half of that.
 pub const MAX_BYTES: usize = 256 << 20;
-/// The largest YAML file in bytes: YAML takes longer and is kept as a tree.
+/// The largest YAML file in bytes; YAML takes longer and is kept as a tree.
 pub(crate) const MAX_YAML_BYTES: usize = 64 << 20;
-/// A text that is JSON up to here is not tried as YAML when it is broken behind.
+/// A broken text that is valid JSON up to this offset is not tried as YAML.
 const SURELY_JSON: usize = 1 << 20;
 
-/// A model as far as it is right, and what is wrong with it.
+/// The valid part of a model, and its problems.
 #[derive(Clone, Debug, Default)]
 pub struct Loaded {
-    /// Complete when `report.ok()`; with errors it holds what was right.
+    /// The whole model when `report.ok()`; else its valid part.
     pub knowledge: KnowledgeBase,
-    /// Every problem, in file order.
+    /// All problems, in file order.
     pub report: Report,
 }
 
-/// How a model is written.
+/// The form of the text of a model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Form {
-    /// YAML; JSON is a part of it.
+    /// YAML, which includes JSON.
     Yaml,
     /// The YAML of the thesis's public programs: `relations` or `graph`, and `properties`.
     Thesis,
-    /// Their Prolog facts: `function/3`, `implementation/2`, `itomsOf/2`, `itomOf/2`.
+    /// The Prolog facts of these programs: `function/3`, `implementation/2`, `itomsOf/2`, `itomOf/2`.
     Prolog,
 }
 
-/// A model before it is checked, and what its text said that the draft does not.
+/// A model before its check, and the parts of its text that the draft lacks.
 #[derive(Clone, Debug)]
 pub struct Source {
-    /// What the text says.
+    /// The draft.
     pub draft: Draft,
-    /// How it is written.
+    /// The form of the text.
     pub form: Form,
-    /// How many things of another form did not come over; each is a warning.
+    /// The number of elements of another form that were not converted; each has a warning.
     pub losses: usize,
     problems: Vec<Diagnostic>,
     rewritten: BTreeSet<u32>,
 }
 
-/// Reads and checks a model in any form; `name` is what the report calls the file.
+/// Reads and checks a model in any form; `name` is the file name in the report.
 ///
-/// Never fails: what is wrong stands in the report. Time: linear in the text but for sorting and names.
+/// Never fails: the report holds the problems. Time: linear in the text, except for sorting and names.
 ///
 /// ```
 /// use shsa_core::engine::{Engine, Input, Options, Output, Ticks};
@@ -123,10 +123,10 @@ pub fn load(text: &str, name: &str) -> Loaded {
     Loaded { knowledge, report: Report::locate(name, text, problems, &rewritten) }
 }
 
-/// Reads a model without checking it; `form` is found out when it is not given.
+/// Reads a model without checking it; a missing `form` is detected.
 ///
 /// # Errors
-/// A text that is too large, is broken, or holds nothing.
+/// A text that is too large, broken or empty.
 pub fn read(text: &str, name: &str, form: Option<Form>) -> Result<Source, Report> {
     let mut reader = Reader::default();
     let (draft, problems, rewritten) = match open(text, name, form)? {
@@ -143,9 +143,9 @@ pub fn read(text: &str, name: &str, form: Option<Form>) -> Result<Source, Report
     Ok(Source { draft, form: Form::Yaml, losses: 0, problems, rewritten })
 }
 
-/// A text whose form is known.
+/// A text of a known form.
 enum Opened<'t> {
-    /// Its pieces are read from the text as they are wanted.
+    /// JSON, whose pieces are read from the text when they are needed.
     Json(Node, Json<'t>),
     Yaml(Node, Tree),
     /// A form of the thesis.
@@ -184,7 +184,7 @@ fn open<'t>(text: &'t str, name: &str, form: Option<Form>) -> Result<Opened<'t>,
     Ok(Opened::Other(Box::new(source)))
 }
 
-/// Reads a text as JSON; `None` when it may rather be YAML, which has braces and quotes, too.
+/// Reads a text as JSON; `None` when the text may be YAML, which has braces and quotes, too.
 fn open_json<'t>(text: &'t str, name: &str) -> Result<Option<(Node, Json<'t>)>, Report> {
     if !json::is_likely(text) {
         return Ok(None);
@@ -207,7 +207,7 @@ impl Source {
         Source { draft, form, losses, problems, rewritten }
     }
 
-    /// Checks the draft; `text` and `name` are those that it was read from.
+    /// Checks the draft; `text` and `name` are its source.
     #[must_use]
     pub fn build(self, text: &str, name: &str) -> Loaded {
         let (knowledge, found) = build(&self.draft);
@@ -217,7 +217,7 @@ impl Source {
     }
 }
 
-/// As [`load`] for a file; a file that cannot be read is an error in the report.
+/// As [`load`] for a file; an unreadable file is an error in the report.
 #[must_use]
 pub fn load_file(path: &Path) -> Loaded {
     match read_text(path, "model") {
@@ -226,10 +226,10 @@ pub fn load_file(path: &Path) -> Loaded {
     }
 }
 
-/// The text of a file; `what` is what it should be.
+/// The text of a file; `what` names its expected content.
 ///
 /// # Errors
-/// A file that cannot be read, or is no text.
+/// A file that cannot be read or is no text.
 pub fn read_text(path: &Path, what: &str) -> Result<String, Report> {
     let mut bytes = Vec::new();
     let limit = MAX_BYTES as u64 + 1;

@@ -1,6 +1,6 @@
-//! A change put into the text of a model: what it does not touch stays as it is written, comments and layout among it.
+//! A change applied to the text of a model: all other text stays as written, with comments and layout.
 //!
-//! The text that comes out is read again, and has to say the same as the model after the change: else there is none.
+//! The result is read again and must give the changed model; otherwise there is no result.
 
 use shsa_core::knowledge::{Draft, Text};
 use std::ops::Range;
@@ -14,7 +14,7 @@ use super::write::{self, plain_or_quoted};
 /// The text of a model after a change, which is written as for `shsa replay --reload`.
 ///
 /// # Errors
-/// What is wrong with the model or the change, and where the layout of the model leaves no place for the change.
+/// The problems of the model or of the change, and a layout of the model without a place for the change.
 ///
 /// ```
 /// use shsa_format::model::{live::Written, patch::patched};
@@ -38,30 +38,30 @@ pub fn patched(model: Written<'_>, change: Written<'_>) -> Result<String, Report
     }
 }
 
-/// Whether a text says what a draft does, in whichever order.
+/// Whether a text gives the expected draft, in any order.
 fn says(text: &str, name: &str, expected: &Draft) -> bool {
     let value = |draft: &Draft| serde_json::from_str::<serde_json::Value>(&write::json(draft)).ok();
     let is_same = super::read(text, name, None).is_ok_and(|read| value(&read.draft) == value(expected));
     is_same && super::load(text, name).report.ok()
 }
 
-/// A stretch of the text and what stands there instead.
+/// A range of the text and its replacement.
 struct Edit {
     from: usize,
     to: usize,
     with: String,
 }
 
-/// All that a change does to a text.
+/// All edits that a change makes to a text.
 struct Edits<'t> {
     text: &'t str,
     edits: Vec<Edit>,
-    /// What comes behind the end.
+    /// The text that is added at the end.
     sections: String,
 }
 
 impl<'t> Edits<'t> {
-    /// `None` when one of the two is no mapping of sections.
+    /// `None` when the model or the change is no mapping of sections.
     fn of(text: &'t str, change: &str) -> Option<Edits<'t>> {
         let (model, change) = (tree::read(text).root?, tree::read(change).root?);
         let mut edits = Edits { text, edits: Vec::new(), sections: String::new() };
@@ -77,7 +77,7 @@ impl<'t> Edits<'t> {
         Some(edits)
     }
 
-    /// Puts entries into a mapping that has some. `is_whole`: what the entries do not name goes.
+    /// Puts entries into a mapping that has some; `is_whole` removes all entries that are not named.
     fn merge(&mut self, present: &Node, wanted: &[(Text, Node)], is_whole: bool) {
         let known = entries(present).unwrap_or_default();
         let is_flow = self.is_flow(present);
@@ -118,7 +118,7 @@ impl<'t> Edits<'t> {
         }
     }
 
-    /// Behind the last entry of a mapping: in its brackets, or in a line of its own.
+    /// Adds an entry after the last one of a mapping: in its brackets, or in a line of its own.
     fn add(&mut self, present: &Node, name: &Text, new: &Node, is_flow: bool) {
         let Some((key, last)) = entries(present).and_then(<[_]>::last) else { return };
         let end = self.end(last);
@@ -132,7 +132,7 @@ impl<'t> Edits<'t> {
         }
     }
 
-    /// An entry in brackets with the comma between it and the next one that stays; `first` is the first that does.
+    /// An entry in brackets with the comma that goes with it; `first` is the first entry that stays.
     fn beside(&self, known: &[(Text, Node)], at: usize, first: usize) -> Option<Range<usize>> {
         let (key, old) = known.get(at)?;
         match at < first {
@@ -156,9 +156,9 @@ impl<'t> Edits<'t> {
         }
     }
 
-    /// The text with all edits made, the last ones first, so that places stay true.
+    /// The text with all edits made, the last ones first, so that places stay valid.
     fn applied(mut self, text: &str) -> String {
-        // Of several additions at one place the first comes first.
+        // Of several additions at one place, the first comes first.
         self.edits.reverse();
         self.edits.sort_by_key(|edit| std::cmp::Reverse(edit.from));
         let mut text = text.to_owned();
@@ -187,7 +187,7 @@ impl<'t> Edits<'t> {
         self.text.get(at..).and_then(|rest| rest.find('\n')).map_or(self.text.len(), |length| at + length)
     }
 
-    /// The blanks before the line of a key.
+    /// The blanks before a key in its line.
     fn indent(&self, key: &Text) -> &'t str {
         let before = self.text.get(..key.place.from as usize).unwrap_or_default();
         let line = self.text.get(before.rfind('\n').map_or(0, |at| at + 1)..).unwrap_or_default();
@@ -202,7 +202,7 @@ fn entries(node: &Node) -> Option<&[(Text, Node)]> {
     }
 }
 
-/// A value in one line; `inside` brackets fewer signs may stand without quotes.
+/// A value in one line; `inside` brackets, fewer texts may stand without quotes.
 fn written(node: &Node, inside: bool) -> String {
     match &node.value {
         Value::Null | Value::Unread => "null".to_owned(),
@@ -215,7 +215,7 @@ fn written(node: &Node, inside: bool) -> String {
     }
 }
 
-/// Entries in brackets, without those of no value.
+/// Entries in brackets, without those whose value is null.
 fn braced(entries: &[(Text, Node)]) -> String {
     let entries = entries.iter().filter(|(_, node)| !matches!(node.value, Value::Null));
     let entries = entries

@@ -1,4 +1,4 @@
-//! Reads nodes of the tree as what is expected, and reports what is not.
+//! Reads nodes of the tree as expected values, and reports the others.
 
 use shsa_core::knowledge::{Bounds, Diagnostic, Place, PropertyDrafts, Text};
 use shsa_core::unit::nearest;
@@ -7,7 +7,7 @@ use std::fmt::Display;
 use super::problem;
 use super::tree::{Node, Value};
 
-/// How many problems of the shape are kept: more help nobody.
+/// The most problems of the shape that are kept; more do not help the user.
 const MAX_PROBLEMS: usize = 10_000;
 
 /// Collects the problems of a whole model.
@@ -22,7 +22,7 @@ pub(crate) struct Fields<'n> {
 }
 
 impl<'n> Fields<'n> {
-    /// Of a mapping whose keys are checked elsewhere.
+    /// The values of a mapping whose keys are checked elsewhere.
     pub(crate) fn of(entries: &'n [(Text, Node)]) -> Self {
         Fields { entries }
     }
@@ -46,8 +46,7 @@ impl Reader {
         }
     }
 
-    /// The entries of a mapping with free names; none for null. `what` says what was expected, `example` how it is
-    /// written.
+    /// The entries of a mapping with free names; none for null. `what` names the expected value, `example` shows it.
     pub(crate) fn entries<'n>(
         &mut self,
         node: &'n Node,
@@ -64,7 +63,7 @@ impl Reader {
         }
     }
 
-    /// A mapping with fixed keys; unknown ones are reported with the nearest known one.
+    /// A mapping with fixed keys; an unknown key is reported with the nearest known one.
     pub(crate) fn fields<'n>(
         &mut self,
         node: &'n Node,
@@ -96,7 +95,7 @@ impl Reader {
         Fields { entries }
     }
 
-    /// A word, number or quantity.
+    /// A word, a number or a quantity.
     pub(crate) fn text(&mut self, node: &Node, what: &str, example: impl Display) -> Option<Text> {
         match &node.value {
             Value::Scalar(text) => Some(text.clone()),
@@ -127,7 +126,7 @@ impl Reader {
         None
     }
 
-    /// A list of names; one name stands for a list of one.
+    /// A list of names; a single name is a list of one.
     pub(crate) fn names(&mut self, node: &Node, what: &str, example: impl Display + Copy) -> Vec<Text> {
         match &node.value {
             Value::Scalar(name) => vec![name.clone()],

@@ -1,4 +1,4 @@
-//! What is wrong with a model, for people (with the source line) and for programs.
+//! The problems of a model, for people (with the source line) and for programs.
 
 use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
 use serde::{Serialize, Serializer};
@@ -10,29 +10,29 @@ use super::lines::{Lines, boundary};
 
 /// How much of a long line is kept on each side of a problem, in bytes.
 const CONTEXT: usize = 100;
-/// How many problems are shown to people; the rest is counted.
+/// The most problems that are shown to people; the rest is counted.
 const SHOWN: usize = 100;
 
 /// A problem with its place in a file.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
 pub struct Located {
-    /// An error keeps the model from being used.
+    /// The severity; an error prevents the use of the model.
     #[serde(serialize_with = "severity")]
     pub severity: Severity,
-    /// What is wrong, in one line.
+    /// The problem, in one line.
     pub message: String,
-    /// The file as it was named.
+    /// The file as the caller named it.
     pub file: String,
-    /// Counted from 1; 0 when it is about the whole file.
+    /// The line, counted from 1; 0 when the problem is about the whole file.
     pub line: usize,
-    /// In characters, counted from 1; 0 when it is about the whole file.
+    /// The column in characters, counted from 1; 0 when the problem is about the whole file.
     pub column: usize,
-    /// What to write instead.
+    /// The correction, if one is known.
     pub help: Option<String>,
-    /// The line that it is about; a part of it when it is long.
+    /// The source line of the problem, or a part of a long one.
     #[serde(skip)]
     pub source_line: String,
-    /// The bytes of `source_line` that it is about.
+    /// The bytes of the problem in `source_line`.
     #[serde(skip)]
     pub span: Range<usize>,
 }
@@ -54,7 +54,7 @@ impl Located {
     }
 }
 
-/// Everything that was found, in file order.
+/// All problems, in file order.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize)]
 #[serde(transparent)]
 pub struct Report {
@@ -63,21 +63,21 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether there is no error; warnings may be there.
+    /// Whether there is no error; warnings are allowed.
     #[must_use]
     pub fn ok(&self) -> bool {
         self.diagnostics.iter().all(|found| found.severity != Severity::Error)
     }
 
-    /// The same without what is only good to know.
+    /// The report without notes.
     #[must_use]
     pub fn without_notes(&self) -> Report {
         let matters = |found: &&Located| found.severity > Severity::Note;
         Report { diagnostics: self.diagnostics.iter().filter(matters).cloned().collect() }
     }
 
-    /// The report for people: each problem with its source line, at most a hundred; ends with a line feed.
-    /// Empty when there is nothing to report.
+    /// The report for people: each problem with its source line, at most a hundred; ends with a line feed. Empty without
+    /// problems.
     #[must_use]
     pub fn render(&self, colour: bool) -> String {
         let renderer = if colour { Renderer::styled() } else { Renderer::plain() };
@@ -101,7 +101,7 @@ impl Report {
         Report { diagnostics: vec![found] }
     }
 
-    /// Finds lines and columns; in scalars that start at `rewritten` no spans are counted.
+    /// Finds lines and columns. Scalars that start at `rewritten` get no spans.
     pub(crate) fn locate(
         file: &str,
         source: &str,
@@ -134,7 +134,7 @@ impl Located {
         }
     }
 
-    /// The place, and the line when there is one.
+    /// The place of the problem, with the line if there is one.
     fn show<'a>(&'a self, group: Group<'a>) -> Group<'a> {
         let origin = Origin::path(self.file.as_str());
         if self.line == 0 {
@@ -146,7 +146,7 @@ impl Located {
         if shown + 1 == self.column {
             return group.element(snippet.path(self.file.as_str()));
         }
-        // A part of a long line: the snippet would count the column from the cut.
+        // In a part of a long line, the snippet would count the column from the cut.
         group.element(origin.line(self.line).char_column(self.column)).element(snippet)
     }
 }
@@ -173,7 +173,7 @@ fn located(file: &str, lines: &Lines, found: Diagnostic, narrow: bool) -> Locate
     }
 }
 
-/// A file's control characters must not reach the terminal.
+/// The control characters of a file must not reach the terminal.
 fn printable(text: String) -> String {
     text.replace(char::is_control, "\u{fffd}")
 }

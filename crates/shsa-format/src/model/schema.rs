@@ -1,6 +1,6 @@
-//! The JSON Schema of models, made from the tables of their keys: what editors need to complete and to check.
+//! The JSON Schema of models, made from the tables of their keys, for completion and checks in editors.
 //!
-//! It knows keys, choices and shapes. What quantities and formulas mean, only the checks of the core know.
+//! The schema has keys, choices and shapes. Only the checks of the core know quantities and formulas.
 
 use serde_json::{Map, Value, json};
 
@@ -12,7 +12,7 @@ pub fn text() -> String {
     format!("{:#}\n", schema())
 }
 
-/// The schema, of the draft of 2020-12.
+/// The schema, by draft 2020-12.
 #[must_use]
 pub fn schema() -> Value {
     let sections: Map<String, Value> =

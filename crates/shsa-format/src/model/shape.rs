@@ -1,4 +1,4 @@
-//! The shape of a model file: which keys there are and what they hold.
+//! The shape of a model file: its keys and their content.
 
 use shsa_core::knowledge::{
     BodyDraft, Bounds, ContractDraft, DemandDraft, Draft, FusionDraft, GuaranteeDraft, NeedDraft,
@@ -16,7 +16,7 @@ use super::problem;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
 
-/// The version of the model's shape that is read here.
+/// The version of the model's shape that this reader supports.
 const VERSION: &str = "1";
 
 const NEED_EXAMPLE: &str = "dmin: { max_age: 300 ms }";
@@ -28,13 +28,13 @@ pub(crate) struct Model<'r, 'n, 'j> {
     json: Option<&'r mut Json<'j>>,
 }
 
-/// All that a tree says, at once.
+/// The draft of a tree.
 pub(crate) fn draft(reader: &mut Reader, root: &Node) -> Draft {
     Draft::of(&mut Model::new(reader, root, None))
 }
 
 impl<'r, 'n, 'j> Model<'r, 'n, 'j> {
-    /// Of a tree; `json` is the text that holds what is unread. Problems of the shape go to the reader.
+    /// The model of a tree; `json` is the text of its unread mappings. The reader gets the problems of the shape.
     pub(crate) fn new(reader: &'r mut Reader, root: &'n Node, json: Option<&'r mut Json<'j>>) -> Self {
         let known = SECTIONS.map(|section| section.name);
         let fields = reader.fields(root, "a model: a mapping", &known, "shsa: 1");

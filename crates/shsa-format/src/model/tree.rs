@@ -1,7 +1,6 @@
-//! The tree of a YAML text, each node with its place; JSON is a part of YAML 1.2 and can be read as such.
+//! The tree of a YAML text, each node with its place; JSON is a part of YAML 1.2 and can be read with it.
 //!
-//! Bounded against hostile texts: nesting and the copies that aliases make are limited, so time and space are
-//! linear in the text.
+//! Bounded against hostile texts: nesting and the copies of aliases are limited, so that time and space are linear in the text.
 
 use granit_parser::{ErrorKind, Event, Parser, ScalarStyle, ScanError, Span};
 use shsa_core::knowledge::{Diagnostic, Place, Text};
@@ -11,17 +10,17 @@ use std::mem::replace;
 use super::lines::Lines;
 use super::problem;
 
-/// How deeply lists and mappings may nest, counted for block and flow style separately.
+/// The deepest nesting of lists and mappings, for block and flow style separately.
 pub(crate) const MAX_DEPTH: usize = 64;
-/// How much of a line is looked at for tabs.
+/// How much of a line is searched for tabs.
 const MAX_INDENT: usize = 1_000;
-/// Up to so many keys are compared with each other, without sorting.
+/// The most keys that are compared pairwise, without sorting.
 const FEW: usize = 12;
-/// How many values a model may hold: a hundred bytes each are kept.
+/// The most values of a model; each takes about a hundred bytes.
 const MAX_NODES: usize = 4_000_000;
-/// How many nodes all aliases together may copy.
+/// The most nodes that all aliases together may copy.
 const MAX_COPIED: usize = 10_000;
-/// How many nodes are kept for aliases, nested anchors counted again.
+/// The most nodes that are kept for aliases; nested anchors count again.
 const MAX_KEPT: usize = 100_000;
 
 /// A value of the text.
@@ -38,16 +37,16 @@ pub(crate) enum Value {
     Scalar(Text),
     List(Vec<Node>),
     Map(Vec<(Text, Node)>),
-    /// A mapping that is read from its place when it is needed; never in a tree of [`read`].
+    /// A mapping that is read from its place when needed; never in a tree of [`read`].
     Unread,
 }
 
-/// What was read.
+/// The result of reading a text.
 #[derive(Default)]
 pub(crate) struct Tree {
     /// `None` when the text is empty or broken.
     pub(crate) root: Option<Node>,
-    /// Starts of scalars whose text differs from the source (escapes, folded lines): spans do not count in them.
+    /// The starts of scalars whose text differs from the source (escapes, folded lines); they get no spans.
     pub(crate) rewritten: BTreeSet<u32>,
     pub(crate) problems: Vec<Diagnostic>,
 }
@@ -83,7 +82,7 @@ pub(crate) fn read(source: &str) -> Tree {
 struct Open {
     from: u32,
     anchor: usize,
-    /// How many nodes had been made before it.
+    /// The number of nodes before it.
     before: usize,
     children: Children,
 }
@@ -93,7 +92,7 @@ enum Children {
     Map { entries: Vec<(Text, Node)>, key: Key },
 }
 
-/// What a mapping waits for.
+/// The state of a mapping between two events.
 enum Key {
     Missing,
     Read(Text),
@@ -114,7 +113,7 @@ struct Builder<'a> {
 }
 
 impl Builder<'_> {
-    /// Takes one event; whether to go on.
+    /// Takes one event; returns whether to continue.
     fn event(&mut self, event: Event, span: Span) -> bool {
         let place = place(&span);
         if self.made >= MAX_NODES {
@@ -159,7 +158,7 @@ impl Builder<'_> {
         self.finish(Node { place, value }, open.anchor, open.before);
     }
 
-    /// Puts a complete node where it belongs; `before`: how many nodes had been made before its first.
+    /// Adds a complete node to its parent; `before` is the number of nodes before its first.
     fn finish(&mut self, node: Node, anchor: usize, before: usize) {
         self.made += 1;
         let size = self.made - before;
@@ -211,7 +210,7 @@ impl Builder<'_> {
         true
     }
 
-    /// Notes why the text is not read at all.
+    /// Reports why the whole text is not read.
     fn refuse(&mut self, place: Place, message: &str, help: &str) {
         self.tree.problems.push(problem(place, message, Some(help)));
         self.tree.root = None;
@@ -232,7 +231,7 @@ impl Builder<'_> {
     }
 }
 
-/// The place of the text itself, without quotes, when the source holds it as it is.
+/// The place of the text without quotes, when the source holds the text unchanged.
 pub(crate) fn narrowed(source: &str, text: &str, place: Place, rewritten: &mut BTreeSet<u32>) -> Place {
     let written = source.get(place.from as usize..place.to as usize).unwrap_or("");
     match written.find(text) {
@@ -247,7 +246,7 @@ pub(crate) fn narrowed(source: &str, text: &str, place: Place, rewritten: &mut B
     }
 }
 
-/// Reports the keys that are given twice and drops the later ones.
+/// Reports duplicate keys and drops the later ones.
 pub(crate) fn without_duplicates(
     mut entries: Vec<(Text, Node)>,
     lines: &Lines,
@@ -295,7 +294,7 @@ fn place(span: &Span) -> Place {
     Place { from, to: offset(span.end.byte_offset().unwrap_or(0)).max(from) }
 }
 
-/// Byte offsets of a source of at most [`super::MAX_BYTES`] fit.
+/// The byte offsets of a source of at most [`super::MAX_BYTES`] fit.
 pub(crate) fn offset(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }

@@ -8,10 +8,10 @@ use std::fmt::Write;
 
 use super::fusion;
 
-/// The longest line of a mapping that is written in one line.
+/// The longest line of a mapping in one line.
 const MAX_LINE: usize = 110;
 
-/// The draft as YAML. Comments and the layout of what it was read from are not kept. Time: linear in the draft.
+/// The draft as YAML, without the comments and the layout of its source. Time: linear in the draft.
 #[must_use]
 pub fn yaml(draft: &Draft) -> String {
     let mut text = String::new();
@@ -29,7 +29,7 @@ pub fn yaml(draft: &Draft) -> String {
     text
 }
 
-/// The draft as JSON, one entry a line; ends with a line feed. Time: linear in the draft.
+/// The draft as JSON, one entry per line; ends with a line feed. Time: linear in the draft.
 #[must_use]
 pub fn json(draft: &Draft) -> String {
     let mut lines = Vec::new();
@@ -48,7 +48,7 @@ pub fn json(draft: &Draft) -> String {
     format!("{{\n{}\n}}\n", lines.join(",\n"))
 }
 
-/// What is written of a value.
+/// The written form of a value.
 pub(super) enum Tree {
     /// A word, number or formula.
     Text(String),
@@ -180,7 +180,7 @@ fn shares(causes: &[(Text, Option<Text>)]) -> Option<Tree> {
     (!causes.is_empty()).then_some(tree)
 }
 
-/// By variable: a need, or a list of several.
+/// By variable: a need, or a list of needs.
 fn of_needs(needs: &[NeedDraft]) -> Tree {
     let mut entries: Vec<(String, Vec<Tree>)> = Vec::new();
     for need in needs {
@@ -236,7 +236,7 @@ fn of_demand(asked: &DemandDraft) -> Tree {
     with_bounds(&asked.properties, keys(fixed))
 }
 
-/// Bounds first, then the keys.
+/// The bounds, then the keys.
 fn with_bounds(bounds: &PropertyDrafts, fixed: Tree) -> Tree {
     let Tree::Map(fixed) = fixed else { return fixed };
     Tree::Map(bounds.iter().map(|(name, bound)| (name.text.clone(), text(bound))).chain(fixed).collect())
@@ -255,7 +255,7 @@ fn of_utility(utility: &UtilityDraft) -> Tree {
     }
 }
 
-/// One entry in a line when it is short and needs no quotes there, else its keys below each other.
+/// A short entry without quotes in one line, else its keys below each other.
 fn yaml_entry(text: &mut String, indent: &str, name: &str, value: &Tree) {
     let name = plain_or_quoted(name, true);
     let in_one = match value {
@@ -277,7 +277,7 @@ fn yaml_entry(text: &mut String, indent: &str, name: &str, value: &Tree) {
     }
 }
 
-/// Whether a value needs quotes within brackets only.
+/// Whether a value needs quotes only within brackets.
 fn gains(value: &Tree) -> bool {
     matches!(value, Tree::Text(text) if is_plain(text, false) && !is_plain(text, true))
 }
@@ -297,12 +297,12 @@ fn flow(value: &Tree) -> String {
     }
 }
 
-/// As it is where YAML reads it as it is, else in double quotes.
+/// A text as it is when YAML can read it, else in double quotes.
 pub(super) fn plain_or_quoted(text: &str, inside: bool) -> String {
     if is_plain(text, inside) { text.to_owned() } else { quoted(text) }
 }
 
-/// Whether YAML reads a text as it is; `inside` brackets, and as a key, fewer signs may stand.
+/// Whether YAML reads a text as it is; `inside` brackets, and in keys, fewer characters are allowed.
 fn is_plain(text: &str, inside: bool) -> bool {
     let begins = text.starts_with(|c: char| c.is_ascii_alphanumeric() || "/_.(".contains(c))
         || text.starts_with('-') && text[1..].starts_with(|c: char| c.is_ascii_alphanumeric() || c == '.');
@@ -313,7 +313,7 @@ fn is_plain(text: &str, inside: bool) -> bool {
     begins && signs && !is_nothing && !is_document && text.trim() == text
 }
 
-/// In double quotes, as JSON and YAML both read it.
+/// A text in double quotes, as JSON and YAML both read it.
 fn quoted(text: &str) -> String {
     let mut quoted = String::from('"');
     for c in text.chars() {
@@ -347,7 +347,7 @@ fn json_value(value: &Tree) -> String {
     }
 }
 
-/// Whether a text is a number of JSON as it is.
+/// Whether a text as it is is a number of JSON.
 fn is_json_number(text: &str) -> bool {
     let begins = text.starts_with(|c: char| c.is_ascii_digit() || c == '-');
     begins && serde_json::from_str::<serde_json::Number>(text).is_ok()

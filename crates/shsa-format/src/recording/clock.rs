@@ -1,4 +1,4 @@
-//! Clocks that are set while a file is recorded: where times of reception leap by hours, or run a second time over what is recorded.
+//! Clocks that are set during a recording: times of reception leap by hours, or repeat recorded times.
 //!
 //! | in the file | is taken for |
 //! |---|---|
@@ -8,62 +8,63 @@
 //! | back, and after fewer samples than were passed to where it was | samples that came late: sorted in |
 //! | off by more than a leap, and after at most three samples to where it was | times that are wrong: left out |
 //!
-//! Signals of one file share its clock: where the others go on as before, a signal has a clock of its own, and nothing is set.
+//! The signals of a file share its clock. When only one signal leaps and the others continue, that signal has a clock of its own,
+//! and the clock of the file was not set.
 
 use super::Sample;
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 
-/// A time of reception this far from where it is expected is off by hours, in nanoseconds: longer than most silences, and just
-/// reached by the change from summer time.
+/// The least distance of a leap from the expected time, in nanoseconds: longer than most silences, and equal to the change from
+/// summer time.
 pub(super) const LEAP: Span = Span::from_millis(3_600_000);
 
-/// Messages that overtake each other are not further apart.
+/// The largest distance of messages that overtake each other.
 const BACK: Span = Span::from_millis(5_000);
 
-/// A leap is longer than so many periods of the signal.
+/// A leap is longer than this number of periods of the signal.
 const PERIODS: i64 = 100;
 
-/// So many samples and fewer may be strays.
+/// The most samples in a row that may be strays.
 const STRAYS: usize = 3;
 
-/// A clock that goes back passes more samples of the signal than these.
+/// A clock that is set back passes more samples of the signal than this.
 const PASSED: usize = 3;
 
-/// So many samples after a step of one signal show whether the others have made it, too.
+/// The number of samples after a step of one signal that show whether the others stepped, too.
 const NEIGHBOURS: usize = 8;
 
-/// Where a clock was set.
+/// A step of a clock that was set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Step {
-    /// The time before it.
+    /// The time before the step.
     pub(super) from: Time,
-    /// The time after it.
+    /// The time after the step.
     pub(super) to: Time,
 }
 
-/// A file taken apart where its clock was set.
+/// A file split where its clock was set.
 #[derive(Debug, Default)]
 pub(super) struct Pieces {
-    /// What came before each piece; none before the first.
+    /// The step before each piece; `None` before the first.
     pub(super) steps: Vec<Option<Step>>,
-    /// For each sample its piece; `None` when its time is wrong.
+    /// The piece of each sample; `None` when its time is wrong.
     pub(super) of: Vec<Option<usize>>,
-    /// How many samples have a wrong time.
+    /// The number of samples with a wrong time.
     pub(super) strays: usize,
 }
 
 /// A step of one signal.
 #[derive(Clone, Copy, Debug)]
 struct Found {
-    /// In its own samples, the first one after the step.
+    /// The index of the first sample after the step, among the samples of the signal.
     own: usize,
     step: Step,
 }
 
-/// Takes the samples of a file apart, which are in the order of the file.
+/// Splits the samples of a file, which are in the order of the file.
 ///
-/// Time: O(samples log samples); for times that go back again and again, that many times the samples passed.
+/// Time: O(samples log samples); each time that goes back adds the samples that it passes.
 pub(super) fn pieces(samples: &[Sample]) -> Pieces {
     let mut places: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
     for (place, sample) in samples.iter().enumerate() {
@@ -92,7 +93,7 @@ pub(super) fn pieces(samples: &[Sample]) -> Pieces {
     for (place, wanted, at) in found {
         let Some(own) = places.get(&wanted) else { continue };
         let before = at.own.checked_sub(1).and_then(|before| own.get(before)).copied().unwrap_or(0);
-        // A step that another signal has made already.
+        // A step that another signal has shown already.
         let is_told =
             |(set, by, until): (usize, usize, usize)| before < if by == wanted { set } else { until };
         if last.is_some_and(is_told) {
@@ -110,7 +111,7 @@ pub(super) fn pieces(samples: &[Sample]) -> Pieces {
 }
 
 impl Pieces {
-    /// Begins a piece at each of these places, but for samples that came later than those of the new clock.
+    /// Begins a piece at each of these places, except for late samples of the old clock.
     fn cut(&mut self, cuts: &[(usize, Vec<usize>)]) {
         let mut next = cuts.iter().peekable();
         let (mut piece, mut late): (usize, &[usize]) = (0, &[]);
@@ -123,8 +124,8 @@ impl Pieces {
     }
 }
 
-/// The places within a stretch whose times are still those before the step; `None` when most are: then it is no step of the
-/// clock of all.
+/// The places within a stretch whose times continue those before the step; `None` when most do, as then the clock of the file did
+/// not step.
 fn neighbours(samples: &[Sample], (from, until): (usize, usize), step: Step) -> Option<Vec<usize>> {
     let wanted = samples.get(from)?.wanted;
     let half = Span((step.to - step.from).abs().0 / 2);
@@ -142,7 +143,7 @@ fn neighbours(samples: &[Sample], (from, until): (usize, usize), step: Step) -> 
     (2 * late.len() <= others).then_some(late)
 }
 
-/// Between one sample and the next, mostly.
+/// The usual distance between two samples.
 fn period(times: &[Time]) -> Span {
     let pairs = times.iter().zip(times.iter().skip(1));
     let mut between: Vec<i64> = pairs.map(|(one, next)| (*next - *one).0).filter(|it| *it > 0).collect();
@@ -154,10 +155,10 @@ fn leap(times: &[Time]) -> Span {
     LEAP.max(period(times).times(PERIODS))
 }
 
-/// Samples of a signal whose times are off by a leap from those before and after.
+/// Samples of a signal whose times are a leap away from those before and after.
 fn wrong(times: &[Time]) -> Vec<usize> {
     let is_off = |one: Time, next: Time, leap: Span| (next - one).abs() > leap;
-    // Most files need no more than this.
+    // Most files need only this test.
     if !times.iter().zip(times.iter().skip(1)).any(|(one, next)| is_off(*one, *next, LEAP)) {
         return Vec::new();
     }
@@ -217,21 +218,21 @@ fn steps(times: &[Time]) -> Vec<Found> {
     found
 }
 
-/// Whether the clock was set back between a piece, of which `latest` is the last time, and the rest: and not that samples came
-/// late.
+/// Whether the clock was set back between a piece, whose latest time is `latest`, and the rest; false when samples came late.
 fn went_back(piece: &[Time], rest: &[Time], latest: Time, leap: Span) -> bool {
     let Some(&first) = rest.first() else { return false };
     let run = rest.iter().take_while(|time| **time < latest);
     let again = run.clone().count();
     let reached = run.max().copied().unwrap_or(first);
     let is_at_end = again == rest.len();
-    // Of a short way back only what is as dense as the run decides: files in which much comes late are read in one pass.
+    // After a short step back, only a part as dense as the run decides, so that files with many late samples are read in one
+    // pass.
     let is_short = !is_at_end && latest - first <= leap;
     let looked_at = if is_short { 4 * again + 64 } else { piece.len() };
     let passed = piece.iter().rev().take(looked_at).filter(|time| **time > first);
     let within = passed.clone().filter(|time| **time <= reached).count();
     let passed = passed.count();
-    // Nothing was recorded of that time: what is stored comes after what is new.
+    // The recording has no samples of that time: stored samples arrive after new ones.
     let fills_a_gap = 2 * within < again && piece.iter().any(|time| *time < first);
     if latest - first > leap {
         return !fills_a_gap;
@@ -248,7 +249,7 @@ mod tests {
 
     const HOUR: i64 = 3_600;
 
-    /// Samples of signals at seconds, and in words what becomes of them: the samples of each piece in seconds.
+    /// Compares the pieces of samples, each a signal and a time in seconds, with the expected times of each piece.
     #[track_caller]
     fn check(samples: &[(usize, i64)], expected: &[&[i64]]) {
         let sample = |&(wanted, second): &(usize, i64)| {
@@ -290,7 +291,7 @@ mod tests {
     fn a_silence_is_no_step() {
         let times = list([0..20, 900..920, 920 + HOUR - 10..920 + HOUR]);
         check(&of_one(times.clone()), &[&times]);
-        // Where values are an hour apart, half a day of silence is not much.
+        // When values are an hour apart, half a day of silence is not much.
         let slow = [0, HOUR, 2 * HOUR, 14 * HOUR, 15 * HOUR, 16 * HOUR];
         check(&of_one(slow), &[&slow]);
     }
@@ -301,10 +302,10 @@ mod tests {
             let (before, after) = (list([0..2 * HOUR]), list([2 * HOUR - back..3 * HOUR]));
             check(&of_one(before.iter().chain(&after).copied()), &[&before, &after]);
         }
-        // To a time before all.
+        // Set to a time before all samples.
         let (before, after) = (list([9 * HOUR..9 * HOUR + 50]), list([0..50]));
         check(&of_one(before.iter().chain(&after).copied()), &[&before, &after]);
-        // To the end of the file without reaching where it was.
+        // Up to the end of the file, without reaching the earlier time.
         let (before, after) = (list([0..100]), list([50..70]));
         check(&of_one(before.iter().chain(&after).copied()), &[&before, &after]);
     }
@@ -315,7 +316,7 @@ mod tests {
             let times: Vec<i64> = (0..20).chain(late).chain(20..40).collect();
             check(&of_one(times.clone()), &[&times]);
         }
-        // Stored while the connection was lost, and sent after it was found again.
+        // Samples that were stored while the connection was lost, and sent afterwards.
         let times = list([0..100, 400..430, 100..400, 430..500]);
         check(&of_one(times.clone()), &[&times]);
     }
@@ -339,11 +340,11 @@ mod tests {
         let twice = |seconds: &[i64]| -> Vec<i64> { seconds.iter().flat_map(|&it| [it, it]).collect() };
         let (boot, set) = (list([0..12]), list([epoch..epoch + 40]));
         check(&rows(&list([0..12, epoch..epoch + 40])), &[&twice(&boot), &twice(&set)]);
-        // The message of the other one that was on its way belongs to the time before.
+        // The message of the other signal that was on its way belongs to the time before.
         let mut late = rows(&list([0..12, epoch..epoch + 40]));
         late.swap(23, 24);
         check(&late, &[&twice(&boot), &twice(&set)]);
-        // A slow one does not see that the clock was set back by less than its period, and is taken along.
+        // A slow signal does not show a step back that is shorter than its period, and follows the others.
         let slow = |from: i64, to: i64| {
             (from..to).flat_map(|it| [(0, it)].into_iter().chain((it % 60 == 0).then_some((1, it))))
         };

@@ -1,4 +1,4 @@
-//! What of a recording is left out: a beginning, an end, stretches. After each gap a new session begins.
+//! The parts of a recording that are left out: a beginning, an end, stretches. After each gap a new session begins.
 
 use super::session::{Because, Session};
 use super::{Recording, Sample};
@@ -6,27 +6,27 @@ use crate::fault::moment;
 use shsa_core::time::{Span, Time};
 use std::str::FromStr;
 
-/// A stretch of time, counted from the first observation of its recording; its end is not in it.
+/// A stretch of time, counted from the first observation of its recording; the end is excluded.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Stretch {
-    /// Its beginning.
+    /// The begin.
     pub from: Span,
-    /// Its end, which lies after it.
+    /// The end, which is after the begin.
     pub to: Span,
 }
 
 impl Stretch {
-    /// All of a recording.
+    /// The whole recording.
     pub const ALL: Stretch = Stretch { from: Span::ZERO, to: Span::MAX };
 }
 
 impl FromStr for Stretch {
     type Err = String;
 
-    /// Such as `20s..30s`; an end that is left out is that of the recording.
+    /// Such as `20s..30s`; a missing end is that of the recording.
     ///
     /// # Errors
-    /// Why it is none, in words.
+    /// The reason in words.
     fn from_str(text: &str) -> Result<Stretch, String> {
         let (from, to) = text.split_once("..").ok_or("no '..'; write it like 20s..30s")?;
         let is_blank = |text: &str| text.trim().is_empty();
@@ -36,7 +36,7 @@ impl FromStr for Stretch {
     }
 }
 
-/// What is left out of each recording.
+/// The parts to leave out of each recording.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Cuts {
     /// Everything before this time.
@@ -54,7 +54,7 @@ impl Cuts {
         *self == Cuts::default()
     }
 
-    /// What is kept, in the order of time.
+    /// The stretches that are kept, in the order of time.
     #[must_use]
     pub fn kept(&self) -> Vec<Stretch> {
         let mut skip = self.skip.clone();
@@ -77,8 +77,8 @@ impl Cuts {
 }
 
 impl Recording {
-    /// Leaves out what is wanted, of each session by its own time; what comes after a gap is a session of its own, so that
-    /// nothing spans the gap. Says which stretches have left nothing out.
+    /// Leaves out the cuts, in each session by its own time. The part after a gap is a new session, so that no computation spans
+    /// the gap. Returns a message for each stretch that left nothing out.
     pub fn cut(&mut self, cuts: &Cuts) -> Vec<String> {
         if cuts.is_empty() {
             return Vec::new();
@@ -120,7 +120,7 @@ impl Stretch {
     }
 }
 
-/// What is left of a session in a stretch; its samples stand from `begin` on.
+/// The part of a session within a stretch; its samples begin at index `begin`.
 fn part(session: &Session, samples: &[Sample], begin: usize) -> Option<Session> {
     let span = (samples.first()?.received, samples.last()?.received);
     Some(Session { samples: begin..begin + samples.len(), span, ..session.clone() })

@@ -25,12 +25,12 @@ struct ClauseForm {
     arguments: Map<String, Value>,
 }
 
-/// As it is written.
+/// The reasons as JSON.
 pub(super) fn written(because: &Reasons) -> Value {
     because.clauses().iter().map(|clause| json!(ClauseForm::from(clause))).collect()
 }
 
-/// What is written, or words of an earlier version.
+/// Reads reasons, or the words of an earlier version.
 pub(super) fn read(because: Value) -> Result<Reasons, StateError> {
     match because {
         Value::String(words) => Ok(Reasons::told(words)),

@@ -10,7 +10,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::time::Time;
 
-/// Changes a model at a moment, and gives what takes over then; `node` is written as for `shsa replay --reload`.
+/// Changes a model at a moment and returns the new era; `node` is written as for `shsa replay --reload`.
 pub(super) fn changed(reader: &mut Reader, model: &mut Model, node: &Node, at: Time) -> Option<Era> {
     let edits = live::edits(reader, node.clone());
     match model.edit(&edits) {

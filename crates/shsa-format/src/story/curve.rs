@@ -1,4 +1,4 @@
-//! A formula of time: what is true of a quantity, or what a sensor says, at each moment of a story.
+//! A formula of time: the true value of a quantity, or the reading of a sensor, at each moment of a story.
 
 use crate::model::reader::Reader;
 use shsa_core::expression::{
@@ -8,21 +8,21 @@ use shsa_core::knowledge::{Diagnostic, Text};
 use shsa_core::time::{Time, Validity};
 use shsa_core::unit::{Dimension, Unit};
 
-/// Stands for the time since the story began, in seconds.
+/// The symbol of the time since the begin of the story, in seconds.
 const TIME: (&str, Symbol) = ("t", Symbol(0));
-/// Stands for the result.
+/// The symbol of the result.
 const RESULT: Symbol = Symbol(u32::MAX);
 
 /// A formula of time that can be evaluated.
 #[derive(Clone, Debug)]
 pub(super) struct Curve {
     program: Program,
-    /// `None` when it counts in whatever unit is asked for, as a plain number does.
+    /// `None` for a plain number, which takes the unit that is asked for.
     dimension: Option<Dimension>,
 }
 
 impl Curve {
-    /// Its values in a unit, by the time since the story began.
+    /// The values in a unit, by the time since the begin of the story.
     pub(super) fn values(&self, unit: Option<Unit>) -> impl FnMut(Time) -> f64 + use<> {
         let Curve { program, dimension } = self.clone();
         let mut state = program.new_state::<f64>(0, 0.0);
@@ -37,14 +37,14 @@ impl Curve {
     }
 }
 
-/// The names that formulas of a story may use: `t`, and what was defined before.
+/// The names that formulas of a story may use: `t`, and the earlier definitions.
 #[derive(Debug, Default)]
 pub(super) struct Definitions {
     names: Vec<(String, Option<Dimension>, Formula)>,
 }
 
 impl Definitions {
-    /// Notes that `name` means this formula; nothing when the formula is wrong, which is reported.
+    /// Defines `name` as this formula; a wrong formula is reported and not defined.
     pub(super) fn define(&mut self, reader: &mut Reader, name: &Text, text: &Text) -> Option<Curve> {
         if self.symbol(&name.text).is_some() || expression::is_reserved(&name.text) {
             reader.note(name.place, &format!("`{}` has a meaning already", name.text), "take another name");
@@ -56,7 +56,7 @@ impl Definitions {
         Some(curve)
     }
 
-    /// Reads what has a value in `unit` at every time; a plain number counts in it.
+    /// Reads a formula with a value in `unit` at every time; a plain number takes this unit.
     pub(super) fn curve(&self, reader: &mut Reader, text: &Text, unit: Option<&Unit>) -> Option<Curve> {
         let (formula, dimension) = self.formula(reader, text)?;
         let dimension = counted(dimension);
@@ -119,7 +119,7 @@ impl Scope for Definitions {
     }
 }
 
-/// A plain number counts in the unit that is asked for.
+/// A plain number takes the unit that is asked for.
 fn counted(dimension: Option<Dimension>) -> Option<Dimension> {
     dimension.filter(|dimension| *dimension != Dimension::PLAIN)
 }

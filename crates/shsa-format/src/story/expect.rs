@@ -1,4 +1,4 @@
-//! What must come of a story, and whether it has.
+//! The expectations of a story and their checks.
 
 use super::change;
 use super::curve::Curve;
@@ -26,14 +26,14 @@ impl Between {
     }
 }
 
-/// How many events there must be.
+/// The required number of events.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Times {
     AtLeastOnce,
     Exactly(usize),
 }
 
-/// One thing that must come of a story.
+/// An expectation of a story.
 #[derive(Clone, Debug)]
 pub(super) enum Expectation {
     /// Events of a kind, or of any kind.
@@ -43,35 +43,35 @@ pub(super) enum Expectation {
         variable: Option<VariableId>,
         need: Option<NeedId>,
         symptom: Option<Symptom>,
-        /// Texts that the reason holds.
+        /// Texts that the reason contains.
         because: Vec<String>,
-        /// Texts that the description of the source holds.
+        /// Texts that the description of the source contains.
         substitution: Vec<String>,
         between: Between,
         times: Times,
     },
-    /// What is thought of a signal.
+    /// The verdict on a signal.
     Verdict { signal: SignalId, verdict: Verdict, at: Time },
-    /// What serves a need: texts that its description holds; none when nothing may serve it.
+    /// The source of a need: texts that its description contains; `None` when no source may serve the need.
     Source { need: NeedId, source: Option<Vec<String>>, at: Time },
-    /// What the published values must satisfy.
+    /// Limits of the published values.
     Values { need: NeedId, between: Between, limits: Vec<Limit> },
 }
 
 /// A limit of published values; amounts are in the unit of the need's variable.
 #[derive(Clone, Debug)]
 pub(super) enum Limit {
-    /// Nothing is published.
+    /// No value is published.
     None,
-    /// Time between two values, and from and to the ends of the stretch.
+    /// The largest time between two values, and between values and the ends of the stretch.
     LongestGap(Span),
-    /// Difference of the midpoints of one value and the next.
+    /// The largest difference between the midpoints of two successive values.
     LargestJump(f64),
-    /// Distance of a midpoint from what is true when it is published.
+    /// The largest distance of a midpoint from the true value at the time of publication.
     LargestError(f64, Box<Curve>),
-    /// Width of a value.
+    /// The largest width of a value.
     LargestWidth(f64),
-    /// All values have it.
+    /// The quality that all values have.
     Quality(Quality),
     /// All values are given at this level; `None` at none.
     Level(Option<Level>),
@@ -79,7 +79,7 @@ pub(super) enum Limit {
     Admitted(Ground),
 }
 
-/// What an expectation compares with.
+/// The results of a run that expectations are compared with.
 pub(super) struct Evidence<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) run: &'a Run,
@@ -88,7 +88,7 @@ pub(super) struct Evidence<'a> {
 }
 
 impl Expectation {
-    /// When it looks at the engine.
+    /// The moment at which the expectation looks at the engine.
     pub(super) fn moment(&self) -> Option<Time> {
         match self {
             Expectation::Verdict { at, .. } | Expectation::Source { at, .. } => Some(*at),
@@ -96,7 +96,7 @@ impl Expectation {
         }
     }
 
-    /// What it sees of the engine at its moment, in words; its ids are those of `own`.
+    /// The observed state of the engine at the moment, in words; its ids are those of `own`.
     pub(super) fn look(&self, own: &KnowledgeBase, engine: &Engine) -> Option<String> {
         let known = engine.knowledge();
         match self {
@@ -113,7 +113,7 @@ impl Expectation {
         }
     }
 
-    /// Whether it has come true, and what was found.
+    /// Whether the expectation is met, and the observed result.
     pub(super) fn check(&self, at: usize, evidence: &Evidence<'_>) -> (bool, String) {
         let seen = evidence.seen.get(at).cloned().flatten();
         match self {
@@ -146,7 +146,7 @@ impl Expectation {
         (met, if shown.is_empty() { "no such event".to_owned() } else { shown.join(", ") })
     }
 
-    /// Whether an event is of this kind, whenever it was.
+    /// Whether an event is of this kind, at any time.
     fn fits(&self, event: &Event) -> bool {
         let Expectation::Events { kind, signal, variable, need, symptom, because, substitution, .. } = self
         else {
@@ -165,7 +165,7 @@ impl Expectation {
     }
 }
 
-/// Whether a text, which is made only where something is asked of it, holds all of these.
+/// Whether a text contains all parts; the text is made only when there are parts.
 fn holds_all(text: impl FnOnce() -> String, parts: &[String]) -> bool {
     if parts.is_empty() {
         return true;
@@ -243,7 +243,7 @@ impl Limit {
     }
 }
 
-/// How far two values are apart, the shorter way round where they wrap.
+/// The distance of two values, the shorter way round where they wrap.
 fn apart(one: f64, other: f64, turn: Option<f64>) -> f64 {
     let straight = (one - other).abs();
     turn.map_or(straight, |turn| (straight % turn).min(turn - straight % turn))

@@ -1,4 +1,4 @@
-//! Stories: a model, what is observed, what must come of it, and why it matters; test, documentation and demo at once.
+//! Stories: a model, observations, expectations and the reason why they matter; each is a test, documentation and a demo.
 //!
 //! `text -> read -> Story -> trace -> run -> expect -> Outcome`. The shape is described in `stories/README.md`.
 
@@ -21,14 +21,14 @@ use trace::Trace;
 /// A story that can be run.
 #[derive(Clone, Debug)]
 pub struct Story {
-    /// What happens, in a sentence.
+    /// The events, in one sentence.
     pub title: String,
-    /// Which demand it answers.
+    /// The requirement that the story covers.
     pub why: String,
-    /// The system that it is about.
+    /// The system of the story.
     pub knowledge: KnowledgeBase,
     trace: Trace,
-    /// Knowledge bases that take over in the middle, in the order of time.
+    /// Later knowledge bases, in the order of time.
     changes: Vec<Era>,
     expectations: Vec<Written>,
 }
@@ -41,39 +41,39 @@ struct Written {
     expectation: Expectation,
 }
 
-/// A story as far as it is right, and what is wrong with it.
+/// A story as far as it is valid, and its problems.
 #[derive(Clone, Debug)]
 pub struct Loaded {
     /// `None` when the report has errors.
     pub story: Option<Story>,
-    /// Every problem, in file order; those of a model in a file of its own come last.
+    /// All problems, in file order; those of a model in a file of its own come last.
     pub report: Report,
 }
 
-/// What came of a story.
+/// The result of a story.
 #[derive(Debug)]
 pub struct Outcome {
-    /// The engine at the end, with all events and published values; these speak with the ids of the story's model.
+    /// The engine at the end, with all events and published values; their ids belong to the model of the story.
     pub run: Run,
-    /// What was expected and what was found, in file order.
+    /// The expectations with their results, in file order.
     pub checks: Vec<Check>,
 }
 
-/// An expectation with what was found.
+/// An expectation with its result.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Check {
     /// The expectation as written.
     pub expected: String,
     /// Its line in the file, counted from 1.
     pub line: usize,
-    /// What was found, in words.
+    /// The observed result in words.
     pub found: String,
-    /// Whether it has come true.
+    /// Whether the expectation is met.
     pub met: bool,
 }
 
 impl Outcome {
-    /// Whether every expectation has come true.
+    /// Whether every expectation is met.
     #[must_use]
     pub fn is_met(&self) -> bool {
         self.checks.iter().all(|check| check.met)
@@ -81,7 +81,7 @@ impl Outcome {
 }
 
 impl Story {
-    /// Runs it from its beginning to its end; every run is the same, byte for byte.
+    /// Runs the story from begin to end; every run is the same, byte for byte.
     #[must_use]
     pub fn run(&self) -> Outcome {
         let looking: Vec<(usize, Time)> = self
@@ -110,7 +110,7 @@ impl Story {
 }
 
 impl Story {
-    /// All that goes into its run, ticks included, as a journal would hold it.
+    /// All inputs of the run, ticks included, as a journal holds them.
     #[must_use]
     pub fn journal(&self) -> Vec<Era> {
         let mut eras = vec![Era::only(self.knowledge.clone(), Vec::new())];
@@ -130,8 +130,8 @@ pub fn headline(knowledge: &KnowledgeBase, event: &Event) -> String {
     expect::headline(knowledge, event)
 }
 
-/// Reads and checks a story; `name` is what the report calls it, and models in files of their own are looked for
-/// from `folder` on. Never fails: what is wrong stands in the report.
+/// Reads and checks a story. `name` is the file name in the report; models in other files are found relative to `folder`. Never
+/// fails: the report holds the problems.
 #[must_use]
 pub fn load(text: &str, name: &str, folder: &Path) -> Loaded {
     read::load(text, name, folder)

@@ -1,4 +1,4 @@
-//! The shape of a story's file: which keys there are and what they hold.
+//! The shape of the file of a story: its keys and their content.
 
 mod trace;
 mod expectation;
@@ -89,7 +89,7 @@ fn required<'n>(reader: &mut Reader, node: &Node, fields: &Fields<'n>, key: &str
     found
 }
 
-/// The model that is written in the story, or the one in a file of its own with its report.
+/// The model in the story, or a model in another file with its report.
 fn knowledge(reader: &mut Reader, node: &Node, folder: &Path) -> (KnowledgeBase, Report) {
     if let Value::Scalar(path) = &node.value {
         let loaded = model::load_file(&folder.join(&path.text));
@@ -100,7 +100,7 @@ fn knowledge(reader: &mut Reader, node: &Node, folder: &Path) -> (KnowledgeBase,
     (knowledge, Report::default())
 }
 
-/// Reads what refers to a model.
+/// Reads the parts that refer to a model.
 struct Writer<'r, 'k> {
     reader: &'r mut Reader,
     knowledge: &'k KnowledgeBase,
@@ -119,7 +119,7 @@ impl Writer<'_, '_> {
         }
     }
 
-    /// The knowledge bases that take over in the middle, by time.
+    /// The later knowledge bases, by time.
     fn changes(&mut self, node: &Node, model: &Node) -> Vec<Era> {
         let example = "- { at: 10 s, change: { signals: { /a: null } } }";
         let mut changes = Vec::new();
@@ -134,7 +134,7 @@ impl Writer<'_, '_> {
             self.reader.wrong(model, "only a model that stands in the story can be changed", "write it here");
             return Vec::new();
         }
-        // Its problems are known already.
+        // The problems of the model are reported elsewhere.
         let Ok((mut model, _)) = Model::new(shape::draft(&mut Reader::default(), model)) else {
             return Vec::new();
         };
@@ -176,7 +176,7 @@ impl Writer<'_, '_> {
         Some(Span::from_seconds(seconds))
     }
 
-    /// Reads an amount, such as the most that two values may differ, into a unit; a plain number counts in it.
+    /// Reads an amount, such as the largest difference of two values, in a unit; a plain number takes this unit.
     fn amount(&mut self, text: &Text, unit: Option<&Unit>) -> Option<f64> {
         self.quantity(text, unit, true)
     }
@@ -227,7 +227,7 @@ impl Writer<'_, '_> {
         self.known(name, "need", found.first().copied(), names.into_iter())
     }
 
-    /// What was found, or a problem with the nearest known name.
+    /// The element of a name, or a problem with the nearest known name.
     fn known<'a, T>(
         &mut self,
         name: &Text,

@@ -1,4 +1,4 @@
-//! Drives an engine through a story, and looks at it at the moments that the story asks about.
+//! Drives an engine through a story, and looks at it at the moments of the expectations.
 
 use super::trace::Echo;
 use super::{Story, change};
@@ -9,8 +9,7 @@ use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use std::convert::Infallible;
 
-/// Drives a story to its end; `look` sees the engine at each of the moments, given by their index, and `record` all that
-/// goes in.
+/// Drives a story to its end; `look` sees the engine at each of the moments, by their index, and `record` sees all inputs.
 pub(super) fn drive(
     story: &Story,
     moments: &[Time],
@@ -49,16 +48,16 @@ pub(super) fn drive(
 struct Stage<'a, L, R> {
     story: &'a Story,
     run: Run,
-    /// How many publications have been turned into echoes.
+    /// The number of publications that have become echoes.
     heard: usize,
-    /// What is still under way.
+    /// Echoes that have not arrived yet.
     echoes: Vec<Observation>,
     moments: &'a [Time],
-    /// Moments that are still to come, as indices.
+    /// The indices of the remaining moments.
     order: Vec<usize>,
     look: L,
     record: R,
-    /// Changes of the model that are still to come.
+    /// The remaining changes of the model.
     changes: &'a [Era],
 }
 
@@ -86,7 +85,7 @@ where
         self.listen();
     }
 
-    /// An input with the ids of the present model; none for a signal that it does not have.
+    /// An input with the ids of the present model; `None` for a signal that this model lacks.
     fn known(&self, input: &Input) -> Option<Input> {
         let mut input = input.clone();
         if let Input::Observation(observation) = &mut input {
@@ -96,7 +95,7 @@ where
         Some(input)
     }
 
-    /// Lets the changes up to `moment` take over.
+    /// Applies the changes up to `moment`.
     fn change_until(&mut self, moment: Time) {
         while let Some((era, later)) = self.changes.split_first().filter(|(era, _)| era.from <= moment) {
             self.changes = later;
@@ -119,7 +118,7 @@ where
         let Ok(()) = self.run.pass_until(moment, &mut self.record);
     }
 
-    /// Sends the newest publications on their way back.
+    /// Makes echoes of the newest publications.
     fn listen(&mut self) {
         let story = self.story;
         for (known, publication) in self.run.told_values(self.heard) {
@@ -136,7 +135,7 @@ where
     }
 }
 
-/// A published value as the signal that repeats it is read.
+/// A published value as a reading of the signal that repeats it.
 fn repeated(knowledge: &KnowledgeBase, echo: &Echo, value: &PublishedValue) -> RawValue {
     let signal = &knowledge.signals()[echo.signal];
     let in_unit = |middle: f64| signal.unit.as_ref().map_or(middle, |unit| unit.from_si(middle));

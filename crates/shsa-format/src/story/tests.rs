@@ -1,4 +1,4 @@
-//! Stories as texts: what they find, and what is told about mistakes in them.
+//! Stories as texts: their results, and the reports of mistakes in them.
 
 use super::{Loaded, load};
 use shsa_core::engine::Input;
@@ -22,7 +22,7 @@ fn told(trace: &str, expect: &str) -> Loaded {
     load(&format!("{MODEL}trace: {trace}\nexpect: {expect}\n"), "s.yaml", Path::new("."))
 }
 
-/// What the sensors of a trace say: signal:stamp>reception=value.
+/// Compares the samples of a trace, each as signal:stamp>reception=value.
 #[track_caller]
 fn check_trace(trace: &str, expected: &str) {
     let loaded = told(trace, "[]");
@@ -89,7 +89,7 @@ const CALM: &str =
 const SPLIT: &str = "{ duration: 20 s, truth: { room: 20 }, signals: { /a: { value: room }, /b: { value: room } }, \
      faults: [\"bias=5:/b@10s..\"] }";
 
-/// Whether one expectation comes true, and what was found.
+/// Compares the result of one expectation: whether it is met, and the observation.
 #[track_caller]
 fn check(trace: &str, expectation: &str, expected: &str) {
     let loaded = told(trace, &format!("[{expectation}]"));

@@ -1,4 +1,4 @@
-//! What is observed in a story: formulas of time sampled as the sensors would, faults, and single rows.
+//! The observations of a story: formulas of time sampled as by sensors, faults, and single rows.
 
 use super::curve::Curve;
 use crate::fault::Fault;
@@ -10,7 +10,7 @@ use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
-/// What is observed.
+/// The observations and orders.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Trace {
     pub(super) duration: Span,
@@ -19,7 +19,7 @@ pub(super) struct Trace {
     pub(super) echoes: Vec<Echo>,
     pub(super) faults: Vec<(Fault, SignalId)>,
     pub(super) rows: Vec<Sample>,
-    /// What operators order, by time.
+    /// Orders of operators, by time.
     pub(super) orders: Vec<(Time, Order)>,
 }
 
@@ -32,17 +32,17 @@ pub(super) struct Source {
     /// The first sample, and the end of all samples.
     pub(super) from: Span,
     pub(super) to: Span,
-    /// A sample may be this much late, evenly distributed.
+    /// The largest lateness of a sample, uniformly distributed.
     pub(super) jitter: Span,
-    /// How much older the content is than its stamp says.
+    /// By how much the content is older than its stamp.
     pub(super) delay: Span,
-    /// From the stamp to the reception.
+    /// The time from the stamp to the reception.
     pub(super) latency: Span,
-    /// Plus-minus, in the signal's unit, evenly distributed.
+    /// The largest error to either side, in the unit of the signal, uniformly distributed.
     pub(super) noise: f64,
 }
 
-/// Somebody who repeats under another name what a need is served with.
+/// A publisher that repeats the published values of a need under another name.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Echo {
     pub(super) signal: SignalId,
@@ -51,8 +51,8 @@ pub(super) struct Echo {
 }
 
 impl Trace {
-    /// All observations but the echoes, with the faults injected, and all orders, in the order of their reception; what
-    /// would come after the end is left out. An order comes before what is observed at its moment.
+    /// All observations except the echoes, with the faults injected, and all orders, in the order of reception. Inputs after the
+    /// end are left out. An order comes before the observations of its moment.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
         let sampled =
             |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
@@ -96,7 +96,7 @@ impl Source {
     }
 }
 
-/// Evenly between 0 (included) and 1 (excluded), with 53 bits.
+/// A uniform random number between 0 (included) and 1 (excluded), with 53 bits.
 fn even(random: &mut ChaCha8Rng) -> f64 {
     (random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
 }

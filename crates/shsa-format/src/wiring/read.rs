@@ -1,4 +1,4 @@
-//! The wiring of needs, read from its tree: every key is checked against the models that are run.
+//! Reads the wiring of needs from its tree; every key is checked against the models of the run.
 
 use super::{Action, ActionKind, Call, Form, NeedWiring, Takeover};
 use crate::model::reader::{Fields, Keys, Reader};
@@ -8,13 +8,13 @@ use shsa_core::time::Span;
 use shsa_core::unit::nearest;
 use shsa_message::span::parse_span;
 
-/// How long an action may take where it does not say so itself.
+/// The default time limit of an action.
 pub(super) const WITHIN: Span = Span::from_millis(5_000);
 
-/// The longest that an action may ask for.
+/// The largest time limit of an action.
 const WITHIN_MAX: Span = Span::from_millis(300_000);
 
-/// How long after a refusal the source is silenced again.
+/// The default time from a refusal to the next attempt to silence the source.
 pub(super) const RETRY: Span = Span::from_millis(30_000);
 
 const ROOT: [&str; 1] = ["wiring"];

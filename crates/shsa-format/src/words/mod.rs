@@ -1,7 +1,7 @@
 //! Reasons in words: a sentence for each code of [`Reason`], its arguments in the units of the model.
 //!
-//! What programs print and publish for people goes through here. The core gives codes and arguments only, so another language
-//! is another table of sentences, and nothing else.
+//! All texts for people that programs print and publish are made here. The core gives codes and arguments only, so that another
+//! language needs only another table of sentences.
 
 mod sentences;
 
@@ -14,7 +14,7 @@ use shsa_core::reason::{
 };
 use shsa_core::time::Span;
 
-/// How many names a list of a few has at most.
+/// The most names in a list of a few.
 const FEW: usize = 3;
 
 /// All reasons of a decision, as one text.
@@ -30,7 +30,7 @@ pub fn reasons(reasons: &Reasons) -> String {
     text
 }
 
-/// What stands between a reason and the one before it.
+/// The text between a reason and the one before it.
 #[must_use]
 pub fn between(joint: Joint) -> &'static str {
     match joint {
@@ -54,13 +54,13 @@ pub fn sentence(code: &str) -> Option<&'static str> {
     SENTENCES.iter().find(|(known, _)| *known == code).map(|(_, sentence)| *sentence)
 }
 
-/// Why an order cannot be obeyed, and what would be possible.
+/// Why an order cannot be obeyed, and the possible alternatives.
 #[must_use]
 pub fn refusal(refusal: &Refusal) -> String {
     format!("{}{}{}", reasons(&refusal.reason), between(Joint::Next), reasons(&refusal.help))
 }
 
-/// What serves a need: the name of a way, or what goes out while nothing is trusted.
+/// The source of a need: the name of a way, or the form of publication while no source is trusted.
 #[must_use]
 pub fn served_by(served_by: &ServedBy) -> String {
     match served_by {
@@ -135,7 +135,7 @@ fn shown(argument: &Argument, manner: &str) -> String {
     }
 }
 
-/// The first of some names, and how many there are beside.
+/// The first of some names, and the number of the others.
 fn few(names: &[String]) -> String {
     let named = names.get(..FEW.min(names.len())).unwrap_or_default().join(", ");
     match names.len().saturating_sub(FEW) {
@@ -144,7 +144,7 @@ fn few(names: &[String]) -> String {
     }
 }
 
-/// Two digits, and never 1: nothing is certain.
+/// A probability with two digits, and never 1.
 fn probability(Probability(share): Probability) -> String {
     match share {
         share if share >= 0.9995 => "above 0.999".to_owned(),

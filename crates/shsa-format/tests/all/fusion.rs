@@ -123,7 +123,8 @@ fn nothing_is_allocated_for_an_observation() {
     assert_eq!(counted.count_total, 0);
 }
 
-/// The clock of one sensor is set by an hour, forth and back: the others serve on, and it is taken back when it is right.
+/// The clock of one sensor is set by an hour, forth and back: the other sensors continue, and the sensor is used again when its
+/// clock is right.
 #[test]
 fn a_clock_that_jumps_stops_nothing() {
     let hour = Span(3_600_000_000_000);
@@ -156,7 +157,7 @@ fn a_clock_that_jumps_stops_nothing() {
     assert!(measured.used > 300 && measured.restarts == 0, "{measured:?}");
 }
 
-/// A stamp that is seconds ahead of its reception is not taken for time: what the others say counts as before.
+/// A stamp seconds ahead of its reception does not advance the time: the values of the other sensors still count.
 #[test]
 fn a_stamp_in_the_future_makes_nothing_else_too_late() {
     let knowledge = knowledge("kalman");
@@ -178,7 +179,7 @@ fn a_stamp_in_the_future_makes_nothing_else_too_late() {
     }
 }
 
-/// Where the clocks of all run ahead, that is what their time is.
+/// When the clocks of all sensors run ahead, the fusion follows them.
 #[test]
 fn clocks_that_all_run_ahead_are_followed() {
     let knowledge = knowledge("kalman");

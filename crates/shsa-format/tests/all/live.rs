@@ -1,4 +1,4 @@
-//! Models that are changed by further texts: what is told, and where.
+//! Models that are changed by further texts: the reports and their places.
 
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::model::live::{Live, Written, join};
@@ -39,7 +39,7 @@ fn told(knowledge: &KnowledgeBase) -> String {
     )
 }
 
-/// The problems with their places, after which the model is as it was.
+/// The problems with their places; the model is unchanged afterwards.
 #[track_caller]
 fn check_wrong(change: &str, expected: &[&str]) {
     let mut live = live();
@@ -75,7 +75,7 @@ properties: { signals: { /a: { accuracy: null, cost: 2 } } }
     assert_eq!(told(live.knowledge()), told(&model::load(&at_once, "at once").knowledge));
     let a = live.knowledge().signal("/a").unwrap();
     assert!(!live.knowledge().is_available(a) && live.knowledge().version() > 0);
-    // A whole model takes the place of all of it; who was withdrawn stays so.
+    // A whole model replaces all of it; a withdrawn signal stays withdrawn.
     live.change(written("model.yaml", MODEL)).unwrap();
     assert_eq!(told(live.knowledge()), told(&model::load(MODEL, "model.yaml").knowledge));
     assert!(!live.knowledge().is_available(live.knowledge().signal("/a").unwrap()));

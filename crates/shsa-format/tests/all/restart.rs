@@ -1,4 +1,4 @@
-//! A run that is killed and goes on from its state: nobody is trusted or accused because of it.
+//! A run that is killed and continues from its state: the restart makes no signal trusted or accused.
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
@@ -46,7 +46,7 @@ fn story(name: &str) -> (KnowledgeBase, Vec<Input>) {
 struct Stage {
     engine: Engine,
     events: Vec<Event>,
-    /// Accused, and not restored since.
+    /// Accused signals that have not been restored.
     accused: BTreeSet<SignalId>,
 }
 
@@ -92,7 +92,7 @@ impl Stage {
         }
     }
 
-    /// Who is suspect or failed now.
+    /// The signals that are suspect or failed now.
     fn untrusted(&self) -> BTreeSet<SignalId> {
         let is_accused =
             |signal: &SignalId| matches!(self.engine.verdict(*signal), Verdict::Suspect | Verdict::Failed);
@@ -100,7 +100,7 @@ impl Stage {
     }
 }
 
-/// Everyone who is accused in a run that nothing interrupts.
+/// All signals that are accused in an uninterrupted run.
 fn ever_accused(knowledge: &KnowledgeBase, inputs: &[Input]) -> BTreeSet<SignalId> {
     let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
     inputs.iter().for_each(|input| stage.give(input));
@@ -187,7 +187,7 @@ fn a_state_that_is_wrong_says_where() {
     check_error("\"signal\"", "\"relation\": \"r\", \"signal\"", "here it is about both");
 }
 
-/// Earlier versions wrote the reasons of an accusation as a sentence: it is told as it was written, and kept.
+/// Earlier versions wrote the reasons of an accusation as a sentence, which is reported and kept as written.
 #[test]
 fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
     let (knowledge, inputs) = story("01-dead-but-looks-alive");

@@ -1,4 +1,4 @@
-//! What is written loads to the same again: drafts as YAML and JSON, formulas by way of Prolog.
+//! Written drafts load to the same drafts: as YAML and JSON, and their formulas by way of Prolog.
 
 mod contracts;
 mod prolog;

@@ -1,5 +1,5 @@
-//! Random systems whose truth is known: what lies within its declared errors is never accused, and no need is lost; one that
-//! lies by more than the errors can hide is told, and no other one is called failed.
+//! Random systems whose truth is known: a sensor within its declared error is never accused, and no need is lost; a sensor whose
+//! error is too large to hide is accused, and no other sensor is called failed.
 //!
 //! A few systems of every kind run with each test. `SHSA_SEEDS=0..1000` runs others, and more.
 
@@ -14,7 +14,7 @@ use std::fmt::Write;
 use std::ops::Range;
 
 const SECONDS: f64 = 120.0;
-/// When the liar begins to lie.
+/// The time from which the faulty sensor is wrong.
 const LIES_FROM: f64 = 60.0;
 /// A sound value uses at most this share of its declared error.
 const USED: f64 = 0.9;
@@ -177,7 +177,7 @@ fn system(random: &mut Random, kind: Kind) -> System {
     System { text, sensors, plant }
 }
 
-/// The errors of a sensor, within what is declared.
+/// The error of a sensor, within the declared bound.
 fn error(random: &mut Random, noise: Noise, bound: f64) -> impl FnMut(f64, &mut Random) -> f64 + use<> {
     let bound = USED * bound;
     let (phase, period) = (random.between(0.0, 6.0), random.between(20.0, 60.0));
@@ -205,7 +205,7 @@ fn observations(random: &mut Random, kind: Kind, sensors: &[Sensor]) -> Vec<(f64
     rows
 }
 
-/// What is wrong with what was told of a system: nothing when it is empty.
+/// The mistakes in the events of a system; empty when there are none.
 fn wrong(kind: Kind, seed: u64, with_fault: bool) -> Vec<String> {
     let mut random = Random(
         seed.wrapping_mul(7919)

@@ -1,4 +1,4 @@
-//! Every story under `stories/` comes true, is the same at every run, and the example of its README is one of them.
+//! Every story under `stories/` is met, is the same at every run, and the example of its README is one of them.
 
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
@@ -26,7 +26,7 @@ fn load(path: &Path) -> Story {
     loaded.story.expect("a story without problems")
 }
 
-/// What has not come true, in words.
+/// The expectations that are not met, in words.
 fn unmet(outcome: &Outcome) -> String {
     let line = |check: &story::Check| {
         format!("  line {}: {}\n    found: {}\n", check.line, check.expected, check.found)

@@ -1,4 +1,4 @@
-//! Random numbers that are the same in every run: what surrogate recordings are drawn with.
+//! Reproducible random numbers, from which surrogate recordings are drawn.
 
 /// A generator of random numbers (`SplitMix64`, G. Steele and others 2014, doi:10.1145/2714064.2660195).
 #[derive(Clone, Debug)]
@@ -21,12 +21,12 @@ impl Chance {
         mixed ^ (mixed >> 31)
     }
 
-    /// Even, above 0 and below 1.
+    /// Uniform, above 0 and below 1.
     pub fn share(&mut self) -> f64 {
         ((self.next() >> 11) as f64 + 0.5) / (1_u64 << 53) as f64
     }
 
-    /// Even, below `count`; 0 for none.
+    /// Uniform, below `count`; 0 for none.
     pub fn below(&mut self, count: usize) -> usize {
         ((self.share() * count as f64) as usize).min(count.saturating_sub(1))
     }

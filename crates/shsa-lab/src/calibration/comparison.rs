@@ -8,7 +8,7 @@ use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
 use std::collections::VecDeque;
 
-/// No more outputs wait for another way.
+/// The most outputs that wait for the other way.
 const MOST_WAITING: usize = 64;
 
 /// One comparison of two ways, all in SI.
@@ -16,29 +16,29 @@ const MOST_WAITING: usize = 64;
 pub(crate) struct Comparison {
     pub(crate) received: Time,
     pub(crate) validity: Validity,
-    /// The middle of the slower way's value, and of what the other says about the same moment.
+    /// The midpoints of the slower way's value, and of the other way's value at the same moment.
     pub(crate) value: f64,
     pub(crate) known: f64,
-    /// The widths of both.
+    /// The sum of both widths.
     pub(crate) width: f64,
 }
 
-/// All ways of a model with what they said, and all pairs with what they compared.
+/// All ways of a model with their outputs, and all pairs with their comparisons.
 pub(crate) struct Watched {
     pub(crate) monitor: Monitor,
-    /// The pairs whose slower way each way is, and all pairs that it is in.
+    /// For each way, the pairs in which it is the slower one, and all of its pairs.
     compares: Vec<Vec<usize>>,
     touches: Vec<Vec<usize>>,
-    /// What the slower way of each pair has said and the other has yet to say something about.
+    /// For each pair, the outputs of the slower way that wait for the other way.
     waiting: Vec<VecDeque<Sample>>,
-    /// When and what each way said: the middle of its value, SI.
+    /// For each way, the validity and the midpoint of each output, SI.
     pub(crate) outputs: Vec<Vec<(Validity, f64)>>,
     pub(crate) comparisons: Vec<Vec<Comparison>>,
 }
 
 impl Watched {
-    /// Compares as the engine does, in each stretch anew. Observations are in the order of reception. Time: that of the
-    /// monitor.
+    /// Compares as the engine does, and starts anew for each stretch. Observations are in the order of reception. Time: that of
+    /// the monitor.
     pub(crate) fn over<'o>(
         knowledge: &KnowledgeBase,
         ways: &[Way],
@@ -100,7 +100,7 @@ impl Watched {
         }
     }
 
-    /// Compares what waits for a pair, oldest first, as far as the other way has spoken.
+    /// Compares the waiting outputs of a pair, oldest first, as far as the other way has outputs.
     fn compare(&mut self, number: usize, now: Time) {
         while let Some(sample) = self.waiting[number].front().copied() {
             let (slow, other) = self.sides(&self.monitor.residuals()[number]);

@@ -1,25 +1,25 @@
-//! How much later one way tells the same as another: the shift with the least spread of their difference.
+//! The delay of one way relative to another: the shift with the least spread of their difference.
 
 use crate::calibration::comparison::Comparison;
 use crate::curve::Curve;
 use crate::order::spread;
 use shsa_core::time::Validity;
 
-/// Shifts that are tried to either side.
+/// The number of shifts that are tried to either side.
 const STEPS: i32 = 40;
 
-/// No more comparisons are used; they are taken evenly.
+/// The most comparisons that are used; they are evenly spaced.
 const MOST_COMPARISONS: usize = 2_000;
 
-/// A shift is believed when it leaves no more than this share of the spread in each half of the time: a tenth less variance.
+/// A shift is accepted if the remaining share of the spread in each half of the time is at most this: a tenth less variance.
 const WORTH: f64 = 0.948;
 
-/// A delay that explains a part of the difference.
+/// An accepted delay.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Delay {
-    /// By how much the slower way is later than the other; negative when the other is. Seconds.
+    /// How much later the slower way is than the other, in seconds; negative if it is earlier.
     pub(crate) late_s: f64,
-    /// The spread of the difference that is left, as a share of what it is without.
+    /// The remaining spread of the difference, as a share of the spread without the shift.
     pub(crate) left: f64,
 }
 
@@ -28,9 +28,9 @@ pub(crate) fn curve(outputs: &[(Validity, f64)]) -> Curve {
     Curve::new(outputs.iter().map(|(at, value)| (at.to.seconds(), *value)).collect())
 }
 
-/// The delay between the two ways of a pair, within `most_s` to either side; `None` when there is none worth
-/// believing: it leaves too much, lies at the end of what was searched, or makes one half of the time worse.
-/// Time: O(shifts * comparisons * log n).
+/// The delay between the two ways of a pair, within `most_s` to either side. `None` when no shift can be accepted: too much
+/// spread remains, the shift lies at the end of the search range, or it does not help in one half of the time. Time: O(shifts *
+/// comparisons * log n).
 pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) -> Option<Delay> {
     let every = comparisons.len().div_ceil(MOST_COMPARISONS).max(1);
     let used: Vec<&Comparison> = comparisons.iter().step_by(every).collect();
@@ -40,7 +40,7 @@ pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) ->
     let tried: Vec<f64> = (-STEPS..=STEPS).map(|at| left(&used, f64::from(at) * step)).collect();
     let best = (0..tried.len()).min_by(|one, next| tried[*one].total_cmp(&tried[*next]))?;
     let (before, after) = (tried.get(best.checked_sub(1)?)?, tried.get(best + 1)?);
-    // The lowest point of the parabola through the best and its neighbours.
+    // The minimum of the parabola through the best shift and its neighbours.
     let curvature = before - 2.0 * tried[best] + after;
     let off = if curvature > 0.0 { 0.5 * (before - after) / curvature } else { 0.0 };
     let shift = (best as f64 - f64::from(STEPS) + off) * step;
@@ -50,10 +50,10 @@ pub(crate) fn between(comparisons: &[Comparison], other: &Curve, most_s: f64) ->
     is_worth.then_some(Delay { late_s: -shift, left: share })
 }
 
-/// The spread of the difference with the other way shifted; only comparisons that all shifts can make count.
+/// The spread of the difference after shifting the other way, over the comparisons that every shift permits.
 ///
-/// The other way is read as a mean over two of its periods: between two values a straight line has less noise than at
-/// them, and a shift by half a period would look like a delay.
+/// The other way is averaged over two of its periods: between two values a straight line has less noise than at them, so a shift
+/// by half a period would look like a delay.
 fn left(used: &[&Comparison], other: &Curve, shift: f64, most_s: f64) -> f64 {
     let difference = |it: &&Comparison| {
         let (from, to) = (it.validity.from.seconds(), it.validity.to.seconds());
@@ -74,7 +74,7 @@ mod tests {
         (0.7 * time).sin() + 0.3 * (1.9 * time).cos()
     }
 
-    /// A slower way that says what was so `late_s` ago, and whose values are means over `window_s`.
+    /// Comparisons with a slower way that is `late_s` late, and whose values are means over `window_s`.
     fn comparisons(late_s: f64, window_s: f64) -> Vec<Comparison> {
         (20..300)
             .map(|at| {
@@ -110,7 +110,7 @@ mod tests {
         check(0.2, 0.5, Some(0.2));
     }
 
-    /// Two that measure the same at the same moments: half a period of the other averages its noise, and is no delay.
+    /// Two ways measure the same at the same moments: a shift by half a period of the other averages its noise, and is no delay.
     #[test]
     fn noise_is_no_delay() {
         let mut chance = crate::calibration::chance::Chance::new(3);

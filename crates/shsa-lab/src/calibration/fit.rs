@@ -1,5 +1,5 @@
-//! A model calibrated: errors with which the whole loop keeps its promise on recordings that could have been, tested on a part
-//! that it has not seen.
+//! Calibrates a model: finds errors with which the whole loop keeps its promise on surrogate recordings, and tests them on an
+//! unseen part.
 
 mod found;
 mod edit;
@@ -34,40 +34,40 @@ use smallest::smallest_steps;
 use std::collections::BTreeSet;
 use surrogate::Source;
 
-/// Below this share of the largest reading, single precision tells nothing apart.
+/// The resolution of single precision, as a share of the largest reading.
 const RESOLUTION: f64 = f32::EPSILON as f64;
 
-/// An error with which a relation says nothing.
+/// An error that makes a relation say nothing.
 const VACUOUS: f64 = 1e12;
 
-/// So many observations are enough to find how an error widens a pair.
+/// The number of observations that is enough to find how an error widens a pair.
 const PROBED: usize = 20_000;
 
-/// What is asked for.
+/// The options of a calibration.
 pub struct Options<'a> {
-    /// Alarms of the whole model an hour that are accepted on healthy recordings, above 0.
+    /// Accepted alarms of the whole model an hour on healthy recordings, above 0.
     pub alarms_per_hour: f64,
-    /// Delays up to this are searched for.
+    /// The longest delay that is searched for.
     pub most_delay: Span,
     /// Whether stretches that look unhealthy are fitted, too.
     pub fits_all: bool,
     /// Whether the smallest steps are found, too.
     pub finds_steps: bool,
-    /// Observations of surrogate recordings that one factor is tried on at most.
+    /// The most observations of surrogate recordings with which one factor is tried.
     pub most_observations: usize,
-    /// What random numbers begin with.
+    /// The seed of random numbers.
     pub seed: u64,
-    /// Threads that surrogate recordings are dealt out to.
+    /// The number of threads that share the surrogate recordings.
     pub threads: usize,
-    /// Called now and then, [`STEPS`] times at least.
+    /// Called periodically, at least [`STEPS`] times.
     pub progress: &'a (dyn Fn() + Sync),
 }
 
-/// How often [`Options::progress`] is called at least.
+/// The least number of calls of [`Options::progress`].
 pub const STEPS: usize = 10;
 
 impl Default for Options<'_> {
-    /// One alarm in two hours; 2 s.
+    /// One alarm in two hours; delays up to 2 s.
     fn default() -> Self {
         Options {
             alarms_per_hour: 0.5,
@@ -82,10 +82,10 @@ impl Default for Options<'_> {
     }
 }
 
-/// Why nothing can be calibrated.
+/// Why a calibration is impossible.
 #[derive(Clone, Debug, thiserror::Error)]
 pub enum Problem {
-    /// The model, or what would become of it, has an error.
+    /// The model, or the fitted model, has an error.
     #[error("the model has an error: {0}")]
     Model(String),
     /// No variable is known in two ways.
@@ -101,12 +101,12 @@ pub enum Problem {
     },
 }
 
-/// Fits errors and delays to sessions, and tests them on others.
+/// Fits errors and delays to sessions, and tests them on other sessions.
 ///
-/// Sessions are healthy, the observations of each in the order of reception, and the draft builds without errors. Delays come
-/// first: of each pair the shift with the least spread, of each signal the median over its pairs. Then how far signals and
-/// relations scatter; then the one factor of these deviations with which the engine keeps the promise over surrogate
-/// recordings: the sessions with what is left of their values drawn anew. Time: some dozen runs of the engine over
+/// The sessions must be healthy, the observations of each in the order of reception, and the draft free of errors. First come the
+/// delays: for each pair the shift with the least spread, for each signal the median over its pairs. Then the deviations of
+/// signals and relations. Then the one factor of these deviations with which the engine keeps the promise over surrogate
+/// recordings, which are the sessions with their residuals drawn anew. Time: some dozen runs of the engine over
 /// [`Options::most_observations`].
 ///
 /// # Errors
@@ -138,7 +138,7 @@ pub fn calibrate(
     Fit::new(draft, &knowledge, &ways, &healthy, options).calibration(trial, unseen, unhealthy)
 }
 
-/// What all steps need.
+/// The common inputs of all steps.
 struct Fit<'a> {
     draft: &'a Draft,
     knowledge: &'a KnowledgeBase,
@@ -205,7 +205,7 @@ impl<'a> Fit<'a> {
             Some(between * scales[signal].deviation)
         });
         let source = Source::new(&delayed, &parts, apart);
-        // What is not shown to hold says nothing about the promise, however it is.
+        // A relation that is not shown to hold must not influence the promise.
         let watched = |factor: f64| {
             let trial = with(factor);
             let errors = trial.errors.iter().zip(&self.parameters).map(|(error, parameter)| {
@@ -228,7 +228,8 @@ impl<'a> Fit<'a> {
         let mut draft = noisy(chosen.applied(&limited), promise.noise);
         let mut after = told(&draft, unseen)?;
         if promise.noise.is_some() && after.alarms > before.alarms {
-            // Noise that was another one later is none that accuses; the bounds stand the test by themselves, or do not.
+            // If the noise was different later, it is not declared, so that only bounds accuse; whether the bounds pass the test
+            // is their own matter.
             promise.noise = None;
             draft = chosen.applied(&limited);
             after = told(&draft, unseen)?;
@@ -247,7 +248,7 @@ impl<'a> Fit<'a> {
         Ok(Calibration { rhythms, pairs, fitted, draft, promise, before, after, unseen_hours, unhealthy })
     }
 
-    /// All pairs, and what they compare in each session.
+    /// All pairs, and their comparisons in each session.
     fn watch(&self, trial: &Trial) -> Result<(Vec<PairFit>, Compared), Problem> {
         let knowledge = edit::built(&trial.ungated(self.draft))?;
         let over = |session: &Session| {
@@ -264,7 +265,7 @@ impl<'a> Fit<'a> {
         Ok((pairs.collect(), compared))
     }
 
-    /// How much later the slower way of each pair is: in the longest session.
+    /// The delay of each pair's slower way, from the longest session.
     fn delays(&self, trial: &Trial) -> Result<Vec<Option<Delay>>, Problem> {
         let knowledge = edit::built(&trial.ungated(self.draft))?;
         let longest = self.sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
@@ -279,8 +280,8 @@ impl<'a> Fit<'a> {
         Ok(late.collect())
     }
 
-    /// How much later each signal tells than the model says: the median over the pairs that compare the signal itself. Of the
-    /// two signals of a pair, only the later one is moved.
+    /// The delay of each signal beyond that of the model: the median over the pairs that compare the signal itself. Of the two
+    /// signals of a pair, only the later one is delayed.
     fn signal_delays(&self, delays: &[Option<Delay>]) -> IdVec<SignalId, Span> {
         let Ok((pairs, _)) = self.watch(&Trial::new(&self.parameters, self.knowledge)) else {
             return IdVec::filled(self.knowledge.signals().len(), |_| Span::ZERO);
@@ -292,12 +293,12 @@ impl<'a> Fit<'a> {
                 is_own(&pair.one).then_some(late_s).or_else(|| is_own(&pair.other).then_some(-late_s))
             };
             let late = median(pairs.iter().zip(delays).filter_map(late)).max(0.0);
-            // To the millisecond: no recording says more.
+            // Rounded to the millisecond: recordings are no more exact.
             Span::from_millis((late * 1e3).round() as i64)
         })
     }
 
-    /// How much wider each pair becomes for one unit of each parameter, by trying: half a width, in SI.
+    /// The widening of each pair by one unit of each parameter, found by trying: half a width, in SI.
     fn gains(
         &self,
         trial: &Trial,
@@ -331,7 +332,7 @@ impl<'a> Fit<'a> {
         Ok(gains)
     }
 
-    /// The least error of each parameter: what single precision tells apart.
+    /// The least error of each parameter: the resolution of single precision.
     fn floors(&self, rhythms: &[Rhythm]) -> Vec<f64> {
         let floor = |parameter: &Parameter| match parameter {
             Parameter::Relation(_) => 0.0,
@@ -343,7 +344,7 @@ impl<'a> Fit<'a> {
         self.parameters.iter().map(floor).collect()
     }
 
-    /// Counts the comparisons in what is not fitted.
+    /// Counts the comparisons in the part that is not fitted.
     fn count_unseen(&mut self, trial: &Trial, unseen: &[Session]) -> Result<(), Problem> {
         let knowledge = edit::built(&trial.ungated(self.draft))?;
         let stretches = unseen.iter().flat_map(Session::stretches).map(Vec::as_slice);
@@ -394,7 +395,7 @@ impl<'a> Fit<'a> {
     }
 }
 
-/// What a model says of sessions.
+/// The verdicts of a model about sessions.
 fn told(draft: &Draft, sessions: &[Session]) -> Result<Verdicts, Problem> {
     let stretches = sessions.iter().flat_map(Session::stretches).map(Vec::as_slice);
     Ok(Verdicts::over(&edit::built(draft)?, stretches))

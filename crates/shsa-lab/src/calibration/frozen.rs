@@ -1,35 +1,36 @@
-//! From when on readings that stay exactly the same are a fault, learnt from healthy ones.
+//! Learns from healthy readings after which time a constant signal is frozen.
 //!
-//! Only a signal with noise of its own in every reading may be told so early: what rests where nothing moves (an encoder, a
-//! valve that is closed) is the same for as long as that lasts, and the recording may not have seen it rest.
+//! Only a signal with noise in every reading can be called frozen this early. A signal that rests when nothing moves (an encoder,
+//! a closed valve) is constant as long as the rest lasts, and the recording may not contain a rest.
 
 use crate::order::median;
 
-/// Readings, fewer of which say nothing.
+/// The least number of readings.
 const FEWEST: f64 = 300.0;
-/// Of neighbours, no larger share may be the same.
+/// The largest permitted share of equal neighbours.
 const MOST_ALIKE: f64 = 0.5;
-/// So many of them count as the same beside those that were.
+/// This many equal neighbours are added to the observed ones.
 const UNSEEN: f64 = 3.0;
-/// Once in so many hours, healthy readings would stay the same for half of the time.
+/// Healthy readings would be constant for half of the time limit only once in this many hours.
 const HOURS: f64 = 10_000.0;
-/// The fewest readings in that time, and how many times the longest run that was seen.
+/// The least time limit in readings, and in multiples of the longest observed run.
 const FEWEST_READINGS: f64 = 10.0;
 const LONGEST: f64 = 3.0;
-/// Changes in a row that are looked at where they are smallest.
+/// The number of successive changes in a window; the quietest window is used.
 const QUIET: usize = 100;
-/// The correlation of a change with the next one: -0.5 of white noise, 1 of what moves smoothly.
+/// The largest correlation of a change with the next one for noise: white noise has -0.5, a smooth movement 1.
 const NOISY: f64 = -0.2;
-/// A run of equal readings as long as the longest is expected so many times at least; below, readings rest.
+/// If a run as long as the longest one is expected less often than this, it is a rest.
 const BY_CHANCE: f64 = 0.01;
-/// Zero is out of reach so many times as far away as the readings range.
+/// Zero is out of reach if its distance exceeds this many times the range of the readings.
 const RANGES: f64 = 3.0;
-/// A signal is known at zero by so many readings, of which no more than so many times the usual share are repeated.
+/// A signal is known at zero by at least this many readings, if the share of repeated ones is at most this many times the usual
+/// one.
 const AT_ZERO: f64 = 30.0;
 const HELD: f64 = 2.0;
 
-/// After how many seconds without any change a signal is frozen; `None` where healthy readings do not say it. `points` are time
-/// in seconds and reading, by stretch; `period_s` is the usual time between two. Time: O(n log n).
+/// The time in seconds after which a constant signal is frozen; `None` if healthy readings do not tell it. `points` are time in
+/// seconds and reading, by stretch; `period_s` is the usual time between two. Time: O(n log n).
 pub(crate) fn frozen_after(points: &[Vec<(f64, f64)>], period_s: f64) -> Option<f64> {
     let count = points.iter().map(Vec::len).sum::<usize>() as f64;
     let changes: Vec<Vec<f64>> =
@@ -37,7 +38,7 @@ pub(crate) fn frozen_after(points: &[Vec<(f64, f64)>], period_s: f64) -> Option<
     let alike = (changes.iter().map(|it| same(it)).sum::<usize>() as f64 + UNSEEN) / (count + UNSEEN);
     let runs = points.iter().flat_map(|it| it.chunk_by(|one, next| one.1 == next.1));
     let longest = runs.map(<[_]>::len).max().unwrap_or(0) as f64;
-    // Longer runs than chance gives are rests.
+    // A run that is too long for chance is a rest.
     let rests = count * alike.powf(longest - 1.0) < BY_CHANCE;
     if count < FEWEST || alike > MOST_ALIKE || period_s <= 0.0 || rests {
         return None;
@@ -46,12 +47,12 @@ pub(crate) fn frozen_after(points: &[Vec<(f64, f64)>], period_s: f64) -> Option<
     if !(is_far_from_zero(points) || is_known_at_zero(points, noise, alike)) {
         return None;
     }
-    // Runs of equal readings get rarer by `alike` with each.
+    // A run of equal readings is rarer by the factor `alike` with each further reading.
     let rare = (HOURS * 3600.0 / period_s).ln() / -alike.ln();
     Some(period_s * (2.0 * rare).max(FEWEST_READINGS).max(LONGEST * longest))
 }
 
-/// How far readings change by their own noise: where the plant is as quiet as it was seen, and nothing else is left.
+/// The median change by the signal's own noise, from the quietest window, where nothing else changes the readings.
 fn own_noise(changes: &[Vec<f64>]) -> Option<f64> {
     let windows = changes.iter().flat_map(|it| it.chunks_exact(QUIET));
     let quiet = windows.min_by(|one, other| squares(one).total_cmp(&squares(other)))?;
@@ -59,14 +60,14 @@ fn own_noise(changes: &[Vec<f64>]) -> Option<f64> {
     is_noise.then(|| median(quiet.iter().map(|it| it.abs())))
 }
 
-/// Zero is where things rest: whether it is out of reach,
+/// Resting signals are usually at zero: whether the readings are far from zero,
 fn is_far_from_zero(points: &[Vec<(f64, f64)>]) -> bool {
     let values = points.iter().flatten().map(|it| it.1);
     let (lo, hi) = values.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), it| (lo.min(it), hi.max(it)));
     lo.max(-hi) > RANGES * (hi - lo)
 }
 
-/// or whether readings were often within their noise of it, and no more of them repeated than elsewhere.
+/// or whether many readings were within the noise of zero, and no more of them were repeated than elsewhere.
 fn is_known_at_zero(points: &[Vec<(f64, f64)>], noise: f64, alike: f64) -> bool {
     let pairs = points.iter().flat_map(|it| it.windows(2)).map(|pair| (pair[0].1, pair[1].1));
     let (mut count, mut held) = (0.0, 0.0);
@@ -85,7 +86,7 @@ fn squares(changes: &[f64]) -> f64 {
     changes.iter().map(|it| it * it).sum()
 }
 
-/// The correlation of changes with those right after them; 1 where nothing changes.
+/// The correlation of successive changes; 1 if nothing changes.
 fn correlation(changes: &[f64]) -> f64 {
     let products: f64 = changes.windows(2).map(|pair| pair[0] * pair[1]).sum();
     let square = squares(changes);
@@ -125,10 +126,10 @@ mod tests {
 
     #[test]
     fn what_may_rest_is_left_alone() {
-        // A car that never stood still while it was recorded, and an odometer.
+        // A car that never stood still in the recording, and an odometer.
         assert_eq!(found(|time, chance| 14.0 + 6.0 * (0.1 * time).sin() + 0.1 * chance.normal()), None);
         assert_eq!(found(|time, _| time), None);
-        // An encoder's speed: noise while it turns, nothing while it does not.
+        // An encoder's speed: noisy while it turns, constant while it does not.
         let encoder = |time: f64, chance: &mut Chance| {
             let turns = (0.05 * time).sin().max(0.0);
             turns * (1.0 + 0.1 * chance.normal())

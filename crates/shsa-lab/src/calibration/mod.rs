@@ -1,4 +1,4 @@
-//! Numbers from recordings: tolerances, delays and rhythms that healthy observations need.
+//! Calibration: the tolerances, delays and rhythms that healthy recordings need.
 //!
 //! `sessions -> rhythm (each signal) -> comparison (each pair of ways) -> delay -> calibration (scales, tails, surrogate
 //! recordings through the engine; the changed model, tested on what it has not seen)`

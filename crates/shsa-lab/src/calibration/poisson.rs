@@ -1,13 +1,13 @@
-//! How many events are expected where so many were seen: bounds for counts of rare events.
+//! Confidence bounds for the expected number of rare events, by their count.
 
-/// How many events are expected at least where `seen` were seen, with 95 % confidence: half the 5 % quantile of the chi-square
-/// distribution with twice as many degrees of freedom (F. Garwood 1936, doi:10.1093/biomet/28.3-4.437).
+/// The lower bound of the expected number of events when `seen` were counted, with 95 % confidence: half the 5 % quantile of the
+/// chi-square distribution with twice as many degrees of freedom (F. Garwood 1936, doi:10.1093/biomet/28.3-4.437).
 #[must_use]
 pub fn fewest_expected(seen: usize) -> f64 {
     bisected(seen as f64, |expected| 1.0 - fewer_than(seen, expected) < 0.05)
 }
 
-/// How many events are expected at most where `seen` were seen, with 95 % confidence: 3.00 for none, 4.74 for one.
+/// The upper bound of the expected number of events when `seen` were counted, with 95 % confidence: 3.00 for none, 4.74 for one.
 #[must_use]
 pub fn most_expected(seen: usize) -> f64 {
     bisected(seen as f64 + 10.0 + 6.0 * (seen as f64).sqrt(), |expected| {
@@ -15,7 +15,7 @@ pub fn most_expected(seen: usize) -> f64 {
     })
 }
 
-/// The probability of fewer than `count` events where `expected` are expected.
+/// The probability of fewer than `count` events when `expected` are expected.
 fn fewer_than(count: usize, expected: f64) -> f64 {
     let mut term = (-expected).exp();
     let mut sum = 0.0;

@@ -1,4 +1,4 @@
-//! How a signal comes: its rate, jitter and gaps, its range and how fast it changes.
+//! The rhythm of a signal: its rate, jitter and gaps, its range and its fastest change.
 
 use crate::calibration::frozen::frozen_after;
 use crate::calibration::session::Session;
@@ -6,17 +6,17 @@ use crate::order::{quantile, sorted};
 use shsa_core::knowledge::{KnowledgeBase, Scaling, Signal, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 
-/// A change is measured over at least this many seconds, and over ten observations: below it is noise.
+/// A change is measured over at least this many seconds, and over ten observations: shorter changes are noise.
 const SHORTEST_CHANGE_S: f64 = 0.2;
 
-/// How the observations of one signal come. Values are in the signal's own unit, times in seconds.
+/// The rhythm of one signal's observations. Values are in the signal's own unit, times in seconds.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Rhythm {
-    /// Observations.
+    /// The number of observations.
     pub count: usize,
-    /// Observations a second: over the median time between two.
+    /// Observations a second, by the median time between two.
     pub rate_hz: Option<f64>,
-    /// By how much 99 % of the times between two observations differ from the median at most.
+    /// The 99 % quantile of the difference between the times between two observations and their median.
     pub jitter_s: Option<f64>,
     /// The longest time between two receptions.
     pub longest_gap_s: Option<f64>,
@@ -24,20 +24,20 @@ pub struct Rhythm {
     pub range: Option<(f64, f64)>,
     /// The largest change a second, over at least ten observations and 0.2 s.
     pub fastest: Option<f64>,
-    /// How long it has said exactly the same at most.
+    /// The longest time with exactly the same value.
     pub longest_hold_s: Option<f64>,
-    /// From when on it is frozen when it says the same; `None` where healthy readings do not show it.
+    /// The time after which a constant signal is frozen; `None` if healthy readings do not tell it.
     pub frozen_after_s: Option<f64>,
 }
 
 impl Rhythm {
-    /// Of every signal of a model, in their order. Time: O(n log n) in the observations.
+    /// The rhythms of all signals of a model, in order. Time: O(n log n) in the observations.
     pub(crate) fn of_all(knowledge: &KnowledgeBase, sessions: &[Session]) -> Vec<Rhythm> {
         let signals = knowledge.signals().ids();
         let rhythm = |signal: SignalId| {
             let found = Rhythm::of(sessions, signal);
             let Signal { scaling, limits, .. } = &knowledge.signals()[signal];
-            // Where readings wrap, the lowest, the highest and the steps between them say nothing.
+            // For readings that wrap, range and changes mean nothing.
             let is_line = limits.turn.is_none();
             let fastest = found.fastest.filter(|_| is_line);
             let range = found.range.filter(|_| is_line);
@@ -46,7 +46,7 @@ impl Rhythm {
         signals.map(rhythm).collect()
     }
 
-    /// The same of the values of readings that are scaled.
+    /// The rhythm of scaled readings, from that of the raw ones.
     fn scaled(self, scaling: Option<Scaling>) -> Rhythm {
         let Some(scaling) = scaling else { return self };
         let ordered = |(one, other): (f64, f64)| (one.min(other), one.max(other));
@@ -86,7 +86,7 @@ impl Rhythm {
     }
 }
 
-/// How long a signal has said the same at most, in seconds; `None` without two values.
+/// The longest time with the same value, in seconds; `None` for fewer than two values.
 fn longest_hold(points: &[Vec<(f64, f64)>]) -> Option<f64> {
     let runs = points.iter().flat_map(|points| points.chunk_by(|one, next| one.1 == next.1));
     let lasts =
@@ -94,7 +94,7 @@ fn longest_hold(points: &[Vec<(f64, f64)>]) -> Option<f64> {
     runs.map(lasts).reduce(f64::max)
 }
 
-/// Stamp and value, when it is a number.
+/// Stamp and value, if the value is a number.
 fn point(observation: &Observation) -> Option<(f64, f64)> {
     match observation.value {
         RawValue::Number(value) if value.is_finite() => Some((observation.stamp.seconds(), value)),
@@ -103,7 +103,7 @@ fn point(observation: &Observation) -> Option<(f64, f64)> {
     }
 }
 
-/// The largest change a second between points that are `least_s` apart or a little more.
+/// The largest change a second between points that are `least_s` apart or slightly more.
 fn fastest(points: &[(f64, f64)], least_s: f64) -> Option<f64> {
     let mut later = 0;
     let mut largest = None;
@@ -111,7 +111,7 @@ fn fastest(points: &[(f64, f64)], least_s: f64) -> Option<f64> {
         later += points[later..].iter().take_while(|(other, _)| other - time < least_s).count();
         let Some((other, changed)) = points.get(later) else { break };
         let rate = (changed - value).abs() / (other - time);
-        // Beyond a gap, the change is not known to have been steady.
+        // After a gap, the change may not have been steady.
         if other - time <= 2.0 * least_s {
             largest = Some(rate.max(largest.unwrap_or(0.0)));
         }

@@ -1,18 +1,18 @@
-//! A recording as calibration takes it: stretches of healthy time, each of which begins anew.
+//! A recording for calibration: stretches of healthy time that are handled separately.
 
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 
-/// What was recorded from one start to the next, without the times that are left out.
+/// The recording from one start to the next, without the skipped times.
 ///
-/// Nothing is read across the ends of a stretch: no window spans them, and no gap is counted between two.
+/// Stretches are separate: no window spans their ends, and no gap is counted between two.
 #[derive(Clone, Debug, Default)]
 pub struct Session {
     stretches: Vec<Vec<Observation>>,
 }
 
 impl Session {
-    /// Observations in the order of reception, without those received from the first of two times up to the second.
+    /// A session of observations in the order of reception, without those received in a skipped time, which excludes its end.
     #[must_use]
     pub fn new(observations: Vec<Observation>, left_out: &[(Time, Time)]) -> Session {
         let place = |at: Time| {
@@ -32,7 +32,7 @@ impl Session {
         Session { stretches }
     }
 
-    /// The part that was received before a moment, and the rest.
+    /// Splits the session at a time of reception.
     #[must_use]
     pub fn split(&self, at: Time) -> (Session, Session) {
         let (mut before, mut after) = (Session::default(), Session::default());
@@ -44,7 +44,7 @@ impl Session {
         (before, after)
     }
 
-    /// The session without these times, too.
+    /// The session without further skipped times.
     #[must_use]
     pub(crate) fn without(&self, left_out: &[(Time, Time)]) -> Session {
         let parts = self.stretches.iter().map(|it| Session::new(it.clone(), left_out).stretches);
@@ -62,7 +62,7 @@ impl Session {
         self.stretches.iter().flatten()
     }
 
-    /// Time that is covered.
+    /// The total duration of the stretches.
     #[must_use]
     pub fn duration(&self) -> Span {
         let lasts = |stretch: &Vec<Observation>| {

@@ -1,23 +1,23 @@
-//! Errors that explain how far all pairs differ: the smallest, in squares, that make every pair wide enough.
+//! Errors that explain the differences of all pairs: those with the least sum of squares that make every pair wide enough.
 
-/// Passes over all demands at most; each is as long as the list of demands.
+/// The most passes over all demands.
 const MOST_PASSES: usize = 2_000;
 
-/// A pair must be made this much wider by its parameters.
+/// A demand that a pair becomes wider by its parameters.
 #[derive(Clone, Debug)]
 pub(crate) struct Demand {
-    /// The parameters and how much wider the pair becomes for one unit of each, above 0.
+    /// The parameters, and the widening of the pair by one unit of each, above 0.
     pub(crate) gains: Vec<(usize, f64)>,
-    /// How much wider, above 0.
+    /// The demanded widening, above 0.
     pub(crate) least: f64,
 }
 
 /// Finds `x >= 0` with `sum(gain * x) >= least` for every demand and the least sum of `(scale * x)^2`.
 ///
-/// Of two witnesses, both get half; where a third agrees better with one of them, the other gets more. The squares are
-/// what makes the answer unique; the least plain sum would often put all on one. Hildreth's method (DOI
-/// 10.1002/nav.3800040113): one demand after the other is met by its share of the dual; gains are positive, so the answer
-/// is, too. What is left after the passes is met by stretching all that take part. Time: O(passes * gains).
+/// Two witnesses get half each; if a third one agrees better with one of them, the other gets more. The squares make the solution
+/// unique; a plain sum would often put everything on one. Hildreth's method (DOI 10.1002/nav.3800040113): each demand in turn is
+/// met by its share of the dual; gains are positive, so the solution is, too. A demand that is still unmet after the passes is
+/// met by scaling all of its parameters. Time: O(passes * gains).
 pub(crate) fn least_widening(scales: &[f64], demands: &[Demand]) -> Vec<f64> {
     let mut found = vec![0.0; scales.len()];
     let mut duals = vec![0.0; demands.len()];
@@ -46,7 +46,7 @@ pub(crate) fn least_widening(scales: &[f64], demands: &[Demand]) -> Vec<f64> {
 }
 
 impl Demand {
-    /// How much wider the pair is with these parameters.
+    /// The widening of the pair with these parameters.
     pub(crate) fn reached(&self, parameters: &[f64]) -> f64 {
         self.gains.iter().map(|(at, gain)| gain * parameters[*at]).sum()
     }
@@ -89,7 +89,7 @@ mod tests {
     }
 
     proptest! {
-        /// Every demand is met, and no parameter can be lowered alone without missing one.
+        /// Every demand is met, and lowering any single parameter would miss one.
         #[test]
         fn met_and_tight(pairs in prop::collection::vec((0..5_usize, 5..9_usize, 0.01..10.0_f64), 1..20)) {
             let demands: Vec<Demand> = pairs.iter().map(|&(one, other, least)| demand(one, other, least)).collect();

@@ -1,4 +1,4 @@
-//! How large a fault of a signal is that declares no error of its own, as its tolerance stands at a relation.
+//! Amounts of faults for a signal without a declared value error, whose tolerance is declared at a relation.
 
 use super::kind::Kind;
 use super::onset::Recorded;
@@ -11,32 +11,32 @@ use shsa_core::time::Span;
 use std::collections::BTreeMap;
 use std::num::NonZeroUsize;
 
-/// An amount of this many times stands for the smallest bias that is seen.
+/// The smallest detected bias is this many amounts.
 const TIMES: f64 = 2.0;
 
-/// Where no bias is seen: this share of how much the values vary, as the search for it begins with.
+/// Without a detected bias: this share of the values' range, with which the search begins as well.
 const SHARE_OF_RANGE: f64 = 0.01;
 
-/// What is known of the faults that are wanted.
+/// The faults for which amounts are wanted.
 pub struct AmountSpec<'a> {
-    /// The signals that are to be broken.
+    /// The signals with faults.
     pub signals: &'a [SignalId],
-    /// How many moments each fault begins at.
+    /// The number of moments at which each fault begins.
     pub onsets: usize,
-    /// How long a fault lasts; `None`: a quarter of the longest session.
+    /// The duration of a fault; `None`: a quarter of the longest session.
     pub duration: Option<Span>,
-    /// How many threads; `None`: as many as there are cores.
+    /// The number of threads; `None`: one for each core.
     pub threads: Option<NonZeroUsize>,
-    /// Who hears how far it is.
+    /// The receiver of progress.
     pub progress: &'a dyn Progress,
 }
 
-/// What takes the place of the error of value that a signal does not declare, in its unit: half of the smallest bias that is seen
-/// in the recording, so that twice that is seen; where none is, a hundredth of how much its values vary. Signals whose values are
-/// all the same have none.
+/// The amount that replaces the value error that a signal does not declare, in its unit: half of the smallest bias that is
+/// detected in the recording, so that twice the amount is detected; without a detected bias, a hundredth of the values' range. A
+/// signal with constant values has no amount.
 ///
 /// # Errors
-/// When a run broke off.
+/// When a run panicked.
 pub fn instead(
     knowledge: &KnowledgeBase,
     sessions: &[Recorded<'_>],

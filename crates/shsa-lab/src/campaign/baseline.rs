@@ -1,4 +1,4 @@
-//! One run of the loop with a fault in it, and what is measured of it while it goes on.
+//! One run of the loop with a fault, and its measures, which are taken during the run.
 
 use super::grid::Trial;
 use shsa_core::engine::{Event, EventKind, Input, PublishedValue};
@@ -11,52 +11,52 @@ use shsa_format::recording::Sample;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// A decision that accuses a signal: when, how, and which, where it is a signal.
+/// A decision that accuses a signal: time, kind, and the signal, if it is one.
 pub type Alarm = (Time, EventKind, Option<SignalId>);
 
-/// What all runs in a session share: what is recorded, and what comes of it without a fault.
+/// The common data of all runs in a session: the recording, and the results without a fault.
 pub struct Baseline<'a> {
     /// The model.
     pub knowledge: &'a KnowledgeBase,
-    /// In the order of reception; `wanted` is the index of the signal.
+    /// The samples in the order of reception; `wanted` is the index of the signal.
     pub samples: &'a [Sample],
-    /// From which the times of faults count.
+    /// The origin of the times of faults.
     pub origin: Time,
     /// When the first sample was received.
     pub first: Time,
     /// When the last sample was received.
     pub last: Time,
-    /// In the order of time.
+    /// The alarms without a fault, in the order of time.
     pub alarms: Vec<Alarm>,
-    /// What each need was served with, in the order of time.
+    /// The values of each need, in the order of time.
     values: Vec<Vec<(Time, PublishedValue)>>,
 }
 
-/// What became of a need during a fault.
+/// The effect of a fault on a need.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Served {
-    /// The largest distance to what the clean run published, SI; 0 where intervals overlap.
+    /// The largest distance to the values of the clean run, SI; 0 where intervals overlap.
     pub error: f64,
-    /// Whether it went without a value for longer than it may, and longer than in the clean run.
+    /// Whether the need lacked a value for longer than permitted, and longer than in the clean run.
     pub unmet: bool,
 }
 
-/// What was told and published in one run.
+/// The measures of one run.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Measured {
     /// Alarms before the fault.
     pub early: usize,
-    /// Whether the signal stood accused when its fault began: no further alarm need follow.
+    /// Whether the signal was already accused when its fault began; then no further alarm is necessary.
     pub accused: bool,
-    /// From the fault's beginning to the first alarm that the clean run does not give.
+    /// From the fault's beginning to the first alarm that the clean run lacks.
     pub latency: Option<Span>,
     /// Whether the faulty signal was named: failed or silent.
     pub named: bool,
-    /// Whether another one was named.
+    /// Whether another signal was named.
     pub blamed_other: bool,
-    /// Whether what is no signal was called failed: a relation, or what signals share.
+    /// Whether a relation or a common cause failed.
     pub blamed_shared: bool,
-    /// In the order of the needs.
+    /// The effect on each need, in the order of the needs.
     pub needs: Vec<Served>,
 }
 
@@ -68,7 +68,7 @@ impl Measured {
 }
 
 impl<'a> Baseline<'a> {
-    /// Runs the recording as it is; `None` when it holds nothing.
+    /// Runs the recording without a fault; `None` if it has no samples.
     pub fn new(knowledge: &'a KnowledgeBase, origin: Time, samples: &'a [Sample]) -> Option<Baseline<'a>> {
         let (first, last) = (samples.first()?.received, samples.last()?.received);
         let mut values = vec![Vec::new(); knowledge.needs().len()];
@@ -85,14 +85,14 @@ impl<'a> Baseline<'a> {
         Some(Baseline { knowledge, samples, origin, first, last, alarms, values })
     }
 
-    /// Runs the recording with a fault until the fault ends; `None` when the fault changes no value.
+    /// Runs the recording with a fault until the fault ends; `None` if the fault changes no value.
     ///
-    /// Memory: the engine's and the samples of the faulty signal; nothing that is published is kept.
+    /// Memory: that of the engine and the samples of the faulty signal; publications are not kept.
     pub fn measure(&self, trial: &Trial, signal: SignalId) -> Option<Measured> {
         self.run(trial, signal, |_| ControlFlow::Continue(()))
     }
 
-    /// The same up to the first alarm: when that was, `Some(None)` when there was none.
+    /// Runs up to the first alarm and returns its latency, `Some(None)` if there was none; `None` as for [`Baseline::measure`].
     pub fn first_alarm(&self, trial: &Trial, signal: SignalId) -> Option<Option<Span>> {
         let until_alarm = |measured: &Measured| match measured.latency {
             Some(_) => ControlFlow::Break(()),
@@ -101,7 +101,7 @@ impl<'a> Baseline<'a> {
         self.run(trial, signal, until_alarm).map(|measured| measured.latency)
     }
 
-    /// Runs for as long as `goes_on` says.
+    /// Runs as long as `goes_on` continues.
     fn run(
         &self,
         trial: &Trial,
@@ -128,7 +128,7 @@ impl<'a> Baseline<'a> {
         Some(watch.finish())
     }
 
-    /// The longest time without a value of a need that ends within a stretch of the clean run, or is cut by its end.
+    /// The longest time without a value of a need in the clean run, among gaps that end within a stretch or are cut by its end.
     fn clean_gap(&self, values: &[(Time, PublishedValue)], (from, to): (Time, Time)) -> Span {
         let begin = values.partition_point(|(time, _)| *time < from);
         let end = values.partition_point(|(time, _)| *time <= to);
@@ -140,7 +140,7 @@ impl<'a> Baseline<'a> {
     }
 }
 
-/// Drives a new engine over samples and on to the end; `hear` takes what has come out, again and again, and may break it off.
+/// Drives a new engine over samples to the end; `hear` takes the outputs after each input, and may stop the run.
 fn drive<'s>(
     knowledge: &KnowledgeBase,
     samples: impl Iterator<Item = &'s Sample>,
@@ -168,7 +168,7 @@ fn drive<'s>(
     let _ = hear(&mut run);
 }
 
-/// Both in the order of reception.
+/// Merges both in the order of reception.
 fn merged<'s>(
     others: impl Iterator<Item = &'s Sample>,
     own: impl Iterator<Item = &'s Sample>,
@@ -189,14 +189,14 @@ fn alarm(event: &Event) -> Option<Alarm> {
     ))
 }
 
-/// What is noted of a run under way.
+/// The measures of a run under way.
 struct Watch<'a> {
     baseline: &'a Baseline<'a>,
     signal: SignalId,
-    /// When the fault begins and ends.
+    /// The beginning and the end of the fault.
     fault: (Time, Time),
     measured: Measured,
-    /// When each need got its latest value, and how long it was without one at most.
+    /// For each need, the time of its latest value, and its longest gap.
     gaps: Vec<(Time, Span)>,
 }
 
@@ -280,7 +280,7 @@ impl<'a> Watch<'a> {
     }
 }
 
-/// How far apart two values are; of lists, the elements that both have.
+/// The distance of two values; for lists, the largest distance of the elements that both have.
 fn distance(value: &PublishedValue, clean: &PublishedValue) -> f64 {
     match (value, clean) {
         (PublishedValue::Scalar(one), PublishedValue::Scalar(other)) => apart(*one, *other),
@@ -292,7 +292,7 @@ fn distance(value: &PublishedValue, clean: &PublishedValue) -> f64 {
     }
 }
 
-/// The distance of two intervals; none where they touch but for the rounding of their bounds.
+/// The distance of two intervals; 0 if they touch within the rounding of their bounds.
 fn apart(one: Interval, other: Interval) -> f64 {
     let distance = one.distance(other);
     let rounding = 4.0 * f64::EPSILON * one.magnitude().max(other.magnitude());

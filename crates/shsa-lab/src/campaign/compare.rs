@@ -1,4 +1,4 @@
-//! A campaign against an earlier one: which cells became better or worse.
+//! Compares a campaign with an earlier one: which cells became better or worse.
 
 use crate::LabError;
 use serde_json::{Map, Value, json};
@@ -8,32 +8,32 @@ use std::collections::BTreeMap;
 const HIGHER: [&str; 2] = ["detected", "isolated"];
 /// Counts that are better when they are lower.
 const LOWER: [&str; 3] = ["wrong_blame", "false_alarms", "unmet"];
-/// Measures that are better when they are lower; they are told, but are no regression.
+/// Measures that are better when they are lower; they are told, but are never a regression.
 const MEASURES: [&str; 2] = ["latency_median_s", "latency_worst_s"];
 
-/// A figure of a cell that is another than before.
+/// A figure of a cell that has changed.
 pub struct Change {
     /// The kind of fault and its multiple.
     pub fault: String,
-    /// The signal that is broken.
+    /// The signal with the fault.
     pub signal: String,
-    /// What is counted or measured.
+    /// The name of the figure.
     pub figure: String,
-    /// What it was.
+    /// The earlier figure.
     pub before: String,
-    /// What it is.
+    /// The present figure.
     pub now: String,
-    /// Whether that is better.
+    /// Whether the present one is better.
     pub is_better: bool,
-    /// Whether it is a count of runs or alarms, and no measure.
+    /// Whether it is a count of runs or alarms, not a measure.
     is_count: bool,
 }
 
-/// What has changed; regressions come first.
+/// The changes; regressions come first.
 pub struct Comparison {
-    /// Cells of the same fault in both.
+    /// The number of cells with the same fault in both.
     same: usize,
-    /// Cells that only one has, or in which something else was injected.
+    /// The number of cells that only one campaign has, or whose injected fault differs.
     others: usize,
     /// Each figure of each cell that has changed; regressions come first.
     pub changes: Vec<Change>,
@@ -63,7 +63,7 @@ impl Comparison {
         self.changes.iter().any(|change| change.is_count && !change.is_better)
     }
 
-    /// How many have changed, in words.
+    /// Describes the numbers of changes.
     pub fn summary(&self) -> String {
         let count = |is_better, is_count| {
             let of_kind = |change: &&Change| (change.is_better, change.is_count) == (is_better, is_count);
@@ -83,7 +83,7 @@ impl Comparison {
         )
     }
 
-    /// All of it.
+    /// The comparison as JSON.
     pub fn to_json(&self) -> Value {
         let change = |change: &Change| {
             json!({
@@ -103,7 +103,7 @@ impl Comparison {
 /// Compares the settings of a stored campaign with those of this one.
 ///
 /// # Errors
-/// When one differs: then the figures are of other runs.
+/// When a setting differs, because then the figures are of other runs.
 pub fn check_settings(before: &Value, settings: &Value) -> Result<(), LabError> {
     for (name, now) in settings.as_object().into_iter().flatten() {
         let before = &before["settings"][name];
@@ -116,11 +116,11 @@ pub fn check_settings(before: &Value, settings: &Value) -> Result<(), LabError> 
     Ok(())
 }
 
-/// Cells by what was injected: kind, multiple, signal, and the amount itself, which follows the model.
+/// Cells by the injected fault: kind, multiple, signal, and the amount, which depends on the model.
 fn by_fault(campaign: &Value) -> BTreeMap<String, &Value> {
     let cells = campaign["cells"].as_array().map(Vec::as_slice).unwrap_or_default();
     let key = |cell: &Value| {
-        // Numbers that have been written and read again may differ in their last digit.
+        // Numbers that were written and read again may differ in the last digit.
         let amount = cell["amount"].as_f64().map_or(String::new(), |amount| format!("{amount:.9e} "));
         amount + &["kind", "multiple", "signal", "runs"].map(|key| cell[key].to_string()).join(" ")
     };
@@ -132,7 +132,7 @@ fn cell(before: &Value, now: &Value) -> Vec<Change> {
     let fault = format!("{}{multiple}", now["kind"].as_str().unwrap_or_default());
     let signal = now["signal"].as_str().unwrap_or_default();
     let change = |figure: String, before: &Value, now: &Value, higher: bool, is_count: bool| {
-        // What was never told took for ever, but then it is `detected` that says so.
+        // A fault that was never detected has no latency; the figure `detected` tells this.
         let (old, new) = (before.as_f64()?, now.as_f64()?);
         ((old - new).abs() > 1e-9 * old.abs().max(new.abs())).then(|| Change {
             fault: fault.clone(),

@@ -1,4 +1,4 @@
-//! A model calibrated on the first half of each session, and the smallest faults that are seen there.
+//! A model calibrated on the first half of each session, and the smallest faults that it detects there.
 
 use super::kind::{Kind, What};
 use super::onset::Recorded;
@@ -17,41 +17,41 @@ use shsa_format::model::live::Live;
 use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
 
-/// What is wanted of the search for the smallest faults.
+/// The settings of the search for the smallest faults.
 pub struct HalfSpec<'a> {
     /// The kinds of faults.
     pub kinds: &'a [Kind],
-    /// The signals that are to be broken.
+    /// The signals with faults.
     pub signals: &'a [SignalId],
-    /// How many moments each fault begins at.
+    /// The number of moments at which each fault begins.
     pub onsets: usize,
-    /// How many seeds a fault with chance in it is run with.
+    /// The number of seeds for a random fault.
     pub seeds: u64,
-    /// How long a fault lasts; a quarter of the recording when not given.
+    /// The duration of a fault; a quarter of the recording if not given.
     pub duration: Option<Span>,
-    /// How many threads; `None`: as many as there are cores.
+    /// The number of threads; `None`: one for each core.
     pub threads: Option<NonZeroUsize>,
-    /// Who hears how far it is.
+    /// The receiver of progress.
     pub progress: &'a dyn Progress,
 }
 
-/// What a drift reaches at least, in smallest detectable biases, where amounts are multiples of what is seen: it is to be
-/// found before.
+/// A drift must reach this many smallest detectable biases when amounts are multiples of detectable ones, so that it can be
+/// detected before its end.
 pub const DRIFT_REACHES: f64 = 3.0;
 
-/// A value that sticks must be so many smallest biases and drifts away from what it would be.
+/// A stuck value must deviate by this many smallest biases and drifts.
 const STUCK_BY: f64 = 2.0;
 
-/// What is seen of each signal with a calibrated model.
+/// The smallest faults that a calibrated model detects.
 pub struct Detectable {
-    /// Where the part of each session begins that the model was not fitted to, since its beginning; no fault begins before.
+    /// Where the unseen part of each session begins, from the session's beginning; no fault begins before.
     pub from: Vec<Span>,
-    /// The smallest faults that are seen in the part before.
+    /// The smallest faults that are detected in the part before.
     pub smallest: Smallest,
 }
 
 impl Detectable {
-    /// The amount to inject, as a multiple of the smallest that is seen: `None` where none is seen, `Some(None)` for a kind
+    /// The amount to inject, as a multiple of the smallest detected one: `None` if none is detected, `Some(None)` for a kind
     /// without an amount.
     pub(super) fn amount(&self, what: What, signal: SignalId, duration: Span) -> Option<Option<f64>> {
         let Some(by) = what.multiple else { return Some(None) };
@@ -63,14 +63,14 @@ impl Detectable {
         }))
     }
 
-    /// The drift that reaches three smallest biases within the time.
+    /// The drift that reaches three smallest biases within a duration.
     fn reaching(&self, signal: SignalId, duration: Span) -> Option<f64> {
         let (bias, _) = self.smallest.seen(signal, Kind::Bias)?;
         Some(DRIFT_REACHES * bias / duration.seconds())
     }
 
-    /// Whether a value that sticks would move too little in that time to be seen: it never leaves where it stuck by twice
-    /// the smallest bias, and by twice the smallest drift since then, for as long as that bias takes to be seen.
+    /// Whether the signal changes too little for its stuck value to be detected: it never deviates from that value, on one side
+    /// and for the latency of the smallest bias, by twice the smallest bias and twice the smallest drift since then.
     pub(super) fn is_below(
         &self,
         fault: &Fault,
@@ -83,7 +83,7 @@ impl Detectable {
             return false;
         }
         let seen = |kind| self.smallest.seen(signal, kind);
-        // What is never seen hides nothing: such a run counts.
+        // If no bias or drift is ever detected, nothing tells that the fault is too small: the run counts.
         let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else {
             return false;
         };
@@ -105,10 +105,10 @@ impl Detectable {
     }
 }
 
-/// Calibrates as `shsa calibrate` does without further options: to the first half of each session.
+/// Calibrates as `shsa calibrate` does by default: on the first half of each session.
 ///
 /// # Errors
-/// When nothing in the recording can be compared.
+/// When no comparison is possible in the recording.
 pub fn calibrated(
     live: &Live,
     sessions: &[Recorded<'_>],
@@ -127,7 +127,7 @@ pub fn calibrated(
     let early: Vec<Recorded<'_>> =
         sessions.iter().zip(&halves).map(|(session, half)| beginning(*session, *half)).collect();
     let longest = halves.iter().copied().max().unwrap_or_default();
-    // What a value that sticks is compared with is always looked for.
+    // A stuck value is compared with the smallest bias and drift, which are therefore always searched for.
     let mut kinds = spec.kinds.to_vec();
     kinds.extend([Kind::Bias, Kind::Drift].into_iter().filter(|kind| !spec.kinds.contains(kind)));
     let spec = smallest::SearchSpec {
@@ -144,7 +144,7 @@ pub fn calibrated(
     Ok((knowledge, Detectable { from: halves, smallest }))
 }
 
-/// So much of a session.
+/// The first part of a session.
 fn beginning(session: Recorded<'_>, length: Span) -> Recorded<'_> {
     let end = session.span().0 + length;
     let early = session.samples.partition_point(|sample| sample.received < end);

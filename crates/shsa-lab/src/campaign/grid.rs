@@ -1,4 +1,4 @@
-//! What is tried: every kind and amount of fault for every signal, at every onset and with every seed.
+//! The grid of trials: every kind and amount of fault for every signal, at every onset and with every seed.
 
 use super::detectable::Detectable;
 use super::kind::{Kind, What, fault_kind};
@@ -11,45 +11,45 @@ use shsa_format::fault::Fault;
 use shsa_format::recording::Sample;
 use std::collections::BTreeMap;
 
-/// One fault of one signal, tried at several onsets and with several seeds.
+/// One fault of one signal; trials differ in onset and seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cell {
-    /// What is injected.
+    /// The kind of fault and its multiple.
     pub what: What,
-    /// The signal that is broken.
+    /// The signal with the fault.
     pub signal: SignalId,
-    /// The amount that is injected: in the signal's unit, a second for a drift, a factor for a scale, seconds for a
-    /// delay, beyond the last value for a spoof.
+    /// The injected amount: in the signal's unit, a second for a drift, a factor for a scale, seconds for a delay, relative to
+    /// the last value for a spoof.
     pub size: Option<f64>,
 }
 
 /// Faults that are not tried.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Untried {
-    /// The signal that is broken.
+    /// The signal of the faults.
     pub signal: SignalId,
-    /// Why.
+    /// The reason.
     pub reason: Reason,
-    /// How many runs these would have been.
+    /// The number of runs that were left out.
     pub runs: usize,
 }
 
 /// Why faults are not tried.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Reason {
-    /// No amount is seen at each moment of the first half.
+    /// No amount is detected at each moment of the first half.
     Unseen,
-    /// The signal has nothing to break at that time: it is silent, or ends within the fault.
+    /// The signal has no values at that time: it is silent, or ends within the fault.
     Absent,
-    /// Nothing says how large a fault should be: its values are all the same, and no error is declared.
+    /// No amount can be derived: the values are constant, and no error is declared.
     NoAmount,
 }
 
 impl Reason {
-    /// All of them, in the order of reports.
+    /// All reasons, in the order of reports.
     pub const ALL: [Reason; 3] = [Reason::Unseen, Reason::Absent, Reason::NoAmount];
 
-    /// In words, after "not tried".
+    /// The text after "not tried".
     pub fn words(self) -> &'static str {
         match self {
             Reason::Unseen => "of no amount that is seen at each moment of the first half",
@@ -59,68 +59,68 @@ impl Reason {
     }
 }
 
-/// One run.
+/// One run of a cell.
 #[derive(Clone, Debug)]
 pub struct Trial {
-    /// The number of its cell.
+    /// The index of its cell.
     pub cell: usize,
-    /// The number of the session that it runs in, from 0.
+    /// The index of its session, from 0.
     pub session: usize,
-    /// What is injected.
+    /// The injected fault.
     pub fault: Fault,
-    /// When the fault ends, and the run with it.
+    /// When the fault ends, and with it the run.
     pub end: Time,
-    /// What chance in it begins with.
+    /// The seed of the fault's random numbers.
     pub seed: u64,
-    /// A value that sticks while it would hardly move: less of a fault than what is seen.
+    /// A stuck value of a signal that would hardly change: the fault is smaller than the smallest detectable one.
     pub is_below: bool,
 }
 
-/// What is to be tried.
+/// The settings of a grid.
 pub struct GridSpec<'a> {
     /// The kinds of faults.
     pub kinds: &'a [Kind],
     /// The amounts, as multiples.
     pub multiples: &'a [f64],
-    /// The signals that are to be broken.
+    /// The signals with faults.
     pub signals: &'a [SignalId],
-    /// How many moments each fault begins at.
+    /// The number of moments at which each fault begins.
     pub onsets: usize,
-    /// How many seeds a fault with chance in it is run with.
+    /// The number of seeds for a random fault.
     pub seeds: u64,
-    /// How long a fault lasts; `None`: a quarter of the longest session.
+    /// The duration of a fault; `None`: a quarter of the longest session.
     pub duration: Option<Span>,
-    /// Multiples are of these, and not of declared errors.
+    /// If given, multiples are of these faults, and not of declared errors.
     pub detectable: Option<&'a Detectable>,
-    /// By signal, what takes the place of an error of value where none is declared, in the signal's unit.
+    /// By signal, the amount that replaces a missing value error, in the signal's unit.
     pub instead: &'a BTreeMap<SignalId, f64>,
 }
 
-/// All that is tried.
+/// The grid of trials.
 pub struct Grid {
     /// Every kind with every multiple.
     pub whats: Vec<What>,
-    /// The signals that are broken.
+    /// The signals with faults.
     pub signals: Vec<SignalId>,
-    /// By signal, then by kind and multiple.
+    /// The cells by signal, then by kind and multiple.
     pub cells: Vec<Cell>,
-    /// By cell.
+    /// The trials by cell.
     pub trials: Vec<Trial>,
-    /// When faults begin.
+    /// The beginnings of faults.
     pub onsets: Vec<Onset>,
-    /// How long a fault lasts.
+    /// The duration of a fault.
     pub duration: Span,
-    /// What cannot be tried, and why.
+    /// The faults that cannot be tried, with the reasons.
     pub left_out: Vec<String>,
-    /// The same, counted.
+    /// The numbers of faults that cannot be tried.
     pub untried: Vec<Untried>,
 }
 
 impl Grid {
-    /// Lays out the grid over sessions, of which there is at least one.
+    /// The grid over sessions, of which there must be one at least.
     ///
     /// # Errors
-    /// When all are too short, or nothing is left to try.
+    /// When all sessions are too short, or no trial is left.
     pub fn new(
         knowledge: &KnowledgeBase,
         sessions: &[Recorded<'_>],
@@ -187,7 +187,7 @@ impl Grid {
         }
     }
 
-    /// The runs of the last cell.
+    /// Adds the runs of the last cell.
     fn add_runs(
         &mut self,
         signal: &Signal,
@@ -205,7 +205,7 @@ impl Grid {
             let to = from + self.duration;
             let fault = Fault { kind, signal: signal.name.clone(), from, to: Some(to) };
             let end = recorded.origin + to;
-            // A signal that ends within the time of a fault has a shorter one.
+            // If the signal ends within the time of a fault, the fault would be shorter.
             let is_cut = own.last().is_none_or(|last| last.received < end - Span(self.duration.0 / 10));
             if spec.detectable.is_some() && is_cut {
                 continue;

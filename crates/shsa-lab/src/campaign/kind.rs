@@ -1,4 +1,4 @@
-//! Kinds of faults, and what is injected for each: the kind with a multiple of what the signal declares.
+//! Kinds of faults, and the injected fault for each kind and multiple of the signal's declared error.
 
 use super::size::numbers;
 use shsa_core::knowledge::Scaling;
@@ -30,7 +30,7 @@ pub enum Kind {
 }
 
 impl Kind {
-    /// All of them, in the order of reports.
+    /// All kinds, in the order of reports.
     pub const ALL: [Kind; 9] = [
         Kind::Stuck,
         Kind::Bias,
@@ -43,7 +43,7 @@ impl Kind {
         Kind::Spoof,
     ];
 
-    /// As in `--inject`.
+    /// The name as in `--inject`.
     pub fn name(self) -> &'static str {
         match self {
             Kind::Stuck => "stuck",
@@ -58,22 +58,22 @@ impl Kind {
         }
     }
 
-    /// Whether seeds make a difference.
+    /// Whether the fault is random, so that its seed matters.
     pub fn is_random(self) -> bool {
         matches!(self, Kind::Noise | Kind::Spike)
     }
 
-    /// Whether it has an amount.
+    /// Whether the kind has an amount.
     pub fn has_amount(self) -> bool {
         !matches!(self, Kind::Stuck | Kind::Drop)
     }
 
-    /// Whether its amount may be negative, too.
+    /// Whether the amount may be negative.
     pub fn has_sides(self) -> bool {
         matches!(self, Kind::Bias | Kind::Drift | Kind::Spike | Kind::Scale | Kind::Spoof)
     }
 
-    /// The multiples that make sense, of those that are wanted: one without a number for a kind without an amount.
+    /// The multiples for this kind among the wanted ones: a single `None` for a kind without an amount.
     pub(super) fn multiples(self, wanted: &[f64]) -> Vec<Option<f64>> {
         match self {
             Kind::Stuck | Kind::Drop => vec![None],
@@ -83,7 +83,7 @@ impl Kind {
     }
 }
 
-/// A kind of fault and its amount as a multiple of what the signal declares.
+/// A kind of fault, and its amount as a multiple of the signal's declared error.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct What {
     /// The kind of fault.
@@ -93,13 +93,13 @@ pub struct What {
 }
 
 impl What {
-    /// Such as `bias 2×`.
+    /// A label such as `bias 2×`.
     pub fn label(self) -> String {
         self.multiple.map_or(self.kind.name().to_owned(), |by| format!("{} {by}×", self.kind.name()))
     }
 }
 
-/// The fault of a size; `None` for a spoof before which no value has come.
+/// The fault with an amount; `None` for a spoof without a value before it.
 pub(super) fn fault_kind(
     kind: Kind,
     size: f64,

@@ -1,12 +1,11 @@
-//! A campaign: a grid of faults on recordings, and how many of them are found, named and healed.
+//! A campaign: a grid of faults on recordings, and the shares that are detected, isolated and healed.
 //!
 //! `recordings -> Baseline (the clean run) -> Grid (cells, trials) -> measure (one run each, all cores) -> Campaign -> JSON`
 //!
-//! A **cell** is a kind of fault with an amount for one signal; a **trial** is a cell at one onset with one seed. Each
-//! trial is a replay with one fault, up to the end of its fault: what happens after it is not looked at. The
-//! recordings are read once and shared; a thread holds one engine and the samples of one signal. The results are put
-//! into the order of the grid, so they are the same for any number of threads. What the figures mean is in
-//! [`LEGEND`].
+//! A **cell** is a kind of fault with an amount for one signal; a **trial** is a cell at one onset with one seed. Each trial is a
+//! replay with one fault, up to the end of its fault; later effects are not considered. The recordings are read once and shared;
+//! a thread holds one engine and the samples of one signal. The results are in the order of the grid, so they do not depend on
+//! the number of threads. [`LEGEND`] defines the figures.
 
 mod parallel;
 mod kind;
@@ -38,7 +37,7 @@ use std::num::NonZeroUsize;
 /// Runs all trials; the results are in the order of the trials, `None` for a fault that changes no value.
 ///
 /// # Errors
-/// When a run broke off.
+/// When a run panicked.
 pub fn measure(
     baselines: &[Baseline<'_>],
     grid: &Grid,
@@ -51,7 +50,7 @@ pub fn measure(
     })
 }
 
-/// Four digits that count.
+/// A number with four significant digits.
 #[must_use]
 pub fn rounded(value: f64) -> String {
     let text = format!("{value:.3e}");

@@ -1,24 +1,24 @@
-//! Sessions that faults are tried in, and the moments at which faults begin.
+//! Sessions for faults, and the moments at which faults begin.
 
 use shsa_core::knowledge::{Id, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_format::recording::Sample;
 
-/// When a fault begins.
+/// The beginning of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Onset {
-    /// The number of the session, from 0.
+    /// The index of the session, from 0.
     pub session: usize,
-    /// From the first sample of its recording on.
+    /// The time since the first sample of the recording.
     pub at: Span,
 }
 
-/// A session that faults are tried in; there is at least one sample.
+/// A session for faults; it has at least one sample.
 #[derive(Clone, Copy)]
 pub struct Recorded<'a> {
-    /// From which times count.
+    /// The origin of times.
     pub origin: Time,
-    /// In the order of reception.
+    /// The samples in the order of reception.
     pub samples: &'a [Sample],
 }
 
@@ -29,20 +29,20 @@ impl<'a> Recorded<'a> {
         (received(self.samples.first()), received(self.samples.last()))
     }
 
-    /// How long it lasts.
+    /// The duration.
     pub fn length(&self) -> Span {
         let (first, last) = self.span();
         last - first
     }
 
-    /// What one signal has said.
+    /// The samples of one signal.
     pub fn own(&self, signal: SignalId) -> Vec<&'a Sample> {
         self.samples.iter().filter(|sample| sample.wanted == signal.index()).collect()
     }
 }
 
-/// Spreads `count` moments evenly over the time in which a fault can begin and end within one session. In each session, no fault
-/// begins before its time in `earliest`, where that is given.
+/// Spreads `count` moments evenly over the times at which a fault can begin and end within one session. If `earliest` is given,
+/// no fault begins before its time in each session.
 pub(super) fn onsets(
     sessions: &[Recorded<'_>],
     earliest: &[Span],

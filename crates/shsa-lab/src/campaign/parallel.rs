@@ -1,22 +1,22 @@
-//! Work on all cores, in an order that does not depend on how many there are.
+//! Runs work on all cores; the order of results does not depend on the number of cores.
 
 use crate::LabError;
 use std::num::NonZeroUsize;
 use std::sync::atomic::{AtomicUsize, Ordering};
 
-/// Hears how far a search is, from several threads.
+/// Receives the progress of a search, from several threads.
 pub trait Progress: Sync {
-    /// So many steps of what is named are about to be taken.
+    /// `count` steps of the named work begin.
     fn begin(&self, count: usize, of_what: &str);
 
-    /// One of them is done.
+    /// One step is done.
     fn step(&self);
 
-    /// All of them are.
+    /// All steps are done.
     fn end(&self);
 }
 
-/// Nobody looks on.
+/// Ignores the progress.
 impl Progress for () {
     fn begin(&self, _: usize, _: &str) {}
 
@@ -25,7 +25,7 @@ impl Progress for () {
     fn end(&self) {}
 }
 
-/// What `work` gives for each number below a count, in their order, and who asks is told how far it is.
+/// The results of `work` for each number below a count, in order; tells the progress.
 pub(super) fn on_all_cores<T: Send>(
     count: usize,
     threads: Option<NonZeroUsize>,

@@ -1,4 +1,4 @@
-//! How large the values of a signal are, and how large its faults become by that.
+//! The size of a signal's values, and the amounts of faults derived from it.
 
 use super::kind::{Kind, What};
 use shsa_core::knowledge::{Scaling, Signal};
@@ -6,20 +6,20 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Span;
 use shsa_format::recording::Sample;
 
-/// How large the values of a signal are, and how well they are known.
+/// The size of a signal's values, and their declared accuracy.
 pub(super) struct Size {
     /// The declared error of a value of median size, in the signal's unit.
     pub error: f64,
     /// Median of the values' magnitudes, in the signal's unit.
     pub median: f64,
-    /// Between the lowest and the highest value.
+    /// The range of the values.
     pub range: f64,
-    /// The declared error of its time stamps and the mean time from one value to the next.
+    /// The declared error of its time stamps plus the mean time between two values.
     pub time: Span,
 }
 
 impl Size {
-    /// By its samples in each session; `None` without a finite value.
+    /// The size from the samples in each session; `None` without a finite value.
     pub(super) fn of(signal: &Signal, own: &[Vec<&Sample>]) -> Option<Size> {
         let values = own.iter().flatten().flat_map(|sample| numbers(&sample.value, signal.scaling));
         let values = values.filter(|value| value.is_finite());
@@ -40,7 +40,7 @@ impl Size {
         Some(Size { error, median, range: highest - lowest, time: early.abs().max(late.abs()) + period })
     }
 
-    /// The amount to inject: `None` where none can be computed, `Some(None)` for a kind without an amount.
+    /// The amount to inject: `None` if none can be computed, `Some(None)` for a kind without an amount.
     pub(super) fn amount(&self, what: What, duration: Span) -> Option<Option<f64>> {
         let Some(by) = what.multiple else { return Some(None) };
         let amount = match what.kind {
@@ -54,7 +54,7 @@ impl Size {
     }
 }
 
-/// What a reading says, in the signal's unit.
+/// The numbers in a reading, in the signal's unit.
 pub(super) fn numbers(reading: &RawValue, scaling: Option<Scaling>) -> Vec<f64> {
     let mut values = match reading {
         RawValue::Number(value) => vec![*value],

@@ -1,10 +1,10 @@
-//! The smallest fault of each kind that the whole loop sees, found by trying it.
+//! The smallest fault of each kind that the whole loop detects, found by trying.
 //!
-//! A fault of an amount is *seen* when an alarm follows it, whichever way it points, at every one of some moments, with every
-//! seed where there is chance in it: a drift before it ends, noise and spikes within half of the time that they last, another one
-//! within a quarter of it, so that nothing counts that comes by chance in the end. The amount is doubled until that is so, then halved back to a tenth
-//! above what is not seen any more; twice the amount must be seen, too, so that no lucky one is taken. It is not a property of
-//! one comparison: debouncing, the judge, the gates and time-outs are in it.
+//! An amount is *seen* when an alarm follows the fault with either sign, at every one of some moments, and with every seed if it
+//! is random. A drift must be detected before it ends, noise and spikes within half of their duration, other faults within a
+//! quarter, so that late alarms by chance do not count. The amount is doubled until it is seen, then reduced to within a tenth
+//! above an amount that is not seen; twice the amount must be seen, too, which excludes lucky ones. The result is not a property
+//! of one comparison: it includes debouncing, the judge, gates and timeouts.
 
 use super::baseline::Baseline;
 use super::grid::Trial;
@@ -21,19 +21,19 @@ use shsa_format::fault::Fault;
 use shsa_format::recording::Sample;
 use std::num::NonZeroUsize;
 
-/// Amounts are searched for up to this many times where the search begins,
+/// The largest amount in the search, as a multiple of the first one,
 const MOST_TIMES: f64 = 256.0;
 
-/// and up to this many times how much the values vary: where the error stands at a relation, a signal's own says little.
+/// and as a multiple of the values' range: if the error is declared at a relation, the signal's own error tells little.
 const MOST_RANGES: f64 = 8.0;
 
-/// What is not seen of an amount is looked for down to this part of where the search begins.
+/// The smallest amount in the search, as a part of the first one.
 const LEAST_PART: f64 = 1.0 / 1024.0;
 
-/// How much larger the amount may be than one that is not seen.
+/// The largest ratio between the result and an amount that is not seen.
 const PRECISION: f64 = 1.1;
 
-/// Within which part of its duration a fault is to be seen.
+/// A fault must be detected within its duration divided by this.
 fn part(kind: Kind) -> i64 {
     match kind {
         Kind::Drift => 1,
@@ -42,37 +42,37 @@ fn part(kind: Kind) -> i64 {
     }
 }
 
-/// Where no error tells where to begin: this share of how much the values vary.
+/// The first amount if no error is declared: this share of the values' range.
 const SHARE_OF_RANGE: f64 = 0.01;
 
-/// Moments that onsets are chosen from.
+/// The number of moments from which onsets are chosen.
 const CANDIDATES: usize = 400;
 
-/// What to look for.
+/// The settings of a search.
 pub struct SearchSpec<'a> {
     /// The kinds of faults; those without an amount are left out.
     pub kinds: &'a [Kind],
-    /// The signals that are to be broken.
+    /// The signals with faults.
     pub signals: &'a [SignalId],
-    /// How many moments.
+    /// The number of moments.
     pub onsets: usize,
-    /// How many seeds a fault with chance in it is run with.
+    /// The number of seeds for a random fault.
     pub seeds: u64,
-    /// How long a fault lasts.
+    /// The duration of a fault.
     pub duration: Span,
-    /// Times of reception in which the recording is not healthy: no fault meets them.
+    /// Unhealthy times of reception, which no fault may overlap.
     pub unhealthy: Vec<(Time, Time)>,
-    /// How many threads; `None`: as many as there are cores.
+    /// The number of threads; `None`: one for each core.
     pub threads: Option<NonZeroUsize>,
-    /// Who hears how far it is.
+    /// The receiver of progress.
     pub progress: &'a dyn Progress,
 }
 
 /// The smallest faults of a model in a recording.
 pub struct Smallest {
-    /// How long a fault lasts; a drift has so long.
+    /// The duration of a fault.
     pub duration: Span,
-    /// When they begin, from the first sample of their recording on.
+    /// The onsets, from the first sample of the recording.
     pub onsets: Vec<Span>,
     /// By signal, and by kind in the order of the spec.
     pub found: Vec<Found>,
@@ -85,42 +85,43 @@ pub struct Found {
     pub signal: SignalId,
     /// The kind of fault.
     pub kind: Kind,
-    /// How small it may be.
+    /// The smallest amount, or why there is none.
     pub limit: Limit,
 }
 
-/// How small a fault may be.
+/// The result of a search.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Limit {
-    /// This amount is seen: in the signal's unit, a second for a drift, the part of the value for a scale, seconds for a
-    /// delay, beyond the last value for a spoof.
+    /// This amount is seen: in the signal's unit, a second for a drift, a part of the value for a scale, seconds for a delay,
+    /// relative to the last value for a spoof.
     Seen {
-        /// How large it is.
+        /// The amount.
         amount: f64,
-        /// At the slowest of the moments.
+        /// The longest latency of all runs.
         within: Span,
     },
-    /// None is seen at every moment, up to this amount, which is seen in so many runs of so many.
+    /// No amount up to `up_to` is seen at every moment; `up_to` is seen in `seen` of `of` runs.
     Unseen {
-        /// The largest that was tried.
+        /// The largest amount that was tried.
         up_to: f64,
-        /// In how many runs it is seen.
+        /// The number of runs in which it is seen.
         seen: usize,
-        /// Of how many.
+        /// The number of runs.
         of: usize,
     },
-    /// It is not in the recording then, or no amount would change a value.
+    /// The recording has no values then, or no amount would change one.
     NotRecorded,
 }
 
 impl Smallest {
-    /// Searches in recorded samples, which are healthy but for what the spec says; the model is fitted to them.
+    /// Searches in recorded samples. Except for the unhealthy times of the spec, they must be healthy, and the model must be
+    /// fitted to them.
     ///
-    /// Time: for each signal and kind about ten amounts, each with a run for every onset and seed, up to the first one
-    /// that is not seen.
+    /// Time: about ten amounts for each signal and kind, each with a run for every onset and seed, up to the first run in which
+    /// the amount is not seen.
     ///
     /// # Errors
-    /// When a run broke off.
+    /// When a run panicked.
     pub fn find(
         knowledge: &KnowledgeBase,
         sessions: &[Recorded<'_>],
@@ -143,7 +144,7 @@ impl Smallest {
         Ok(Smallest { duration: spec.duration, onsets, found: found.into_iter().flatten().collect() })
     }
 
-    /// How small a fault of a signal may be; `None` when it was not looked for.
+    /// The result for a signal and kind; `None` if it was not searched for.
     pub fn limit(&self, signal: SignalId, kind: Kind) -> Option<Limit> {
         self.found.iter().find(|it| it.signal == signal && it.kind == kind).map(|it| it.limit)
     }
@@ -153,8 +154,8 @@ impl Smallest {
         Kind::ALL.into_iter().filter(|kind| self.found.iter().any(|it| it.kind == *kind)).collect()
     }
 
-    /// By signal and kind: the amount, as it would be injected, and the longest time to its alarm; where none is seen, up to
-    /// which amount, and in how many runs that one is.
+    /// The results by signal and kind: the amount to inject and the longest latency; if none is seen, the largest amount tried,
+    /// and the number of runs in which it is seen.
     pub fn to_json(&self, knowledge: &KnowledgeBase) -> Value {
         let kinds = self.kinds();
         let limit = |limit: Limit| match limit {
@@ -172,7 +173,7 @@ impl Smallest {
         json!({ "onsets_s": onsets, "fault_s": self.duration.seconds(), "signals": signals })
     }
 
-    /// How small a fault of a signal may be, in words; a drift with the amount that it reaches.
+    /// Describes the result for a signal and kind; a drift by the amount that it reaches.
     pub fn told(&self, signal: &Signal, id: SignalId, kind: Kind) -> String {
         let unit = signal.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
         let amount = |amount: f64| match kind {
@@ -193,7 +194,7 @@ impl Smallest {
         }
     }
 
-    /// The amount that is seen, and how long it takes.
+    /// The smallest amount that is seen, and its longest latency.
     pub fn seen(&self, signal: SignalId, kind: Kind) -> Option<(f64, Span)> {
         match self.limit(signal, kind)? {
             Limit::Seen { amount, within } => Some((amount, within)),
@@ -202,7 +203,7 @@ impl Smallest {
     }
 }
 
-/// As many moments as wanted, evenly among those whose fault meets nothing unhealthy.
+/// The wanted number of moments, evenly chosen among those whose fault overlaps no unhealthy time.
 fn healthy_onsets(baselines: &[Baseline<'_>], spec: &SearchSpec<'_>) -> Vec<Onset> {
     let sessions: Vec<Recorded<'_>> =
         baselines.iter().map(|it| Recorded { origin: it.origin, samples: it.samples }).collect();
@@ -218,7 +219,7 @@ fn healthy_onsets(baselines: &[Baseline<'_>], spec: &SearchSpec<'_>) -> Vec<Onse
     (1..=count).filter_map(place).collect()
 }
 
-/// A run to try: since when, to which side, with which seed.
+/// A run of a search: onset, sign and seed.
 #[derive(Clone, Copy)]
 struct Try {
     onset: Onset,
@@ -233,16 +234,16 @@ struct Search<'a> {
     name: &'a str,
     kind: Kind,
     duration: Span,
-    /// Of the signal, by session in the order of reception.
+    /// The samples of the signal, by session in the order of reception.
     own: Vec<Vec<&'a Sample>>,
-    /// The one that has failed last comes first: it fails most likely again.
+    /// The runs; the one that failed last comes first, because it probably fails again.
     tries: Vec<Try>,
     start: f64,
     most: f64,
 }
 
 impl<'a> Search<'a> {
-    /// `None` when there is nothing to try.
+    /// `None` when there is no run to try.
     fn new(
         baselines: &'a [Baseline<'a>],
         spec: &SearchSpec<'_>,
@@ -302,7 +303,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// An amount that is seen, how fast, and half of it, which is not seen (0 when everything is).
+    /// An amount that is seen, its latency, and half of it, which is not seen (0 if every amount is seen).
     fn bracket(&mut self, start: f64) -> Option<(f64, Span, f64)> {
         let (mut amount, mut below) = (start, None);
         let mut within = loop {
@@ -326,7 +327,7 @@ impl<'a> Search<'a> {
         Some((amount, within, 0.0))
     }
 
-    /// How long it takes at most until an amount is seen; `None` when one run does not see it.
+    /// The longest latency of an amount; `None` when it is not seen in a run.
     fn seen(&mut self, amount: f64) -> Option<Span> {
         let mut slowest = None;
         for at in 0..self.tries.len() {
@@ -342,7 +343,7 @@ impl<'a> Search<'a> {
         slowest
     }
 
-    /// When a run gives its alarm; `None` when the fault changes nothing.
+    /// The latency of a run's alarm; `None` when the fault changes nothing.
     fn tried(&self, one: Try, amount: f64) -> Option<Option<Span>> {
         let Onset { session, at: from } = one.onset;
         let (baseline, own) = (self.baselines.get(session)?, self.own.get(session)?);

@@ -1,4 +1,4 @@
-//! What was measured, counted together: for a cell, a row of cells, or all.
+//! Counts over the runs of a cell, of a row of cells, or of all.
 
 use super::baseline::{Baseline, Measured};
 use super::grid::{Cell, Grid, Reason, Trial};
@@ -6,7 +6,7 @@ use serde_json::{Map, Value, json};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::Span;
 
-/// What the words of the figures mean.
+/// The definitions of the figures.
 pub const LEGEND: [(&str, &str); 14] = [
     (
         "amount",
@@ -60,21 +60,21 @@ pub const LEGEND: [(&str, &str); 14] = [
     ),
 ];
 
-/// A campaign that is over.
+/// A finished campaign.
 pub struct Campaign<'a> {
-    /// By session; there is at least one.
+    /// The baselines by session; there is at least one.
     pub baselines: &'a [Baseline<'a>],
     /// The model.
     pub knowledge: &'a KnowledgeBase,
-    /// What was tried.
+    /// The grid.
     pub grid: &'a Grid,
-    /// How many seeds a fault with chance in it was run with.
+    /// The number of seeds for a random fault.
     pub seeds: u64,
-    /// In the order of the grid's trials; `None` where the fault had no effect.
+    /// The results in the order of the grid's trials; `None` for a fault without effect.
     pub results: Vec<Option<Measured>>,
 }
 
-/// What a comparison asks to be the same.
+/// The settings that must be equal for a comparison.
 pub fn settings(baselines: &[Baseline<'_>], grid: &Grid, seeds: u64) -> Value {
     let onsets: Vec<f64> = grid.onsets.iter().map(|onset| onset.at.seconds()).collect();
     let mut settings = json!({
@@ -97,33 +97,33 @@ fn length(baselines: &[Baseline<'_>]) -> Span {
 /// Counts over runs.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
-    /// Runs with a fault that was to be found.
+    /// Runs with a fault that should be detected.
     pub runs: usize,
-    /// Runs whose fault changed no value, or less than what is seen.
+    /// Runs whose fault changed no value, or is smaller than the smallest detectable one.
     pub without_effect: usize,
-    /// Of these, values that stuck while they would have moved by less than what is seen.
+    /// Those of stuck values whose signal would have changed less than the smallest detectable fault.
     pub too_small: usize,
-    /// And of these the ones that were detected all the same.
+    /// Those among the latter that were detected nevertheless.
     pub too_small_detected: usize,
-    /// Of the runs, those of signals that stood accused before, and how many of them are detected.
+    /// Counted runs whose signal was accused before.
     pub accused: usize,
-    /// How many of them were detected.
+    /// Those among them that were detected.
     pub accused_detected: usize,
     /// Runs in which an alarm followed the fault.
     pub detected: usize,
-    /// Runs in which the broken signal was named, and nothing else.
+    /// Runs in which the faulty signal was named, and nothing else.
     pub isolated: usize,
     /// Runs in which another signal was named.
     pub wrong_blame: usize,
-    /// Runs in which what is no signal was called failed.
+    /// Runs in which a relation or a common cause failed.
     pub shared_blame: usize,
     /// Alarms before the faults.
     pub false_alarms: usize,
     /// Runs in which any need was unmet.
     pub unmet: usize,
-    /// Of the runs that were detected, in order.
+    /// The latencies of detected runs, ascending.
     pub latencies: Vec<Span>,
-    /// For each need the runs in which it was unmet and the largest error, SI.
+    /// For each need, the number of runs in which it was unmet, and the largest error, SI.
     pub needs: Vec<(usize, f64)>,
 }
 
@@ -141,7 +141,7 @@ impl Tally {
         tally
     }
 
-    /// A fault that is smaller than what is seen: nothing is expected but that nobody else is blamed.
+    /// Counts a fault below the smallest detectable one: it need not be detected, but nobody else may be blamed.
     fn pass_over(&mut self, measured: &Measured) {
         self.without_effect += 1;
         self.too_small += 1;
@@ -172,12 +172,12 @@ impl Tally {
         (self.runs > 0).then(|| count as f64 / self.runs as f64)
     }
 
-    /// The lower one of the two in the middle.
+    /// The median latency; the lower one of the middle two.
     pub fn median(&self) -> Option<Span> {
         self.latencies.get(self.latencies.len().checked_sub(1)? / 2).copied()
     }
 
-    /// The longest time to an alarm.
+    /// The longest latency.
     pub fn worst(&self) -> Option<Span> {
         self.latencies.last().copied()
     }
@@ -189,30 +189,30 @@ impl Campaign<'_> {
         self.knowledge
     }
 
-    /// How many observations are recorded.
+    /// The number of recorded observations.
     pub fn observations(&self) -> usize {
         self.baselines.iter().map(|baseline| baseline.samples.len()).sum()
     }
 
-    /// How many alarms there are without a fault.
+    /// The number of alarms without a fault.
     pub fn clean_alarms(&self) -> usize {
         self.baselines.iter().map(|baseline| baseline.alarms.len()).sum()
     }
 
-    /// How many runs were not tried, for a reason, of signals that are wanted.
+    /// The number of runs that were not tried for a reason, over the wanted signals.
     pub fn untried(&self, reason: Reason, is_wanted: impl Fn(SignalId) -> bool) -> usize {
         let of_reason = self.grid.untried.iter().filter(|it| it.reason == reason && is_wanted(it.signal));
         of_reason.map(|it| it.runs).sum()
     }
 
-    /// All runs of the cells that are wanted.
+    /// The counts over all runs of the wanted cells.
     pub fn tally(&self, is_wanted: impl Fn(&Cell) -> bool) -> Tally {
         let trials = self.grid.trials.iter().zip(&self.results);
         let of_cells = trials.filter(|(trial, _)| self.grid.cells.get(trial.cell).is_some_and(&is_wanted));
         Tally::of(of_cells, self.knowledge().needs().len())
     }
 
-    /// The runs of each cell, in the order of the cells.
+    /// The counts of each cell, in the order of the cells.
     pub fn by_cell(&self) -> Vec<Tally> {
         let mut results = vec![Vec::new(); self.grid.cells.len()];
         for (trial, result) in self.grid.trials.iter().zip(&self.results) {
@@ -223,12 +223,12 @@ impl Campaign<'_> {
         results.into_iter().map(|of_cell| Tally::of(of_cell.into_iter(), needs)).collect()
     }
 
-    /// How long the recording is.
+    /// The length of the recording.
     pub fn length(&self) -> Span {
         length(self.baselines)
     }
 
-    /// A need's error in the unit of its variable, with that unit.
+    /// A need's error in the unit of its variable, and this unit.
     pub fn error(&self, need: NeedId, si: f64) -> (f64, String) {
         let knowledge = self.knowledge();
         let unit = &knowledge.variables()[knowledge.needs()[need].variable].unit;
@@ -237,7 +237,7 @@ impl Campaign<'_> {
         (si / scale, name)
     }
 
-    /// All of it, with what the words mean.
+    /// The campaign as JSON, with the definitions of its figures.
     pub fn to_json(&self) -> Value {
         let cells: Vec<Value> = self
             .grid
@@ -260,7 +260,7 @@ impl Campaign<'_> {
         })
     }
 
-    /// What is in no share, and what was accused before, all together and by signal.
+    /// The runs that no share counts, and those whose signal was accused before, in total and by signal.
     fn not_counted_json(&self) -> Value {
         let figures = |tally: &Tally, is_wanted: &dyn Fn(SignalId) -> bool| {
             json!({

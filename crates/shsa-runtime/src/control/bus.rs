@@ -12,7 +12,7 @@
 //! `/events?since=12` and `/metrics` are answered as over HTTP. Where looking needs a token, `ask` has a `token` as well, and a
 //! query the parameter `token=..`.
 //!
-//! One thread takes one request after the other, so that a flood of them costs the run little and only who asks waits.
+//! One thread takes one request after the other. A flood of requests costs the run little, and delays the requesters only.
 
 use super::token::Role;
 use super::{Desk, Guard, Order, Reply, Request};
@@ -25,19 +25,19 @@ use std::sync::mpsc::{Receiver, TrySendError, sync_channel};
 use std::thread;
 use std::time::Duration;
 
-/// The largest request, bytes; others are not looked at.
+/// The largest request in bytes; larger ones are not parsed.
 const LARGEST: usize = 1024 * 1024;
-/// Requests that may wait for their turn; more are dropped and counted.
+/// The number of requests that may wait; further ones are dropped and counted.
 const WAITING: usize = 64;
-/// Between two requests: at most 200 a second are looked at.
+/// The pause between two requests: at most 200 a second are answered.
 const PAUSE: Duration = Duration::from_millis(5);
 /// The longest `id`, bytes of JSON.
 const LONGEST_ID: usize = 256;
 
-/// What is answered under a name below `shsa/NAME`.
+/// The names below `shsa/NAME` that are answered.
 #[derive(Clone, Copy, Debug)]
 enum Place {
-    /// What its words say.
+    /// The request is in the message.
     Request,
     State,
     Health,
@@ -53,19 +53,19 @@ const PLACES: [(&str, Place); 5] = [
     ("metrics", Place::Metrics),
 ];
 
-/// How many requests came over the bus, by what became of them.
+/// The number of requests over the bus, by outcome.
 #[derive(Debug, Default)]
 pub(in super::super) struct Tally {
     done: AtomicU64,
     refused: AtomicU64,
-    /// No request, or too large, and without an `id` that could be answered.
+    /// Invalid or too large, and without an `id` for an answer.
     unreadable: AtomicU64,
-    /// More than could wait.
+    /// Dropped because too many were waiting.
     crowded: AtomicU64,
 }
 
 impl Tally {
-    /// Each count by its name.
+    /// Each count with its name.
     pub(in super::super) fn counts(&self) -> [(&'static str, u64); 4] {
         let Tally { done, refused, unreadable, crowded } = self;
         [("done", done), ("refused", refused), ("unreadable", unreadable), ("crowded", crowded)]
@@ -77,10 +77,10 @@ fn count(counter: &AtomicU64) {
     counter.fetch_add(1, Ordering::Relaxed);
 }
 
-/// Answers on the bus from now on, from a thread of its own, until the bridge is gone.
+/// Answers requests on the bus in a thread of its own until the bridge ends.
 ///
 /// # Errors
-/// When the name of the instance cannot be part of a topic's.
+/// When the name of the instance cannot be part of a topic.
 pub(in super::super) fn serve(
     name: &str,
     bridge: &mut dyn Bridge,
@@ -125,7 +125,7 @@ impl Clerk {
         }
     }
 
-    /// `None`: nothing that can be answered.
+    /// `None`: there is nothing to answer.
     fn answer_to(&self, place: Place, question: &Question) -> Option<String> {
         let request = match place {
             Place::Request => return self.answer_letter(question),
@@ -148,7 +148,7 @@ impl Clerk {
         let letter = Letter::read(&question.payload);
         let (id, wish) = match letter {
             Ok(letter) => (letter.id, letter.wish),
-            // An answer that nobody can tell from others would only be noise.
+            // An answer without an address or `id` would reach everybody, and nobody could assign it.
             Err(_) if !question.is_addressed => return None,
             Err(why) => (Value::Null, Err(why)),
         };
@@ -173,7 +173,7 @@ impl Clerk {
         let reply = match wish {
             Wish::Ask { request, token } => self.look(request, token.as_deref(), caller)?,
             Wish::Order { order, token } => {
-                // The token comes first: who has none learns nothing about what could be ordered.
+                // The token is checked first: a caller without it learns nothing about possible orders.
                 let seen = self.guard.look(Role::Order, token.as_deref(), caller);
                 if let Some(why) = seen.refusal("the right `token`") {
                     return Err(why);
@@ -192,7 +192,7 @@ impl Clerk {
         }
     }
 
-    /// Asks for whoever may look; everyone may ask for the health.
+    /// Asks the run if the caller may view; everyone may ask for the health.
     fn look(&self, request: Request, token: Option<&str>, caller: &str) -> Result<Reply, String> {
         if matches!(request, Request::Health) {
             return self.ask(request);
@@ -203,7 +203,7 @@ impl Clerk {
         }
     }
 
-    /// Waits for the run's reply.
+    /// Asks the run, and waits for the reply.
     fn ask(&self, request: Request) -> Result<Reply, String> {
         let (sender, receiver) = sync_channel(1);
         if !self.desk.call(request, move |reply| drop(sender.send(reply))) {
@@ -213,7 +213,7 @@ impl Clerk {
     }
 }
 
-/// Of a selector's parameters `since=3`; else everything.
+/// The value of `since=3` among a selector's parameters; else 0, which means everything.
 fn since(parameters: &str) -> u64 {
     parameter(parameters, "since").and_then(|number| number.parse().ok()).unwrap_or(0)
 }
@@ -223,10 +223,10 @@ fn parameter<'p>(parameters: &'p str, name: &str) -> Option<&'p str> {
     parameters.split(';').find_map(|given| given.strip_prefix(name)?.strip_prefix('='))
 }
 
-/// A request that has an `id`, or could do without. Not shown: it may hold a token.
+/// A request and its `id`, if it has one. It has no `Debug`: it may hold a token.
 struct Letter {
     id: Value,
-    /// What it wants; else what is wrong with it, without what it says there.
+    /// The wish of the request, or what is wrong with it. The error does not repeat the request's text.
     wish: Result<Wish, String>,
 }
 
@@ -237,7 +237,7 @@ enum Wish {
 
 impl Letter {
     /// # Errors
-    /// When it is no JSON object with an `id` that can be given back; the words of the request are not repeated.
+    /// When the text is no JSON object with a valid `id`; the error does not repeat the text.
     fn read(words: &[u8]) -> Result<Letter, String> {
         let fields: Map<String, Value> =
             serde_json::from_slice(words).map_err(|_| "a request is a JSON object".to_owned())?;
@@ -289,7 +289,7 @@ impl Wish {
     }
 }
 
-/// A word that is not understood may be the one that matters.
+/// An unknown field is an error: the caller may rely on it.
 fn nothing_else(fields: &Map<String, Value>) -> Result<(), String> {
     if fields.is_empty() {
         Ok(())
@@ -302,7 +302,7 @@ fn nothing_else(fields: &Map<String, Value>) -> Result<(), String> {
 mod tests {
     use super::*;
 
-    /// What is understood of a request.
+    /// Checks how a request is understood.
     #[track_caller]
     fn check(words: &str, expected: &str) {
         let shown = match Letter::read(words.as_bytes()) {

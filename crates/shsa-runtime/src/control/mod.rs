@@ -1,4 +1,4 @@
-//! What may be asked of a run, over HTTP and over the bus: to see everything, and with a token to change something.
+//! Requests to a run, over HTTP and over the bus: to view everything, and with a token to change something.
 
 pub(super) mod bus;
 mod connections;
@@ -20,13 +20,13 @@ use shsa_format::order::OrderForm;
 use std::sync::mpsc::{Receiver, SyncSender, TrySendError, sync_channel};
 use tokio::sync::oneshot;
 
-/// Requests that may wait; more are refused.
+/// The number of requests that may wait; further ones are refused.
 const WAITING: usize = 64;
 
-/// What is asked.
+/// A request to the run.
 #[derive(Debug)]
 pub(super) enum Request {
-    /// How everything stands.
+    /// The state of needs, signals and the run.
     State,
     /// Whether every need is served.
     Health,
@@ -40,18 +40,17 @@ pub(super) enum Request {
     Events(u64),
     /// Figures in the text format of Prometheus.
     Metrics,
-    /// To change something; whoever passes it on has seen the token.
+    /// An order; the caller's token has been checked.
     Order {
-        /// What.
         order: Order,
-        /// Who orders it.
+        /// Who gives the order.
         caller: String,
     },
-    /// Somebody has shown a wrong token: in words.
+    /// A caller has shown a wrong token; the text tells which.
     Denied(String),
 }
 
-/// What an operator may order.
+/// An order of an operator.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Order {
     /// Reads the files of the models again.
@@ -63,11 +62,11 @@ pub enum Order {
         /// YAML or JSON, as in a file given to `replay --reload`.
         text: String,
     },
-    /// To the engine of a model.
+    /// An order to the engine of a model.
     Engine {
         /// The name of the model; may be left out where there is only one.
         model: Option<String>,
-        /// What it shall do.
+        /// The order.
         order: engine::Order,
     },
 }
@@ -84,15 +83,15 @@ impl Order {
     /// `{"order": "forbid", "signal": "/a"}`; the two last may have `"model": ".."`.
     ///
     /// # Errors
-    /// Says what is missing or wrong.
+    /// Tells which field is missing or wrong.
     pub fn read(text: &str) -> Result<Order, String> {
         Order::from_fields(serde_json::from_str(text).map_err(|error| error.to_string())?)
     }
 
-    /// As [`Order::read`], from what is already read as JSON.
+    /// As [`Order::read`], from parsed JSON.
     ///
     /// # Errors
-    /// As there.
+    /// As [`Order::read`].
     fn from_fields(mut fields: Map<String, Value>) -> Result<Order, String> {
         let model = match fields.remove("model") {
             None | Some(Value::Null) => None,
@@ -121,25 +120,25 @@ fn from_fields<T: for<'de> Deserialize<'de>>(fields: Map<String, Value>) -> Resu
     serde_json::from_value(Value::Object(fields)).map_err(|error| error.to_string())
 }
 
-/// What comes back.
+/// The reply to a request.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Reply {
-    /// What was asked for, or what was done.
+    /// The state that was asked for, or the effect of an order.
     Json(Value),
-    /// The same as plain text.
+    /// A reply in plain text.
     Text(String),
-    /// It cannot be done, for this reason; nothing has changed.
+    /// The reason why the request cannot be carried out; nothing has changed.
     Refused(String),
 }
 
 /// A request on its way to the run.
 pub(super) struct Call {
     pub(super) request: Request,
-    /// Takes the reply where it belongs.
+    /// Passes the reply to the caller.
     pub(super) reply: Box<dyn FnOnce(Reply) + Send>,
 }
 
-/// Where requests are handed in, from any thread.
+/// Takes requests for the run, from any thread.
 #[derive(Clone)]
 pub(super) struct Desk {
     calls: SyncSender<Call>,
@@ -147,13 +146,13 @@ pub(super) struct Desk {
 }
 
 impl Desk {
-    /// A desk, and the end at which the run takes the calls; each ends the wait for the inbox.
+    /// A desk, and the receiver from which the run takes calls. A call wakes the run.
     pub(super) fn new(inbox: Inbox) -> (Desk, Receiver<Call>) {
         let (calls, taken) = sync_channel(WAITING);
         (Desk { calls, inbox }, taken)
     }
 
-    /// Hands a request in; `false` when too many wait, or the run has ended.
+    /// Sends a request; `false` when too many wait, or the run has ended.
     pub(super) fn call(&self, request: Request, reply: impl FnOnce(Reply) + Send + 'static) -> bool {
         match self.calls.try_send(Call { request, reply: Box::new(reply) }) {
             Ok(()) => {
@@ -164,12 +163,12 @@ impl Desk {
         }
     }
 
-    /// Lets the run look up though nobody asks.
+    /// Wakes the run without a request.
     pub(super) fn wake(&self) {
         self.inbox.wake();
     }
 
-    /// Hands a request in and waits for the reply; `None` when there will be none.
+    /// Sends a request and waits for the reply; `None` when there will be none.
     pub(super) fn ask(&self, request: Request) -> Option<Reply> {
         let (sender, replies) = sync_channel(1);
         let is_taken = self.call(request, move |reply| drop(sender.send(reply)));

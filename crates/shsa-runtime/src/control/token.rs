@@ -1,4 +1,4 @@
-//! The token without which nothing is changed.
+//! The token that orders need.
 
 use super::{Desk, Request};
 use crate::error::{Context, RuntimeError, unfit};
@@ -9,17 +9,17 @@ use std::time::{Duration, Instant};
 use std::{env, fmt, fs};
 use subtle::ConstantTimeEq;
 
-/// A shorter token is guessed.
+/// The least length of a token: a shorter one can be guessed.
 const SHORTEST: usize = 16;
-/// After so many wrong tokens of one source within [`WINDOW`], none of it is looked at until the window has passed.
+/// After this many wrong tokens within [`WINDOW`], no token of the same source is checked until the window has passed.
 const MOST_WRONG: usize = 5;
 const WINDOW: Duration = Duration::from_secs(10);
-/// Sources of wrong tokens that are remembered.
+/// The number of sources whose wrong tokens are remembered.
 const MOST_SOURCES: usize = 256;
-/// The first wrong tokens of many sources are told once in this time.
+/// The first wrong tokens of different sources are told once in this time.
 const TOLD_EVERY: Duration = Duration::from_secs(1);
 
-/// Whether users who are neither the owner nor of the group may read a file.
+/// Whether users other than the owner and the group may read a file.
 fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
     #[cfg(unix)]
     {
@@ -30,7 +30,7 @@ fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
     Ok(false)
 }
 
-/// A secret; it is never shown.
+/// A secret. It is never printed.
 #[derive(Clone)]
 pub struct Token(Arc<[u8]>);
 
@@ -41,7 +41,7 @@ impl fmt::Debug for Token {
 }
 
 impl Token {
-    /// From the first line of a file, else from an environment variable; `None` when neither is given.
+    /// The token in the first line of a file, else in an environment variable; `None` when neither is given.
     ///
     /// # Errors
     /// When the file cannot be read, or the token is too short.
@@ -64,10 +64,10 @@ impl Token {
         line.map(Token::new).transpose()
     }
 
-    /// In a text.
+    /// The token of a text.
     ///
     /// # Errors
-    /// When it is too short.
+    /// When the text is too short.
     pub fn new(text: &str) -> Result<Token, RuntimeError> {
         if text.len() < SHORTEST {
             return Err(unfit(format!("the token is shorter than {SHORTEST} characters; take a longer one")));
@@ -75,27 +75,27 @@ impl Token {
         Ok(Token(text.as_bytes().into()))
     }
 
-    /// Whether a text is the token; takes as long for a text that is nearly right as for one that is not at all.
+    /// Whether a text is the token. The time does not depend on how much of the text is right.
     fn is(&self, text: &str) -> bool {
         self.0.ct_eq(text.as_bytes()).into()
     }
 }
 
-/// What a guard says to who wants to change something.
+/// The result of a token check.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Answer {
     /// The token is right.
     Pass,
-    /// There was none, or a wrong one.
+    /// The token is missing or wrong.
     Wrong,
-    /// Too many were wrong of late: not even a right one is looked at.
+    /// Too many tokens of this source were wrong of late: none is checked, not even a right one.
     Later,
-    /// The run was started without a token: nobody can change anything.
+    /// The run has no token for this role: nobody has it.
     Never,
 }
 
 impl Answer {
-    /// Why it is not done; `wanted` says how the token is shown. `None` when it passes.
+    /// The reason of a refusal; `wanted` says how to show the token. `None` for a pass.
     pub(in super::super) fn refusal(self, wanted: &str) -> Option<String> {
         match self {
             Answer::Pass => None,
@@ -108,48 +108,48 @@ impl Answer {
     }
 }
 
-/// What somebody wants to do.
+/// What a caller wants to do.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) enum Role {
-    /// To see what is going on.
+    /// View state, events and metrics.
     View,
-    /// To change something; who may do that may look, too.
+    /// Give orders; includes viewing.
     Order,
 }
 
-/// The secrets that are asked for.
+/// The tokens of the run.
 #[derive(Clone, Debug, Default)]
 pub(in super::super) struct Tokens {
-    /// Of who may look; `None`: everyone may.
+    /// The token for viewing; `None`: everyone may view.
     pub(in super::super) view: Option<Token>,
-    /// Of who may order; `None`: nobody may.
+    /// The token for orders; `None`: nobody may order.
     pub(in super::super) order: Option<Token>,
 }
 
-/// Looks at tokens, and limits guessing; clones are the same guard.
+/// Checks tokens and limits guessing; clones share their state.
 ///
-/// Whoever guesses locks out himself, and nobody else: a right token from elsewhere always passes.
+/// A guessing source locks out only itself: a right token of another source always passes.
 #[derive(Clone)]
 pub(in super::super) struct Guard {
     tokens: Tokens,
     wrong: Arc<Mutex<Wrong>>,
-    /// Where a guess is told.
+    /// Takes notes about wrong tokens.
     desk: Desk,
 }
 
-/// Wrong tokens of late.
+/// Recent wrong tokens.
 #[derive(Default)]
 struct Wrong {
-    /// When each source has shown one.
+    /// The times of each source's wrong tokens.
     sources: BTreeMap<String, VecDeque<Instant>>,
-    /// All of them since the start.
+    /// The number of wrong tokens since the start.
     count: u64,
-    /// When one was told last.
+    /// When a wrong token was told last.
     told: Option<Instant>,
 }
 
 impl Wrong {
-    /// Forgets what is too long ago, and where too many sources are known the one that was wrong least lately.
+    /// Forgets wrong tokens older than the window; with too many sources, forgets the source whose last wrong token is oldest.
     fn forget(&mut self, now: Instant) {
         for times in self.sources.values_mut() {
             times.retain(|at| now.duration_since(*at) < WINDOW);
@@ -162,7 +162,7 @@ impl Wrong {
         }
     }
 
-    /// Counts one; what is to be told of it.
+    /// Counts a wrong token; returns a note if it is to be told.
     fn count(&mut self, source: &str, now: Instant) -> Option<String> {
         self.count += 1;
         self.forget(now);
@@ -189,12 +189,12 @@ impl Guard {
         Guard { tokens, wrong: Arc::default(), desk }
     }
 
-    /// What to answer to who shows this token; `source` is where it comes from.
+    /// Checks the token that a source shows for a role.
     pub(in super::super) fn look(&self, role: Role, shown: Option<&str>, source: &str) -> Answer {
         self.look_at(role, shown, source, Instant::now())
     }
 
-    /// Wrong tokens since the start.
+    /// The number of wrong tokens since the start.
     pub(in super::super) fn wrong(&self) -> u64 {
         self.lock().count
     }
@@ -225,7 +225,7 @@ impl Guard {
                 }
                 Answer::Wrong
             }
-            // Who shows nothing has guessed nothing.
+            // A missing token is no guess.
             None => Answer::Wrong,
         }
     }

@@ -1,4 +1,4 @@
-//! Parts of others joined to what is known: which, in what order, and what each has brought.
+//! Joins parts of other instances to a model: which parts, in which order, and which entries each has added.
 
 use super::{Note, Offer};
 use crate::healer::Healer;
@@ -9,19 +9,19 @@ use std::collections::{BTreeMap, BTreeSet};
 /// A name in its section.
 pub(super) type Entry = (Section, String);
 
-/// What one of our models has of others.
+/// The parts joined to one of our models.
 #[derive(Default)]
 pub(super) struct Joins {
-    /// The version of our knowledge that the parts were joined with.
+    /// The version of our model that the parts were joined to.
     pub(super) version: Option<u64>,
-    /// What each part has brought.
+    /// The entries that each part has added.
     pub(super) brought: BTreeMap<String, BTreeSet<Entry>>,
-    /// Parts that could not be joined, and why.
+    /// Parts that could not be joined, with the reasons.
     refused: BTreeMap<String, String>,
 }
 
 impl Joins {
-    /// Joins what is offered to what a healer knows of its own.
+    /// Joins the offered parts to a healer's own model.
     pub(super) fn settle(
         &mut self,
         healer: &mut Healer,
@@ -55,7 +55,7 @@ impl Joins {
     }
 }
 
-/// `signal gnss, relation steered`; of many, how many more. `None` of none.
+/// `signal gnss, relation steered`, and the number of further entries; `None` if there are none.
 fn told<'e>(entries: impl DoubleEndedIterator<Item = &'e Entry> + Clone) -> Option<String> {
     const SHOWN: usize = 6;
     let names = entries.clone().rev().take(SHOWN);
@@ -68,15 +68,15 @@ fn told<'e>(entries: impl DoubleEndedIterator<Item = &'e Entry> + Clone) -> Opti
     (!names.is_empty()).then(|| names.join(", "))
 }
 
-/// Federation joined to our own knowledge.
+/// Our model with the joined parts.
 struct Settled {
     whole: Draft,
     brought: BTreeMap<String, BTreeSet<Entry>>,
     refused: BTreeMap<String, String>,
 }
 
-/// Joins the parts that name a variable that is known, in the order of their names, again and again until none is left: one
-/// part may know what connects another.
+/// Joins the parts that share a variable with the model, in the order of their names. It repeats until no part is left that does,
+/// because one part may connect another.
 fn settle(own: &Draft, parts: &BTreeMap<&str, &Draft>) -> Settled {
     let mut settled = Settled { whole: own.clone(), brought: BTreeMap::new(), refused: BTreeMap::new() };
     let mut left: Vec<(&str, &Draft)> = parts.iter().map(|(name, part)| (*name, *part)).collect();
@@ -100,7 +100,7 @@ fn names(draft: &Draft) -> BTreeSet<&str> {
     draft.variables.iter().map(|variable| variable.name.text.as_str()).collect()
 }
 
-/// What is known with a part, and what the part has brought. What is known already stays as it is, in every detail.
+/// The model with a part's new entries, and these entries. Known entries stay unchanged.
 fn joined(whole: &Draft, part: &Draft) -> Result<(Draft, BTreeSet<Entry>), String> {
     knowledge::join(&[whole.clone(), part.clone()]).map_err(|found| {
         found.first().map_or_else(String::new, |found| format!("{}; ours stays", found.message))
@@ -126,7 +126,7 @@ fn joined(whole: &Draft, part: &Draft) -> Result<(Draft, BTreeSet<Entry>), Strin
     }
 }
 
-/// Every name of a draft but those of needs.
+/// Every entry of a draft except needs.
 pub(super) fn entries(draft: &Draft) -> BTreeSet<Entry> {
     let variables = draft.variables.iter().map(|it| (Section::Variables, it.name.text.as_str()));
     let constants = draft.constants.iter().map(|it| (Section::Constants, it.0.text.as_str()));
@@ -169,7 +169,7 @@ needs: { speed: { signal: /speed } }
         draft(&format!("shsa: 1\n{rest}"))
     }
 
-    /// What comes of our own part and these, by name.
+    /// Joins these parts to our model; checks which parts have added entries and which are refused.
     #[track_caller]
     fn check(parts: &[(&str, &Draft)], brought: &[&str], refused: &[(&str, &str)]) -> Settled {
         let settled = settle(&draft(OWN), &parts.iter().copied().collect());
@@ -192,7 +192,7 @@ needs: { speed: { signal: /speed } }
         let other = part(
             "variables: { height: { unit: m } }\nsignals: { baro: { variable: height, unit: m, rate: 10 Hz } }",
         );
-        // The one that connects has the later name.
+        // The connecting part comes later by its name.
         let settled = check(&[("a", &far), ("b", &near), ("c", &other)], &["a", "b"], &[]);
         assert_eq!(told(settled.brought["a"].iter()).unwrap(), "signal tacho");
         assert_eq!(told(settled.brought["b"].iter()).unwrap(), "relation gear, variable rpm");

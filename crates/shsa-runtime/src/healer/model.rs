@@ -1,4 +1,4 @@
-//! What a healer knows, and how that changes: by an operator's order, and by the parts of others.
+//! The model of a healer, and its changes: by an operator's order, and by the parts of others.
 
 use super::Healer;
 use crate::bindings::Bindings;
@@ -15,7 +15,7 @@ use std::fs;
 use std::sync::Arc;
 
 impl Healer {
-    /// What its model needs on the bus; `serving` tells which signal serves a need now.
+    /// The bindings of its model; `serving` gives the signal that serves a need now.
     fn bindings(
         &self,
         knowledge: &KnowledgeBase,
@@ -24,10 +24,10 @@ impl Healer {
         Bindings::new(knowledge, &self.output_options, &self.carriers, serving, self.knows_own)
     }
 
-    /// Fits it to the model that its engine works with now; the topics that the bus refuses, and why.
+    /// Binds the engine's present model to the bus; returns the topics that the bus refuses, with the reasons.
     ///
     /// # Errors
-    /// When the model does not fit a bus; it was looked at before, unless it is the first.
+    /// When the model does not fit the bus; all models but the first were checked before.
     pub(super) fn connect(
         &mut self,
         bridge: &mut dyn Bridge,
@@ -68,10 +68,10 @@ impl Healer {
         Ok(refused)
     }
 
-    /// Lets the model that its file holds now take over.
+    /// Replaces the model by the present content of its file.
     ///
     /// # Errors
-    /// What is wrong with it; nothing has changed then.
+    /// What is wrong with the new model; nothing has changed then.
     pub(in super::super) fn reload(&mut self, now: Time) -> Result<(), String> {
         let Some(path) = &self.path else { return Err(format!("the model {} is in no file", self.name)) };
         let name = path.display().to_string();
@@ -79,10 +79,10 @@ impl Healer {
         self.change(&name, &text, now)
     }
 
-    /// Lets a change of the model, or a whole new one, take over.
+    /// Applies a change of the model, or a whole new model.
     ///
     /// # Errors
-    /// What is wrong with it; nothing has changed then.
+    /// What is wrong with the new model; nothing has changed then.
     pub(in super::super) fn change(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut own = self.own.clone();
         if let Some(own) = &mut own {
@@ -93,20 +93,20 @@ impl Healer {
         Ok(())
     }
 
-    /// What it knows without the parts of others.
+    /// The model without the parts of others.
     pub(in super::super) fn own(&self) -> &Draft {
         self.own.as_ref().unwrap_or(&self.live).draft()
     }
 
-    /// Another one whenever what it knows of its own is.
+    /// The version of the model without the parts of others; each change gives another one.
     pub(in super::super) fn version(&self) -> u64 {
         self.own.as_ref().unwrap_or(&self.live).knowledge().version()
     }
 
-    /// Lets its own knowledge with parts of others take over.
+    /// Replaces the model by its own one with parts of others.
     ///
     /// # Errors
-    /// What is wrong with it; nothing has changed then.
+    /// What is wrong with the joined model; nothing has changed then.
     pub(in super::super) fn join(&mut self, whole: &Draft, now: Time) -> Result<(), String> {
         let text = write::yaml(whole);
         if text == write::yaml(self.live.draft()) {
@@ -118,7 +118,7 @@ impl Healer {
         Ok(())
     }
 
-    /// Works with another model from now on.
+    /// Replaces the model.
     fn adopt(&mut self, name: &str, text: &str, now: Time) -> Result<(), String> {
         let mut live = self.live.clone();
         live.change(Written { name, text }).map_err(|report| report.render(false))?;

@@ -1,4 +1,4 @@
-//! How needs are served: values on their way out, names that are taken over, and how each need stands.
+//! Serves needs: sends values, takes over names, tells the state of each need.
 
 use super::Healer;
 use crate::outlet::Outlet;
@@ -14,15 +14,15 @@ use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
 use shsa_format::event;
 
-/// What has become of a value.
+/// The result of serving a value.
 pub(in super::super) struct Served {
     /// Whether the quality or the level of the need, or who may serve it, has changed with the value.
     pub(in super::super) is_news: bool,
-    /// The names under which it was not sent, and why.
+    /// The names under which the value was not sent, with the errors.
     pub(in super::super) failed: Vec<(String, BridgeError)>,
 }
 
-/// The state of a need, as far as a change of it is told at once.
+/// The part of a need's state whose changes are told at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in super::super) struct Standing {
     quality: Quality,
@@ -32,7 +32,7 @@ pub(in super::super) struct Standing {
 }
 
 impl Healer {
-    /// Sends a value of a need, where that is ours to serve.
+    /// Sends a value of a need if this instance serves the need.
     pub(in super::super) fn serve(
         &mut self,
         publication: &Publication,
@@ -61,7 +61,7 @@ impl Healer {
         outlet.note(publication, quality);
         outlet.certify(publication.admitted, self.engine.knowledge().contracts().scales());
         let is_ours = is_ours(outlet.topic());
-        // We may have been suspended since it was decided.
+        // The process may have been suspended since the value was computed.
         let is_fresh = outlet.is_fresh(time, bridge.inbox().clock().now());
         self.withheld[publication.need] = (!is_ours).then(|| publication.clone());
         let failed = if is_fresh && is_ours {
@@ -74,7 +74,7 @@ impl Healer {
         Served { is_news: after != before, failed }
     }
 
-    /// Sends a value under all names of its need, or only this one; what was not sent.
+    /// Sends a value under all names of its need, or only under `only`; returns the failures.
     fn send(
         &mut self,
         publication: &Publication,
@@ -94,9 +94,9 @@ impl Healer {
         };
         let mut is_gate = true;
         for takeover in takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
-            // A need of the name of its own source has no other publisher beside that.
+            // If the need has the name of its own source, only the takeover publishes it.
             is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
-            // Who reads the name of a source reads plain numbers.
+            // Readers of the source's name get plain numbers, which cannot tell bounds.
             let is_certain = publication.quality != engine::Quality::Uncertain;
             if is_certain && only.is_none_or(|only| only == takeover.topic()) {
                 let sent = takeover.send(publication, stamp, outlet.provenance(), bridge);
@@ -112,7 +112,7 @@ impl Healer {
         failed
     }
 
-    /// Sends what another instance had to send until now, for needs that are ours from now on; what was not sent.
+    /// Sends the newest values of needs that another instance has served until now; returns the failures.
     pub(in super::super) fn send_withheld(
         &mut self,
         now: Time,
@@ -133,12 +133,12 @@ impl Healer {
         failed
     }
 
-    /// Whether something that was lost on its way is to be sent again now.
+    /// Whether a lost value is due to be sent again.
     pub(in super::super) fn has_backlog(&self, now: Time) -> bool {
         self.backlog.due().is_some_and(|due| due <= now)
     }
 
-    /// Sends again what was lost on its way, while it is not too old; what was not sent.
+    /// Sends lost values again while they are fresh; returns the failures.
     pub(in super::super) fn send_again(
         &mut self,
         now: Time,
@@ -157,12 +157,12 @@ impl Healer {
         failed
     }
 
-    /// Whether messages under this name may be somebody else's substitutes.
+    /// Whether messages under this name may be another instance's substitutes.
     pub(in super::super) fn takes(&self, topic: &str) -> bool {
         self.takeovers.iter().any(|takeover| takeover.topic() == topic)
     }
 
-    /// Takes the next step of each takeover; returns whether one has changed its stage, and what is to be told.
+    /// Takes the next step of each takeover; returns whether a stage has changed or there is a note, and the notes.
     pub(in super::super) fn take_over(
         &mut self,
         now: Time,
@@ -208,7 +208,7 @@ impl Healer {
         let forbidden = || Order::Forbid(Subject::Signal(takeover.signal().to_owned()));
         engine.verdict(signal) == Verdict::Failed
             || engine.absence(signal).is_some()
-            // What serves the need is not forbidden.
+            // A forbidden signal counts only while something else serves the need.
             || self.outlets[takeover.need()].is_served_without(takeover.signal())
                 && engine.standing_orders().contains(&forbidden())
     }
@@ -217,17 +217,17 @@ impl Healer {
         takeover.quality(self.outlets[takeover.need()].quality(now), self.is_bad(takeover))
     }
 
-    /// The takeovers, each with how far who reads its name can trust that.
+    /// The takeovers, each with the quality of its name for readers.
     pub(in super::super) fn takeovers(&self, now: Time) -> impl Iterator<Item = (&Takeover, Quality)> {
         self.takeovers.iter().map(move |takeover| (takeover, self.quality_of(takeover, now)))
     }
 
-    /// When the next step of a takeover is due if nothing happens before.
+    /// When the next step of a takeover is due without an event.
     pub(in super::super) fn take_over_due(&self, now: Time) -> Option<Time> {
         self.takeovers.iter().chain(&self.leaving).filter_map(|takeover| takeover.due(now)).min()
     }
 
-    /// Whether an operator vouches for a source whose name is taken.
+    /// Whether an order clears a source whose name is taken, and so lets it back.
     pub(super) fn order_back(&mut self, order: &Order) -> bool {
         let Order::Clear(Subject::Signal(signal)) = order else { return false };
         let takeover = self.takeovers.iter_mut().find(|takeover| takeover.signal() == signal);
@@ -254,7 +254,7 @@ impl Healer {
         json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
     }
 
-    /// What a need's contract says of how it is served.
+    /// The assurance of a need's source for the state.
     fn assurance(&self, assurance: &NeedAssurance) -> Value {
         let scales = self.engine.knowledge().contracts().scales();
         let level = assurance.admitted.and_then(|admitted| admitted.level);
@@ -269,7 +269,7 @@ impl Healer {
         })
     }
 
-    /// The words of a need's status topic.
+    /// The content of a need's status topic.
     pub(in super::super) fn status(&self, need: NeedId, now: Time, clock: &Clock) -> Value {
         let mut status = self.outlets[need].status(now, clock);
         if let (Some(status), Some(takeover)) = (status.as_object_mut(), self.takeover_of(need)) {
@@ -278,7 +278,7 @@ impl Healer {
         status
     }
 
-    /// How every need stands: what changes here is told at once.
+    /// The state of every need as far as its changes are told at once.
     pub(in super::super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
         self.outlets.enumerate().map(move |(id, outlet)| Standing {
             quality: outlet.quality(now),

@@ -1,4 +1,4 @@
-//! What waits in memory for a disk that refuses, up to a bound.
+//! Chunks kept in memory while the disk refuses, up to a bound.
 
 use super::Chunk;
 use super::missing::{Missing, lose};
@@ -7,23 +7,23 @@ use std::sync::Mutex;
 use std::sync::mpsc::{Receiver, RecvTimeoutError};
 use std::time::Instant;
 
-/// So many bytes are kept for a disk that refuses, so that one which is full for a while makes no hole.
+/// The most bytes kept while the disk refuses; a disk that is full for a moment causes no hole.
 const KEPT: usize = 8 << 20;
-/// What waits for a disk that refuses.
+/// The chunks that wait for the disk.
 #[derive(Default)]
 pub(super) struct Kept {
     pub(super) chunks: VecDeque<Chunk>,
     bytes: usize,
-    /// When to try again; `None`: the disk has refused nothing.
+    /// The time of the next attempt; `None`: the disk accepts writes.
     pub(super) again: Option<Instant>,
-    /// Why it has refused.
+    /// The reason of the last refusal.
     pub(super) because: String,
-    /// Whether something that came after the last of them is lost.
+    /// Whether inputs after the last kept chunk are lost.
     pub(super) has_hole: bool,
 }
 
 impl Kept {
-    /// The next chunk, at the latest when it is time to try again.
+    /// The next chunk; returns without one when the next attempt is due.
     pub(super) fn next(&self, chunks: &Receiver<Chunk>) -> Result<Chunk, RecvTimeoutError> {
         match self.again {
             Some(again) => chunks.recv_timeout(again.saturating_duration_since(Instant::now())),
@@ -31,7 +31,7 @@ impl Kept {
         }
     }
 
-    /// Keeps a chunk, where there is room; what comes after the first that was lost is lost until all has been written.
+    /// Keeps a chunk if there is room. After a first loss, all chunks are lost until the kept ones have been written.
     pub(super) fn keep(&mut self, chunk: Chunk, missing: &Mutex<Missing>) {
         if self.has_hole || self.bytes + chunk.lines.len() > KEPT && !self.chunks.is_empty() {
             self.has_hole = true;
@@ -41,12 +41,12 @@ impl Kept {
         self.chunks.push_back(chunk);
     }
 
-    /// The first one is written.
+    /// Removes the first chunk, which is written.
     pub(super) fn take(&mut self) {
         self.bytes -= self.chunks.pop_front().map_or(0, |chunk| chunk.lines.len());
     }
 
-    /// All that is left is lost.
+    /// Counts all kept chunks as lost.
     pub(super) fn give_up(self, missing: &Mutex<Missing>) {
         let inputs = self.chunks.iter().map(|chunk| chunk.inputs).sum();
         if inputs > 0 {
@@ -71,7 +71,7 @@ mod tests {
             kept.keep(chunk(&large), &missing);
         }
         assert_eq!((kept.chunks.len(), missing.lock().unwrap().inputs), (8, 2));
-        // What is kept is without a hole.
+        // The kept chunks have no hole.
         kept.take();
         kept.keep(chunk("small\n"), &missing);
         assert_eq!((kept.chunks.len(), missing.lock().unwrap().inputs), (7, 3));

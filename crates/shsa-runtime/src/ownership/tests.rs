@@ -1,22 +1,22 @@
-//! Who serves which need, on a network of the tests' own.
+//! Which instance serves which need, on a simulated network.
 
 use super::*;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Clock, Inbox, Link, Outgoing};
 use std::sync::{Arc, Mutex};
 
-/// A network that tells who is there.
+/// A network that tells which tokens are held.
 #[derive(Clone, Default)]
 struct Network(Arc<Mutex<Hall>>);
 
-/// The tokens that are held, and who looks at them.
+/// The held tokens, and their observers.
 #[derive(Default)]
 struct Hall {
     held: Vec<Arc<str>>,
     watching: Vec<Waiting>,
 }
 
-/// What a member has not looked at yet of the tokens that begin like this.
+/// The changes of tokens with this prefix that a member has not read yet.
 type Waiting = (u128, String, Vec<Presence>);
 
 struct Member {
@@ -111,7 +111,7 @@ fn able(network: &Network, names: &[&str]) -> Vec<(Member, Ownership)> {
     members
 }
 
-/// How many serve each need, and how many needs each serves.
+/// How many instances serve each need, and how many needs each instance serves.
 fn served(members: &[(Member, Ownership)]) -> (Vec<usize>, Vec<usize>) {
     let by = |need: &&str| members.iter().filter(|(_, shares)| shares.is_ours(need)).count();
     let of = |(_, shares): &(Member, Ownership)| NEEDS.iter().filter(|need| shares.is_ours(need)).count();
@@ -155,7 +155,7 @@ fn nobody_serves_before_it_can() {
     assert_eq!(shares.follow().1, [Handover::Taken { need: "n/1".into() }]);
     assert_eq!(shares.able("/n/1"), ["a.00000007"]);
     assert!(!shares.is_others("/n/1"));
-    // It stays its own while nobody else can.
+    // The owner keeps the need while no other instance is able.
     shares.tell("/n/1", Ability::Unable, &member).unwrap();
     drop(shares.follow());
     assert!(shares.is_ours("/n/1") && shares.able("/n/1").is_empty());
@@ -168,7 +168,7 @@ fn nobody_serves_before_it_can() {
     assert!(others.is_ours("/n/1") && shares.is_others("/n/1"));
 }
 
-/// Two members that can serve a need: the first serves it, the second comes first by its name.
+/// Two members that can serve a need: the first serves it, the second has the higher rank.
 fn newcomer(network: &Network) -> [(Member, Ownership); 2] {
     let join = |name: &str, id: u128| {
         let member = network.join(id);
@@ -198,18 +198,18 @@ fn who_has_just_been_started_takes_a_need_when_it_has_proven_itself_or_nobody_el
         shares.tell("/n/1", ability, member).unwrap();
         follow(members);
     };
-    // It does not know yet who is there: it holds a token, and is a beginner all the same.
+    // The newcomer does not see the other yet: it takes the first token, but is not settled.
     tell(&mut members, 1, Ability::Able);
     assert_eq!((members[1].1.tokens.len(), is_ours(&members)), (1, [true, false]));
     tell(&mut members, 1, Ability::Unable);
-    // It knows who is there: it holds none.
+    // The newcomer sees the other: it takes no token.
     tell(&mut members, 1, Ability::Able);
     assert_eq!((members[1].1.tokens.len(), is_ours(&members)), (0, [true, false]));
-    // The other one cannot any more.
+    // The first member becomes unable.
     tell(&mut members, 0, Ability::Unable);
     tell(&mut members, 1, Ability::Able);
     assert_eq!(is_ours(&members), [false, true]);
-    // The other one can again, and has proven itself.
+    // The first member becomes able again, and is settled.
     tell(&mut members, 0, Ability::Settled);
     assert_eq!(is_ours(&members), [true, false]);
     tell(&mut members, 1, Ability::Settled);

@@ -1,16 +1,16 @@
-//! What a process takes away from itself before it reads its first input: it can compute, read its standard input and write
-//! its standard output, and nothing else.
+//! Confines a process before it reads its first input: it can compute, read standard input and write standard output, and nothing
+//! else.
 
 use crate::error::{Context, RuntimeError, unfit};
 use std::io;
 
-/// Shuts the process in for good. It may take `memory` bytes more than it has now.
+/// Confines the process for good. It may allocate `memory` bytes beyond its present memory.
 ///
-/// From then on the kernel refuses to open a file or a socket, to start a process or a thread, to send a signal to another
-/// process, to read what was inherited beside standard input, and to dump its memory.
+/// From then on the kernel refuses to open files or sockets, to start processes or threads, to send signals to other processes,
+/// to read inherited files other than standard input, and to dump memory.
 ///
 /// # Errors
-/// When the operating system does not offer one of these limits; the process must not go on then.
+/// When the operating system lacks one of these limits; the process must not go on then.
 #[cfg(target_os = "linux")]
 pub(super) fn enter(memory: u64) -> Result<(), RuntimeError> {
     close_inherited()?;
@@ -19,20 +19,20 @@ pub(super) fn enter(memory: u64) -> Result<(), RuntimeError> {
     Ok(())
 }
 
-/// As there.
+/// Always, on other systems than Linux.
 #[cfg(not(target_os = "linux"))]
 pub(super) fn enter(_: u64) -> Result<(), RuntimeError> {
     Err(unfit("processes are shut in on Linux only"))
 }
 
-/// Closes all that who started our starter has left open.
+/// Closes the files that the process has inherited.
 #[cfg(target_os = "linux")]
 fn close_inherited() -> Result<(), RuntimeError> {
     let open = std::fs::read_dir("/proc/self/fd").context("the open files")?;
     let numbers = open.filter_map(|entry| entry.ok()?.file_name().to_str()?.parse().ok());
     let numbers: Vec<i32> = numbers.filter(|number| *number > 2).collect();
     for number in numbers {
-        // One of them was the list itself, and is closed by now.
+        // One of the numbers was the directory itself, which is closed by now.
         let _ = nix::unistd::close(number);
     }
     Ok(())
@@ -59,14 +59,14 @@ fn limit(memory: u64) -> Result<(), RuntimeError> {
     Ok(())
 }
 
-/// The calls that are left; every other one fails with "operation not permitted".
+/// The permitted system calls; every other one fails with "operation not permitted".
 #[cfg(target_os = "linux")]
 fn filter() -> Result<seccompiler::BpfProgram, RuntimeError> {
     use seccompiler::SeccompCmpArgLen::Dword;
     use seccompiler::SeccompCmpOp::{Eq, MaskedEq};
     use seccompiler::{SeccompAction, SeccompCondition, SeccompFilter, SeccompRule, TargetArch};
     use std::collections::BTreeMap;
-    /// Of the memory that is asked for: that it can be executed.
+    /// The flag of executable memory.
     const EXECUTABLE: u64 = libc::PROT_EXEC as u64;
     let only = |conditions: Vec<(u8, seccompiler::SeccompCmpOp, u64)>| -> Result<SeccompRule, RuntimeError> {
         let conditions = conditions.into_iter();
@@ -76,7 +76,7 @@ fn filter() -> Result<seccompiler::BpfProgram, RuntimeError> {
         SeccompRule::new(conditions).map_err(unfit)
     };
     let process = u64::from(std::process::id());
-    // No file lies behind memory, and none of it is code.
+    // Memory without a file behind it, and without executable pages.
     let memory = || only(vec![(2, MaskedEq(EXECUTABLE), 0), (4, Eq, u64::from(u32::MAX))]);
     let mut rules: BTreeMap<i64, Vec<SeccompRule>> = BTreeMap::from([
         (libc::SYS_read, vec![only(vec![(0, Eq, 0)])?]),
@@ -84,7 +84,7 @@ fn filter() -> Result<seccompiler::BpfProgram, RuntimeError> {
         (libc::SYS_writev, vec![only(vec![(0, Eq, 1)])?, only(vec![(0, Eq, 2)])?]),
         (libc::SYS_mmap, vec![memory()?]),
         (libc::SYS_mprotect, vec![only(vec![(2, MaskedEq(EXECUTABLE), 0)])?]),
-        // To end itself.
+        // `abort` needs it.
         (libc::SYS_tgkill, vec![only(vec![(0, Eq, process)])?]),
     ]);
     let harmless = [
@@ -120,12 +120,12 @@ mod tests {
     use std::io::Write;
     use std::process::{Command, Stdio};
 
-    /// Says to the test that it is the one in the sandbox.
+    /// Tells the test that it runs in the sandbox.
     const INSIDE: &str = "SHSA_TEST_INSIDE";
-    /// The allocator has set some memory aside for the test's thread; four times as much is more than both.
+    /// The allocator has reserved some memory for the test's thread; four times this amount exceeds both.
     const GRANT: usize = 32 << 20;
 
-    /// Runs one test of this file again, in a process that goes into the sandbox; what it says, and how it ends.
+    /// Runs one test of this file again in a process that enters the sandbox; returns its output and its exit status.
     fn inside(test: &str) -> (String, std::process::ExitStatus) {
         let output = Command::new(std::env::current_exe().unwrap())
             .args(["--exact", "--nocapture", "--test-threads=1", &format!("sandbox::confine::tests::{test}")])
@@ -141,7 +141,7 @@ mod tests {
         std::env::var_os(INSIDE).is_some()
     }
 
-    /// What is tried in the sandbox, a line each: its name, and what came of it. It ends without a word to the test's
+    /// Tries each action in the sandbox and prints a line for each: its name and its result. Exits without running the test's
     /// other threads.
     fn report(tries: &[(&str, &dyn Fn() -> std::io::Result<()>)]) -> ! {
         enter(GRANT as u64).unwrap();

@@ -1,4 +1,4 @@
-//! What a run and its processes say to each other: frames over two pipes, the same on both sides.
+//! The frames between a run and its processes, over two pipes; both sides use this module.
 //!
 //! A frame is its length in bytes (`u32`) and its content; numbers are little-endian, times nanoseconds, values SI.
 //!
@@ -19,31 +19,31 @@ use std::io::{self, Read, Write};
 
 /// The longest frame, bytes: a task with a depth image of half a million elements has 8 MiB.
 const LONGEST: usize = 64 << 20;
-/// No program has more inputs.
+/// The largest number of inputs of a program.
 const MOST_INPUTS: usize = 1 << 12;
 
-/// What a process is to compute, in names.
+/// The computation that a process is to do, by names.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
 pub(super) struct Order {
-    /// The part of the model that it needs, YAML.
+    /// The part of the model that the computation needs, as YAML.
     pub(super) model: String,
     /// The variable that it computes.
     pub(super) sink: String,
-    /// Each relation that it uses, with the variable that it is used for.
+    /// Each relation, with the variable for which it is solved.
     pub(super) steps: Vec<(String, String)>,
-    /// The signal of each variable that it starts from; none for a constant.
+    /// Each source variable with its signal; `None` for a constant.
     pub(super) sources: Vec<(String, Option<String>)>,
 }
 
-/// What a run says.
+/// A frame from the run to the process.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Word {
     Order(Order),
-    /// A task, its number, and whether it is one of the past.
+    /// A task, its number, and whether it belongs to the past.
     Task(Task, u64, bool),
 }
 
-/// What a process says.
+/// A frame from the process to the run.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Said {
     Ready,
@@ -52,7 +52,7 @@ pub(super) enum Said {
 }
 
 impl Word {
-    /// As a frame.
+    /// Writes the frame.
     pub(super) fn write(&self, frames: &mut Vec<u8>) {
         framed(frames, |body| match self {
             Word::Order(order) => {
@@ -71,10 +71,10 @@ impl Word {
         });
     }
 
-    /// The next one; `None` at the end.
+    /// Reads the next frame; `None` at the end.
     ///
     /// # Errors
-    /// When the input fails, or what it gives is no frame.
+    /// When the input fails, or is no valid frame.
     pub(super) fn read(input: &mut impl Read) -> io::Result<Option<Word>> {
         let Some(body) = frame(input)? else { return Ok(None) };
         Word::parse(&body).map(Some).ok_or_else(broken)
@@ -100,10 +100,10 @@ impl Word {
 }
 
 impl Said {
-    /// Sends it.
+    /// Writes the frame.
     ///
     /// # Errors
-    /// Those of the output.
+    /// Errors of the output.
     pub(super) fn write(&self, output: &mut impl Write) -> io::Result<()> {
         let mut bytes = Vec::new();
         framed(&mut bytes, |body| match self {
@@ -129,10 +129,10 @@ impl Said {
         output.flush()
     }
 
-    /// The next one; `None` at the end.
+    /// Reads the next frame; `None` at the end.
     ///
     /// # Errors
-    /// When the input fails, or what it gives is no frame.
+    /// When the input fails, or is no valid frame.
     pub(super) fn read(input: &mut impl Read) -> io::Result<Option<Said>> {
         let Some(body) = frame(input)? else { return Ok(None) };
         Said::parse(&body).map(Some).ok_or_else(broken)
@@ -175,7 +175,7 @@ fn framed(frames: &mut Vec<u8>, write: impl FnOnce(&mut Vec<u8>)) {
     frames[at..at + 4].copy_from_slice(&length.to_le_bytes());
 }
 
-/// The content of the next frame; it takes as much memory as has really come.
+/// The content of the next frame. It allocates only as much as has arrived.
 fn frame(input: &mut impl Read) -> io::Result<Option<Vec<u8>>> {
     let mut length = [0; 4];
     match input.read_exact(&mut length) {
@@ -209,7 +209,7 @@ fn write_values(body: &mut Vec<u8>, values: &[Interval]) {
     }
 }
 
-/// What is left of a frame to be read.
+/// The unread part of a frame.
 struct Rest<'a>(&'a [u8]);
 
 impl Rest<'_> {
@@ -302,7 +302,7 @@ mod tests {
         many.extend([0; 8 + 16 + 1 + 16]);
         many.extend(u32::MAX.to_le_bytes());
         assert!(Word::parse(&many).is_none());
-        // A scalar of two numbers, and more than the frame has.
+        // A scalar of two numbers, and a count that exceeds the frame.
         let mut answer = b"A".to_vec();
         answer.extend([0; 8]);
         answer.push(1);

@@ -1,12 +1,12 @@
-//! Substitutes in processes of their own: a relation that takes too long, or too much memory, harms nobody else.
+//! Substitutes in processes of their own: a relation that takes too much time or memory harms nothing else.
 //!
 //! ```text
 //! engine -task-> worker -frames-> process (substitute) -frames-> worker -report-> engine -publication-> bus
 //! ```
 //!
-//! The engine brings the inputs to one moment, and judges what comes back as it judges what it computes itself. The process
-//! gets the part of the model that it computes, and numbers; it can reach nothing else. While there is none, the engine
-//! computes: the need is served without a gap.
+//! The engine brings the inputs to one moment, and judges the answer like its own results. The process gets the needed part of
+//! the model, and numbers; it has access to nothing else. While there is no process, the engine computes, so the need is served
+//! without a gap.
 
 mod frame;
 mod process;
@@ -31,16 +31,16 @@ use worker::{Consequence, Worker};
 /// Substitutes in processes of their own.
 #[derive(Clone, Debug)]
 pub struct SandboxOptions {
-    /// Whether every need has one, and not only those that ask for it (`isolation: process`).
+    /// Whether every need gets a process, not only those that ask for it (`isolation: process`).
     pub is_for_all: bool,
-    /// The program that calls [`substitute`], with its arguments; `--memory BYTES` is added. Empty: there are no processes, and a
-    /// model that asks for one is refused.
+    /// The program that calls [`substitute`], with its arguments; `--memory BYTES` is added. If empty, there are no processes,
+    /// and a model that asks for one is refused.
     pub program: Vec<OsString>,
-    /// The memory that a process may take beyond the program itself, bytes.
+    /// The memory that a process may allocate beyond the program itself, bytes.
     pub memory: u64,
     /// The share of a processor that a process may use, 0 to 1.
     pub share: f64,
-    /// How long an answer may take; `None`: a period of the fastest input, at most half of the need's greatest age.
+    /// The time limit of an answer; `None`: a period of the fastest input, at most half of the need's greatest age.
     pub time: Option<Span>,
 }
 
@@ -50,22 +50,22 @@ impl Default for SandboxOptions {
     }
 }
 
-/// What a process is, and what it is granted.
+/// The program of a process, and its limits.
 #[derive(Clone, Debug)]
 struct Grant {
     program: Vec<OsString>,
-    /// Beyond the program itself, bytes.
+    /// Memory beyond the program itself, bytes.
     memory: u64,
-    /// Of one processor.
+    /// The share of one processor.
     share: f64,
     time: Option<Span>,
 }
 
-/// A shorter time is not kept by an operating system without real time.
+/// The least time limit: an operating system without real time does not keep a shorter one.
 const SHORTEST: Span = Span::from_millis(5);
 
 impl Grant {
-    /// How long an answer may take, where the inputs come at this rate.
+    /// The time limit of an answer, for inputs of this rate.
     fn patience(&self, rate_hz: Option<f64>, max_age: Span) -> Span {
         let most = Span(max_age.0 / 2);
         let usual = rate_hz.map_or(most, |rate| Span::from_seconds(1.0 / rate).min(most));
@@ -73,7 +73,7 @@ impl Grant {
     }
 }
 
-/// The needs of one model whose substitutes are computed in processes.
+/// The workers of one model: the needs whose substitutes processes compute.
 pub(super) struct Workers {
     is_for_all: bool,
     grant: Grant,
@@ -81,20 +81,20 @@ pub(super) struct Workers {
     workers: Vec<Worker>,
 }
 
-/// What is to be done after looking after the processes.
+/// The consequences of supervising the processes.
 #[derive(Debug, Default)]
 pub(super) struct Consequences {
-    /// The engine is to hear these, in this order.
+    /// Reports for the engine, in this order.
     pub(super) reports: Vec<(NeedId, Report)>,
-    /// The run is to tell these: a kind and a reason.
+    /// Notes for the run to tell: kind and text.
     pub(super) notes: Vec<(&'static str, String)>,
-    /// These relations are to be forbidden.
+    /// Relations to forbid.
     pub(super) forbid: Vec<String>,
 }
 
 impl Workers {
     /// # Errors
-    /// When a need is to have a process, and there is no program for it.
+    /// When a need asks for a process, and there is no program.
     pub(super) fn new(
         options: &SandboxOptions,
         knowledge: &KnowledgeBase,
@@ -114,13 +114,13 @@ impl Workers {
         Ok(all)
     }
 
-    /// The model has changed: what is computed for its needs begins anew.
+    /// Replaces the workers after a change of the model.
     ///
     /// # Errors
-    /// Never: bounds inside are right.
+    /// Never: the bounds of the histograms are valid.
     pub(super) fn renew(&mut self, knowledge: &KnowledgeBase) -> Result<(), RuntimeError> {
         let needs = knowledge.needs().enumerate().filter(|(_, need)| self.is_for_all || need.is_isolated);
-        // A model that asks for a process later, where there is no program, is computed here.
+        // Without a program, the engine computes for a new model that asks for a process.
         let needs = needs.filter(|_| !self.grant.program.is_empty());
         let needs: Vec<NeedId> = needs.map(|(id, _)| id).collect();
         self.workers.truncate(needs.len());
@@ -133,7 +133,7 @@ impl Workers {
         Ok(())
     }
 
-    /// Looks after all processes.
+    /// Supervises all processes.
     pub(super) fn supervise(&mut self, engine: &Engine, live: &Live) -> Consequences {
         let mut consequences = Consequences::default();
         for worker in &mut self.workers {
@@ -148,7 +148,7 @@ impl Workers {
         consequences
     }
 
-    /// Hands a task to the process of a need.
+    /// Passes a task to the process of a need.
     pub(super) fn hand(&mut self, need: NeedId, number: u64, task: Task, engine: &Engine) {
         let now = self.inbox.clock().now();
         if let Some(worker) = self.workers.iter_mut().find(|worker| worker.need() == need) {
@@ -156,22 +156,22 @@ impl Workers {
         }
     }
 
-    /// Whether a value would be a process's to compute.
+    /// Whether a process should have computed this value.
     pub(super) fn is_isolated(&self, publication: &Publication) -> bool {
         self.worker(publication.need).is_some_and(Worker::is_at_work)
     }
 
-    /// When processes have to be looked after again, at the latest.
+    /// When the processes must be supervised again, at the latest.
     pub(super) fn due(&self) -> Option<Time> {
         self.workers.iter().filter_map(Worker::due).min()
     }
 
-    /// What computes the source of a need; `None` where that is always the engine.
+    /// The state of a need's process; `None` for a need without a worker.
     pub(super) fn state(&self, need: NeedId) -> Option<Value> {
         self.worker(need).map(Worker::state)
     }
 
-    /// How often the process of a need was replaced, and how long its answers took, nanoseconds.
+    /// How often the process of a need was replaced, and the times of its answers, nanoseconds.
     pub(super) fn figures(&self, need: NeedId) -> Option<(u64, &Histogram<u64>)> {
         self.worker(need).map(|worker| (worker.replaced(), worker.round_trip()))
     }

@@ -1,4 +1,4 @@
-//! One process, seen from the run: it is started, handed frames, listened to, measured, and ended.
+//! One process, as the run handles it: starts it, sends and receives frames, measures it, ends it.
 
 use super::Grant;
 use super::frame::Said;
@@ -10,12 +10,12 @@ use std::process::{Child, ChildStderr, Command, ExitStatus, Stdio};
 use std::sync::mpsc::{Receiver, SyncSender, TryRecvError, sync_channel};
 use std::thread;
 
-/// Frames that may wait for it, and words that may wait for us.
+/// The number of frames that may wait for the process, and of frames that may wait for the run.
 const WAITING: usize = 64;
-/// Of what it says about its end, bytes.
+/// The most bytes of error output that are kept.
 const LAST_WORDS: u64 = 4_096;
 
-/// A process at work.
+/// A running process.
 pub(super) struct Process {
     child: Child,
     frames: SyncSender<Vec<u8>>,
@@ -23,20 +23,20 @@ pub(super) struct Process {
     errors: Option<ChildStderr>,
 }
 
-/// What has come from a process.
+/// The news of a process.
 pub(super) enum News {
     Said(Said),
-    /// It says nothing any more: it has ended, or what it says makes no sense.
+    /// The process has ended, or its output is no valid frame.
     Over,
     Nothing,
 }
 
 impl Process {
-    /// Starts the program that computes, with nothing but three pipes: no environment, no folder, a process group of its own. What
-    /// it says ends the wait for the inbox.
+    /// Starts the program with three pipes and nothing else: no environment, no folder, a process group of its own. Each frame of
+    /// the process wakes the run.
     ///
     /// # Errors
-    /// When the operating system has no process, thread or pipe to give.
+    /// When the operating system has no process, thread or pipe left.
     pub(super) fn start(grant: &Grant, inbox: Inbox) -> Result<Process, RuntimeError> {
         let [program, arguments @ ..] = &*grant.program else { return Err(unfit("no program computes")) };
         let mut command = Command::new(program);
@@ -53,7 +53,7 @@ impl Process {
         let (telling, said) = sync_channel(WAITING);
         let process = Process { child, frames, said, errors };
         thread::Builder::new().name("to-process".into()).spawn(move || {
-            // A process that does not listen any more is noticed where it is listened to.
+            // The thread that reads the output notices when the process has stopped reading.
             let _ = given.iter().try_for_each(|frame| input.write_all(&frame));
         })?;
         thread::Builder::new().name("of-process".into()).spawn(move || {
@@ -69,17 +69,17 @@ impl Process {
         Ok(process)
     }
 
-    /// Its number in the operating system.
+    /// The process id.
     pub(super) fn id(&self) -> u32 {
         self.child.id()
     }
 
-    /// Hands frames over; whether there was room.
+    /// Queues frames; returns whether there was room.
     pub(super) fn hand(&self, frames: Vec<u8>) -> bool {
         self.frames.try_send(frames).is_ok()
     }
 
-    /// The next word of it.
+    /// The next frame of the process.
     pub(super) fn news(&self) -> News {
         match self.said.try_recv() {
             Ok(said) => News::Said(said),
@@ -88,7 +88,7 @@ impl Process {
         }
     }
 
-    /// Ends it, if it has not ended yet; how it ended, in words.
+    /// Kills the process if it is still running; describes how it ended.
     pub(super) fn end(mut self) -> String {
         let _ = self.child.kill();
         let status = self.child.wait();
@@ -102,23 +102,23 @@ impl Process {
         }
     }
 
-    /// The processor time that it has used, where the operating system tells.
+    /// The processor time that the process has used, if the operating system tells it.
     pub(super) fn used(&self) -> Option<Span> {
         let text = std::fs::read_to_string(format!("/proc/{}/schedstat", self.id())).ok()?;
         text.split(' ').next()?.parse().ok().map(Span)
     }
 
-    /// Lets the kernel end it when it has used more processor time than this in all, rounded up to seconds.
+    /// Lets the kernel end the process when its total processor time exceeds this limit, rounded up to seconds.
     #[cfg(target_os = "linux")]
     pub(super) fn limit(&self, most: Span) {
         use rustix::process::{Pid, Resource, Rlimit, prlimit};
         let seconds = u64::try_from(most.0).unwrap_or(0).div_ceil(1_000_000_000).max(1);
         let limit = Rlimit { current: Some(seconds), maximum: None };
-        // Without it, what it uses is still measured.
+        // Without this limit, the processor time is still measured.
         let _ = prlimit(Some(Pid::from_child(&self.child)), Resource::Cpu, limit);
     }
 
-    /// As there.
+    /// No effect on other systems.
     #[cfg(not(target_os = "linux"))]
     pub(super) fn limit(&self, _: Span) {}
 }
@@ -130,7 +130,7 @@ impl Drop for Process {
     }
 }
 
-/// How a process ended.
+/// Describes how a process ended.
 fn ending(status: ExitStatus, words: &str) -> String {
     #[cfg(unix)]
     let signal = std::os::unix::process::ExitStatusExt::signal(&status);

@@ -1,4 +1,4 @@
-//! The process that computes one source of one need: it reads tasks and writes answers, in a confine, until its input ends.
+//! The process that computes one source of one need: it confines itself, reads tasks and writes answers until its input ends.
 
 use super::confine;
 use super::frame::{Order, Said, Word};
@@ -11,12 +11,12 @@ use shsa_format::model;
 use std::collections::BTreeMap;
 use std::io::{self, Read, stdin, stdout};
 
-/// What the program of [`SandboxOptions`](crate::SandboxOptions) does: it shuts itself in, with `memory` bytes beyond what it has
-/// now, and computes by standard input and standard output until its input ends. The answer is no when it cannot do what it is
-/// told; whoever has started it was told so.
+/// The main function of the program of [`SandboxOptions`](crate::SandboxOptions). It confines itself, with `memory` bytes beyond
+/// its present memory, and computes from standard input to standard output until the input ends. Returns `false` when it cannot
+/// do as ordered; it has told the starting process why.
 ///
 /// # Errors
-/// When that cannot be told.
+/// When it cannot even tell why.
 pub fn substitute(memory: u64) -> Result<bool, RuntimeError> {
     let (mut input, mut output) = (stdin().lock(), stdout().lock());
     let prepared = confine::enter(memory)
@@ -54,7 +54,7 @@ fn first(input: &mut impl Read) -> Result<Order, RuntimeError> {
     }
 }
 
-/// Makes ready what is ordered.
+/// Prepares the ordered computation.
 fn computation(order: &Order) -> Result<Computation, RuntimeError> {
     let loaded = model::load(&order.model, "order");
     let knowledge = &loaded.knowledge;
@@ -72,7 +72,7 @@ fn way(order: &Order, knowledge: &KnowledgeBase) -> Option<Way> {
     let step = |(name, output): &(String, String)| -> Option<Step> {
         Some(Step { relation: relation(name)?, output: knowledge.variable(output)? })
     };
-    // The order of the steps is that of the inputs: it is left as it is.
+    // The steps keep their order, which is that of the inputs.
     let steps = order.steps.iter().map(step).collect::<Option<_>>()?;
     let source = |(variable, signal): &(String, Option<String>)| -> Option<(VariableId, Option<SignalId>)> {
         let signal = match signal {
@@ -88,10 +88,10 @@ fn way(order: &Order, knowledge: &KnowledgeBase) -> Option<Way> {
 }
 
 impl Order {
-    /// In the names of a model, of which it takes what it needs.
+    /// The order of a way, with the names and the needed part of the model.
     ///
     /// # Errors
-    /// When the model does not have what the way uses.
+    /// When the model lacks an entry that the way uses.
     pub(super) fn new(way: &Way, live: &model::live::Live) -> Result<Order, RuntimeError> {
         let knowledge = live.knowledge();
         let variable = |id: VariableId| knowledge.variables()[id].name.clone();

@@ -1,4 +1,4 @@
-//! One need whose source a process computes: its process is started, watched, and replaced.
+//! One need whose source a process computes: starts, supervises and replaces the process.
 //!
 //! ```text
 //! absent -> starting -> working -> (overrun, killed, out of its grant) -> absent for a while -> starting -> ..
@@ -19,77 +19,77 @@ use shsa_core::time::{Span, Time};
 use shsa_format::model::live::Live;
 use std::collections::VecDeque;
 
-/// So many failures within [`WINDOW`] are taken for the rule.
+/// After this many failures within [`WINDOW`], the process is given up.
 const MOST_FAILURES: usize = 6;
 const WINDOW: Span = Span::from_millis(60_000);
-/// The first replacement comes at once; the next ones after this time, doubled each time.
+/// The first replacement starts at once; the second after this time, which doubles for each further one.
 const FIRST_PAUSE: Span = Span::from_millis(100);
-/// How long a process may take to be ready.
+/// The time limit for a process to be ready.
 const STARTING: Span = Span::from_millis(10_000);
-/// Over which time its use of the processor is measured.
+/// The period over which the processor time of a process is measured.
 const MEASURED: Span = Span::from_millis(1_000);
-/// What may be used beyond the share in that time: the scheduler does not count exactly.
+/// The tolerance of the processor time in that period: the scheduler does not count exactly.
 const INEXACT: Span = Span::from_millis(20);
-/// Processor time that the kernel lets it have before we look at it again.
+/// The processor time that the kernel grants until the next measurement.
 const UNSEEN: Span = Span::from_millis(2_000);
 
-/// What a worker wants to be done.
+/// An action that a worker asks for.
 #[derive(Debug)]
 pub(super) enum Consequence {
-    /// The engine is to hear this.
+    /// Passes a report to the engine.
     Report(Report),
-    /// The run is to tell this.
+    /// Lets the run tell a note.
     Tell(&'static str, String),
-    /// This relation is to be forbidden: what computes it fails again and again.
+    /// Forbids a relation whose process fails again and again.
     Forbid(String),
 }
 
-/// One need.
+/// The worker of one need.
 pub(super) struct Worker {
     need: NeedId,
-    /// The number of the source that was looked at last.
+    /// The era of the source that was handled last.
     seen: Option<u64>,
-    /// What is computed; `None` when nothing is.
+    /// The computation; `None` if there is none.
     assignment: Option<Assignment>,
     process: Option<Running>,
-    /// When another process may be started.
+    /// The earliest time for starting another process.
     not_before: Time,
     failures: VecDeque<Time>,
     figures: Figures,
 }
 
-/// What is computed.
+/// A computation that is assigned to a process.
 struct Assignment {
     era: u64,
     source: String,
     /// The relation that gives the need's variable.
     relation: String,
     order: Order,
-    /// How long an answer may take.
+    /// The time limit of an answer.
     patience: Span,
 }
 
-/// A process at assignment.
+/// The process of an assignment.
 struct Running {
     process: Process,
     since: Time,
     is_ready: bool,
-    /// Whether it has seen the past.
+    /// Whether it has received the past inputs.
     has_begun: bool,
-    /// The tasks that are not answered: their numbers, and since when.
+    /// The open tasks: number, and time of handing over.
     open: VecDeque<(u64, Time)>,
-    /// When its use of the processor was looked at last, and what it was.
+    /// The last measurement of its processor time: when, and how much.
     measured: (Time, Span),
 }
 
-/// What has happened so far.
+/// Counts and times so far.
 struct Figures {
     started: u64,
     replaced: u64,
     answers: u64,
     late: u64,
     because: Option<String>,
-    /// From handing out a task to its answer, nanoseconds.
+    /// From handing over a task to its answer, nanoseconds.
     round_trip: Histogram<u64>,
     /// From starting a process until it was ready, nanoseconds.
     start: Histogram<u64>,
@@ -97,7 +97,7 @@ struct Figures {
 
 impl Worker {
     /// # Errors
-    /// Never: the bounds of the histograms are right.
+    /// Never: the bounds of the histograms are valid.
     pub(super) fn new(need: NeedId) -> Result<Worker, RuntimeError> {
         let figures = Figures {
             started: 0,
@@ -120,17 +120,16 @@ impl Worker {
         })
     }
 
-    /// Which need it is.
     pub(super) fn need(&self) -> NeedId {
         self.need
     }
 
-    /// Begins anew: the model has changed, and with it what the ids mean.
+    /// Starts anew after a change of the model, which changes the meaning of ids.
     pub(super) fn forget(&mut self, need: NeedId) {
         (self.need, self.seen, self.assignment, self.process) = (need, None, None, None);
     }
 
-    /// Looks after the process; what has to be done.
+    /// Supervises the process; returns the consequences.
     pub(super) fn supervise(
         &mut self,
         engine: &Engine,
@@ -151,7 +150,7 @@ impl Worker {
         consequences
     }
 
-    /// The source of the need may be another one now: a process for the one before is not needed any more.
+    /// Follows the source of the need. A new source ends the process of the previous one.
     fn follow(&mut self, engine: &Engine, live: &Live, grant: &Grant) {
         let delegation = engine.delegation(self.need);
         let era = delegation.map(|it| it.era);
@@ -206,7 +205,7 @@ impl Worker {
         }
     }
 
-    /// What is wrong with the process, as far as that can be seen.
+    /// The visible fault of the process, if it has one.
     fn fault(&mut self, now: Time, grant: &Grant) -> Option<Option<String>> {
         let (Some(running), Some(assignment)) = (&mut self.process, &self.assignment) else { return None };
         if !running.is_ready {
@@ -243,7 +242,7 @@ impl Worker {
         })
     }
 
-    /// Ends the process, and lets another one take its place at once, later, or never.
+    /// Ends the process, and allows another one at once, later, or never.
     fn fail(&mut self, why: Option<String>, now: Time, grant: &Grant, consequences: &mut Vec<Consequence>) {
         let Some(running) = self.process.take() else { return };
         let id = running.process.id();
@@ -308,7 +307,7 @@ impl Worker {
         }
     }
 
-    /// Hands a task to the process; one that begins is told the past before.
+    /// Passes a task to the process; a new process gets the past inputs first.
     pub(super) fn hand(&mut self, number: u64, task: Task, engine: &Engine, now: Time) {
         let Some(running) = self.process.as_mut().filter(|running| running.is_ready) else { return };
         let mut frames = Vec::new();
@@ -318,12 +317,12 @@ impl Worker {
             }
         }
         Word::Task(task, number, false).write(&mut frames);
-        // What finds no room is not answered, which is noticed.
+        // A task that finds no room stays unanswered, and so counts as overrun.
         running.process.hand(frames);
         running.open.push_back((number, now));
     }
 
-    /// When it has to be looked after again, at the latest.
+    /// When the process must be supervised again, at the latest.
     pub(super) fn due(&self) -> Option<Time> {
         let assignment = self.assignment.as_ref()?;
         let Some(running) = &self.process else {
@@ -334,12 +333,12 @@ impl Worker {
         [overrun, start, Some(running.measured.0 + MEASURED)].into_iter().flatten().min()
     }
 
-    /// Whether there is something to compute.
+    /// Whether there is a computation.
     pub(super) fn is_at_work(&self) -> bool {
         self.assignment.is_some()
     }
 
-    /// What computes the source now.
+    /// The state of the process.
     pub(super) fn state(&self) -> Value {
         let state = match (&self.assignment, &self.process) {
             (None, _) => "nothing to compute",
@@ -363,12 +362,11 @@ impl Worker {
         })
     }
 
-    /// How often a process was replaced.
     pub(super) fn replaced(&self) -> u64 {
         self.figures.replaced
     }
 
-    /// How long answers took, nanoseconds.
+    /// The times of answers, nanoseconds.
     pub(super) fn round_trip(&self) -> &Histogram<u64> {
         &self.figures.round_trip
     }

@@ -1,4 +1,4 @@
-//! What a run tells of itself: its link, what was lost, what is not compared, and how each need is served.
+//! Reports of a run about itself: its link, losses, missing comparisons, and the state of each need.
 
 use super::Session;
 use crate::healer::{Healer, Standing};
@@ -12,23 +12,23 @@ use std::sync::Arc;
 /// How often the run looks at itself: link, losses, status.
 const REPORTED_EVERY: Span = Span::from_millis(1_000);
 
-/// How often the run looks which comparisons are not made.
+/// How often the run looks for comparisons that are not made.
 const COMPARED: Span = Span::from_millis(60_000);
 
-/// What was told last about the run itself, so that only what changes is told.
+/// What was told last about the run itself, so that only changes are told.
 #[derive(Debug)]
 pub(in super::super) struct Reported {
     pub(super) next: Time,
     losses: BTreeMap<Arc<str>, u64>,
-    /// Inputs that are not in the journals, and states that were not saved.
+    /// Inputs missing in the journals, and failed savings of states.
     missing: u64,
     /// Whether a journal waits for the disk.
     waits: bool,
-    /// The state of each need as it was told on the bus last, model by model.
+    /// The state of each need as published last, by model.
     standings: Vec<Vec<Standing>>,
-    /// The earliest moment at which the quality of a need may change by itself; until then no turn has to look at the needs.
+    /// The earliest time at which the quality of a need may change by itself; until then no turn has to check the needs.
     pub(super) doubt: Time,
-    /// When the run looks next which comparisons are not made, and which remarks about comparisons were told.
+    /// The time of the next look for missing comparisons, and the remarks already told.
     compared: (Time, BTreeSet<String>),
 }
 
@@ -81,7 +81,7 @@ impl Session {
         (self.figures.disconnections, self.figures.disconnected) = self.connection.figures(now);
     }
 
-    /// What waits on its way while nobody is here may be of any age.
+    /// Messages that waited on the bus while this process was away may be of any age.
     fn tell_absence(&mut self, now: Time) {
         let Some(Absence { away, waited }) = self.bridge.inbox().absence() else { return };
         let because = format!(
@@ -132,14 +132,14 @@ impl Session {
         self.log.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
-    /// Tells once of each comparison that is never or rarely made though there are values enough, and of each that shows
-    /// something that accuses nobody.
+    /// Tells once of each comparison that is never or rarely made although there are enough values, and of each residual that
+    /// shows a deviation but accuses nobody.
     fn tell_compared(&mut self, now: Time) {
         let (next, told) = &mut self.reported.compared;
         if now < *next {
             return;
         }
-        // In the first minute too little was compared to say anything.
+        // In the first minute there are too few comparisons to judge.
         let is_first = *next == Time::MIN;
         *next = now + COMPARED;
         if is_first {
@@ -159,7 +159,7 @@ impl Session {
         }
     }
 
-    /// Tells on the bus how each need is served, when that has changed, and now and then although it has not.
+    /// Publishes the state of each need when it has changed, and once a second.
     fn tell_standings(&mut self, now: Time) {
         let Session { name, bridge, healers, reported, ownership, log, connection, .. } = self;
         let clock = bridge.inbox().clock().clone();
@@ -181,7 +181,7 @@ impl Session {
                 let payload = Payload::Bytes(status.to_string().into());
                 let message = Outgoing { retain: true, ..Outgoing::new(&topic, clock.by_wall(now), payload) };
                 if let Err(error) = bridge.publish(message) {
-                    // The next one is due in a second.
+                    // The next attempt is due in a second.
                     log.undelivered(&topic, &error, bridge.as_mut());
                 }
             }

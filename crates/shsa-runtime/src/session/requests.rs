@@ -1,4 +1,4 @@
-//! What a run answers: how it stands, its figures, and whether an order was carried out.
+//! The answers of a run: its state, its figures, and the results of orders.
 
 use super::Session;
 use crate::bands::{self, BandsOf};
@@ -57,7 +57,7 @@ impl Session {
         )
     }
 
-    /// Carries an order out and tells it, or says why not.
+    /// Carries out an order and tells it; or returns the reason of a refusal.
     fn order(&mut self, order: &Order, caller: &str) -> Result<Reply, RuntimeError> {
         let now = self.now();
         let done = match order {
@@ -81,7 +81,7 @@ impl Session {
         Ok(reply)
     }
 
-    /// Reads the files of all models again; the first that is wrong stops it, and those before it have changed.
+    /// Reads the files of all models again. The first invalid file ends the reload; the models before it have changed.
     fn reload(&mut self) -> Result<String, String> {
         let now = self.now();
         self.healers.iter_mut().try_for_each(|healer| healer.reload(now))?;
@@ -169,7 +169,7 @@ impl Session {
     }
 }
 
-/// The healer of this model, or the only one.
+/// The healer of this model; without a name, the only healer.
 fn find<'h>(healers: &'h mut [Healer], model: Option<&str>) -> Result<&'h mut Healer, String> {
     let names: Vec<&str> = healers.iter().map(Healer::name).collect();
     let known = names.join(", ");

@@ -1,4 +1,4 @@
-//! Sources that are silenced by a run: each is let back when the model that takes its name over has changed.
+//! Sources silenced by a run: each is let back when the model whose takeover silenced it has changed.
 
 use super::{Bench, PATIENCE, TWO, text};
 use serde_json::Value;
@@ -17,7 +17,7 @@ impl Diary {
         Diary(path)
     }
 
-    /// How a takeover writes its actions down; the way back works the second time only.
+    /// The wiring of a takeover whose actions write to the diary; the action `restore` works the second time only.
     fn wiring(&self) -> String {
         let write = |word: &str| format!("[sh, -c, 'echo {word} >> {}']", self.0.display());
         let back = format!(
@@ -30,7 +30,7 @@ impl Diary {
         )
     }
 
-    /// Waits until these actions were done.
+    /// Waits until the diary holds these words.
     #[track_caller]
     fn wait_for(&self, words: &str) {
         let end = Instant::now() + PATIENCE;
@@ -56,7 +56,7 @@ fn a_source_whose_need_is_removed_is_let_back() {
     bench.change("needs: { speed: null }").unwrap();
     bench.hear("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
     bench.hear("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
-    // Tried again until it works, and not after that.
+    // `restore` is repeated until it works, and not after that.
     diary.wait_for("off on on ");
     sleep(Duration::from_millis(500));
     diary.wait_for("off on on ");
@@ -85,7 +85,7 @@ fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
     for stage in ["silencing", "checking", "taken"] {
         bench.hear("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
     }
-    // The source does not keep to it.
+    // The source publishes although it was silenced.
     bench.say("robot/wheel", 5.0);
     let told = text(&bench.hear("shsa/model/need/speed", "\"stage\":\"waiting\""));
     let told: Value = serde_json::from_str(&told).unwrap();

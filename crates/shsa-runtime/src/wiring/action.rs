@@ -1,4 +1,5 @@
-//! Actions on a source: begun by the thread that decides, carried out and waited for by another, bounded in time.
+//! Actions on a source. The deciding thread starts an action, another one carries it out and waits for it; each action has a time
+//! limit.
 
 use rustix::process::{Pid, Signal, kill_process_group};
 use serde_json::{Value, json};
@@ -12,40 +13,40 @@ use std::sync::mpsc::{Receiver, TryRecvError, channel};
 use std::time::{Duration, Instant};
 use std::{env, thread};
 
-/// What an action has said is cut to so many characters.
+/// The most characters of an action's output that are kept.
 const SAID_MAX: usize = 200;
-/// How often it is looked whether a program has ended.
+/// How often a program is checked for its end.
 const LOOK: Duration = Duration::from_millis(5);
-/// How long the output of a program that has ended is waited for: others may hold it open.
+/// How long the output of an ended program is awaited: other processes may hold it open.
 const OUTPUT: Duration = Duration::from_millis(200);
-/// Where Mosquitto's dynamic security listens.
+/// The command topic of Mosquitto's dynamic security.
 const DYNAMIC_SECURITY: &str = "$CONTROL/dynamic-security/v1";
 
-/// What came of an action: what it has said (its first line), or why it did not work.
+/// The result of an action: the first line of its output, or why it failed.
 pub(in super::super) type Outcome = Result<String, String>;
 
-/// An action under way.
+/// A running action.
 #[derive(Debug)]
 pub(in super::super) struct Job(Receiver<Outcome>);
 
 impl Job {
-    /// Begins an action; its end wakes the reader of the bridge's inbox.
+    /// Starts an action; its end wakes the reader of the bridge's inbox.
     pub(in super::super) fn begin(action: &Action, bridge: &mut dyn Bridge) -> Job {
         let (sender, outcome) = channel();
         let work = prepare(action, bridge);
         let inbox = bridge.inbox().clone();
         let run = move |inbox: &Inbox| {
-            // Nobody may want to know any more.
+            // The receiver may be gone.
             let _ = sender.send(work.and_then(|work| work()).map(|said| first_line(&said)));
             inbox.wake();
         };
         let thread = thread::Builder::new().name("action".into()).spawn(move || run(&inbox));
-        // Without a thread the sender is gone, which is told as such.
+        // If no thread could be started, the sender is dropped, and the outcome tells it.
         drop(thread);
         Job(outcome)
     }
 
-    /// What came of it; `None` while it goes on.
+    /// The result; `None` while the action is running.
     pub(in super::super) fn outcome(&self) -> Option<Outcome> {
         match self.0.try_recv() {
             Ok(outcome) => Some(outcome),
@@ -55,7 +56,7 @@ impl Job {
     }
 }
 
-/// An action in words, without what may be secret in it.
+/// Describes an action, without its possible secrets.
 pub(in super::super) fn describe(action: &Action) -> String {
     match &action.kind {
         ActionKind::Command(words) => format!("the command {}", words.first().map_or("", String::as_str)),
@@ -70,7 +71,7 @@ pub(in super::super) fn describe(action: &Action) -> String {
 
 type Work = Box<dyn FnOnce() -> Outcome + Send>;
 
-/// What needs the bridge is done here, which is quick; what has to be waited for is in what is returned.
+/// Does the part that needs the bridge, which is quick; returns the part that has to be waited for.
 fn prepare(action: &Action, bridge: &mut dyn Bridge) -> Result<Work, String> {
     let within = Duration::from_nanos(u64::try_from(action.within.0).unwrap_or(0));
     match &action.kind {
@@ -126,7 +127,7 @@ fn expected(answer: &[u8], expect: Option<&str>) -> Outcome {
     }
 }
 
-/// The answer of Mosquitto's dynamic security: an error is said for each command.
+/// The result in an answer of Mosquitto's dynamic security, which has an error for each command.
 fn secured(answer: &[u8]) -> Outcome {
     let answer: Value =
         serde_json::from_slice(answer).map_err(|error| format!("no answer in JSON: {error}"))?;
@@ -137,8 +138,8 @@ fn secured(answer: &[u8]) -> Outcome {
     }
 }
 
-/// Runs a program without a shell, without input, and without our secrets; kills it with all that it has started when
-/// it takes too long.
+/// Runs a program without a shell, without input, and without our secrets. After the time limit, kills it and all that it has
+/// started.
 fn execute(words: &[String], within: Duration) -> Outcome {
     let Some((program, arguments)) = words.split_first() else { return Err("no program".to_owned()) };
     let failed = |what: &str, error: std::io::Error| format!("{program} {what}: {error}");
@@ -150,7 +151,7 @@ fn execute(words: &[String], within: Duration) -> Outcome {
         command.env_remove(name);
     }
     let child = command.spawn();
-    // It holds our ends of the pipe.
+    // The command holds our ends of the pipe.
     drop(command);
     let mut child = child.map_err(|error| failed("cannot be started", error))?;
     let said = listen(output);
@@ -168,7 +169,7 @@ fn shown(status: ExitStatus) -> String {
     status.code().map_or_else(|| status.to_string(), |code| format!("status {code}"))
 }
 
-/// How a program ended; `None`: it was killed.
+/// The exit status of a program; `None`: it was killed.
 fn wait(child: &mut Child, within: Duration) -> std::io::Result<Option<ExitStatus>> {
     let end = Instant::now() + within;
     loop {
@@ -176,7 +177,7 @@ fn wait(child: &mut Child, within: Duration) -> std::io::Result<Option<ExitStatu
             return Ok(Some(status));
         }
         if Instant::now() >= end {
-            // It may have ended just now.
+            // The program may have ended just now.
             let _ = kill_process_group(Pid::from_child(child), Signal::KILL);
             child.wait()?;
             return Ok(None);
@@ -185,7 +186,7 @@ fn wait(child: &mut Child, within: Duration) -> std::io::Result<Option<ExitStatu
     }
 }
 
-/// The first line of an output, as soon as it is there; the rest is read so that nobody waits to write it.
+/// The first line of an output, as soon as it is there; the rest is read so that no writer blocks.
 fn listen(output: PipeReader) -> Receiver<String> {
     let (sender, said) = channel();
     thread::spawn(move || {
@@ -199,7 +200,7 @@ fn listen(output: PipeReader) -> Receiver<String> {
     said
 }
 
-/// Bounded, and without what a terminal could take for a command.
+/// The first line, cut to a length, without control characters for the terminal.
 fn first_line(text: &str) -> String {
     let line = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
     line.chars().take(SAID_MAX).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
@@ -222,7 +223,7 @@ mod tests {
             Err("sh ended with status 3: no".to_owned())
         );
         assert!(run(&["/nowhere/at-all"], 10_000).unwrap_err().contains("cannot be started"));
-        // Without a shell, what is special to one is a word.
+        // Without a shell, shell metacharacters are plain text.
         assert_eq!(run(&["echo", "$HOME; exit 1"], 10_000), Ok("$HOME; exit 1".to_owned()));
     }
 

@@ -1,7 +1,7 @@
-//! How needs are wired: the takeover of a failed source's name, and what it takes: actions, checks, the way back.
+//! The wiring of needs: the takeover of a failed source's name, with its actions, checks and way back.
 //!
-//! `takeover` decides when which action is due, `action` carries it out in a thread of its own, `patterns` keeps what the
-//! source's messages looked like.
+//! `takeover` decides which action is due when, `action` carries it out in a thread of its own, `patterns` keeps the message
+//! templates of the sources.
 
 pub(super) mod action;
 mod patterns;

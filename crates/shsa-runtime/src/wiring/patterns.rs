@@ -1,5 +1,5 @@
-//! What the messages of sources looked like, in `FOLDER/MODEL.patterns.json`: a source that is silenced does not show it any
-//! more to an instance that is started again.
+//! The message templates of sources, in `FOLDER/MODEL.patterns.json`. After a restart, a silenced source does not publish a
+//! message that could be copied.
 
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Message, Payload};
@@ -16,14 +16,14 @@ pub(in super::super) struct Patterns {
 }
 
 impl Patterns {
-    /// What is known of an earlier run; a file that cannot be read holds nothing.
+    /// Opens the file of a model; an unreadable file counts as empty.
     pub(in super::super) fn open(folder: &Path, model: &str) -> Patterns {
         let path = folder.join(format!("{model}.patterns.json"));
         let text = fs::read_to_string(&path).unwrap_or_default();
         Patterns { path, known: serde_json::from_str(&text).unwrap_or_default() }
     }
 
-    /// The message of a signal, as it was heard under a topic.
+    /// The message of a signal, if it was received under this topic.
     pub(in super::super) fn message(&self, signal: &str, topic: &str) -> Option<Message> {
         let known = self.known.get(signal).filter(|known| known["topic"] == topic)?;
         let payload = Payload::Bytes(from_hex(known["payload"].as_str()?)?.into());
@@ -34,7 +34,7 @@ impl Patterns {
     /// Keeps the message of a signal.
     ///
     /// # Errors
-    /// When it cannot be written.
+    /// When the file cannot be written.
     pub(in super::super) fn keep(&mut self, signal: &str, message: &Message) -> io::Result<()> {
         let Payload::Bytes(bytes) = &message.payload else { return Ok(()) };
         let kept = json!({ "topic": &*message.topic, "type": message.message_type.as_deref(), "payload": hex(bytes) });

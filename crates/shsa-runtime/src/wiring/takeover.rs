@@ -1,4 +1,5 @@
-//! The takeover of a failed source's name: silence it, see that it is quiet, publish in its place, and let it back.
+//! The takeover of a failed source's name: silences the source, checks that it is quiet, publishes in its place, and lets it
+//! back.
 //!
 //! ```text
 //! watching -lost-> silencing -> checking -quiet-> taken -order, trust, probe-> restoring -> taken
@@ -31,11 +32,11 @@ use std::collections::VecDeque;
 /// The longest time between two attempts, as a multiple of the first.
 const RETRY_MAX: i64 = 20;
 
-/// The takeover of the name of one source for one need.
+/// The takeover of one source's name for one need.
 #[derive(Debug)]
 pub(in super::super) struct Takeover {
     need: NeedId,
-    /// The signal whose source is silenced.
+    /// The signal of the silenced source.
     signal: String,
     settings: wiring::Takeover,
     check: Span,
@@ -45,15 +46,15 @@ pub(in super::super) struct Takeover {
     since: Time,
     /// When the name was taken.
     taken: Time,
-    /// Attempts in a row that did not last.
+    /// Attempts in a row that failed or did not last.
     failures: u32,
-    /// Whether the need is ours to serve.
+    /// Whether this instance serves the need.
     is_ours: bool,
-    /// The output of the action that has silenced the source.
+    /// The output of the action that silenced the source.
     said: String,
-    /// Whether an action has begun to silence the source, and the source was neither heard nor let back since.
+    /// Whether an action to silence the source has begun, and the source was neither heard nor let back since.
     is_silenced: bool,
-    /// The source may publish again; until it does, its name is served.
+    /// Whether the source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
     /// The source is not let back before this moment.
@@ -67,10 +68,10 @@ pub(in super::super) struct Takeover {
 }
 
 impl Takeover {
-    /// For the need's own source, or the signal that is named.
+    /// The takeover of the need's own source, or of the signal that the wiring names.
     ///
     /// # Errors
-    /// When the signal's messages carry others, too, or its source names no topic.
+    /// When the signal's messages carry other signals, too, or its source names no topic.
     pub(in super::super) fn new(
         knowledge: &KnowledgeBase,
         need: NeedId,
@@ -112,12 +113,12 @@ impl Takeover {
         })
     }
 
-    /// Whether it is of the same name as another, from before the model has changed.
+    /// Whether it has the same signal, name and settings as a takeover from before a change of the model.
     pub(in super::super) fn is_same(&self, before: &Takeover) -> bool {
         self.signal == before.signal && self.topic() == before.topic() && self.settings == before.settings
     }
 
-    /// Goes on where one of the same name was.
+    /// Continues the previous takeover of the same name.
     pub(in super::super) fn succeeding(self, before: Takeover) -> Takeover {
         let Takeover { need, check, template, .. } = self;
         let template = match before.template.remembered() {
@@ -150,7 +151,7 @@ impl Takeover {
         self.template.signal()
     }
 
-    /// The name that is taken.
+    /// The taken name.
     pub(in super::super) fn topic(&self) -> &str {
         self.template.topic()
     }
@@ -163,18 +164,18 @@ impl Takeover {
         self.counts
     }
 
-    /// The stage in a word.
+    /// The name of the stage.
     pub(in super::super) fn stage(&self) -> &'static str {
         self.stage.name()
     }
 
-    /// What has happened since it was last asked.
+    /// The next note that was not told yet.
     pub(in super::super) fn note(&mut self) -> Option<Note> {
         self.notes.pop_front()
     }
 
-    /// Hears a message that somebody else has published. It is the source's unless it is marked as a substitute, which another
-    /// instance has published, or was kept by the broker, which may be of any age.
+    /// Takes in a message of another publisher. It is the source's unless it is marked as a substitute (of another instance), or
+    /// was retained by the broker and may be of any age.
     pub(in super::super) fn heard(&mut self, message: &Message) {
         let is_source = !message.retained && message.quality.is_none_or(|quality| quality == Quality::Good);
         if message.topic != *self.template.topic() || !is_source {
@@ -192,7 +193,7 @@ impl Takeover {
         }
     }
 
-    /// The source is back: at once it is alone again.
+    /// The source is back: leaves the name to it at once.
     fn step_back(&mut self, now: Time) {
         self.counts.returned += 1;
         self.is_silenced = false;
@@ -207,7 +208,7 @@ impl Takeover {
         self.tell("returned", because);
     }
 
-    /// Goes on as far as is possible now.
+    /// Takes the next possible steps.
     pub(in super::super) fn step(
         &mut self,
         situation: &Situation<'_>,
@@ -218,7 +219,7 @@ impl Takeover {
         let is_lost = is_bad && is_served;
         self.is_ours = is_ours;
         if !is_ours {
-            // Whoever is responsible now silences the source again, and lets it back.
+            // The new owner of the need silences the source again, and lets it back.
             self.is_silenced = false;
             return if !matches!(self.stage, Stage::Watching) {
                 self.enter(Stage::Watching, now)
@@ -232,7 +233,7 @@ impl Takeover {
                     self.silenced(outcome, now);
                 }
             }
-            // Who is cut off hears nobody.
+            // Without a connection, silence proves nothing.
             Stage::Checking { .. } if bridge.link() != Link::Up => {
                 self.enter(Stage::Checking { heard: None, count: 0 }, now);
             }
@@ -267,7 +268,7 @@ impl Takeover {
         self.notes.push_back(note);
     }
 
-    /// How long the takeover waits before the next attempt.
+    /// The pause before the next attempt.
     fn pause(&self) -> Span {
         let times = 1_i64.checked_shl(self.failures).unwrap_or(RETRY_MAX).clamp(1, RETRY_MAX);
         Span(self.settings.retry.0.saturating_mul(times))
@@ -278,7 +279,7 @@ impl Takeover {
         self.enter(Stage::Waiting { until: now + pause }, now);
     }
 
-    /// When the next step is due if nothing happens before; `None` when only an event can lead on.
+    /// When the next step is due without an event; `None` when only an event can lead on.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
             Stage::Checking { heard, .. } => {
@@ -292,16 +293,16 @@ impl Takeover {
                 due.filter(|due| *due > now).min()
             }
             Stage::Waiting { until } => Some(*until),
-            // The end of an action wakes us.
+            // The end of an action wakes the run.
             Stage::Watching | Stage::Silencing(_) | Stage::Restoring(_) => None,
         };
         due.filter(|due| *due > now)
     }
 
-    /// Sends a value under the name, where it is ours and the value can be written.
+    /// Sends a value under the name if this instance has taken it and the value can be written.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub(in super::super) fn send(
         &mut self,
         publication: &Publication,
@@ -329,13 +330,13 @@ impl Takeover {
         sent
     }
 
-    /// How far who reads the name can trust what was published last, where `quality` is that of the need.
+    /// The quality of the last message under the name; `quality` is that of the need.
     pub(in super::super) fn quality(&self, quality: Quality, is_bad: bool) -> Quality {
         match &self.stage {
             Stage::Taken | Stage::Restoring(_) if self.unwritten.is_none() => quality,
-            // Another instance is responsible.
+            // Another instance serves the need.
             Stage::Watching if !self.is_ours => quality,
-            // From the source itself.
+            // The source itself publishes.
             Stage::Watching | Stage::Waiting { .. } if !is_bad && quality != Quality::Bad => Quality::Good,
             _ => Quality::Bad,
         }

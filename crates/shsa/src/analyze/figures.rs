@@ -6,19 +6,19 @@ use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::plan::StopReason;
 use shsa_format::text::counted;
 
-/// Sizes of the parts of a model, and how many minimal sets of equations can contradict each other.
+/// Sizes of the parts of a model, and the number of minimal sets of equations that can contradict each other.
 pub(super) struct Figures {
     redundancy: usize,
     over: Size,
     just: Size,
     under: Size,
-    /// Of the underdetermined part: what nothing fixes.
+    /// Variables of the underdetermined part, which no equation fixes.
     free: Vec<String>,
     overdetermined_sets: Counted,
     test_supports: Counted,
 }
 
-/// Equations and variables of a part.
+/// The numbers of equations and variables of a part.
 struct Size {
     equations: usize,
     variables: usize,
@@ -34,7 +34,7 @@ impl Size {
     }
 }
 
-/// How many sets were found, and why not more.
+/// The number of sets found, and why the search ended.
 struct Counted {
     count: usize,
     stop: StopReason,
@@ -89,7 +89,7 @@ impl Figures {
         })
     }
 
-    /// Names and what they count, for a table.
+    /// Rows of a table: the name of a figure, and its value.
     pub(super) fn rows(&self) -> Vec<(&'static str, String)> {
         let size = |size: &Size| match (size.equations, size.variables) {
             (0, 0) => "-".to_owned(),

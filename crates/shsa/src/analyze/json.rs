@@ -7,12 +7,12 @@ use shsa_core::analysis::{Addition, Candidate, Gap, Hidden, Limited, Obstacle, S
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
 
-/// Numbers of losses are `null` where no loss can take it, or nothing knows it anyway.
+/// A number of losses is `null` where no loss can take the variable away, or nothing knows it anyway.
 ///
-/// Each signal tells all that it is told from: one after the other is made as it is written.
+/// Each signal lists all signals that it is told from, so signals are made one at a time as they are written.
 pub(super) struct Object<'r> {
     pub(super) report: &'r Report<'r>,
-    /// Signals that were left out.
+    /// The number of signals that were left out.
     pub(super) left_out: usize,
 }
 
@@ -45,7 +45,7 @@ impl Serialize for Relations<'_> {
     }
 }
 
-/// All but signals and relations.
+/// Everything except signals and relations.
 fn rest(report: &Report<'_>) -> Map<String, Value> {
     let (knowledge, analysis) = (report.knowledge, report.analysis);
     let needs: Vec<Value> = knowledge
@@ -106,7 +106,7 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
     })
 }
 
-/// The fault of a relation is that it does not hold.
+/// A relation is faulty when it does not hold.
 fn relation(report: &Report<'_>, id: RelationId) -> Value {
     let (faults, told) = (&report.analysis.faults, report.analysis.faults.of_relation(id));
     let isolable: Vec<&str> =

@@ -8,10 +8,11 @@ use shsa_format::drawing::escaped;
 use shsa_format::text::counted;
 use std::fmt::Write;
 
-/// More rows than these nobody reads.
+/// The most rows that are shown.
 const MOST: usize = 60;
 
-/// A row for each faulty signal or relation, a column for each that it could be taken for; of many, those in question.
+/// A row for each faulty signal or relation, a column for each one that it could be taken for; if there are many, only those in
+/// question.
 pub(super) fn matrix(report: &Report<'_>) -> String {
     let shown = shown(report);
     if shown.is_empty() {
@@ -49,7 +50,7 @@ fn key() -> String {
         .to_owned()
 }
 
-/// Signals that cannot be told apart stand together, else in file order; relations follow.
+/// The shown components: signals that cannot be told apart stand together, others in file order; relations follow.
 fn shown(report: &Report<'_>) -> Vec<Component> {
     let faults = &report.analysis.faults;
     let groups = faults.groups();
@@ -98,7 +99,7 @@ fn all(count: &str) -> String {
     }
 }
 
-/// Names, each in a frame.
+/// Names of signals, each in a frame.
 pub(super) fn chips(report: &Report<'_>, signals: &SignalSet) -> String {
     let chip = |name: &str| format!("<span class=\"chip\">{}</span>", escaped(name));
     report.signals(signals).into_iter().map(chip).collect()

@@ -1,4 +1,4 @@
-//! `shsa analyze`: what a model can do at all, before anything runs.
+//! `shsa analyze`: which faults a model can detect, isolate and heal, before anything runs.
 
 mod figures;
 mod naming;
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Analyses a model; the answer is no when there is a need that nothing serves even while all signals are there.
+/// Analyses a model; the answer is no if nothing serves a need even while all signals are present.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (knowledge, left_out) = part(&arguments.model, arguments.signals)?;
     let watch = arguments.watching.budget();
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if unserved { Outcome::No } else { Outcome::Done })
 }
 
-/// The model with at most so many signals; how many were left out, which is told before anything else.
+/// The model with at most `most` signals, and the number of signals left out, which is told first.
 fn part(path: &Path, most: usize) -> anyhow::Result<(KnowledgeBase, usize)> {
     let whole = show::load_model(path)?;
     let count = whole.signals().len();
@@ -99,7 +99,7 @@ fn part(path: &Path, most: usize) -> anyhow::Result<(KnowledgeBase, usize)> {
     }
 }
 
-/// With the first signals only.
+/// The draft with its first signals only.
 fn without(draft: &Draft, most: usize) -> Draft {
     let mut draft = draft.clone();
     draft.signals.truncate(most);

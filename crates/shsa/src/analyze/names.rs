@@ -1,4 +1,4 @@
-//! An analysis with the names of its model: what text, JSON and page have in common.
+//! An analysis with the names of its model, as used by text, JSON and page.
 
 use super::figures::Figures;
 use super::naming::Names;
@@ -10,13 +10,13 @@ use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 use shsa_format::text::counted;
 
-/// An analysis and the model that it is of.
+/// An analysis and its model.
 pub(super) struct Report<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) analysis: &'a Analysis,
     pub(super) figures: Figures,
     pub(super) only_runnable: bool,
-    /// How much may be watched.
+    /// The budget of monitoring.
     pub(super) watch: WatchBudget,
     /// The model's file.
     pub(super) title: String,
@@ -43,7 +43,7 @@ impl<'a> Report<'a> {
         &self.knowledge.signals()[signal].name
     }
 
-    /// A signal or relation.
+    /// The name of a signal or relation.
     pub(super) fn component(&self, component: Component) -> &'a str {
         Names::new(self.knowledge).component(component)
     }
@@ -69,12 +69,12 @@ impl<'a> Report<'a> {
         self.knowledge.signals().ids().filter(hidden).collect()
     }
 
-    /// How many ways of knowing a variable are watched: `3 of 3`, `32 of 256 or more`.
+    /// How many ways of a variable are monitored: `3 of 3`, `32 of 256 or more`.
     pub(super) fn ways(watch: &Watch) -> String {
         super::naming::ways(watch)
     }
 
-    /// What the choice of ways leaves untold about a signal, in words.
+    /// Describes what the selection of ways hides about a signal.
     pub(super) fn hidden(&self, hidden: &Hidden) -> String {
         let signal = self.signal(hidden.signal);
         match hidden.undetected {
@@ -83,12 +83,12 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// What hinders a residual, in words.
+    /// Describes the obstacles of a residual.
     pub(super) fn obstacles(&self, obstacles: &[Obstacle]) -> String {
         Names::new(self.knowledge).obstacles(obstacles)
     }
 
-    /// What the structure tells and no comparison does, one line for each reason.
+    /// Faults that the structure could tell and no comparison does, one line for each reason.
     pub(super) fn gaps(&self) -> Vec<String> {
         Names::new(self.knowledge).by_reason(&self.analysis.gaps)
     }
@@ -102,7 +102,7 @@ impl<'a> Report<'a> {
             .collect()
     }
 
-    /// What is added, in words.
+    /// Describes an addition.
     pub(super) fn addition(&self, candidate: Candidate) -> String {
         match candidate {
             Candidate::Sensor(variable) => match self.knowledge.carriers(variable).len() {
@@ -115,7 +115,7 @@ impl<'a> Report<'a> {
         }
     }
 
-    /// `0 to 1 for /need`, for each need that would survive more.
+    /// `0 to 1 for /need`, for each need that would survive more losses.
     pub(super) fn survives(&self, addition: &Addition) -> Vec<String> {
         let told = |survives: &shsa_core::analysis::Survives| {
             let (now, then) = (losses(&survives.now), losses(&survives.then));
@@ -124,7 +124,7 @@ impl<'a> Report<'a> {
         addition.survives.iter().map(told).collect()
     }
 
-    /// What the reader should know about how it was found, each a sentence.
+    /// Sentences about the method of the analysis.
     pub(super) fn notes(&self) -> Vec<String> {
         let without = self.without_formula().len();
         let structure = (without > 0).then(|| {
@@ -144,7 +144,7 @@ impl<'a> Report<'a> {
     }
 }
 
-/// How many losses something survives, in a word.
+/// The number of losses that a need survives, in a word.
 pub(super) fn losses(tolerance: &Tolerance) -> String {
     match tolerance.survives {
         _ if !tolerance.known && !tolerance.exact => "unclear".to_owned(),

@@ -1,13 +1,13 @@
-//! The elements of a model by name, and why comparisons tell less than the structure, in words.
+//! The names of a model's elements, and descriptions of why comparisons tell less than the structure.
 
 use shsa_core::analysis::{Gap, Obstacle, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 
-/// A component with those that it is not told from.
+/// A component, and the components that it is not told from.
 type Apart = (Component, Vec<Component>);
 
-/// Faults named for one reason.
+/// The most faults that are named for one reason.
 const MOST_NAMED: usize = 12;
 
 /// The names of a model.
@@ -29,7 +29,7 @@ impl<'a> Names<'a> {
         &self.knowledge.variables()[variable].name
     }
 
-    /// A signal or relation.
+    /// The name of a signal, relation or cause.
     pub(crate) fn component(&self, component: Component) -> &'a str {
         match component {
             Component::Signal(signal) => self.signal(signal),
@@ -38,7 +38,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// What hinders a residual, in words.
+    /// Describes the obstacles of a residual.
     pub(crate) fn obstacles(&self, obstacles: &[Obstacle]) -> String {
         obstacles.iter().map(|obstacle| self.obstacle(obstacle)).collect::<Vec<_>>().join("; ")
     }
@@ -70,7 +70,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// Faults that only the structure tells, one line for each reason, in the order in which it first comes.
+    /// Faults that only the structure tells, one line for each reason, in the order of first occurrence.
     pub(crate) fn by_reason(&self, gaps: &[Gap]) -> Vec<String> {
         let mut by_reason: Vec<(&[Obstacle], Vec<Apart>)> = Vec::new();
         for Gap { fault, from, obstacles } in gaps {
@@ -103,7 +103,7 @@ impl<'a> Names<'a> {
     }
 }
 
-/// How many ways of knowing a variable are watched: `3 of 3`, `32 of 256 or more`.
+/// How many ways of a variable are monitored: `3 of 3`, `32 of 256 or more`.
 pub(crate) fn ways(watch: &Watch) -> String {
     match watch.exact {
         true => format!("{} of {}", watch.ways, watch.possible),

@@ -1,4 +1,4 @@
-//! The analysis as one page for the browser: no script, and nothing from anywhere else.
+//! The analysis as one page for the browser, without scripts and external resources.
 
 use super::matrix::{chips, matrix};
 use super::names::{Report, losses};
@@ -10,7 +10,7 @@ use shsa_format::drawing::{self, Marks, escaped};
 use shsa_format::text::counted;
 use std::fmt::Write;
 
-/// Comparisons listed of one signal.
+/// The most comparisons that are listed for one signal.
 const MOST_LISTED: usize = 12;
 
 pub(super) fn page(report: &Report<'_>) -> String {
@@ -91,7 +91,7 @@ fn notes(report: &Report<'_>) -> String {
     if notes.is_empty() { notes } else { format!("<div class=\"notes\">{notes}</div>\n") }
 }
 
-/// A table with a head; the first column holds names.
+/// A table with a heading; the first column holds names.
 fn table(head: &[&str], rows: &[String]) -> String {
     if rows.is_empty() {
         return String::new();
@@ -181,7 +181,7 @@ fn yes(is: bool) -> &'static str {
     if is { "<span class=\"yes\">\u{2713} yes</span>" } else { "<span class=\"no\">\u{2717} no</span>" }
 }
 
-/// Whether a fault shows, and in which comparisons.
+/// Whether a fault is detectable, and by which comparisons.
 fn shown(report: &Report<'_>, signal: SignalId) -> String {
     let (faults, comparisons) = (&report.analysis.faults, &report.analysis.comparisons);
     if !faults.is_detectable(signal) {

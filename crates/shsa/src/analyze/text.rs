@@ -6,13 +6,13 @@ use shsa_core::analysis::{Addition, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
 
-/// Signals named of a variable whose faults more ways would tell.
+/// The most signals that are named for a variable whose faults further ways would tell.
 const MOST_HIDDEN: usize = 12;
 
-/// Reasons why comparisons tell less than the structure.
+/// The most reasons why comparisons tell less than the structure.
 const MOST_REASONS: usize = 20;
 
-/// Tables of signals, needs and additions, then what is wrong in sentences.
+/// Tables of signals, needs and additions, then the weaknesses in sentences.
 pub(super) fn text(report: &Report<'_>) -> String {
     let blocks = [
         signals(report),
@@ -52,7 +52,7 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
     ]
 }
 
-/// Each relation may be faulty: it may not hold.
+/// Relations with their faults: a relation is faulty when it does not hold.
 fn relations(report: &Report<'_>) -> String {
     let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
     if knowledge.relations().is_empty() {
@@ -71,7 +71,7 @@ fn relations(report: &Report<'_>) -> String {
     show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
 }
 
-/// What the structure tells and no comparison does, with the reasons.
+/// Faults that the structure could tell and no comparison does, with the reasons.
 fn gaps(report: &Report<'_>) -> String {
     let lines = report.gaps();
     if lines.is_empty() {
@@ -108,7 +108,7 @@ fn needs(report: &Report<'_>) -> String {
     show::table(&head, report.knowledge.needs().enumerate().map(row).collect())
 }
 
-/// What is weak, a paragraph each.
+/// The weaknesses, one paragraph each.
 fn weaknesses(report: &Report<'_>) -> String {
     let groups: Vec<String> =
         report.analysis.faults.groups().iter().map(|group| report.signals(group).join(", ")).collect();

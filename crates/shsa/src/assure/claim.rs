@@ -1,18 +1,18 @@
-//! A claim of an assurance case: a guarantee of composed certificates, as it stands.
+//! A claim of an assurance case: a guarantee of composed certificates, with its evaluation.
 
 use shsa_core::assurance::{Evaluation, EvidenceId, GuaranteeId, System};
 use shsa_format::case::Argument;
 
 /// A guarantee for which a case is made.
 pub(super) struct Claim<'a> {
-    /// What it is for: a need, or a guarantee of a certificate.
+    /// The name of the need or of the certificate's guarantee.
     pub(super) name: String,
-    /// Of what and of when it is.
+    /// The files and the moment of the claim.
     pub(super) brief: String,
     pub(super) system: &'a System,
     pub(super) evaluation: Evaluation,
     pub(super) root: GuaranteeId,
-    /// Each piece of evidence in words.
+    /// Descriptions of the pieces of evidence.
     pub(super) observed: Vec<String>,
 }
 
@@ -24,7 +24,7 @@ impl Claim<'_> {
         Argument::new(self.system, &self.evaluation, self.root, &observed)
     }
 
-    /// Its name as a file may have it.
+    /// The name as part of a file name.
     pub(super) fn file_name(&self) -> String {
         let letters = self.name.trim_matches('/').chars();
         letters.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()

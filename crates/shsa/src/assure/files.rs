@@ -14,10 +14,10 @@ use shsa_format::conserts;
 use shsa_format::text::{counted, table};
 use std::path::PathBuf;
 
-/// Evaluations for each question why not.
+/// The most evaluations for one question about minimal sets.
 const MOST_EVALUATIONS: usize = 2_000;
 
-/// Composed certificates as they stand.
+/// Composed certificates, with their evaluation.
 pub(super) struct Report {
     system: System,
     evaluation: Evaluation,
@@ -26,7 +26,7 @@ pub(super) struct Report {
 
 impl Report {
     /// # Errors
-    /// A file that is no certificate; a moment that names what nobody observes.
+    /// When a file is no certificate, or the moment names evidence that no certificate has.
     pub(super) fn new(paths: &[PathBuf], moment: Option<&Written>) -> anyhow::Result<Report> {
         let mut files: Vec<Certificates> = Vec::new();
         for path in paths {
@@ -60,8 +60,8 @@ impl Report {
         Ok(Report { system, evaluation, title: names.collect::<Vec<_>>().join(", ") })
     }
 
-    /// Whether every service gives one of its guarantees, and is given one of its demands, where it has such: of several, the
-    /// lesser ones stand in for the better.
+    /// Whether every service with guarantees gives one of them, and every service with demands has one of them met: of several,
+    /// lesser ones are alternatives to better ones.
     pub(super) fn is_given(&self) -> bool {
         let (rows, now, system) = (self.system.certificates(), &self.evaluation, &self.system);
         let is_met = |of: ServiceId| {
@@ -74,7 +74,7 @@ impl Report {
         rows.services.ids().all(is_met)
     }
 
-    /// A claim for each guarantee that no demand of these files takes.
+    /// A claim for each guarantee that meets no demand of these files.
     pub(super) fn claims(&self) -> Vec<Claim<'_>> {
         let rows = self.system.certificates();
         let taken: Vec<GuaranteeId> = rows.demands.ids().flat_map(|id| self.system.matches(id)).collect();
@@ -149,7 +149,7 @@ impl Report {
     }
 }
 
-/// Every piece of evidence with the names of its service and of itself.
+/// All pieces of evidence, with the names of their services and their own names.
 fn evidence(system: &System) -> impl Iterator<Item = (EvidenceId, &str, &str)> {
     let rows = system.certificates();
     rows.evidence

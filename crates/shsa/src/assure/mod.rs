@@ -1,5 +1,5 @@
-//! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why not
-//! at a higher one.
+//! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why
+//! not at a higher one.
 
 mod files;
 mod model;
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Composes contracts; the answer is no where a need cannot be given what it asks, or a certificate gives, or is given, nothing.
+/// Composes contracts. The answer is no if a need cannot get what it asks, or a certificate gives no guarantee or lacks a demand.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let format = if arguments.json { Format::Json } else { arguments.format };
     let moment = arguments.with.as_deref().map(read_moment).transpose()?;
@@ -122,7 +122,7 @@ fn answer(
     Ok(if is_given { Outcome::Done } else { Outcome::No })
 }
 
-/// One file for each claim: in a folder, or the only one where it is to be.
+/// Writes one file for each claim: into a folder, or to the output if there is only one.
 fn each(
     arguments: &Arguments,
     claims: &[Claim<'_>],
@@ -152,7 +152,7 @@ fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// The text of a file; what is wrong with it is told.
+/// The text of a file; tells what is wrong with it.
 fn read(path: &Path) -> anyhow::Result<String> {
     read_text(path, "model").map_err(|report| {
         show::tell_report(&report);
@@ -160,7 +160,7 @@ fn read(path: &Path) -> anyhow::Result<String> {
     })
 }
 
-/// The text of a moment with what it says.
+/// The text of a moment, its name, and its content.
 type Written = (String, String, Moment);
 
 fn read_moment(path: &Path) -> anyhow::Result<Written> {
@@ -174,7 +174,7 @@ fn read_moment(path: &Path) -> anyhow::Result<Written> {
     }
 }
 
-/// Whether a text is a certificate rather than a model: XML, or with the keys of one.
+/// Whether a text is a certificate and not a model: XML, or YAML with the keys of a certificate.
 fn is_certificate(text: &str) -> bool {
     let begins = |line: &str| {
         ["guarantees:", "demands:", "evidence:", "tree_propagations:"].iter().any(|key| line.starts_with(key))
@@ -182,7 +182,7 @@ fn is_certificate(text: &str) -> bool {
     text.trim_start().starts_with('<') || text.lines().any(begins)
 }
 
-/// Tells what of a moment nobody observes.
+/// Tells which evidence of a moment is unknown.
 fn check_moment((text, name, moment): &Written, known: &[(&str, &str)]) -> anyhow::Result<()> {
     moment.check(known, text, name).map_err(|report| {
         show::tell_report(&report);

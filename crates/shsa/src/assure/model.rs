@@ -10,31 +10,31 @@ use shsa_core::plan::Graph;
 use shsa_core::statement::Level;
 use shsa_format::case::{Measured, Moment, words};
 
-/// Evaluations for each question why not.
+/// The most evaluations for one question about minimal sets.
 const MOST_EVALUATIONS: usize = 2_000;
 
-/// All needs that demand something.
+/// All needs with demands.
 pub(super) struct Report<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) title: String,
     pub(super) needs: Vec<Need>,
-    /// Whether it is about one moment; else all is as it should be.
+    /// Whether the report is about one moment; else all evidence holds.
     pub(super) is_moment: bool,
 }
 
-/// A need, and how it stands.
+/// A need, with the assessments of its ways.
 pub(super) struct Need {
     pub(super) name: String,
     pub(super) prospect: Prospect,
-    /// Of each way, as it stands.
+    /// The evaluation and assessment of each way.
     pub(super) now: Vec<(Evaluation, Assessment)>,
-    /// The best way that is admissible.
+    /// The index of the best admissible way.
     pub(super) served: Option<usize>,
 }
 
 impl<'a> Report<'a> {
     /// # Errors
-    /// A moment that names what nobody observes; a model in which no need demands anything.
+    /// When the moment names unknown evidence, or no need of the model demands anything.
     pub(super) fn new(
         knowledge: &'a KnowledgeBase,
         title: String,
@@ -60,12 +60,12 @@ impl<'a> Report<'a> {
         Ok(Report { knowledge, title, needs: needs.collect(), is_moment: moment.is_some() })
     }
 
-    /// Whether every need is given what it asks.
+    /// Whether every need gets what it asks.
     pub(super) fn is_given(&self) -> bool {
         self.needs.iter().all(|need| need.served.is_some())
     }
 
-    /// A claim for each need: that of the way that serves it, else of the one that comes first.
+    /// A claim for each need: of the way that serves it, else of the first one.
     pub(super) fn claims(&self) -> Vec<Claim<'_>> {
         self.needs.iter().filter_map(|need| self.claim(need)).collect()
     }
@@ -92,7 +92,7 @@ impl<'a> Report<'a> {
         })
     }
 
-    /// A piece of evidence in words.
+    /// Describes a piece of evidence.
     pub(super) fn observed(&self, candidacy: &Candidacy, id: EvidenceId) -> String {
         let composition = &candidacy.composition;
         let mut measured = composition.evidence(self.knowledge).filter(|(own, ..)| *own == id);
@@ -103,7 +103,7 @@ impl<'a> Report<'a> {
         format!("{} of {of}: {}", watched.name, words::watched(self.knowledge, watched))
     }
 
-    /// The name of a piece of evidence with whose it is.
+    /// The name of a piece of evidence, and of its service.
     pub(super) fn evidence(&self, candidacy: &Candidacy, id: EvidenceId) -> String {
         let certificates = candidacy.composition.system().certificates();
         let row = &certificates.evidence[id];
@@ -114,7 +114,7 @@ impl<'a> Report<'a> {
         level.map(|level| self.knowledge.contracts().scales().written(level))
     }
 
-    /// The names of what a way gives under an assessment, where it is one of several.
+    /// The name of the guarantee in force, if a way has several.
     pub(super) fn mode(&self, candidacy: &Candidacy, assessment: &Assessment) -> Option<String> {
         let rows = &candidacy.composition.system().certificates().guarantees;
         assessment.guarantee.map(|id| rows[id].name.clone())
@@ -137,7 +137,7 @@ impl Need {
         Need { name: knowledge.need_name(prospect.need).to_owned(), prospect, now, served }
     }
 
-    /// What would have to change for a way to be admissible: minimal sets of leaves.
+    /// The minimal sets of leaves that would have to change for a way to be admissible.
     pub(super) fn why(&self, at: usize) -> Vec<Vec<Lacking>> {
         let (Some(candidacy), Some((evaluation, assessment))) =
             (self.prospect.ways.get(at), self.now.get(at))
@@ -151,7 +151,7 @@ impl Need {
     }
 }
 
-/// What a moment says of a piece of evidence.
+/// The truth of a piece of evidence at a moment.
 fn said(knowledge: &KnowledgeBase, candidacy: &Candidacy, id: EvidenceId, moment: &Moment) -> Truth {
     let composition = &candidacy.composition;
     let found = composition.evidence(knowledge).find(|(own, ..)| *own == id);
@@ -163,7 +163,7 @@ fn said(knowledge: &KnowledgeBase, candidacy: &Candidacy, id: EvidenceId, moment
     }
 }
 
-/// A leaf in words.
+/// Describes a leaf.
 pub(super) fn lacking(leaf: &Lacking) -> String {
     match leaf.leaf {
         Leaf::Demand(_) => format!("{} that {} asks", leaf.name, leaf.subject),

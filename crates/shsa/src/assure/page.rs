@@ -1,4 +1,4 @@
-//! The assurance case as one page for the browser: no script, and nothing from anywhere else.
+//! The assurance case as one page for the browser, without scripts and external resources.
 
 use super::claim::Claim;
 use super::model::{Need, Report};
@@ -16,7 +16,7 @@ const CASE: &str = "The argument for what is given, or against it: claims that r
     as it stands. What holds is the least fixed point of all contracts: nothing rests on itself, and what is unknown supports \
     nothing.";
 
-/// Of a model.
+/// The page of a model.
 pub(super) fn page(report: &Report<'_>) -> String {
     let when = if report.is_moment {
         "with the evidence of one moment"
@@ -28,7 +28,7 @@ pub(super) fn page(report: &Report<'_>) -> String {
     document(&escaped(&report.title), "assurance case", &lead, &needs)
 }
 
-/// Of certificates that are no model.
+/// The page of certificates.
 pub(super) fn of_claims(claims: &[Claim<'_>]) -> String {
     let case =
         |claim: &Claim<'_>| section(&escaped(&claim.name), &escaped(&claim.brief), &case(&claim.argument()));
@@ -92,7 +92,7 @@ fn losses(report: &Report<'_>, need: &Need) -> String {
     table(&["Lost", "What is left"], need.prospect.losses.iter().map(row).collect())
 }
 
-/// The drawing, and each node with how it stands.
+/// The drawing, and a table of the nodes with their verdicts.
 fn case(argument: &Argument) -> String {
     let row = |node: &Node| {
         let kind = match node.kind {
@@ -109,7 +109,7 @@ fn case(argument: &Argument) -> String {
     drawn + &table(&["", "What is said", "Stands"], argument.nodes.iter().map(row).collect())
 }
 
-/// A cell that tells how something stands, not by colour alone.
+/// A cell with a verdict, told by a sign as well as by colour.
 fn state(verdict: Verdict) -> String {
     let (class, sign) = match verdict {
         Verdict::Holds => ("yes", '\u{2713}'),

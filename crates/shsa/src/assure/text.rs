@@ -1,4 +1,4 @@
-//! The report of a model for people.
+//! The report of a model as text.
 
 use super::model::{Need, Report, lacking};
 use crate::show::{self, Paint};
@@ -6,7 +6,7 @@ use shsa_core::assurance::Verdict;
 use shsa_format::case::words;
 use shsa_format::text::{counted, table};
 
-/// Sets of a question that are listed.
+/// The most sets that are listed for a question.
 const MOST_SETS: usize = 4;
 
 pub(super) fn text(report: &Report<'_>) -> String {
@@ -56,7 +56,7 @@ fn ways(report: &Report<'_>, need: &Need) -> String {
     table(&["way", "level", "", "on condition that"], rows)
 }
 
-/// On what a way rests, or what it lacks.
+/// The conditions that a way rests on, or that it lacks.
 fn conditions(report: &Report<'_>, need: &Need, at: usize) -> String {
     let (candidacy, (_, assessment)) = (&need.prospect.ways[at], &need.now[at]);
     if assessment.verdict == Verdict::Holds {
@@ -80,7 +80,7 @@ pub(super) fn listed(sets: Vec<Vec<String>>) -> String {
     if told.is_empty() { "what nothing can give".to_owned() } else { told.join("; or ") }
 }
 
-/// What each lost signal does; only where it changes something.
+/// The effect of each lost signal, if it has one.
 fn losses(report: &Report<'_>, need: &Need) -> Option<String> {
     let best = need.prospect.best(|candidacy| candidacy.at_best);
     let changed = need.prospect.losses.iter().filter(|(_, left)| *left != best);
@@ -97,7 +97,7 @@ fn losses(report: &Report<'_>, need: &Need) -> Option<String> {
     (!rows.is_empty()).then(|| format!("\n{}", table(&["lost", "what is left"], rows)))
 }
 
-/// Evidence without which the way that serves gives nothing.
+/// Evidence without which the serving way gives nothing.
 fn weak(report: &Report<'_>, need: &Need) -> Option<String> {
     let candidacy = need.prospect.ways.get(need.served?)?;
     let names: Vec<String> = candidacy.weak.iter().map(|&id| report.observed(candidacy, id)).collect();

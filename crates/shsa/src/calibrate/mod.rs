@@ -1,4 +1,4 @@
-//! `shsa calibrate`: errors, offsets and delays that healthy recordings need, as a change of the model.
+//! `shsa calibrate`: finds the errors, offsets and delays that healthy recordings need, and writes them as a change of the model.
 
 mod patch;
 mod report;
@@ -95,7 +95,7 @@ fn above_zero(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number above 0".to_owned())
 }
 
-/// Calibrates; the answer is no when the fitted model does worse than the model, or calls a healthy signal failed.
+/// Calibrates; the answer is no if the fitted model does worse than the given one, or a healthy signal fails.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let live = show::load_live(&arguments.model)?;
     let knowledge = live.knowledge();
@@ -144,15 +144,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Recordings as sessions, each parted into what is fitted and what is not.
+/// Recordings as sessions, each divided into a fitted part and a test part.
 struct Parted<'r> {
     fitted: Vec<Session>,
     unseen: Vec<Session>,
     /// The samples before each split.
     early: Vec<Recorded<'r>>,
-    /// When each begins.
+    /// The beginning of each session.
     firsts: Vec<Time>,
-    /// How long what is fitted lasts, and all.
+    /// The total length of the fitted parts, and of all.
     split: Span,
     duration: Span,
     left_out: Vec<(Time, Time)>,
@@ -204,7 +204,7 @@ impl<'r> Parted<'r> {
     }
 }
 
-/// How far calibration is, where somebody looks on.
+/// A progress bar, if standard error is a terminal.
 fn progress() -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };
@@ -213,11 +213,11 @@ fn progress() -> ProgressBar {
     bar.with_style(style.unwrap_or_else(|_| ProgressStyle::default_bar()))
 }
 
-/// Moments and seeds at which each fault is tried.
+/// The numbers of moments and of seeds with which each fault is tried.
 const ONSETS: usize = 5;
 const SEEDS: u64 = 3;
 
-/// The smallest faults that are seen before the split, with the fitted numbers.
+/// The smallest detected faults in the fitted part, with the fitted numbers.
 fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> anyhow::Result<Smallest> {
     let (knowledge, _) = build(&found.draft);
     let length = Span(parted.split.0 / parted.early.len().max(1) as i64);

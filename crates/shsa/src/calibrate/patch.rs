@@ -1,4 +1,4 @@
-//! What changes in the model, as a file of its own, with the evidence in comments.
+//! The change of the model as a file, with the evidence in comments.
 
 use super::report::{Report, number};
 use crate::show;
@@ -7,7 +7,7 @@ use shsa_format::model::write;
 use shsa_lab::calibration::{Fitted, Parameter};
 use shsa_lab::campaign::Kind;
 
-/// The change as YAML: every variable, signal and relation that is different, whole, below what it rests on.
+/// The change as YAML: every changed variable, signal and relation in full, below comments with its evidence.
 pub(super) fn text(report: &Report<'_>) -> String {
     let mut text = String::new();
     for told in [report.promised(), report.tested()] {

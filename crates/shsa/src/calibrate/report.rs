@@ -1,4 +1,4 @@
-//! What a calibration found, told for people and as one JSON object.
+//! The report of a calibration, as text and as one JSON object.
 
 mod text;
 mod json;
@@ -8,22 +8,22 @@ use shsa_core::time::{Span, Time};
 use shsa_lab::calibration::{Calibration, PairFit, Parameter, Stretch};
 use shsa_lab::campaign::Smallest;
 
-/// A calibration, and what it is about.
+/// A calibration with its inputs.
 pub(super) struct Report<'a> {
     pub(super) draft: &'a Draft,
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) found: &'a Calibration,
-    /// The smallest faults of each kind that are seen, when they were looked for.
+    /// The smallest detected faults of each kind, if they were looked for.
     pub(super) smallest: Option<&'a Smallest>,
-    /// When each session begins.
+    /// The beginning of each session.
     pub(super) firsts: &'a [Time],
     pub(super) split: Span,
     pub(super) duration: Span,
-    /// Why the fitted numbers are not to be used.
+    /// Why the fitted numbers should not be used.
     pub(super) refusal: Option<&'a str>,
 }
 
-/// A number with three digits that count.
+/// A number with three significant digits.
 pub(super) fn number(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return format!("{value}");
@@ -41,7 +41,7 @@ impl Report<'_> {
         &self.knowledge.signals()[signal].name
     }
 
-    /// The unit of a signal as it is written, with a blank before it.
+    /// The unit of a signal as written, after a blank.
     pub(super) fn unit(&self, signal: SignalId) -> String {
         let signal = &self.knowledge.signals()[signal];
         let own =
@@ -56,7 +56,7 @@ impl Report<'_> {
         draft.unit.as_ref().map(|unit| unit.text.clone())
     }
 
-    /// A difference of a pair's variable from SI to its own unit.
+    /// Converts a difference of a pair's variable from SI to the variable's unit.
     fn in_own_unit(&self, pair: &PairFit, value: f64) -> f64 {
         let unit = self.knowledge.variables()[pair.variable].unit.as_ref();
         unit.map_or(value, |unit| value / unit.to_si_difference(1.0))
@@ -93,14 +93,14 @@ impl Report<'_> {
         }
     }
 
-    /// The value in the unit of the pair's variable, as it is shown.
+    /// A value as text, in the unit of the pair's variable.
     pub(super) fn amount(&self, pair: &PairFit, value: f64) -> String {
         let unit = self.unit_of(&self.knowledge.variables()[pair.variable].name);
         let shown = number(self.in_own_unit(pair, value));
         unit.map_or_else(|| shown.clone(), |unit| format!("{shown} {unit}"))
     }
 
-    /// Seconds since the beginning of the session that a stretch is in.
+    /// Seconds since the beginning of a stretch's session.
     fn since(&self, stretch: &Stretch, time: Time) -> f64 {
         let first = self.firsts.get(stretch.session).copied().unwrap_or(time);
         (time - first).seconds().max(0.0)

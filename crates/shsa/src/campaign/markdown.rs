@@ -1,4 +1,4 @@
-//! A campaign in Markdown: figures by kind of fault, and what is missed, each miss with the fault that shows it.
+//! A campaign in Markdown: figures by kind of fault, and the misses, each with a fault that shows it.
 
 use super::Arguments;
 use super::text::{NOT_COUNTED, headline, not_counted_rows, onsets};
@@ -10,7 +10,7 @@ use shsa_lab::campaign::{Baseline, Campaign, Cell, Detectable, Kind, Measured, S
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// What is said about runs of one kind that are not as wished; the order is that of the report.
+/// The texts about runs with a bad result, in the order of the report.
 const REASONS: [&str; 5] = [
     "another signal called failed or silent",
     "a relation, or what signals share, called failed",
@@ -19,13 +19,13 @@ const REASONS: [&str; 5] = [
     "detected but not isolated, although analyze says that it is isolable",
 ];
 
-/// A run that had an effect.
+/// A run whose fault had an effect.
 type Run<'a> = (&'a Trial, &'a Cell, &'a Measured);
 
 struct Section<'a> {
     campaign: &'a Campaign<'a>,
     analysis: Analysis,
-    /// For each signal the period of the slowest witness that it is compared with.
+    /// For each signal, the period of its slowest witness.
     periods: Vec<Span>,
 }
 
@@ -65,7 +65,7 @@ pub(super) fn section(
     text
 }
 
-/// Alarms without a fault from a moment of each session on.
+/// The number of alarms without a fault, from a moment of each session on.
 fn late_alarms(campaign: &Campaign<'_>, from: &[Span]) -> usize {
     let late = |(baseline, from): (&Baseline<'_>, &Span)| {
         let begin = baseline.first + *from;
@@ -74,7 +74,7 @@ fn late_alarms(campaign: &Campaign<'_>, from: &[Span]) -> usize {
     campaign.baselines.iter().zip(from).map(late).sum()
 }
 
-/// What is in no share, by signal.
+/// The runs that no share counts, by signal.
 fn not_counted(campaign: &Campaign<'_>) -> String {
     let rows = not_counted_rows(campaign);
     if rows.is_empty() {
@@ -118,9 +118,9 @@ fn command(arguments: &Arguments) -> String {
     text + &format!(" --onsets {} --seeds {} --markdown FILE", arguments.onsets, arguments.seeds)
 }
 
-/// By signal, the period of the slowest witness that has a say about it: that is compared with it, or with what it is compared
-/// with, as one of these may be the faulty one. It is the mean time between values, or that in which each of them may be true,
-/// or that over which a formula looks back, as it knows something wholly new once in that.
+/// For each signal, the period of the slowest witness that is compared with it, or with one of its witnesses, which may be the
+/// faulty one. The period is the longest of three: the mean time between values, the uncertainty of their time, and the time over
+/// which a formula looks back, because the formula's result is completely new only after that time.
 fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     let signals = campaign.knowledge().signals();
     let mut seen = vec![0_i64; signals.len()];
@@ -141,7 +141,7 @@ fn periods(campaign: &Campaign<'_>, analysis: &Analysis) -> Vec<Span> {
     with_those_beside(&with_those_beside(&own, &compared), &compared)
 }
 
-/// By signal, the longest of its own time, of those that it is compared with, and of these comparisons.
+/// For each signal, the longest of its own period, those of the signals compared with it, and those of the comparisons.
 fn with_those_beside(own: &[Span], compared: &[(Vec<usize>, Span)]) -> Vec<Span> {
     let mut longest = own.to_vec();
     for (signals, comparison) in compared {
@@ -172,7 +172,7 @@ impl Section<'_> {
         self.analysis.faults.is_detectable(signal) && self.analysis.faults.suspects(signal).len() == 1
     }
 
-    /// What is seen of each signal, beside what its model tolerates.
+    /// The smallest detected faults of each signal, and the errors that its model tolerates.
     fn amounts(&self, smallest: &Smallest) -> String {
         let kinds = smallest.kinds();
         let onsets: Vec<String> = smallest.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect();
@@ -236,7 +236,7 @@ impl Section<'_> {
         Some(measured.latency?.seconds() / self.period(cell.signal)?.seconds())
     }
 
-    /// Of the slowest witness.
+    /// The period of the slowest witness.
     fn period(&self, signal: SignalId) -> Option<Span> {
         self.periods.get(signal.index()).copied().filter(|period| *period > Span::ZERO)
     }
@@ -255,7 +255,7 @@ impl Section<'_> {
         (0..REASONS.len()).filter(|&at| holds.get(at) == Some(&true)).collect()
     }
 
-    /// Runs that are not as wished, by reason and kind, each with its first fault as `--inject` takes it.
+    /// Runs with a bad result, by reason and kind, each with its first fault in the notation of `--inject`.
     fn missed(&self) -> String {
         let mut groups: BTreeMap<(usize, Kind), Vec<Run<'_>>> = BTreeMap::new();
         for run in self.runs() {
@@ -282,12 +282,12 @@ impl Section<'_> {
     }
 }
 
-/// Whether nothing is expected of a run: the fault is smaller than what is seen.
+/// Whether no detection is expected: the fault is smaller than the smallest detectable one.
 fn is_passed_over((trial, ..): &Run<'_>) -> bool {
     trial.is_below
 }
 
-/// The errors of value and time that a model grants a signal, and how late it may be.
+/// The errors of value and time, and the delay, that a model grants a signal.
 fn tolerated(signal: &Signal) -> String {
     let error = signal.value_error;
     let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -304,7 +304,7 @@ fn tolerated(signal: &Signal) -> String {
     parts.join(", ")
 }
 
-/// The fault of a run as `shsa replay --inject` takes it.
+/// The fault of a run in the notation of `shsa replay --inject`.
 fn inject((trial, cell, _): &Run<'_>) -> String {
     let fault = &trial.fault;
     let unit = if cell.what.kind == Kind::Delay { "s" } else { "" };

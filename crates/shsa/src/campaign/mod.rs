@@ -1,5 +1,5 @@
-//! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed: its arguments, and what it
-//! prints and writes.
+//! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed: its arguments and its
+//! output.
 
 mod text;
 mod page;
@@ -140,7 +140,7 @@ fn multiple(text: &str) -> Result<f64, String> {
     number.ok_or_else(|| "expected a number other than 0, such as 4".to_owned())
 }
 
-/// Runs the grid and reports; the answer is no when it is worse than the campaign that it is compared with.
+/// Runs the grid and reports; the answer is no if the result is worse than that of the compared campaign.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut live = show::load_live(&arguments.model)?;
     arguments.patch.iter().try_for_each(|path| patch(&mut live, path))?;
@@ -211,7 +211,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// The files to write: JSON, page, Markdown.
 type Files = [Option<BufWriter<File>>; 3];
 
-/// Opens the files that are wanted, before anything is run.
+/// Opens the output files before anything is run.
 fn files(arguments: &Arguments) -> anyhow::Result<Files> {
     let models = [&arguments.model].into_iter().chain(&arguments.patch);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain(models).chain(&arguments.compare).collect();
@@ -219,12 +219,12 @@ fn files(arguments: &Arguments) -> anyhow::Result<Files> {
     written::open([json, arguments.html.as_deref(), arguments.markdown.as_deref()], &read)
 }
 
-/// Whether the JSON goes to the standard output.
+/// Whether the JSON is written to standard output.
 fn is_printed(path: &Path) -> bool {
     path == Path::new("-")
 }
 
-/// What is told of a campaign.
+/// A campaign with its results.
 struct Told<'a> {
     campaign: &'a Campaign<'a>,
     object: Value,
@@ -255,7 +255,7 @@ fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Told<'_>) -
     Ok(())
 }
 
-/// What is given, each once and in its order; the default when nothing is.
+/// The given values without repetitions, in order; the default if none is given.
 fn distinct<T: Copy + PartialEq>(given: &[T], default: &[T]) -> Vec<T> {
     let mut once: Vec<T> = Vec::new();
     for one in if given.is_empty() { default } else { given } {
@@ -311,7 +311,7 @@ fn patch(live: &mut Live, path: &Path) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What takes the place of errors of value that are not declared.
+/// The amounts for signals without a declared value error.
 fn amounts_instead(
     arguments: &Arguments,
     knowledge: &KnowledgeBase,
@@ -342,7 +342,7 @@ fn stored(path: &Path) -> anyhow::Result<Value> {
     Ok(stored)
 }
 
-/// How far a search is, where somebody looks on.
+/// The progress bar of a search, if standard error is a terminal.
 #[derive(Default)]
 pub(crate) struct Bar(Mutex<Option<ProgressBar>>);
 

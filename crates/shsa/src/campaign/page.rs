@@ -1,4 +1,4 @@
-//! A campaign as one HTML page of its own: heat maps of faults by signals, the words, and every figure.
+//! A campaign as one HTML page: heat maps of faults by signals, the text, and every figure.
 
 use super::text::{NOT_COUNTED, head, latency, not_counted_rows};
 use shsa_core::knowledge::SignalId;
@@ -24,7 +24,7 @@ dt { font-weight: 600; } dd { margin: 0 0 .4rem 1.2rem; }
 /// A cell with its figures.
 type Counted<'a> = (&'a Cell, Tally);
 
-/// The page; nothing in it refers to anything outside.
+/// The page, without external resources.
 pub(super) fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Comparison>) -> String {
     let counted: Vec<Counted<'_>> = campaign.grid.cells.iter().zip(campaign.by_cell()).collect();
     let mut html = String::new();
@@ -63,7 +63,7 @@ pub(super) fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Com
     html
 }
 
-/// Adds a line; writing to a text cannot fail.
+/// Adds a line; writing to a string cannot fail.
 fn put(html: &mut String, line: std::fmt::Arguments<'_>) {
     let _ = writeln!(html, "{line}");
 }
@@ -93,7 +93,7 @@ fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
     maps
 }
 
-/// Faults by signals.
+/// A heat map of faults by signals.
 fn heat(
     campaign: &Campaign<'_>,
     counted: &[Counted<'_>],

@@ -1,4 +1,4 @@
-//! A campaign for the terminal: by fault, by signal, by need, and what has changed since an earlier one.
+//! A campaign as text: by fault, by signal, by need, and the changes since an earlier one.
 
 use crate::show::{self, Paint};
 use shsa_core::knowledge::{Need, NeedId, SignalId};
@@ -19,7 +19,7 @@ const FIGURES: [&str; 10] = [
     "without effect",
 ];
 
-/// More changes than these are only counted.
+/// The most changes that are listed; further ones are only counted.
 const MOST_CHANGES: usize = 20;
 
 pub(super) fn text(campaign: &Campaign<'_>, comparison: Option<&Comparison>) -> String {
@@ -34,7 +34,7 @@ pub(super) fn text(campaign: &Campaign<'_>, comparison: Option<&Comparison>) -> 
     parts.join("\n\n")
 }
 
-/// What was run, in words.
+/// Describes the grid.
 pub(super) fn head(campaign: &Campaign<'_>) -> String {
     let grid = campaign.grid;
     let alarms = match campaign.clean_alarms() {
@@ -59,7 +59,7 @@ pub(super) fn head(campaign: &Campaign<'_>) -> String {
     )
 }
 
-/// When faults begin, in words.
+/// Describes when faults begin.
 pub(super) fn onsets(campaign: &Campaign<'_>) -> String {
     let told = |onset: &Onset| match campaign.baselines.len() {
         1 => format!("{:.1}", onset.at.seconds()),
@@ -69,7 +69,7 @@ pub(super) fn onsets(campaign: &Campaign<'_>) -> String {
     format!("{} s", told.join(", "))
 }
 
-/// How many runs are detected, and what is not among them.
+/// The detected share, and the runs that it does not count.
 pub(super) fn headline(campaign: &Campaign<'_>) -> String {
     let tally = campaign.tally(|_| true);
     let share =
@@ -100,7 +100,7 @@ pub(super) fn headline(campaign: &Campaign<'_>) -> String {
     }
 }
 
-/// What is in no share, by signal, and what was accused before; rows of text.
+/// The runs that no share counts, and those whose signal was accused before the fault, by signal.
 pub(super) fn not_counted_rows(campaign: &Campaign<'_>) -> Vec<[String; 7]> {
     let row = |&id: &SignalId| {
         let tally = campaign.tally(|cell| cell.signal == id);
@@ -117,7 +117,7 @@ pub(super) fn not_counted_rows(campaign: &Campaign<'_>) -> Vec<[String; 7]> {
     campaign.grid.signals.iter().filter_map(row).collect()
 }
 
-/// The head of these rows.
+/// The heading of these rows.
 pub(super) const NOT_COUNTED: [&str; 7] = [
     "signal",
     "no value changed",
@@ -175,7 +175,7 @@ pub(super) fn latency(latency: Option<Span>) -> String {
     latency.map_or("-".to_owned(), |latency| format!("{:.2} s", latency.seconds()))
 }
 
-/// For each need: how often it was unmet, and where it was most wrong.
+/// For each need, how often it was unmet, and its largest error.
 fn by_need(campaign: &Campaign<'_>) -> String {
     let tallies: Vec<_> = campaign.grid.cells.iter().zip(campaign.by_cell()).collect();
     let row = |(number, (id, need)): (usize, (NeedId, &Need))| {

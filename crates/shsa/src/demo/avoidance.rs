@@ -1,24 +1,24 @@
-//! Collision avoidance: drives about, and stops when the nearest obstacle is too near for the speed.
+//! Collision avoidance: drives around, and stops when the nearest obstacle is too near for the speed.
 //!
-//! It knows one thing about the world, `dmin` under the name of the need, and does not care who computes it.
+//! Its only input about the world is `dmin`, under the name of the need. It does not know who computes `dmin`.
 
 use super::robot::{Command, Robot};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shsa_core::time::{Span, Time};
 
-/// What it is doing.
+/// The activity of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Mode {
-    /// No fresh `dmin`: stands still, which is safe and useless.
+    /// There is no fresh `dmin`: stands still, which is safe and useless.
     Blind,
-    /// On its way.
+    /// Drives.
     Drive,
     /// An obstacle is too near.
     Brake,
     /// Looks for a free direction.
     Turn,
-    /// Has hit something: backs off until then.
+    /// Has hit something: backs off until this time.
     BackOff(Time),
 }
 
@@ -35,16 +35,16 @@ pub(super) struct Avoidance {
     random: ChaCha8Rng,
 }
 
-/// m/s on a free way.
+/// The speed on a free way, m/s.
 const CRUISE: f64 = 0.6;
-/// From the measurement to the beginning of braking, with time to find out who lies, seconds.
+/// From the measurement to the beginning of braking, including the time to find a faulty sensor, seconds.
 const REACTION: f64 = 0.6;
-/// Between body and obstacle after braking, metres.
+/// The distance between body and obstacle after braking, metres.
 const MARGIN: f64 = 0.12;
-/// An older `dmin` is no `dmin`.
+/// A `dmin` older than this is not used.
 const MAX_AGE: Span = Span::from_millis(500);
 
-/// The smallest `dmin` at which going on at `speed` m/s is safe, metres from the middle of the robot.
+/// The smallest `dmin` at which driving on at `speed` m/s is safe, metres from the middle of the robot.
 pub(super) fn stop_distance(speed: f64) -> f64 {
     Robot::RADIUS + MARGIN + speed * REACTION + speed * speed / (2.0 * Robot::DECELERATION)
 }
@@ -64,7 +64,7 @@ impl Avoidance {
         }
     }
 
-    /// A new `dmin`, metres: the lower bound, where there is one.
+    /// Takes in a `dmin` in metres: the lower bound, if it has one.
     pub(super) fn observe(&mut self, stamp: Time, dmin: f64) {
         self.dmin = Some((stamp, dmin));
     }
@@ -74,7 +74,7 @@ impl Avoidance {
         self.mode = Mode::BackOff(now + Span::from_millis(1_000));
     }
 
-    /// What was decided last, or now when it is `due`, at a speed of `speed` m/s.
+    /// The present command at a speed of `speed` m/s; decided anew if `due`.
     pub(super) fn command(&mut self, now: Time, speed: f64, due: bool) -> Command {
         if due {
             self.command = self.decide(now, speed);
@@ -114,12 +114,12 @@ impl Avoidance {
         Mode::Turn
     }
 
-    /// How free a direction must be to take it: less and less as none is found.
+    /// The free distance that a direction must have; it shrinks while none is found.
     fn free_distance(&self, now: Time) -> f64 {
         (1.4 - 0.08 * (now - self.turn_since).seconds()).max(stop_distance(0.0) + 0.2)
     }
 
-    /// A gentle curve, another one every second or so.
+    /// A gentle curve that changes about every second.
     fn curve(&mut self, now: Time) -> f64 {
         if now >= self.curve_until {
             self.curve_until = now + Span::from_seconds(self.random.random_range(0.8..2.0));
@@ -133,7 +133,7 @@ impl Avoidance {
 mod tests {
     use super::*;
 
-    /// Modes after each `dmin` in turn, 100 ms apart, at a speed of `speed` m/s.
+    /// Checks the modes after each `dmin`, 100 ms apart, at a speed of `speed` m/s.
     #[track_caller]
     fn check(speed: f64, dmins: &[f64], expected: &[Mode]) {
         let mut avoidance = Avoidance::new(1);

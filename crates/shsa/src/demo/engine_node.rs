@@ -12,11 +12,11 @@ use shsa_format::words;
 use shsa_message::source::split_topic;
 use std::collections::BTreeMap;
 
-/// A part of the program, so that the demonstration runs anywhere.
+/// The model is compiled in, so that the demonstration runs anywhere.
 const MODEL: &str = include_str!("../../models/rover.yaml");
 
-/// Three disagreements in four comparisons make a conflict. When an obstacle's edge enters or leaves the field, `dmin`
-/// jumps, and whoever has looked before the jump disagrees twice with whoever looks after it.
+/// A conflict takes three disagreements in four comparisons. When an obstacle's edge enters or leaves the field of view, `dmin`
+/// jumps: a sensor that measured before the jump then disagrees twice with a sensor that measured after it.
 const DEBOUNCE: Debounce = Debounce { span: Span::from_millis(250), least: 4, share: 0.75 };
 
 /// Feeds the engine from the bus.
@@ -28,7 +28,7 @@ pub(super) struct EngineNode {
 
 impl EngineNode {
     /// # Errors
-    /// When the model is wrong, which a test excludes.
+    /// When the model is invalid, which a test excludes.
     pub(super) fn new() -> anyhow::Result<EngineNode> {
         let loaded = shsa_format::model::load(MODEL, "models/rover.yaml");
         ensure!(loaded.report.ok(), "{}", loaded.report.render(false));

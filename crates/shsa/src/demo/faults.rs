@@ -1,19 +1,19 @@
-//! What goes wrong, and when.
+//! The faults and their times.
 
 use super::sensors::{LIDAR, Sample};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
-/// How a signal goes wrong.
+/// The kind of a signal's fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum FaultKind {
     /// Nothing comes.
     Silent,
-    /// Everything comes on time and in shape, and every distance in it is this, metres.
+    /// Messages arrive on time and in the right form, but every distance is this one, metres.
     Spoofed(f64),
 }
 
-/// A signal that goes wrong for a while.
+/// A fault of a signal for some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Fault {
     pub(super) topic: &'static str,
@@ -22,10 +22,10 @@ pub(super) struct Fault {
     pub(super) to: Time,
 }
 
-/// After this all faults come again.
+/// The period after which all faults are repeated.
 pub(super) const CYCLE: Span = Span::from_millis(60_000);
 
-/// The lidar breaks down and recovers; later somebody lies in its name until the cycle ends.
+/// The lidar breaks down and recovers; later it is spoofed until the cycle ends.
 pub(super) fn schedule() -> Vec<Fault> {
     let lidar = |kind, from: f64, to: f64| Fault {
         topic: LIDAR,
@@ -41,7 +41,7 @@ impl Fault {
         (self.from..self.to).contains(&Time(now.0 % CYCLE.0))
     }
 
-    /// The fault as it is written on the command line.
+    /// The fault in the notation of the command line.
     pub(super) fn name(&self) -> String {
         let kind = match self.kind {
             FaultKind::Silent => "drop".to_string(),
@@ -51,7 +51,7 @@ impl Fault {
         format!("{kind}:{}@{}s..{}s", self.topic, seconds(self.from), seconds(self.to))
     }
 
-    /// What it does, for people.
+    /// A description of the effect.
     pub(super) fn describe(&self) -> String {
         match self.kind {
             FaultKind::Silent => format!("{} breaks down: it says nothing any more", self.topic),
@@ -61,7 +61,7 @@ impl Fault {
         }
     }
 
-    /// What becomes of a sample; `None` when it does not get through.
+    /// A sample with the fault in it; `None` when it is lost.
     pub(super) fn apply(&self, mut sample: Sample) -> Option<Sample> {
         if sample.topic != self.topic || !self.is_active(sample.stamp) {
             return Some(sample);

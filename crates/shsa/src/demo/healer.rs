@@ -1,4 +1,4 @@
-//! Who provides `dmin`: the healer, or the plain node that it replaces.
+//! The provider of `dmin`: the healer, or the plain node that it replaces.
 
 use super::sensors::{LIDAR, nearest_seen};
 use shsa_bridge::Message;
@@ -7,52 +7,50 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::collections::VecDeque;
 
-/// Under which `dmin` is needed, as in the model.
+/// The published name of `dmin`, as in the model.
 pub(super) const NEED: &str = "/emergency_stop/dmin";
 
-/// A decision of the healer, in words.
+/// A decision of the healer as text.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Decision {
     pub(super) time: Time,
     pub(super) kind: EventKind,
-    /// The signal that it is about.
     pub(super) signal: Option<String>,
-    /// The variable that it is about.
     pub(super) variable: Option<String>,
     pub(super) because: String,
-    /// What `dmin` comes from now, where that has changed.
+    /// The new source of `dmin`, if it has changed.
     pub(super) substitution: Option<String>,
 }
 
-/// What a healer gives.
+/// An output of a healer.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Gift {
-    /// A value of `dmin`, to be published.
+    /// A value of `dmin` to be published.
     Dmin {
-        /// When it was true.
+        /// The time at which the value was true.
         stamp: Time,
         /// A number or an interval, metres.
         value: RawValue,
     },
-    /// Something was decided.
+    /// A decision.
     Decision(Decision),
 }
 
-/// Turns what the sensors say into `dmin`.
+/// Computes `dmin` from the sensors' messages.
 pub(super) trait Healer {
-    /// The topics that it listens to.
+    /// The topics to subscribe to.
     fn topics(&self) -> Vec<String>;
-    /// What `dmin` comes from now, in words.
+    /// The present source of `dmin` as text.
     fn source(&self) -> String;
-    /// Something has arrived.
+    /// Takes a message in.
     fn observe(&mut self, message: &Message);
-    /// Time has passed.
+    /// Advances the time.
     fn tick(&mut self, now: Time);
-    /// What has come of it since, one by one.
+    /// The next output.
     fn poll(&mut self) -> Option<Gift>;
 }
 
-/// `dmin` as it is done without healing: the smallest distance of each scan of the lidar.
+/// `dmin` without healing: the smallest distance of each scan of the lidar.
 #[derive(Debug, Default)]
 pub(super) struct PlainNode {
     ready: VecDeque<Gift>,

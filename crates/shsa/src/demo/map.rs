@@ -1,9 +1,9 @@
-//! The room drawn with characters: two rows of the room in one row of text.
+//! The room drawn with characters: two rows of the room in one line of text.
 
 use super::robot::Robot;
 use super::room::{Point, Room};
 
-/// What a piece of text is, which decides its colour.
+/// The kind of a text, which determines its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) enum Ink {
     #[default]
@@ -23,19 +23,19 @@ pub(super) type Cell = (char, Ink);
 pub(super) const MAP_WIDTH: usize = 50;
 /// Rows of the map, walls included.
 pub(super) const MAP_HEIGHT: usize = 19;
-/// Metres a column; a row is twice as high.
+/// The width of a column in metres; a row is twice as high.
 const COLUMN: f64 = 0.15;
 
 const ARROWS: [char; 8] = ['→', '↗', '↑', '↖', '←', '↙', '↓', '↘'];
 
-/// The middle of a cell's upper (`half` 0) or lower (1) half.
+/// The centre of a cell's upper (`half` 0) or lower (1) half.
 fn place(column: usize, row: usize, half: usize) -> Point {
     let x = (column as f64 - 0.5) * COLUMN;
     let y = ((MAP_HEIGHT - 1 - row) as f64 - 0.25 - 0.5 * half as f64) * 2.0 * COLUMN;
     Point { x, y }
 }
 
-/// The cell of a place; `None` outside the map.
+/// The cell of a point; `None` outside the map.
 fn cell_of(place: Point) -> Option<(usize, usize)> {
     let column = (place.x / COLUMN + 1.0).floor();
     let row = (MAP_HEIGHT - 1) as f64 - (place.y / (2.0 * COLUMN)).floor() - 1.0;
@@ -55,7 +55,7 @@ pub(super) fn furniture(room: &Room) -> Vec<Vec<Cell>> {
     (0..MAP_HEIGHT).map(line).collect()
 }
 
-/// Puts a mark where there is free room, and colours what is not free.
+/// Puts a mark into a free cell, and colours an occupied one.
 fn mark(map: &mut [Vec<Cell>], place: Point, sign: char, ink: Ink) {
     let Some((column, row)) = cell_of(place) else { return };
     let cell = &mut map[row][column];
@@ -63,21 +63,21 @@ fn mark(map: &mut [Vec<Cell>], place: Point, sign: char, ink: Ink) {
     *cell = (if free { sign } else { cell.0 }, ink);
 }
 
-/// Where the robot has been.
+/// Draws the robot's past positions.
 pub(super) fn draw_trail<'a>(map: &mut [Vec<Cell>], trail: impl Iterator<Item = &'a Point>) {
     for &place in trail {
         mark(map, place, '·', Ink::Faint);
     }
 }
 
-/// Where a scan says that something is.
+/// Draws the echoes of a scan.
 pub(super) fn draw_echoes(map: &mut [Vec<Cell>], robot: &Robot, echoes: impl Iterator<Item = (f64, f64)>) {
     for (angle, distance) in echoes {
         mark(map, robot.pose.at.ahead(robot.pose.heading + angle, distance), '•', Ink::Echo);
     }
 }
 
-/// The robot, as an arrow in brackets.
+/// Draws the robot as an arrow in brackets.
 pub(super) fn draw_robot(map: &mut [Vec<Cell>], robot: &Robot, ink: Ink) {
     let Some((column, row)) = cell_of(robot.pose.at) else { return };
     let eighth = (robot.pose.heading / std::f64::consts::FRAC_PI_4).round() as i64;

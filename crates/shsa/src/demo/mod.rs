@@ -1,7 +1,7 @@
 //! `shsa demo`: a simulated machine that breaks and heals.
 //!
-//! The way of the data: `room -> sensors -> faults -> bus -> healer -> bus -> avoidance -> robot -> room`. One thread
-//! steps it all in virtual time, which real time follows or not; a run repeats byte for byte from its seed.
+//! The data flow: `room -> sensors -> faults -> bus -> healer -> bus -> avoidance -> robot -> room`. One thread runs all of it in
+//! simulated time, with or without waiting for real time. A run can be repeated byte for byte from its seed.
 
 mod avoidance;
 mod engine_node;
@@ -35,7 +35,7 @@ use world::{INBOX, Moved, STEP, World};
 
 /// How often the picture is drawn.
 const FRAME: Span = Span::from_millis(50);
-/// When it is over.
+/// The end of the run.
 const END: Time = Time(60_000_000_000);
 
 /// What there is to see.
@@ -70,7 +70,7 @@ pub(crate) struct DemoArgs {
 
 /// Runs the demonstration to its end.
 ///
-/// The answer is no when the robot has run into something although it was healed.
+/// The answer is no if the robot has hit something although it was healed.
 ///
 /// # Errors
 /// When standard output is closed.
@@ -101,11 +101,11 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     Ok(if crashed { Outcome::No } else { Outcome::Done })
 }
 
-/// Lets the simulated machine live on a bus in real time, from a thread of its own, until `stop` is raised. Its faults come
-/// again and again, as in the demonstration.
+/// Runs the simulated machine on a bus in real time, in a thread of its own, until `stop` is set. Its faults are repeated, as in
+/// the demonstration.
 ///
 /// # Errors
-/// When no thread can be had.
+/// When no thread can be started.
 pub(crate) fn simulate(bus: &MemoryBus, stop: &Arc<AtomicBool>) -> anyhow::Result<()> {
     let (bus, stop) = (bus.clone(), stop.clone());
     let mut world = World::new(1, &bus)?;
@@ -128,13 +128,13 @@ fn healer(without_shsa: bool) -> anyhow::Result<Box<dyn Healer>> {
     Ok(if without_shsa { Box::new(PlainNode::default()) } else { Box::new(EngineNode::new()?) })
 }
 
-/// Sleeps until as much real time has passed since `start` as simulated time.
+/// Sleeps until the real time since `start` equals the simulated time.
 fn wait_until(start: Instant, now: Time) {
     let simulated = Duration::from_nanos(now.0.unsigned_abs());
     std::thread::sleep(simulated.saturating_sub(start.elapsed()));
 }
 
-/// A world, a healer, and somebody who looks on.
+/// A world, a healer, and an observer.
 struct Demo {
     now: Time,
     bus: MemoryBus,
@@ -232,7 +232,7 @@ impl Demo {
         Ok(self.healer_port.publish(Outgoing::new(NEED, stamp, Payload::Value(value)))?)
     }
 
-    /// What the robot has just done, if it is worth a line.
+    /// Tells the robot's action, if it is worth a line.
     fn report(&mut self, moved: &Moved) -> anyhow::Result<()> {
         let (before, after) = (moved.before, self.world.avoidance.mode);
         if moved.collided {
@@ -265,7 +265,7 @@ impl Demo {
     }
 }
 
-/// The middle of a published `dmin`; `None` for a list.
+/// The midpoint of a published `dmin`; `None` for a list.
 fn middle(value: &RawValue) -> Option<f64> {
     match *value {
         RawValue::Number(dmin) => Some(dmin),

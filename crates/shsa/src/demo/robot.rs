@@ -1,42 +1,42 @@
-//! The robot: a round body with two driven wheels, which moves as it is told and stops at what it hits.
+//! The robot: a round body with two driven wheels. It moves as commanded, and stops at obstacles.
 
 use super::room::{Pose, Room};
 
-/// What the drive is asked for.
+/// A command to the drive.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Command {
-    /// m/s; negative is backwards.
+    /// Speed in m/s; negative is backwards.
     pub(super) speed: f64,
-    /// rad/s; positive turns left.
+    /// Turn rate in rad/s; positive is left.
     pub(super) turn_rate: f64,
 }
 
-/// Body and motion.
+/// Pose and motion.
 #[derive(Clone, Debug)]
 pub(super) struct Robot {
     pub(super) pose: Pose,
-    /// m/s along the heading.
+    /// Speed in m/s along the heading.
     pub(super) speed: f64,
     touching: bool,
 }
 
 impl Robot {
-    /// Of the body, metres.
+    /// Radius of the body, metres.
     pub(super) const RADIUS: f64 = 0.2;
-    /// Largest change of speed while it gains speed, m/s^2.
+    /// The largest acceleration, m/s^2.
     const ACCELERATION: f64 = 0.5;
-    /// Largest change of speed while it brakes, m/s^2.
+    /// The largest deceleration, m/s^2.
     pub(super) const DECELERATION: f64 = 1.0;
 
-    /// Gap at which a contact is over, metres: pushing on against a wall is the same contact.
+    /// The gap at which a contact ends, metres: pushing on against a wall is the same contact.
     const LETS_GO: f64 = 0.02;
 
-    /// At rest.
+    /// A robot at rest.
     pub(super) fn at(pose: Pose) -> Robot {
         Robot { pose, speed: 0.0, touching: false }
     }
 
-    /// Moves for `dt` seconds; whether it has just run into something. What it would enter stops it.
+    /// Moves for `dt` seconds, and stops at an obstacle; returns whether it has just hit one.
     pub(super) fn step(&mut self, command: Command, room: &Room, dt: f64) -> bool {
         let braking = command.speed.abs() < self.speed.abs() || command.speed * self.speed < 0.0;
         let most = dt * if braking { Self::DECELERATION } else { Self::ACCELERATION };

@@ -1,6 +1,6 @@
-//! The room: walls, boxes and pillars, and how far it is to them.
+//! The room: walls, boxes and pillars, and the distances to them.
 
-/// A place in the room, metres from its lower left corner.
+/// A point in the room, metres from the lower left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Point {
     pub(super) x: f64,
@@ -8,12 +8,12 @@ pub(super) struct Point {
 }
 
 impl Point {
-    /// This place moved by `distance` metres into `direction` (radians, counter-clockwise from x).
+    /// The point moved by `distance` metres into `direction` (radians, counter-clockwise from x).
     pub(super) fn ahead(self, direction: f64, distance: f64) -> Point {
         Point { x: self.x + distance * direction.cos(), y: self.y + distance * direction.sin() }
     }
 
-    /// Metres between two places.
+    /// The distance of two points, metres.
     pub(super) fn distance(self, other: Point) -> f64 {
         self.minus(other).length()
     }
@@ -34,7 +34,7 @@ impl Point {
         self.x.hypot(self.y)
     }
 
-    /// The place as seen by somebody at `pose` who looks along x.
+    /// The point in the coordinates of `pose`, which looks along x.
     fn seen_from(self, pose: Pose) -> Point {
         let (sin, cos) = pose.heading.sin_cos();
         let offset = self.minus(pose.at);
@@ -42,16 +42,16 @@ impl Point {
     }
 }
 
-/// Where somebody is and looks to.
+/// A position and a heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Pose {
     pub(super) at: Point,
-    /// Radians, counter-clockwise from x.
+    /// The heading in radians, counter-clockwise from x.
     pub(super) heading: f64,
 }
 
 impl Pose {
-    /// The same place, looking `angle` radians further to the left.
+    /// The same position, turned to the left by `angle` radians.
     pub(super) fn turned(self, angle: f64) -> Pose {
         Pose { at: self.at, heading: self.heading + angle }
     }
@@ -63,7 +63,7 @@ enum Surface {
     Circle(Point, f64),
 }
 
-/// Everything that a robot could run into. Surfaces are seen from their free side.
+/// All obstacles. A surface is seen from its free side.
 #[derive(Clone, Debug)]
 pub(super) struct Room {
     pub(super) width: f64,
@@ -73,8 +73,8 @@ pub(super) struct Room {
 }
 
 impl Room {
-    /// The room of the demonstration: 7.2 m by 5.1 m, three boxes and two pillars. It is small enough for every
-    /// sensor to reach the nearest obstacle from everywhere.
+    /// The room of the demonstration: 7.2 m by 5.1 m, three boxes and two pillars. It is so small that every sensor can reach the
+    /// nearest obstacle from everywhere.
     pub(super) fn furnished() -> Room {
         let mut room = Room { width: 7.2, height: 5.1, surfaces: Vec::new(), boxes: Vec::new() };
         room.add_outline(Point { x: 0.0, y: 0.0 }, Point { x: 7.2, y: 5.1 });
@@ -176,8 +176,8 @@ impl Surface {
         }
     }
 
-    /// Distance from the origin to the part of the surface within `half_angle` of x. Distance is convex along a
-    /// surface, so it is least at the foot, or else where the surface ends or leaves the field.
+    /// Distance from the origin to the part of the surface within `half_angle` of x. The distance is convex along a surface, so
+    /// its minimum is at the foot, or where the surface ends or leaves the field.
     fn nearest_within(&self, half_angle: f64) -> f64 {
         let within = |point: &Point| point.y.atan2(point.x).abs() <= half_angle;
         let foot = self.foot(ORIGIN);

@@ -1,4 +1,4 @@
-//! The score: what the run has shown, measured against the truth that only the simulator knows.
+//! The score: the results of the run, measured against the truth, which only the simulator knows.
 
 use super::faults::Fault;
 use super::healer::Decision;
@@ -8,10 +8,10 @@ use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
 use std::fmt;
 
-/// How long the truth is remembered for values that come late.
+/// How long the truth is remembered for late values.
 const MEMORY: Span = Span::from_millis(2_000);
 
-/// What is counted over a stretch of time.
+/// Counts over a stretch of time.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Tally {
     /// Largest difference between a published `dmin` and the truth at its time stamp, metres; `None` when none
@@ -23,14 +23,13 @@ pub(super) struct Tally {
     pub(super) collisions: u32,
 }
 
-/// What became of one fault.
+/// The results for one fault.
 #[derive(Clone, Debug)]
 pub(super) struct FaultScore {
     pub(super) fault: Fault,
     /// Until the faulty signal was called silent or failed.
     pub(super) detected_after: Option<Span>,
-    /// Until the first `dmin` that does not rest on the faulty signal any more: it was suspected, or called silent
-    /// or failed, before.
+    /// Until the first `dmin` that no longer rests on the faulty signal, which was suspected, silent or failed before.
     pub(super) healed_after: Option<Span>,
     /// Whether the faulty signal is out of use.
     distrusted: bool,
@@ -40,7 +39,7 @@ pub(super) struct FaultScore {
     pub(super) healed_error: Option<f64>,
 }
 
-/// Everything that the summary says.
+/// All results of the summary.
 #[derive(Clone, Debug)]
 pub(super) struct Score {
     pub(super) faults: Vec<FaultScore>,
@@ -81,7 +80,7 @@ impl Score {
         }
     }
 
-    /// It is `now`, and this is the true `dmin`, metres.
+    /// Sets the present time, and the true `dmin` in metres.
     pub(super) fn truth(&mut self, now: Time, dmin: f64) {
         self.now = now;
         self.truth.push_back((now, dmin));
@@ -90,19 +89,19 @@ impl Score {
         }
     }
 
-    /// The robot has driven so many metres since the last call, and has this gap to the nearest obstacle, metres.
+    /// Takes in the metres driven since the last call, and the gap to the nearest obstacle in metres.
     pub(super) fn moved(&mut self, driven: f64, gap: f64) {
         self.driven += driven;
         self.closest = self.closest.min(gap);
     }
 
-    /// A collision at the present time.
+    /// Counts a collision at the present time.
     pub(super) fn collision(&mut self) {
         self.closest = self.closest.min(0.0);
         self.tally(self.now, self.now, |tally| tally.collisions += 1);
     }
 
-    /// A `dmin` has been published.
+    /// Takes in a published `dmin`.
     pub(super) fn published(&mut self, stamp: Time, dmin: f64) {
         self.close_gap();
         self.last_dmin = Some(self.now);
@@ -115,7 +114,7 @@ impl Score {
         }
     }
 
-    /// Something was decided.
+    /// Takes in a decision.
     pub(super) fn decided(&mut self, decision: &Decision) {
         let named = matches!(decision.kind, EventKind::Failed | EventKind::Silent);
         let distrusted = named || decision.kind == EventKind::Suspected;
@@ -130,13 +129,13 @@ impl Score {
         }
     }
 
-    /// The end of the run: a gap that is still open counts too.
+    /// Ends the run: a gap that is still open counts, too.
     pub(super) fn close_gap(&mut self) {
         let (Some(last), now) = (self.last_dmin, self.now) else { return };
         self.tally(last, now, |tally| tally.longest_gap = tally.longest_gap.max(now - last));
     }
 
-    /// Counts over the whole run, and for every fault that was active between `from` and `to`.
+    /// Counts for the whole run, and for every fault that was active between `from` and `to`.
     fn tally(&mut self, from: Time, to: Time, count: impl Fn(&mut Tally)) {
         count(&mut self.overall);
         for score in &mut self.faults {
@@ -214,12 +213,12 @@ impl Tally {
     }
 }
 
-/// For files: rounded to milliseconds.
+/// Seconds, rounded to milliseconds for files.
 fn seconds(span: Span) -> f64 {
     (span.seconds() * 1e3).round() / 1e3
 }
 
-/// For files: rounded to millimetres.
+/// Metres, rounded to millimetres for files.
 fn millimetres(metres: f64) -> f64 {
     (metres * 1e3).round() / 1e3
 }
@@ -253,8 +252,7 @@ mod tests {
         }
     }
 
-    /// When the first fault was detected and healed, and the false alarms, when each decision is followed by a
-    /// `dmin`.
+    /// Checks when the first fault was detected and healed, and the false alarms; each decision is followed by a `dmin`.
     #[track_caller]
     fn check(decisions: &[Decision], expected: &str) {
         let mut score = Score::new(&schedule());

@@ -1,4 +1,4 @@
-//! What people see: events line by line, and on a terminal a live picture below them.
+//! The output: events line by line, and on a terminal a live picture below them.
 
 use super::avoidance::{Mode, stop_distance};
 use super::healer::{Decision, NEED};
@@ -15,16 +15,16 @@ use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, IsTerminal, Write};
 use terminal_size::{Height, Width, terminal_size};
 
-/// A sensor that has said nothing for so long shows no value.
+/// A sensor without a message for this long shows no value.
 const STALE: Span = Span::from_millis(500);
-/// Metres at the end of a bar.
+/// The full scale of a bar, metres.
 const BAR_RANGE: f64 = 3.2;
-/// Characters of a bar.
+/// The length of a bar in characters.
 const BAR_LENGTH: usize = 10;
-/// What the picture needs of a terminal: columns, rows.
+/// The size of terminal that the picture needs: columns, rows.
 const NEEDED: (u16, u16) = (80, MAP_HEIGHT as u16 + 4);
 
-/// What the picture shows of the world besides the messages.
+/// The content of the picture besides the messages.
 pub(super) struct View<'a> {
     pub(super) now: Time,
     pub(super) room: &'a Room,
@@ -32,11 +32,11 @@ pub(super) struct View<'a> {
     pub(super) mode: Mode,
     pub(super) true_dmin: f64,
     pub(super) collisions: u32,
-    /// What `dmin` comes from.
+    /// The source of `dmin`.
     pub(super) source: String,
 }
 
-/// What each signal is held for.
+/// The displayed state of a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum State {
     Trusted,
@@ -45,12 +45,12 @@ enum State {
     Silent,
 }
 
-/// The terminal, or what stands in for it.
+/// The terminal, or its replacement.
 pub(super) struct Screen {
     live: bool,
     quiet: bool,
     colour: bool,
-    /// Rows of the picture that stand on the terminal.
+    /// The number of the picture's rows on the terminal.
     drawn: usize,
     states: BTreeMap<String, State>,
     seen: BTreeMap<String, Message>,
@@ -58,7 +58,7 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// `live` draws the picture where there is a terminal for it; `quiet` says nothing at all.
+    /// `live` draws the picture if the terminal allows it; `quiet` suppresses all output.
     pub(super) fn new(live: bool, quiet: bool) -> Screen {
         let terminal = io::stdout().is_terminal();
         Screen {
@@ -72,12 +72,12 @@ impl Screen {
         }
     }
 
-    /// A message that the screen has overheard.
+    /// Takes in a message of the bus.
     pub(super) fn hear(&mut self, message: Message) {
         self.seen.insert(message.topic.to_string(), message);
     }
 
-    /// A decision of the healer.
+    /// Takes in a decision of the healer.
     pub(super) fn decided(&mut self, decision: &Decision) -> io::Result<()> {
         let (state, ink) = match decision.kind {
             EventKind::Suspected => (Some(State::Suspect), Ink::Warning),
@@ -98,7 +98,7 @@ impl Screen {
         self.event(decision.time, decision.kind.name(), ink, &text)
     }
 
-    /// Says something that stays on the terminal.
+    /// Writes a permanent line.
     pub(super) fn event(&mut self, time: Time, kind: &str, ink: Ink, text: &str) -> io::Result<()> {
         let lines = wrap(text, self.width().saturating_sub(26));
         let head = format!("{:>8.2} s  {kind:<12}", time.seconds());
@@ -110,7 +110,7 @@ impl Screen {
         self.say(&out)
     }
 
-    /// Says lines as they are.
+    /// Writes lines as they are.
     pub(super) fn say(&mut self, text: &str) -> io::Result<()> {
         if self.quiet {
             return Ok(());
@@ -122,7 +122,7 @@ impl Screen {
         write(&format!("{above}{clear}{text}"))
     }
 
-    /// Draws the picture anew, where there is one.
+    /// Draws the picture again, if there is one.
     pub(super) fn frame(&mut self, view: &View<'_>) -> io::Result<()> {
         if self.trail.back() != Some(&view.robot.pose.at) {
             self.trail.push_back(view.robot.pose.at);
@@ -146,7 +146,7 @@ impl Screen {
         write(&out)
     }
 
-    /// Leaves the last picture where it is.
+    /// Leaves the last picture on the terminal.
     pub(super) fn leave_picture(&mut self) {
         self.drawn = 0;
     }
@@ -177,7 +177,7 @@ impl Screen {
         self.seen.get(topic).filter(|message| now - message.received <= STALE)
     }
 
-    /// What stands beside the map, line by line.
+    /// The lines beside the map.
     fn side(&self, view: &View<'_>) -> Vec<Vec<(String, Ink)>> {
         let (words, ink) = mode_words(view.mode);
         let plain = |text: String| vec![(text, Ink::Plain)];
@@ -245,7 +245,7 @@ impl Screen {
     }
 }
 
-/// The bound of a published `dmin` that is on the safe side; `None` for a list.
+/// The bound of a published `dmin` on the safe side; `None` for a list.
 pub(super) fn lower_bound(value: &RawValue) -> Option<f64> {
     match *value {
         RawValue::Number(dmin) | RawValue::Interval { lo: dmin, .. } => Some(dmin),
@@ -296,7 +296,7 @@ fn bar(name: &str, metres: Option<f64>, ink: Ink) -> Vec<(String, Ink)> {
     ]
 }
 
-/// Words in lines of at most `width` characters, where words are not longer.
+/// Wraps text into lines of at most `width` characters, unless a word is longer.
 fn wrap(text: &str, width: usize) -> Vec<String> {
     let mut lines = vec![String::new()];
     for word in text.split_whitespace() {

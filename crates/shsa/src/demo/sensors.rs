@@ -1,8 +1,8 @@
-//! The sensors: what they see, how wrong, how often and how late.
+//! The sensors: their fields of view, errors, rates and delays.
 //!
-//! All look at the same field, 60 degrees to either side, from the middle of the robot, and reach further than
-//! the nearest obstacle ever is: so the smallest distance of each means the same. It jumps when an obstacle's edge
-//! enters or leaves the field; then they agree again as soon as each has looked anew.
+//! All have the same field of view, 60 degrees to either side from the middle of the robot, and a range beyond the nearest
+//! obstacle. So the smallest distance of each means the same. It jumps when an obstacle's edge enters or leaves the field; the
+//! sensors agree again as soon as each has measured anew.
 
 use super::robot::Robot;
 use super::room::Room;
@@ -11,10 +11,10 @@ use rand_chacha::ChaCha8Rng;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
-/// Half of the field that every sensor looks at, radians.
+/// Half of the field of view of every sensor, radians.
 pub(super) const HALF_FIELD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// Topics as in the model.
+/// The topics, as in the model.
 pub(super) const LIDAR: &str = "/lidar/scan";
 pub(super) const SONAR: &str = "/sonar/ranges";
 pub(super) const DEPTH: &str = "/depth/image";
@@ -27,27 +27,27 @@ const CONES: usize = 12;
 /// Columns and rows of the depth image; the middle row is the horizontal one.
 pub(super) const COLUMNS: usize = 96;
 pub(super) const ROWS: usize = 5;
-/// Between two rows of the depth image, radians.
+/// The angle between two rows of the depth image, radians.
 const ROW_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
-/// Of the depth camera above the floor, which its lower rows see, metres.
+/// The height of the depth camera above the floor, which its lower rows see, metres.
 const CAMERA_HEIGHT: f64 = 0.3;
 
-/// The smallest distance in the field: what all of this is about.
+/// The smallest distance in the field of view.
 pub(super) fn true_dmin(room: &Room, robot: &Robot) -> f64 {
     room.nearest(robot.pose, HALF_FIELD)
 }
 
-/// What a sensor measures, without its errors.
+/// A measurement of a sensor, without its errors.
 type Measure = fn(&Room, &Robot) -> Vec<f64>;
 
-/// One sensor; it measures, adds its errors, and says when the result arrives.
+/// A sensor: measures, adds its errors, and sets the time of arrival.
 #[derive(Clone, Debug)]
 pub(super) struct Sensor {
     pub(super) topic: &'static str,
     period: Span,
     jitter_ms: f64,
     delay_ms: (f64, f64),
-    /// Largest error, metres or m/s.
+    /// The largest error, metres or m/s.
     noise: f64,
     measure: Measure,
     random: ChaCha8Rng,
@@ -55,7 +55,7 @@ pub(super) struct Sensor {
     due: Time,
 }
 
-/// A measurement on its way.
+/// A measurement under way.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Sample {
     pub(super) topic: &'static str,
@@ -82,7 +82,7 @@ pub(super) fn all(seed: u64) -> Vec<Sensor> {
 }
 
 impl Sensor {
-    /// Measures when it is time to; `None` before.
+    /// Measures if a measurement is due.
     pub(super) fn sample(&mut self, now: Time, room: &Room, robot: &Robot) -> Option<Sample> {
         if now < self.due {
             return None;
@@ -106,7 +106,7 @@ impl Sensor {
     }
 }
 
-/// Random within plus-minus 1, bell-shaped: the mean of three uniform numbers, standard deviation 1/3.
+/// A random number within plus-minus 1, bell-shaped: the mean of three uniform numbers, standard deviation 1/3.
 fn bell(random: &mut ChaCha8Rng) -> f64 {
     (0..3).map(|_| random.random_range(-1.0..=1.0)).sum::<f64>() / 3.0
 }
@@ -120,15 +120,15 @@ fn scan(room: &Room, robot: &Robot) -> Vec<f64> {
     directions(BEAMS).map(|angle| room.sight(robot.pose.turned(angle))).collect()
 }
 
-/// Each cone gives the nearest obstacle within it.
+/// The nearest obstacle within each cone.
 fn ring(room: &Room, robot: &Robot) -> Vec<f64> {
     let half = HALF_FIELD / CONES as f64;
     let middle = |cone: usize| half * (2 * cone + 1) as f64 - HALF_FIELD;
     (0..CONES).map(|cone| room.nearest(robot.pose.turned(middle(cone)), half)).collect()
 }
 
-/// Distances along the line of sight of each pixel, row by row from above; obstacles are higher than the camera
-/// sees, the floor is in sight of the lower rows.
+/// Distances along the line of sight of each pixel, row by row from above. Obstacles are higher than the camera's view; the lower
+/// rows see the floor.
 fn image(room: &Room, robot: &Robot) -> Vec<f64> {
     let row: Vec<f64> = directions(COLUMNS).map(|angle| room.sight(robot.pose.turned(angle))).collect();
     let up = |index: usize| ROW_STEP * ((ROWS / 2) as f64 - index as f64);
@@ -143,7 +143,7 @@ fn speed(_: &Room, robot: &Robot) -> Vec<f64> {
     vec![robot.speed]
 }
 
-/// The smallest distance that a sensor reports, as the relations of the model say; `None` for another topic.
+/// The smallest distance that a sensor reports, by the relations of the model; `None` for other topics.
 pub(super) fn nearest_seen(topic: &str, value: &RawValue) -> Option<f64> {
     let RawValue::Vector(values) = value else { return None };
     let seen = match topic {
@@ -159,7 +159,7 @@ mod tests {
     use super::super::room::{Point, Pose};
     use super::*;
 
-    /// Largest difference between what the sensors see as nearest and the truth, over random poses.
+    /// The largest difference between a sensor's smallest distance and the truth, over random poses.
     fn worst_difference(topic: &str) -> f64 {
         let room = Room::furnished();
         let mut random = ChaCha8Rng::seed_from_u64(7);
@@ -177,7 +177,7 @@ mod tests {
         worst
     }
 
-    /// What the tolerances of the model rest on: noise, and what falls between two rays.
+    /// The model's tolerances cover the noise and the gaps between two rays.
     #[test]
     fn all_see_the_same_nearest_obstacle() {
         for (topic, tolerance) in [(LIDAR, 0.05), (SONAR, 0.12), (DEPTH, 0.08)] {

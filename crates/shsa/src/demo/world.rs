@@ -1,6 +1,6 @@
 //! The machine and its surroundings: `room -> sensors -> faults -> bus`, and `bus -> avoidance -> robot -> room`.
 //!
-//! It knows of the healer only what comes over the bus, under the name of the need.
+//! It gets only the messages of the bus from the healer, under the name of the need.
 
 use super::avoidance::{Avoidance, Mode};
 use super::faults::{self, Fault};
@@ -15,11 +15,11 @@ use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_bridge::{Bridge, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 
-/// How long the simulated time goes on at once.
+/// The step of the simulated time.
 pub(super) const STEP: Span = Span::from_millis(5);
 /// How often the controller decides.
 const CONTROL: Span = Span::from_millis(20);
-/// Messages that may wait for a member of the bus.
+/// The number of messages that may wait for a member of the bus.
 pub(super) const INBOX: usize = 64;
 
 /// A robot in a room.
@@ -28,30 +28,30 @@ pub(super) struct World {
     pub(super) robot: Robot,
     pub(super) avoidance: Avoidance,
     pub(super) faults: Vec<Fault>,
-    /// What the bus's clock shows when the world begins.
+    /// The time of the bus's clock at the beginning.
     origin: Time,
     sensors: Vec<Sensor>,
-    /// Samples on their way to the bus.
+    /// Samples under way to the bus.
     flying: Vec<Sample>,
     sensor_port: MemoryBridge,
     avoidance_port: MemoryBridge,
 }
 
-/// What one step of the robot came to.
+/// The results of one step of the robot.
 pub(super) struct Moved {
-    /// What the controller did before.
+    /// The mode of the controller before the step.
     pub(super) before: Mode,
-    /// Whether the robot has run into something.
+    /// Whether the robot has hit something.
     pub(super) collided: bool,
-    /// How far it has gone, metres.
+    /// The driven distance, metres.
     pub(super) driven: f64,
 }
 
 impl World {
-    /// With another start, other noise and other turns for each seed. It begins now, by the clock of the bus.
+    /// A world with a start, noise and turns of its own for each seed. It begins at the present time of the bus's clock.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub(super) fn new(seed: u64, bus: &MemoryBus) -> anyhow::Result<World> {
         let mut avoidance_port = bus.join(INBOX);
         avoidance_port.subscribe(NEED, None)?;
@@ -74,10 +74,10 @@ impl World {
         self.sensors.iter().map(|sensor| sensor.topic)
     }
 
-    /// Sensors measure; what has arrived goes to the bus, in the order of arrival.
+    /// Takes measurements; publishes samples that have arrived, in the order of arrival.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub(super) fn sense(&mut self, now: Time) -> anyhow::Result<()> {
         for sensor in &mut self.sensors {
             let sample = sensor.sample(now, &self.room, &self.robot);
@@ -95,7 +95,7 @@ impl World {
         Ok(())
     }
 
-    /// The controller looks at the newest values of the need, and the robot moves.
+    /// Passes the newest values of the need to the controller, and moves the robot.
     pub(super) fn drive(&mut self, now: Time) -> Moved {
         while let Some(message) = self.avoidance_port.receive() {
             if let Some(dmin) = message.value().and_then(lower_bound) {
@@ -114,7 +114,7 @@ impl World {
     }
 }
 
-/// Somewhere with room around, looking anywhere.
+/// A random pose with free space around it.
 fn start(seed: u64, room: &Room) -> Pose {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(9);

@@ -1,4 +1,4 @@
-//! The drawing: what the ways of knowing the variable said, when they disagreed, and when it was decided.
+//! The drawing: the values of the variable's ways, their disagreements, and the decisions.
 
 use super::explanation::Explanation;
 use super::tracks::{Track, Tracks, half_window};
@@ -11,18 +11,18 @@ use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
 use shsa_format::drive::{Given, Run};
 use std::collections::BTreeMap;
 
-/// So many variables are drawn on a page.
+/// The most variables that are drawn on a page.
 const MOST_DRAWN: usize = 4;
 
-/// What is not seen.
+/// How to read the times in the drawing.
 const NOTE: &str = "bands stand at the time of which the values tell, marks at the time of the decision";
 
-/// Ends a replay early.
+/// Ends the replay early.
 struct Seen;
 
-/// Goes through a run again and draws what was seen of some variables around the explained moment.
+/// Repeats a run, and draws some variables around the explained moment.
 ///
-/// `window` is how much time is shown; where it is not given, as much as it takes to see how the decision came about.
+/// `window` is the length of the shown time; without one, as much as it takes to see the reason of the decision.
 pub(super) fn drawings(
     explanation: &Explanation<'_>,
     source: &Source,
@@ -56,7 +56,7 @@ pub(super) fn drawings(
     tracks.iter_mut().map(|tracks| timeline(explanation, tracks)).collect()
 }
 
-/// The variable in which most speaks against the signal, then the others in which something does.
+/// The variable with the most evidence against the signal, then the others with conflicts.
 pub(super) fn variables(evidence: &Evidence, knowledge: &KnowledgeBase) -> Vec<VariableId> {
     let first = evidence.variable(knowledge);
     let mut conflicts: BTreeMap<VariableId, usize> = BTreeMap::new();
@@ -102,7 +102,7 @@ fn band(explanation: &Explanation<'_>, track: &Track, variable: VariableId) -> B
     let unit = words.knowledge.variables()[variable].unit.as_ref();
     let shown = |value: f64| unit.map_or(value, |unit| unit.from_si(value));
     let slice = |sample: &Sample| {
-        // In the middle of the time in which it was true.
+        // A value is drawn at the middle of its validity.
         let (from, to) = (sample.validity.from - words.first, sample.validity.to - words.first);
         Slice {
             at: f64::midpoint(from.seconds(), to.seconds()),
@@ -117,7 +117,7 @@ fn band(explanation: &Explanation<'_>, track: &Track, variable: VariableId) -> B
     }
 }
 
-/// The onset, the decision, and what was decided about the signal later.
+/// Marks of the onset, the decision, and later decisions about the signal.
 fn marks(explanation: &Explanation<'_>) -> Vec<Mark> {
     let seconds = |time: Time| (time - explanation.words.first).seconds();
     let mark = |name: &str, time: Time| Mark { at: seconds(time), name: name.to_owned() };

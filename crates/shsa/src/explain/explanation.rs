@@ -1,5 +1,5 @@
-//! The answer in sections: what was decided, what spoke against the signal and for it, who else it could have been,
-//! what would have cleared it, and what came of it.
+//! The answer in sections: the decision, the evidence against the signal and for it, the rivals, what would have cleared the
+//! signal, and the consequences.
 
 mod rivals;
 mod aftermath;
@@ -16,7 +16,7 @@ use shsa_format::event;
 use shsa_format::text::counted;
 use shsa_format::words;
 
-/// So many comparisons are listed in a section, and events in what came later.
+/// The most comparisons in a section, and the most later events.
 const MOST_LISTED: usize = 12;
 
 /// A part of the answer.
@@ -25,13 +25,13 @@ pub(crate) struct Section {
     pub(crate) items: Vec<Item>,
 }
 
-/// A statement with what stands behind it.
+/// A statement with its evidence.
 pub(crate) struct Item {
     pub(crate) text: String,
     pub(crate) notes: Vec<String>,
 }
 
-/// What is known about a signal at a moment, with the names of its model.
+/// The evidence about a signal at a moment, with the names of its model.
 pub(super) struct Testimony<'a> {
     pub(super) signal: &'a str,
     pub(super) words: Words<'a>,
@@ -71,7 +71,7 @@ impl<'a> Explanation<'a> {
         self.event.map_or(self.evidence().time, |event| event.time)
     }
 
-    /// What was decided, or thought, and when.
+    /// The decision or the verdict, and its time.
     pub(super) fn headline(&self) -> String {
         let (signal, time) = (&self.inquiry.signal, self.words.time(self.time()));
         let Some(event) = self.event else {
@@ -108,7 +108,7 @@ impl<'a> Testimony<'a> {
         self.evidence
     }
 
-    /// What the witnesses have said, and who else it could have been.
+    /// The evidence of the witnesses, and the rivals.
     pub(super) fn heard(&self) -> Vec<Section> {
         let mut sections = vec![
             Section { title: "In plain words", items: self.plain() },
@@ -158,7 +158,7 @@ impl<'a> Testimony<'a> {
         items
     }
 
-    /// Why this verdict follows.
+    /// Why the verdict follows.
     fn reason(&self) -> Option<String> {
         let signal = self.signal;
         let untold: Vec<&str> = self.untold().iter().map(|rival| self.words.signal(rival.signal)).collect();
@@ -205,12 +205,12 @@ impl<'a> Testimony<'a> {
     }
 }
 
-/// The knowledge base to which the ids of a snapshot belong.
+/// The knowledge base of a snapshot's ids.
 pub(super) fn known<'a>(inquiry: &'a Inquiry, source: &'a Source, snapshot: &Snapshot) -> &'a KnowledgeBase {
     source.eras.get(snapshot.era).map_or(inquiry.run.engine.knowledge(), |era| &era.knowledge)
 }
 
-/// On which side a comparison speaks.
+/// The side for which a comparison is evidence.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Speaks {
     Against,

@@ -1,4 +1,4 @@
-//! Goes through a run and keeps, for the signal that is asked about, the evidence at each decision.
+//! Repeats a run and keeps the evidence about the asked signal at each decision.
 
 use super::question::Question;
 use crate::replay::{Source, drive};
@@ -8,21 +8,21 @@ use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 
-/// A time that is asked for was read from a screen, where it was rounded to this.
+/// A given time was read from the output, which rounds to this.
 const ROUNDING: Span = Span::from_millis(1);
 
-/// What the engine knew about the signal at a moment.
+/// The engine's evidence about the signal at a moment.
 pub(super) struct Snapshot {
-    /// The decision after which it was taken, as a place in the run's events.
+    /// The index of the decision before it, among the run's events.
     pub(super) event: Option<usize>,
-    /// Which of the run's knowledge bases the ids belong to.
+    /// The number of the era whose knowledge base the ids belong to.
     pub(super) era: usize,
     pub(super) evidence: Evidence,
     pub(super) needs: Vec<(NeedId, NeedStatus)>,
 }
 
 impl Snapshot {
-    /// Of a signal at a moment; `None` where the present model does not have it.
+    /// The snapshot of a signal at a moment; `None` if the present model lacks the signal.
     fn take(run: &Run, signal: &str, at: Time, event: Option<usize>) -> Option<Snapshot> {
         let id = run.engine.knowledge().signal(signal)?;
         let evidence = run.engine.evidence(id, at);
@@ -30,25 +30,25 @@ impl Snapshot {
     }
 }
 
-/// What has been found out about a signal.
+/// The results about a signal.
 pub(super) struct Inquiry {
     pub(super) run: Run,
-    /// The signal that it is about.
+    /// The asked signal.
     pub(super) signal: String,
-    /// What is explained: a decision, or a moment without one.
+    /// The explained snapshot: of a decision, or of a moment without one.
     pub(super) focus: Snapshot,
-    /// The moment that was asked for, where a decision before it is explained.
+    /// The asked moment, if a decision before it is explained.
     pub(super) later: Option<Snapshot>,
-    /// At the end of the run.
+    /// The snapshot at the end of the run.
     pub(super) end: Option<Snapshot>,
 }
 
-/// Looks on while a run goes by.
+/// Observes a run.
 struct Onlooker<'q> {
     question: &'q Question,
-    /// The signal, as soon as it is known.
+    /// The signal, once it is known.
     signal: Option<String>,
-    /// How many events have been seen.
+    /// The number of events taken in.
     seen: usize,
     snapshots: Vec<Snapshot>,
     moment: Option<Snapshot>,
@@ -89,7 +89,7 @@ pub(super) fn is_about(known: &KnowledgeBase, event: &Event, signal: &str) -> bo
     event.signal.is_some_and(|id| known.signals()[id].name == signal)
 }
 
-/// The signal of a decision; of one about a need, the last signal that was decided about.
+/// The signal of a decision; for a decision about a need, the signal of the last decision before it.
 fn blamed(run: &Run, number: usize) -> Option<String> {
     let name = |(known, event): (&KnowledgeBase, &Event)| {
         event.signal.map(|signal| known.signals()[signal].name.clone())
@@ -97,16 +97,16 @@ fn blamed(run: &Run, number: usize) -> Option<String> {
     run.told_events().take(number + 1).filter_map(name).last()
 }
 
-/// Whether an event says that a signal is not to be trusted.
+/// Whether an event says that a signal is not trusted.
 pub(crate) fn is_accusation(event: &Event) -> bool {
     event.signal.is_some()
         && matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
 }
 
-/// Drives a run to its end and answers who is asked about, and when.
+/// Drives a run to its end, and answers the question.
 ///
 /// # Errors
-/// When there is no such decision, or the run ends before the time.
+/// When there is no such decision, or the run ends before the asked time.
 pub(super) fn inquire(source: &Source, question: &Question) -> anyhow::Result<Inquiry> {
     let signal = match question {
         Question::Signal { name, .. } => Some(name.clone()),
@@ -158,7 +158,7 @@ fn event<'r>(run: &'r Run, snapshot: &Snapshot) -> Option<&'r Event> {
     snapshot.event.and_then(|number| run.events.get(number))
 }
 
-/// The decision that stands at a time with the evidence of that time, or the evidence alone when none stands.
+/// The decision in force at a time with the evidence at that time, or only the evidence if no decision is in force.
 fn at_time(
     run: &Run,
     at: Span,

@@ -92,7 +92,7 @@ fn comparison(words: Words<'_>, comparison: &Comparison, at: Time) -> Value {
     value
 }
 
-/// A way with what it said when the two last disagreed, else last.
+/// A way with its value at the last disagreement, else its last value.
 fn side(words: Words<'_>, comparison: &Comparison, side: &Side, value: Option<Interval>) -> Value {
     let value = value.map(|value| Range::of(words.knowledge, comparison.variable, value));
     json!({

@@ -1,4 +1,4 @@
-//! `shsa explain`: why a signal was suspected, who spoke for and against it, and what would have cleared it.
+//! `shsa explain`: why a signal was suspected, which witnesses were for and against it, and what would have cleared it.
 
 mod question;
 mod inquiry;
@@ -67,7 +67,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Explains; an answer that there was no accusation is an answer, too.
+/// Explains. The answer that there was no accusation is a valid answer.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let (recordings, text) = files(&arguments.rest);
     let source = source(arguments, recordings, text)?;
@@ -90,7 +90,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(outcome)
 }
 
-/// What the witnesses have said of the signal of a decision, in sections; times count from `first`.
+/// The evidence about the signal of a decision, in sections; times count from `first`.
 pub(crate) fn testimony(
     known: &KnowledgeBase,
     first: Time,
@@ -102,7 +102,7 @@ pub(crate) fn testimony(
     Testimony { signal, words, evidence, event: Some(event) }.heard()
 }
 
-/// What goes into the run.
+/// The inputs of the run.
 fn source(arguments: &Arguments, recordings: &[PathBuf], text: Option<&Path>) -> anyhow::Result<Source> {
     if is_story(&arguments.model) {
         if !recordings.is_empty() || arguments.source.changes() {

@@ -1,4 +1,4 @@
-//! An explanation as one page for the browser: no script, and nothing from anywhere else.
+//! An explanation as one page for the browser, without scripts and external resources.
 
 use super::explanation::{Explanation, Item, Section};
 use crate::page::{document, section};
@@ -7,7 +7,7 @@ use shsa_format::drawing::{Timeline, escaped};
 const DRAWN: &str = "Each band is one way of knowing the variable: between its edges lies what it takes for possible. \
     Full lines rest on the signal in question. Where bands do not touch, they cannot both be right.";
 
-/// What each section is about, for who reads one for the first time.
+/// An introduction to each section, for first-time readers.
 fn about(title: &str) -> &'static str {
     match title {
         "What spoke against it" => {

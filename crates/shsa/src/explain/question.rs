@@ -1,4 +1,4 @@
-//! What is asked: about which signal, at which time; and which files it is asked about.
+//! The question: which signal, at which time; and the files that it is about.
 
 use crate::show;
 use anyhow::{anyhow, bail};
@@ -10,18 +10,18 @@ use shsa_format::fault::moment;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
-/// What is asked.
+/// A question.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) enum Question {
-    /// Which decisions there were.
+    /// All decisions.
     All,
-    /// Why a signal was, or was not, accused; at its first accusation when there is no time.
+    /// Why a signal was, or was not, accused; without a time, at its first accusation.
     Signal { name: String, at: Option<Span> },
-    /// Why the decision of this number in the list was taken; counted from 1.
+    /// Why the decision with this number in the list was made; counted from 1.
     Decision(usize),
 }
 
-/// The files among the arguments, and the text after them that is no file.
+/// The files among the arguments, and the text behind them that is no file.
 pub(super) fn files(arguments: &[PathBuf]) -> (&[PathBuf], Option<&Path>) {
     match arguments.split_last() {
         Some((last, files)) if !last.exists() => (files, Some(last)),
@@ -29,10 +29,10 @@ pub(super) fn files(arguments: &[PathBuf]) -> (&[PathBuf], Option<&Path>) {
     }
 }
 
-/// Reads `SIGNAL` or `SIGNAL@TIME`; a name with an `@` of its own is known by the models.
+/// Reads `SIGNAL` or `SIGNAL@TIME`; the models tell which names contain an `@`.
 ///
 /// # Errors
-/// When no model of the run has such a signal, or the time is none.
+/// When no model of the run has the signal, or the time is invalid.
 pub(super) fn signal(text: &str, eras: &[Era]) -> anyhow::Result<Question> {
     let known = |name: &str| eras.iter().any(|era| era.knowledge.signal(name).is_some());
     if known(text) {
@@ -58,10 +58,10 @@ fn names(knowledge: &KnowledgeBase) -> Vec<String> {
     knowledge.signals().iter().map(|signal| signal.name.clone()).collect()
 }
 
-/// Puts the two ways of asking together.
+/// The question of either argument.
 ///
 /// # Errors
-/// When both are used, or the number is 0.
+/// When both arguments are given, or the number is 0.
 pub(super) fn asked(text: Option<&Path>, decision: Option<usize>, eras: &[Era]) -> anyhow::Result<Question> {
     match (text, decision) {
         (Some(_), Some(_)) => bail!("ask about a signal or about a decision, not about both"),

@@ -43,7 +43,7 @@ pub(super) fn list(run: &Run) -> String {
     )
 }
 
-/// The signal, or the variable of the need, that an event is about.
+/// The signal of an event, or the variable of its need.
 pub(crate) fn subject<'k>(known: &'k KnowledgeBase, event: &Event) -> &'k str {
     match (event.signal, event.variable) {
         (Some(signal), _) => &known.signals()[signal].name,

@@ -1,4 +1,4 @@
-//! What the ways of knowing a variable said over time, and when they disagreed: recorded while an engine runs.
+//! The values of a variable's ways over time, and their disagreements; recorded while an engine runs.
 
 use crate::bands::{Giver, Watched, joined};
 use core::ops::Bound;
@@ -9,7 +9,7 @@ use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Variable, VariableId};
 use shsa_core::time::{Span, Time, Validity};
 
-/// So many ways that rest on the accused, and so many others, are drawn: more cannot be told apart.
+/// The most ways that are drawn, of those that rest on the accused and of others: more cannot be told apart in a drawing.
 const MOST_ACCUSED: usize = 2;
 const MOST_OTHERS: usize = 5;
 
@@ -20,26 +20,26 @@ pub(super) struct Track {
     pub(super) samples: Vec<Sample>,
 }
 
-/// The values of the ways of knowing a variable in a stretch of time.
+/// The values of a variable's ways in a stretch of time.
 pub(super) struct Tracks {
     pub(super) variable: VariableId,
     pub(super) from: Time,
     pub(super) to: Time,
     pub(super) tracks: Vec<Track>,
-    /// Ways that there are beside these.
+    /// The number of further ways.
     pub(super) left_out: usize,
-    /// When a comparison with the accused disagreed.
+    /// The stretches in which a comparison with the accused disagreed.
     pub(super) disagreements: Vec<Validity>,
     watched: Vec<Watched>,
 }
 
 impl Tracks {
-    /// Ready to record the ways of knowing a variable that take part in the evidence.
+    /// Tracks of a variable's ways that take part in the evidence.
     pub(super) fn new(evidence: &Evidence, variable: VariableId, (from, to): (Time, Time)) -> Tracks {
         let of_it = || evidence.comparisons.iter().filter(|comparison| comparison.variable == variable);
         let mut sides: Vec<&Side> = Vec::new();
         let mut conflicts: Vec<_> = of_it().collect();
-        // What disagrees is drawn first, and what the signal says itself before what is computed from it.
+        // Conflicts come first, and the signal itself comes before ways computed from it.
         conflicts.sort_by_key(|each| (!each.is_conflict(), each.own.way.direct().is_none()));
         for side in conflicts.iter().flat_map(|comparison| [&comparison.own, &comparison.other]) {
             if !sides.iter().any(|known| known.index == side.index) {
@@ -67,7 +67,7 @@ impl Tracks {
         Tracks { variable, from, to, tracks, left_out, disagreements: Vec::new(), watched }
     }
 
-    /// Takes in what is new since the last look; call it after each input, as long as the knowledge base stays.
+    /// Takes in new values; call it after each input while the knowledge base stays the same.
     pub(super) fn look(&mut self, engine: &Engine) {
         for track in &mut self.tracks {
             track.look(engine, (self.from, self.to));
@@ -77,8 +77,8 @@ impl Tracks {
         }
     }
 
-    /// Brings the tracks of a variable that wraps beside each other: the first one begins within one turn, each other one as near
-    /// to it as can be, and all go on from there without a jump. Whether one of them leaves that turn.
+    /// Unwraps the tracks of a variable that wraps: the first track begins within one turn, each other one as near to it as
+    /// possible, and none jumps. Returns whether a track leaves that turn.
     pub(super) fn bring_beside(&mut self, variable: &Variable) -> bool {
         let Some(turn) = variable.wraps else { return false };
         let [known, others @ ..] = self.tracks.as_mut_slice() else { return false };
@@ -113,7 +113,7 @@ impl Track {
         giver.news(engine, last.unwrap_or(Bound::Included(from)), to, |sample| samples.push(sample));
     }
 
-    /// Shifts what it says by whole turns: the first sample to where `begin` puts it, each other one beside the one before.
+    /// Shifts the samples by whole turns: the first one to where `begin` puts it, each further one next to its predecessor.
     fn go_on_from(&mut self, turn: f64, begin: impl FnOnce(&Sample) -> Interval) {
         let Some(mut before) = self.samples.first().map(begin) else { return };
         for sample in &mut self.samples {
@@ -123,7 +123,7 @@ impl Track {
     }
 }
 
-/// How far before and after a decision something is to be seen of what led to it.
+/// The time to be shown before and after a decision, so that its cause is visible.
 pub(super) fn half_window(engine: &Engine, evidence: &Evidence) -> Span {
     let periods = evidence.comparisons.iter().flat_map(|each| [each.own.index, each.other.index]);
     let periods = periods.filter_map(|index| engine.monitor().way(index)?.computation.timing().period);

@@ -1,4 +1,4 @@
-//! Comparisons and ways in words.
+//! Descriptions of comparisons and ways.
 
 use shsa_core::engine::{Comparison, Mute, Side};
 use shsa_core::interval::Interval;
@@ -7,10 +7,10 @@ use shsa_core::monitor::{Absence, ResidualState, Tendency};
 use shsa_core::time::{Span, Time};
 use shsa_format::words;
 
-/// So many names are listed; of more, the number.
+/// The most names in a list; further ones are only counted.
 const MOST_NAMED: usize = 6;
 
-/// Speaks of the elements of a model, at times from the beginning of a run.
+/// Describes the elements of a model; times count from the beginning of a run.
 #[derive(Clone, Copy)]
 pub(super) struct Words<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
@@ -22,7 +22,7 @@ impl<'a> Words<'a> {
         &self.knowledge.signals()[signal].name
     }
 
-    /// Names in file order: `a, b and c`.
+    /// The names of signals in file order: `a, b and c`.
     pub(super) fn signals(&self, signals: &SignalSet) -> String {
         let names: Vec<&str> = signals.iter().map(|signal| self.signal(signal)).collect();
         listed(&names)
@@ -37,7 +37,7 @@ impl<'a> Words<'a> {
         side.way.describe(self.knowledge)
     }
 
-    /// What the two say, and what follows, in a line.
+    /// The two values and their result in one line.
     pub(super) fn comparison(&self, comparison: &Comparison) -> String {
         let variable = &self.knowledge.variables()[comparison.variable].name;
         let (own, other) = (self.way(&comparison.own), self.way(&comparison.other));
@@ -56,7 +56,7 @@ impl<'a> Words<'a> {
         words::interval(self.knowledge, comparison.variable, value)
     }
 
-    /// How many of the recent comparisons say so, and since when.
+    /// How many of the recent comparisons have this result, and since when.
     pub(super) fn counted(&self, comparison: &Comparison) -> String {
         let (disagree, all) = comparison.counts;
         let since = comparison.onset.map_or(String::new(), |onset| format!(", since {}", self.time(onset)));
@@ -81,7 +81,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// What many comparisons say together.
+    /// The joint result of many comparisons.
     fn together(&self, comparison: &Comparison, tendency: Tendency, ahead: f64) -> String {
         let by = words::difference(self.knowledge, comparison.variable, ahead.abs());
         match tendency {
@@ -93,7 +93,7 @@ impl<'a> Words<'a> {
         }
     }
 
-    /// Which signals each of the two rests on, where their names do not say it already.
+    /// The signals that each side rests on, unless the names of the ways already tell them.
     pub(super) fn rests_on(&self, comparison: &Comparison) -> Option<String> {
         let is_plain = |side: &Side| side.way.direct().is_some() && side.rests_on.len() == 1;
         if is_plain(&comparison.own) && is_plain(&comparison.other) {
@@ -103,7 +103,7 @@ impl<'a> Words<'a> {
         Some(format!("the first rests on {own}, the second on {other}"))
     }
 
-    /// Why a comparison says nothing for or against the signal.
+    /// Why a comparison is no evidence about the signal.
     pub(super) fn why_silent(&self, comparison: &Comparison, at: Time) -> String {
         if !comparison.explained_by.is_empty() {
             let failed = self.signals(&comparison.explained_by);
@@ -138,7 +138,7 @@ impl<'a> Words<'a> {
     }
 }
 
-/// `a, b and c`; of many, the first and how many more.
+/// `a, b and c`; of many names the first ones, and the number of others.
 pub(super) fn listed(names: &[&str]) -> String {
     match names {
         [] => "nothing".to_owned(),

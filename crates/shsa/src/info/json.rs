@@ -1,4 +1,4 @@
-//! What is in recordings, for programs: one object.
+//! The contents of recordings as one JSON object.
 
 use serde_json::{Value, json};
 use shsa_format::recording::{FileInfo, TopicInfo};

@@ -1,4 +1,4 @@
-//! `shsa info`: what is in recordings, and what is damaged of them.
+//! `shsa info`: the contents of recordings, and their damage.
 //!
 //! `files -> inventory of each -> text, JSON, or the signals of a model`
 
@@ -33,10 +33,10 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Tells what is in recordings.
+/// Tells the contents of recordings.
 ///
 /// # Errors
-/// When one cannot be read at all.
+/// When a recording cannot be read at all.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let files = recording::inventory(&arguments.recordings, &arguments.reading.options())?;
     let told = match (arguments.json, arguments.signals) {

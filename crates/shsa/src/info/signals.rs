@@ -1,4 +1,4 @@
-//! The variables and signals that a recording has, as a model begins with them. What it cannot know stands in comments.
+//! The variables and signals of a recording, as the beginning of a model. Comments tell what is still open.
 
 use crate::scan::draft::{quoted, unique, unit, variable};
 use crate::scan::text::rate;
@@ -34,7 +34,7 @@ pub(super) fn drafted(files: &[FileInfo]) -> String {
     format!("variables:\n{variables}signals:\n{signals}")
 }
 
-/// The text that finds a field.
+/// The source text of a field.
 fn source(topic: &TopicInfo, field: &FieldInfo) -> String {
     // The tags of a topic stand behind the field.
     let at = topic.source.find('[').filter(|_| topic.source.contains('='));
@@ -45,7 +45,7 @@ fn source(topic: &TopicInfo, field: &FieldInfo) -> String {
     }
 }
 
-/// Shape and unit of a variable, those that are only guessed as a comment.
+/// Shape and unit of a variable; guesses are in a comment.
 fn about(topic: &TopicInfo, field: &FieldInfo) -> String {
     let shape = (field.kind == "list").then(|| "shape: vector".to_owned());
     let known = field.unit.as_deref().filter(|unit| Unit::parse(unit).is_ok());

@@ -1,4 +1,4 @@
-//! What is in recordings, for people.
+//! The contents of recordings as text.
 
 use crate::scan::text::rate;
 use crate::show::{self, Paint, paint};
@@ -7,7 +7,7 @@ use shsa_format::recording::{FieldInfo, FileInfo, TopicInfo};
 use shsa_format::text::{counted, seconds};
 use shsa_message::stamp::{Notation, written};
 
-/// More fields than these of one topic are only counted.
+/// The most fields that are listed for one topic; further ones are only counted.
 const FIELDS_MAX: usize = 40;
 
 pub(super) fn shown(files: &[FileInfo]) -> String {
@@ -29,7 +29,7 @@ fn of_file(file: &FileInfo) -> String {
     if rows.is_empty() { head } else { format!("{head}\n{}", show::table(&columns, rows)) }
 }
 
-/// An epoch as a date, everything smaller in seconds.
+/// An epoch as a date; a smaller time in seconds.
 fn moment(time: Time) -> String {
     const YEAR_2000: Time = Time(946_684_800_000_000_000);
     if time > YEAR_2000 { written(time, Notation::Rfc3339) } else { format!("{} s", time.seconds()) }
@@ -40,7 +40,7 @@ fn of_topic(topic: &TopicInfo) -> Vec<Vec<String>> {
     let unreadable = topic.unreadable.as_ref();
     let mut rows = vec![vec![
         topic.source.clone(),
-        // Of a table these are its columns, which follow.
+        // The kind of a table lists its columns, which follow anyway.
         if topic.kind.contains(", ") { "table".to_owned() } else { topic.kind.clone() },
         topic.count.to_string(),
         topic.rate_hz.map_or_else(nothing, rate),

@@ -1,4 +1,4 @@
-//! What finds a fault in a step: the default monitor with its judge, or the published method.
+//! The method that finds a fault in a step: the default monitor with its judge, or the published method.
 
 use super::Arguments;
 use shsa_core::alignment::Sample;
@@ -20,15 +20,15 @@ pub(super) struct Output {
     pub(super) validity: Option<Validity>,
 }
 
-/// What a step has found.
+/// The results of a step.
 pub(super) struct Step {
     pub(super) time: Time,
     pub(super) outputs: Vec<Output>,
     pub(super) errors: Vec<f64>,
     pub(super) failed: Option<usize>,
-    /// Not all combinations of inputs were formed.
+    /// Whether some combinations of inputs were left out.
     pub(super) truncated: bool,
-    /// Signals that are not healthy, in words.
+    /// The verdicts of signals that are not healthy.
     pub(super) verdicts: Vec<(String, &'static str)>,
 }
 
@@ -83,7 +83,7 @@ impl Method for Thesis<'_> {
     }
 }
 
-/// The default monitor with its judge, without a need to serve.
+/// The default monitor with its judge, without needs.
 pub(super) struct Watching<'a> {
     knowledge: &'a KnowledgeBase,
     monitor: Monitor,

@@ -1,4 +1,4 @@
-//! `shsa monitor`: all ways of knowing a variable, compared over recorded observations.
+//! `shsa monitor`: compares all ways of a variable over recorded observations.
 
 mod method;
 mod printer;
@@ -22,7 +22,7 @@ use shsa_message::span::parse_span;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 
-/// How many steps are made at most: more are a wrong period, or a wrong time stamp.
+/// The most steps: more indicate a wrong period, or a wrong time stamp.
 const MOST_STEPS: i64 = 10_000_000;
 
 /// Arguments of `shsa monitor`.
@@ -68,7 +68,7 @@ enum Mode {
     Thesis,
 }
 
-/// Compares over all complete steps; the answer is no when there is nothing that knows the variable.
+/// Compares over all complete steps; the answer is no if nothing knows the variable.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let variable = find_variable(&knowledge, &arguments.variable)?;
@@ -98,7 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if recording.degraded { Outcome::Degraded } else { Outcome::Done })
 }
 
-/// Vectors are compared only in the numbers that follow from them.
+/// Refuses a vector: vectors are compared only by numbers computed from them.
 fn refuse_vector(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Result<()> {
     let variable = &knowledge.variables()[variable];
     match variable.shape {
@@ -127,7 +127,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
     Ok(recording)
 }
 
-/// The moments at which steps are made: every multiple of the period that is followed by an observation.
+/// The times of steps: every multiple of the period that is followed by an observation.
 #[derive(Clone, Copy)]
 struct Steps {
     first: Time,

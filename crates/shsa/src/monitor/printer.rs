@@ -13,10 +13,10 @@ use shsa_format::text::counted;
 use std::collections::BTreeMap;
 use std::io::{Write, stdout};
 
-/// Characters of a column of errors.
+/// The width of an error column in characters.
 const WIDTH: usize = 8;
 
-/// JSON knows no infinity: it becomes null.
+/// `null` instead of infinity, which JSON lacks.
 fn finite(value: f64) -> Option<f64> {
     Some(value).filter(|value| value.is_finite())
 }
@@ -26,12 +26,12 @@ pub(super) struct Printer<'a> {
     variable: VariableId,
     mode: Mode,
     json: bool,
-    /// What times in text count from.
+    /// The origin of the times in the text.
     start: Time,
     steps: usize,
-    /// Whether it was told that combinations were left out.
+    /// Whether left-out combinations were told.
     truncated: bool,
-    /// In how many steps each way was the one that had failed.
+    /// The number of steps in which each way has failed.
     failures: BTreeMap<usize, usize>,
 }
 
@@ -147,7 +147,7 @@ impl<'a> Printer<'a> {
         object
     }
 
-    /// An error of thesis mode is a difference of values; of the default mode a number of pairs.
+    /// An error: in thesis mode a difference of values, in the default mode a number of pairs.
     fn error(&self, error: f64) -> f64 {
         match (self.mode, &self.knowledge.variables()[self.variable].unit) {
             (Mode::Thesis, Some(unit)) => error / unit.scale,
@@ -163,7 +163,7 @@ impl<'a> Printer<'a> {
         line.trim_end().to_owned()
     }
 
-    /// Who has failed; of the default mode, every signal that is not healthy.
+    /// The failed way; in the default mode, every signal that is not healthy.
     fn findings(&self, step: &Step) -> Vec<String> {
         if self.mode == Mode::Thesis {
             let failed = step.failed.map(|way| show::paint(Paint::Red, &format!("way {way} failed")));

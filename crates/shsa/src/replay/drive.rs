@@ -1,4 +1,4 @@
-//! Drives the engine over recorded inputs, with a progress bar where somebody looks on.
+//! Drives the engine over recorded inputs, with a progress bar on a terminal.
 
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use shsa_core::engine::{Input, Options};
@@ -6,13 +6,13 @@ use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given, Run};
 use std::io::{IsTerminal, stderr};
 
-/// How often the progress bar moves, in inputs.
+/// The number of inputs between two steps of the progress bar.
 pub(super) const PROGRESS_STEP: u64 = 4_096;
 
-/// Drives a new engine over all eras and on to the end; `step` gives it everything that goes in, ticks included.
+/// Drives a new engine over all eras to the end; `step` passes on each input, including ticks.
 ///
 /// # Errors
-/// Those of `step`.
+/// Errors of `step`.
 pub(crate) fn drive(
     eras: &[Era],
     span: Option<(Time, Time)>,
@@ -32,7 +32,7 @@ pub(crate) fn drive(
     run
 }
 
-/// How far the run is, of so many observations.
+/// A progress bar for `length` observations.
 pub(super) fn progress(length: usize) -> ProgressBar {
     let target =
         if stderr().is_terminal() { ProgressDrawTarget::stderr() } else { ProgressDrawTarget::hidden() };

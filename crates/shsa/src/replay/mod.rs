@@ -1,4 +1,4 @@
-//! `shsa replay`: the whole loop over recordings, with faults injected if wanted.
+//! `shsa replay`: the whole loop over recordings, optionally with injected faults.
 
 mod drive;
 mod picture;
@@ -82,7 +82,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Replays and reports; the answer is no when a need was unmet.
+/// Replays and reports; the answer is no if a need was unmet.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let live = show::load_live(&arguments.model)?;
     if let Some(outcome) = stream::run(arguments, live.knowledge())? {
@@ -122,7 +122,7 @@ impl Arguments {
     }
 }
 
-/// Opens what is to be written: journal, values and the page.
+/// Opens the output files: journal, values and page.
 fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 3]> {
     let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
@@ -149,7 +149,7 @@ fn finish(
     })
 }
 
-/// The model and the command, as the report tells them.
+/// The model and the command, for the report.
 fn made(arguments: &Arguments) -> anyhow::Result<Made> {
     let path = &arguments.model;
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {} again", path.display()))?;
@@ -160,7 +160,7 @@ fn made(arguments: &Arguments) -> anyhow::Result<Made> {
     Ok(Made { model, text: String::from_utf8_lossy(&bytes).into_owned(), hash, command })
 }
 
-/// A word as a shell reads it.
+/// A word, quoted for a shell.
 fn quoted(word: &str) -> String {
     let is_plain = |char: char| char.is_alphanumeric() || "-_./=:,@+%".contains(char);
     match !word.is_empty() && word.chars().all(is_plain) {

@@ -1,4 +1,4 @@
-//! Models that take over during a replay: `--reload FILE@TIME`.
+//! Changes of the model during a replay: `--reload FILE@TIME`.
 
 use crate::show;
 use anyhow::Context;
@@ -29,16 +29,16 @@ impl FromStr for Reload {
     }
 }
 
-/// A knowledge base, and since when it counts.
+/// A knowledge base, and the time from which it is used.
 pub(super) struct Stage {
     pub(super) at: Span,
     pub(super) knowledge: KnowledgeBase,
-    /// The file that brought it, and what stands in it; none for the model at the beginning.
+    /// The name and the text of the file with the change; none for the first model.
     pub(super) change: Option<(String, String)>,
 }
 
-/// The knowledge bases of a run, in the order of time, and whether one of the files was refused: its problems have been told
-/// then, and the model before goes on.
+/// The knowledge bases of a run in the order of time, and whether a file was refused. The problems of a refused file were told,
+/// and the previous model stays.
 ///
 /// # Errors
 /// When a file cannot be read.
@@ -76,7 +76,7 @@ pub(super) fn until(mut stages: Vec<Stage>, length: Span) -> Vec<Stage> {
     stages
 }
 
-/// The stages of a session: one that began before what is left of its recording is there from the beginning.
+/// The stages of a session. The last stage before the beginning of its recording holds from the beginning.
 pub(super) fn of_session<'a>(stages: &'a [Stage], session: &Session) -> &'a [Stage] {
     let begins = session.span.0 - session.origin;
     let before = stages.iter().filter(|stage| stage.at < begins).count();

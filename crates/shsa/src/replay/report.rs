@@ -1,4 +1,4 @@
-//! What a replay found, as text and as JSON.
+//! The results of a replay, as text and as JSON.
 
 mod needs;
 mod json;
@@ -23,10 +23,10 @@ use shsa_format::event;
 use std::io::{Write, stdout};
 use std::time::Duration;
 
-/// A session that was replayed.
+/// A replayed session.
 pub(super) struct Part<'a> {
     pub(super) run: &'a Run,
-    /// The same without the injected faults.
+    /// The run without the injected faults.
     pub(super) clean: Option<&'a Run>,
     pub(super) source: &'a Source,
 }
@@ -36,7 +36,7 @@ impl<'a> Part<'a> {
         Part { run, clean: clean.as_ref(), source }
     }
 
-    /// The moment from which times count.
+    /// The origin of the times.
     fn origin(&self) -> Time {
         self.source.origin.unwrap_or(self.run.first)
     }
@@ -49,13 +49,13 @@ impl<'a> Part<'a> {
         self.run.last - self.run.first
     }
 
-    /// When the model was changed, and by which file.
+    /// The changes of the model: times and files.
     fn reloads(&self) -> impl Iterator<Item = (Time, &str)> {
         let eras = self.source.eras.iter().filter_map(|era| Some((era, era.change.as_ref()?)));
         eras.map(|(era, (file, _))| (era.from, file.as_str()))
     }
 
-    /// Why the session is one of its own.
+    /// Why this is a session of its own.
     fn because(&self) -> String {
         let session = self.source.session.as_ref();
         session.and_then(|it| it.because.as_ref()).map_or(String::new(), |because| format!("; {because}"))
@@ -67,26 +67,26 @@ impl<'a> Part<'a> {
     }
 }
 
-/// What a replay found, over all sessions; there is at least one.
+/// The results of a replay over all sessions; there is at least one.
 pub(super) struct Report<'a> {
     knowledge: &'a KnowledgeBase,
     parts: &'a [Part<'a>],
-    /// The run of the last session: what stands at the end is told of this one.
+    /// The run of the last session, for the facts about the end.
     run: &'a Run,
     source: &'a Source,
     /// By session, and all together.
     needs_of: Vec<Vec<NeedReport>>,
     needs: Vec<NeedReport>,
-    /// Each comparison with how often it was made, over all sessions.
+    /// Each comparison with its count, over all sessions.
     comparisons: Vec<Compared>,
-    /// What is not compared though the model declares it, by what was known before and by what has turned out.
+    /// Declared comparisons that are not made: known in advance, and found in the run.
     warnings: Vec<String>,
-    /// What showed at the end and accuses nobody.
+    /// Deviations at the end that accuse nobody.
     notes: Vec<Noted>,
 }
 
 impl<'a> Report<'a> {
-    /// Needs and signals are those of the model at the end.
+    /// Needs and signals are those of the last model.
     pub(super) fn new(parts: &'a [Part<'a>], watch: WatchBudget) -> Option<Report<'a>> {
         let Part { run, source, .. } = parts.last()?;
         let knowledge = run.engine.knowledge();
@@ -107,7 +107,7 @@ impl<'a> Report<'a> {
         Some(Report { knowledge, parts, run, source, needs_of, needs, comparisons, warnings, notes })
     }
 
-    /// The number of a session where there are several, from 1.
+    /// The number of a session from 1, if there are several.
     fn number(&self, at: usize) -> Option<usize> {
         (self.parts.len() > 1).then_some(at + 1)
     }
@@ -133,7 +133,7 @@ impl<'a> Report<'a> {
         self.parts.iter().map(|part| part.run.observations).sum()
     }
 
-    /// The ways of knowing under watch, with how they have run at the end.
+    /// The monitored ways with their figures at the end.
     fn ways(&self) -> impl Iterator<Item = (&WatchedWay, Figures)> {
         let monitor = self.run.engine.monitor();
         let indices = (0..).map(WayIndex);
@@ -154,7 +154,7 @@ fn difference_from_si(knowledge: &KnowledgeBase, variable: VariableId, value: f6
     knowledge.variables()[variable].unit.as_ref().map_or(value, |unit| value / unit.scale)
 }
 
-/// What a run thinks of a signal at its end.
+/// The verdict about a signal at the end of a run.
 fn verdict(run: &Run, signal: &str) -> &'static str {
     let id = run.engine.knowledge().signal(signal);
     id.map_or("", |id| event::verdict(run.engine.absence(id), run.engine.verdict(id)))

@@ -1,4 +1,4 @@
-//! What is replayed: recordings with faults injected, under one model after the other, or a journal.
+//! The inputs of a replay: recordings with injected faults, under one model after the other, or a journal.
 
 use super::reload::{self, Reload, Stage};
 use crate::plan::find_signal;
@@ -41,7 +41,7 @@ pub(crate) struct SourceArguments {
 }
 
 impl SourceArguments {
-    /// Whether anything is changed in what is replayed.
+    /// Whether the arguments change the inputs.
     pub(crate) fn changes(&self) -> bool {
         !self.inject.is_empty() || !self.reload.is_empty()
     }
@@ -66,7 +66,7 @@ impl CutArguments {
         Cuts { from: self.from, until: self.until, skip: self.skip.clone() }
     }
 
-    /// As on the command line, with a space before each.
+    /// The arguments as on the command line, with a space before each.
     pub(crate) fn shown(&self) -> String {
         let at = |name: &str, at: Option<Span>| {
             at.map_or(String::new(), |at| format!(" --{name} {}s", at.seconds()))
@@ -77,24 +77,24 @@ impl CutArguments {
     }
 }
 
-/// What is to be replayed in one session.
+/// The inputs of one session.
 pub(crate) struct Source {
     pub(crate) eras: Vec<Era>,
-    /// The same without the injected faults, to compare with.
+    /// The same without the injected faults, for comparison.
     pub(super) clean: Option<Vec<Era>>,
-    /// When the recording begins and ends, even if a fault has taken its first or last observations away.
+    /// Beginning and end of the recording, even if a fault removes its first or last observations.
     pub(crate) span: Option<(Time, Time)>,
-    /// From which times count, where that is not the beginning of the run.
+    /// The origin of times, if it is not the beginning of the run.
     pub(super) origin: Option<Time>,
-    /// Where it comes from and why it is a session of its own; none of a journal.
+    /// The session's origin, and why it is a session of its own; `None` for a journal.
     pub(super) session: Option<Session>,
-    /// Rows without a value in all sessions, by the names of signals.
+    /// Rows without a value in all sessions, by signal.
     pub(super) missing: BTreeMap<String, usize>,
     pub(crate) degraded: bool,
 }
 
 impl Source {
-    /// What goes into the run of a story.
+    /// The inputs of a story.
     pub(crate) fn of_story(story: &Story) -> Source {
         let eras = story.journal();
         let last = eras.iter().flat_map(|era| &era.inputs).map(Input::time).max();
@@ -110,10 +110,10 @@ impl Source {
     }
 }
 
-/// Reads recordings with the faults injected, or a journal: what is replayed, session by session, of which there is one at least.
+/// Reads recordings with the injected faults, or a journal, as sessions; returns at least one.
 ///
 /// # Errors
-/// When there is nothing to replay, or a fault is about a signal that the model does not have.
+/// When there is nothing to replay, or a fault names a signal that the model lacks.
 pub(crate) fn read(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
@@ -126,10 +126,10 @@ pub(crate) fn read(
     }
 }
 
-/// Reads what is replayed in one session.
+/// Reads the inputs of one session.
 ///
 /// # Errors
-/// As [`read`], and where there are several sessions.
+/// As [`read`], and when there are several sessions.
 pub(crate) fn read_one(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
@@ -142,7 +142,7 @@ pub(crate) fn read_one(
     }
 }
 
-/// What is looked for in recordings: every signal of the model but those that are computed, which come last.
+/// The fields to look for in recordings: every signal of the model except computed ones, which come last.
 pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
     let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
     measured.map(|(_, signal)| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
@@ -240,10 +240,10 @@ fn read_recordings(
     Ok(recording.by_session().map(source).collect())
 }
 
-/// Leaves the session of a number; all where none is given.
+/// Keeps only the session with this number, or all if there is none.
 ///
 /// # Errors
-/// When there is no such session, or none at all.
+/// When there is no such session, or no session at all.
 pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> anyhow::Result<()> {
     let count = recording.sessions.len();
     if count == 0 {
@@ -256,7 +256,7 @@ pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> a
     Ok(())
 }
 
-/// The samples of a session with the faults in it.
+/// The samples of a session with the injected faults.
 fn broken(
     session: &Session,
     samples: &[Sample],
@@ -273,7 +273,7 @@ fn broken(
     samples
 }
 
-/// Says which faults change nothing.
+/// Tells which faults change nothing.
 fn tell_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceArguments) {
     for (fault, targets) in arguments.inject.iter().zip(targets) {
         let strikes = |(session, samples): (&Session, &[Sample])| {
@@ -288,10 +288,10 @@ fn tell_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceA
     }
 }
 
-/// The number of what is wanted of a recording, and how the first model that has the signal scales it.
+/// The number of a wanted field, and its scaling by the first model with the signal.
 type Target = (usize, Option<Scaling>);
 
-/// What a fault changes: the signal of its name, from whichever sources the models read it.
+/// The targets of a fault: the fields of the signal, from every source that the models name.
 fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result<Vec<Target>> {
     let of_name = wanted.iter().enumerate().filter(|(_, wanted)| wanted.signal == fault.signal);
     let mut signals = stages.iter().flat_map(|stage| stage.knowledge.signals().iter());
@@ -303,7 +303,7 @@ fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result
     Ok(targets)
 }
 
-/// Whether there is an observation that the fault can change.
+/// Whether the fault can change an observation.
 fn strikes(fault: &Fault, samples: &[Sample], target: usize, first: Time) -> bool {
     let hit = |sample: &Sample| {
         let since = sample.received - first;
@@ -312,7 +312,7 @@ fn strikes(fault: &Fault, samples: &[Sample], target: usize, first: Time) -> boo
     samples.iter().any(hit)
 }
 
-/// The observations under each knowledge base; those of signals that it does not have, or finds elsewhere, are left out.
+/// The observations under each knowledge base, without those of signals that it lacks or reads from another source.
 fn eras(stages: &[Stage], samples: &[Sample], wanted: &[Wanted], first: Time) -> Vec<Era> {
     let mut eras = Vec::new();
     let mut rest = samples;

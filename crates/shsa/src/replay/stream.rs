@@ -1,4 +1,4 @@
-//! Replays recordings that are too long to be kept: they are read while they are replayed.
+//! Replays recordings that are too long for the memory: reads them during the replay.
 
 use super::drive::{PROGRESS_STEP, progress};
 use super::picture::Recorder;
@@ -17,11 +17,11 @@ use std::io::{BufWriter, Write};
 use std::path::Path;
 use std::time::Instant;
 
-/// Recordings of so many bytes are not kept in memory, where they need not be.
+/// Recordings of this size in bytes are streamed if possible.
 const LONG: u64 = 64 << 20;
 
-/// Replays long recordings; `None` when they are short, or must be kept: for faults, for a change of the model, because a part of
-/// them is wanted, because they are several sessions, or because they are not in the order of their reception.
+/// Replays long recordings. Returns `None` if they are short, or must be kept in memory: because of faults, a change of the
+/// model, a selected part, several sessions, or an order other than that of reception.
 pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Option<Outcome>> {
     let must_keep =
         arguments.source.changes() || arguments.source.session.is_some() || !arguments.cut.cuts().is_empty();
@@ -81,7 +81,7 @@ fn observation(signals: &[SignalId], sample: Sample) -> Option<Observation> {
     Some(Observation { signal, stamp: sample.time, received: sample.received, value: sample.value })
 }
 
-/// What the report must know of the recording.
+/// The facts about the recording for the report.
 fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
     let names = knowledge.signals().iter().map(|signal| signal.name.clone());
     let missing = survey.recording.found.iter().map(|found| found.missing);
@@ -96,7 +96,7 @@ fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
     }
 }
 
-/// The bytes of a file, or of the files in a folder; of standard input nobody knows.
+/// The bytes of a file, or of the files in a folder; 0 for standard input.
 fn size(path: &Path) -> u64 {
     if path == Path::new("-") {
         return LONG;

@@ -8,7 +8,7 @@ use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
 use std::io::Write;
 
-/// Writes the values of all needs as JSON lines, in the variables' units; with the number of the session where there are several.
+/// Writes the values of all needs as JSON lines, in the variables' units; with the session's number if there are several.
 pub(super) fn write_values(parts: &[Part<'_>], mut output: impl Write) -> anyhow::Result<()> {
     for (at, part) in parts.iter().enumerate() {
         let session = (parts.len() > 1).then_some(at + 1);
@@ -20,7 +20,7 @@ pub(super) fn write_values(parts: &[Part<'_>], mut output: impl Write) -> anyhow
     Ok(())
 }
 
-/// Writes one of them.
+/// Writes one value.
 pub(super) fn write_value(
     knowledge: &KnowledgeBase,
     publication: &Publication,

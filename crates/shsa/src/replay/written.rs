@@ -1,14 +1,14 @@
-//! The files that a replay writes: opened before it begins, so that it fails before anything is done.
+//! The output files of a replay: opened before it begins, so that an error comes before any work.
 
 use anyhow::{Context, bail};
 use std::fs::{File, OpenOptions};
 use std::io::BufWriter;
 use std::path::{Path, PathBuf};
 
-/// Opens the files to write, all or none; what was in them is gone only when all are open.
+/// Opens the output files, all or none; their old content is deleted only when all are open.
 ///
 /// # Errors
-/// When one cannot be written, is named twice or is among those that are `read`.
+/// When a file cannot be written, is named twice, or is among those that are `read`.
 pub(crate) fn open<const N: usize>(
     paths: [Option<&Path>; N],
     read: &[&PathBuf],
@@ -32,10 +32,10 @@ pub(crate) fn open<const N: usize>(
     Ok(files.map(|file| file.map(BufWriter::new)))
 }
 
-/// Whether a file that may be written in the end is none of those that are `read`: said before anything is done.
+/// Checks, before any work, that a later output file is not among those that are `read`.
 ///
 /// # Errors
-/// When it is.
+/// When the file is among them.
 pub(crate) fn ensure_free(path: &Path, read: &[&PathBuf]) -> anyhow::Result<()> {
     let taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
     ensure_none_of(path, &taken)
@@ -56,7 +56,7 @@ fn open_one(path: &Path, taken: &mut Vec<PathBuf>) -> anyhow::Result<File> {
     Ok(file)
 }
 
-/// Only ordinary files have a length to set: `/dev/stdout` has none.
+/// Only regular files have a length to set: `/dev/stdout` has none.
 fn empty(file: &File) -> std::io::Result<()> {
     if file.metadata()?.is_file() { file.set_len(0) } else { Ok(()) }
 }

@@ -1,4 +1,4 @@
-//! A model's first draft: the variables and signals that were heard. It can be loaded; what it cannot know stands in comments.
+//! The first draft of a model: the received variables and signals. It can be loaded; comments tell what is still open.
 
 use super::Scan;
 use super::heard::Heard;
@@ -9,12 +9,12 @@ use shsa_message::source::{Field, StampField};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
-/// Where sources usually put their time stamp.
+/// The usual fields of time stamps.
 const STAMPS: [&str; 7] = ["stamp_ns", "stamp", "timestamp", "time", "ts", "t", "header.stamp"];
-/// A stamp is one when it is no further than this from the clock, nanoseconds.
+/// A field counts as a stamp if it differs from the clock by no more than this, nanoseconds.
 const STAMP_ERROR: u64 = 3_600_000_000_000;
 
-/// What a name tells of its unit: parts of names, and the unit.
+/// Units by parts of a name.
 const UNITS: [(&[&str], &str); 14] = [
     (&["temperature", "temp"], "degC"),
     (&["humidity", "soc", "percent", "level"], "%"),
@@ -83,12 +83,12 @@ fn signal(topic: &str, heard: &Heard, leaf: &Leaf, stamp: Option<&str>, variable
     format!("  {name}: {{ variable: {variable}, source: {source}{rate} }}{last}")
 }
 
-/// A text in YAML, which no character of it can break.
+/// A text as YAML, with all characters escaped that need it.
 pub(crate) fn quoted(text: &str) -> String {
     serde_json::Value::from(text).to_string()
 }
 
-/// The field that stamps the messages of a topic.
+/// The field with the stamp of a topic's messages.
 fn stamp_of(heard: &Heard) -> Option<&'static str> {
     let message = heard.last_message.as_ref()?;
     STAMPS.into_iter().find(|stamp| {
@@ -105,7 +105,7 @@ fn stamp_of(heard: &Heard) -> Option<&'static str> {
     })
 }
 
-/// A name for a variable: the field's, with the topic's where that says too little.
+/// A variable's name: that of the field, with that of the topic if the former says too little.
 pub(crate) fn variable(topic: &str, path: &str) -> String {
     let words = |text: &str| -> Vec<String> {
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';
@@ -123,7 +123,7 @@ pub(crate) fn unique(name: &str, names: &mut BTreeSet<String>) -> String {
     free
 }
 
-/// The unit that the nearest word of the field's or else the topic's name suggests.
+/// The unit suggested by the nearest word in the field's name, else in the topic's.
 pub(crate) fn unit(path: &str, topic: &str) -> Option<&'static str> {
     let of = |text: &str| {
         let text = text.to_lowercase();

@@ -1,4 +1,4 @@
-//! What was heard on one topic.
+//! The received messages of one topic.
 
 use shsa_bridge::payload::{Content, Leaf, Unreadable, explore};
 use shsa_bridge::{Message, Payload, PublisherId, Quality};
@@ -6,15 +6,15 @@ use shsa_core::time::Time;
 use std::collections::BTreeSet;
 use std::sync::Arc;
 
-/// As many messages are looked into from the first one on; of later ones the last.
+/// The number of messages whose fields are read from the first one on; of later ones only the last is read.
 const EXPLORED_MAX: u64 = 100;
-/// More publishers than these are not told apart.
+/// The most publishers that are counted.
 const PUBLISHERS_MAX: usize = 16;
 
 /// The messages of one topic.
 #[derive(Default)]
 pub(super) struct Heard {
-    /// Messages that were sent while we listened.
+    /// Messages that were sent during the scan.
     pub(super) count: u64,
     /// Messages that the bus had kept from before.
     pub(super) kept: u64,
@@ -54,7 +54,7 @@ impl Heard {
         self.last_message = Some(message);
     }
 
-    /// Looks into the last message, if that has not been done.
+    /// Reads the fields of the last message, if that has not been done.
     pub(super) fn finish(&mut self) {
         if self.count + self.kept > EXPLORED_MAX
             && let Some(message) = self.last_message.clone()
@@ -77,23 +77,23 @@ impl Heard {
         }
     }
 
-    /// Messages a second; `None` for fewer than two.
+    /// The rate in messages a second; `None` for fewer than two.
     pub(super) fn rate_hz(&self) -> Option<f64> {
         let passed = self.last?.0.checked_sub(self.first?.0)?;
         (self.count > 1 && passed > 0).then(|| (self.count - 1) as f64 * 1e9 / passed as f64)
     }
 
-    /// The longest time between two messages, seconds; `None` for fewer than two.
+    /// The longest time between two messages in seconds; `None` for fewer than two.
     pub(super) fn longest_gap_s(&self) -> Option<f64> {
         (self.count > 1).then_some(self.longest_gap as f64 / 1e9)
     }
 
-    /// Whether it came without encoding.
+    /// Whether the messages are not encoded.
     pub(super) fn is_value(&self) -> bool {
         self.last_message.as_ref().is_some_and(|message| message.value().is_some())
     }
 
-    /// The type where the bus tells it, else the form of the payload.
+    /// The type if the bus tells it, else the form of the payload.
     pub(super) fn form(&self) -> String {
         if let Some(message_type) = &self.message_type {
             return message_type.to_string();

@@ -1,4 +1,4 @@
-//! A scan for programs: one object.
+//! The results of a scan as one JSON object.
 
 use super::Scan;
 use super::heard::Heard;

@@ -1,4 +1,4 @@
-//! Which signals of a model are on the bus, and why the others are not.
+//! Which signals of a model were received, and why others were not.
 
 use super::heard::Heard;
 use shsa_bridge::{Clock, Message, Quality};
@@ -11,24 +11,24 @@ use shsa_runtime::inputs::Inputs;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 
-/// The signals of a model, and what was heard of them.
+/// The signals of a model with their received messages.
 pub(super) struct Matched {
     pub(super) knowledge: KnowledgeBase,
     inputs: Inputs,
     ends: IdVec<SignalId, End>,
 }
 
-/// What was heard of one signal.
+/// The received messages of one signal.
 #[derive(Clone, Default)]
 pub(super) struct End {
     pub(super) topic: Arc<str>,
     pub(super) path: Path,
-    /// Messages that had its field.
+    /// The number of messages with the signal's field.
     pub(super) readable: u64,
     pub(super) value: Option<RawValue>,
 }
 
-/// A signal that was not heard.
+/// A signal that was not received.
 pub(super) struct Missing<'a> {
     pub(super) signal: &'a str,
     pub(super) source: &'a str,
@@ -59,18 +59,20 @@ impl Matched {
         });
     }
 
-    /// Every signal with what was heard of it.
+    /// Every signal with its received messages.
     pub(super) fn signals(&self) -> impl Iterator<Item = (SignalId, &End)> {
         let measured = self.knowledge.signals().ids().filter(|id| !self.knowledge.is_computed(*id));
         measured.map(|id| (id, &self.ends[id]))
     }
 
-    /// How many messages with a signal's field could be read: those that could not are observed as invalid, too.
+    /// The number of messages with a readable value of a signal: unreadable ones are observed as invalid values, and are not
+    /// counted.
     pub(super) fn good(&self, id: SignalId) -> u64 {
         self.ends[id].readable.saturating_sub(self.inputs.unreadable(id).0)
     }
 
-    /// The names of the signals that a field carries. What was never encoded has no fields, and carries all of its topic.
+    /// The names of the signals that a field carries. A message without encoding has no fields, and carries all signals of its
+    /// topic.
     pub(super) fn carried(&self, topic: &str, heard: &Heard, path: &str) -> Vec<&str> {
         let path = Path::parse(path).unwrap_or_default();
         let is_field = |end: &End| heard.is_value() || end.path.steps == path.steps;
@@ -100,7 +102,7 @@ impl Matched {
     }
 }
 
-/// Why messages that can be read are no observations.
+/// Why readable messages are no observations.
 fn not_observed(heard: &Heard) -> String {
     match heard.quality {
         _ if heard.count == 0 => "only messages that the bus had kept, of unknown age".to_owned(),
@@ -109,7 +111,7 @@ fn not_observed(heard: &Heard) -> String {
     }
 }
 
-/// Where a signal is found: without a source under its own name.
+/// The source of a signal; without one, its name.
 fn source_of(knowledge: &KnowledgeBase, id: SignalId) -> &str {
     let signal = &knowledge.signals()[id];
     if signal.source.is_empty() { &signal.name } else { &signal.source }

@@ -1,4 +1,4 @@
-//! `shsa scan`: what is on the bus, at what rate, which signals it carries, and what is missing.
+//! `shsa scan`: the topics on a bus with their rates, the signals that they carry, and the missing signals.
 //!
 //! `bus -> inbox -> Heard, topic by topic -> text, JSON, or the draft of a model`
 
@@ -47,7 +47,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// What was heard, and for how long.
+/// The received messages, and the duration of the scan.
 struct Scan {
     bus: String,
     seconds: f64,
@@ -55,10 +55,10 @@ struct Scan {
     matched: Option<Matched>,
 }
 
-/// Listens, and tells.
+/// Receives messages for a while, and tells the results.
 ///
 /// # Errors
-/// When the model is wrong, or the bus cannot be had.
+/// When the model is invalid, or the bus cannot be used.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = arguments.model.as_deref().map(show::load_model).transpose()?;
     let matched = knowledge.map(Matched::new).transpose()?;
@@ -119,7 +119,7 @@ impl Scan {
     }
 }
 
-/// What could not be heard, and what was refused.
+/// Tells messages that were lost or refused.
 fn tell_losses(bridge: &mut dyn Bridge) {
     for losses in bridge.inbox().losses() {
         let (topic, dropped) = (losses.topic, losses.dropped);

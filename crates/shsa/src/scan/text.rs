@@ -1,4 +1,4 @@
-//! A scan for people.
+//! The results of a scan as text.
 
 use super::Scan;
 use super::heard::Heard;
@@ -8,9 +8,9 @@ use shsa_bridge::payload::{Content, Leaf};
 use shsa_core::observation::RawValue;
 use shsa_format::text::{counted, seconds};
 
-/// More fields than these of one topic are only counted.
+/// The most fields that are listed for one topic; further ones are only counted.
 const FIELDS_MAX: usize = 40;
-/// A text is shown up to here.
+/// The most characters of a text that are shown.
 const TEXT_MAX: usize = 32;
 
 pub(super) fn shown(scan: &Scan) -> String {
@@ -82,7 +82,7 @@ fn problem(heard: &Heard) -> String {
     unreadable.map_or(String::new(), |unreadable| paint(Paint::Yellow, &unreadable.to_string()))
 }
 
-/// A rate to three digits.
+/// A rate with three digits.
 pub(crate) fn rate(hz: f64) -> String {
     let digits = if hz < 9.995 { 2 } else { usize::from(hz < 99.95) };
     format!("{hz:.digits$} Hz")
@@ -105,7 +105,7 @@ fn content(content: &Content) -> String {
     }
 }
 
-/// A number with what counts of its digits; an epoch keeps its seconds.
+/// A number with its significant digits; an epoch keeps its seconds.
 fn number(value: f64) -> String {
     let size = value.abs();
     if value == 0.0 || !(1e-4..1e15).contains(&size) {
@@ -116,7 +116,7 @@ fn number(value: f64) -> String {
     if decimals > 0 { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }
 
-/// Signals that come at another rate than the model says: by more than a fifth.
+/// Signals whose rate differs from the model's by more than a fifth.
 fn rates(scan: &Scan, matched: &Matched) -> Option<String> {
     let differs = matched.signals().filter_map(|(id, end)| {
         let signal = &matched.knowledge.signals()[id];

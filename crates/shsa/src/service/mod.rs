@@ -29,7 +29,7 @@ use std::time::Instant;
 use stdio::Pipes;
 use timing::{Figures, Pace};
 
-/// Evaluations before the start, the fastest of which a period must hold.
+/// Evaluations before the start; a period must allow the fastest of them.
 const TRIALS: usize = 32;
 
 /// Arguments of `shsa service`.
@@ -87,10 +87,10 @@ pub(crate) struct Arguments {
     log: LogArguments,
 }
 
-/// Computes until it is interrupted, or its time is over.
+/// Computes until it is interrupted, or its duration has passed.
 ///
 /// # Errors
-/// When the arguments are wrong, or the bus cannot be had or refuses something.
+/// When the arguments are invalid, or the bus cannot be used or refuses something.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Log::begin(&arguments.log);
     let outlets =
@@ -143,7 +143,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     session.run()
 }
 
-/// A period in which the program can be evaluated at all: what takes longer later is shed.
+/// Checks that the program can be evaluated within a period; later evaluations that take longer are shed.
 fn fit_period(period: Span, formulas: &mut Formulas, arguments: &Arguments) -> anyhow::Result<Span> {
     if period <= Span::ZERO {
         anyhow::bail!("a period is longer than no time");

@@ -11,13 +11,13 @@ use shsa_message::source::split_topic;
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Outlet {
     topic: String,
-    /// The names from the outermost object to the value.
+    /// The keys from the outermost object to the value.
     path: Vec<String>,
 }
 
 impl Outlet {
     /// # Errors
-    /// When a text names no topic, or a part of a field has no name.
+    /// When a text names no topic, or a part of a field is empty.
     pub(super) fn new(text: &str) -> anyhow::Result<Outlet> {
         let (topic, field) = split_topic(text);
         let path: Vec<String> =
@@ -29,10 +29,10 @@ impl Outlet {
         Ok(Outlet { topic: topic.to_owned(), path })
     }
 
-    /// Sends a value that was true at a moment of the wall clock.
+    /// Sends a value that was true at a wall-clock time.
     ///
     /// # Errors
-    /// Those of the bus.
+    /// Errors of the bus.
     pub(super) fn send(
         &self,
         value: &RawValue,

@@ -1,4 +1,4 @@
-//! The inputs of a service: the latest value of each, as long as it is not too old.
+//! The inputs of a service: the latest fresh value of each.
 
 use anyhow::{Context, anyhow};
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
@@ -15,7 +15,7 @@ use std::sync::Arc;
 pub(super) struct Ports {
     ports: Vec<Port>,
     topics: BTreeMap<Arc<str>, (Reader, Vec<usize>)>,
-    /// Payloads that could not be read, and why the last one could not.
+    /// The number of unreadable payloads, and the reason for the last one.
     pub(super) unreadable: u64,
     pub(super) because: Option<String>,
 }
@@ -24,7 +24,7 @@ pub(super) struct Ports {
 #[derive(Clone, Debug)]
 struct Port {
     max_age: Option<Span>,
-    /// Its latest value, when it was true, and how far its publisher trusts it.
+    /// The latest value, its time, and the quality told by its publisher.
     latest: Option<(RawValue, Time, Option<Quality>)>,
     is_new: bool,
 }
@@ -66,7 +66,7 @@ impl Ports {
         self.topics.keys()
     }
 
-    /// Takes a message in; gives when its newest value was true, by our clock. A value older than the latest is not taken.
+    /// Takes a message in; returns the time of its newest value, by our clock. A value older than the latest one is ignored.
     pub(super) fn hear(&mut self, message: &Message, clock: &Clock) -> Option<Time> {
         let (reader, places) = self.topics.get_mut(&message.topic)?;
         let (ports, unreadable, because) = (&mut self.ports, &mut self.unreadable, &mut self.because);
@@ -104,12 +104,12 @@ impl Ports {
         self.ports.iter().all(|port| port.is_new)
     }
 
-    /// What is there has been used.
+    /// Marks the present values as used.
     pub(super) fn use_up(&mut self) {
         self.ports.iter_mut().for_each(|port| port.is_new = false);
     }
 
-    /// The latest values; none where they are too old now.
+    /// The latest values; `None` for those that are too old.
     pub(super) fn values(&self, now: Time) -> Vec<Option<&RawValue>> {
         let is_fresh = |port: &Port, stamp: Time| port.max_age.is_none_or(|most| now - stamp <= most);
         let value =
@@ -118,7 +118,7 @@ impl Ports {
         fresh.map(|latest| latest.map(|(value, ..)| value)).collect()
     }
 
-    /// The worst that a publisher has said of its value: what follows from it is no better.
+    /// The worst quality told by a publisher: the results are no better.
     pub(super) fn quality(&self) -> Quality {
         let rank = |quality: &Quality| Quality::ALL.iter().position(|known| known == quality);
         let told = self.ports.iter().filter_map(|port| port.latest.as_ref()?.2);

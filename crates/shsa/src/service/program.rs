@@ -1,4 +1,4 @@
-//! What a service computes: statements such as `y = x[0] + x[1]`, in the language of the models.
+//! The program of a service: statements such as `y = x[0] + x[1]`, in the language of the models.
 
 use shsa_core::expression::{
     Assignment, Equation, Expr, Formula, Function, InputKind, Kind, Node, Problem, Program, Scope, Severity,
@@ -8,9 +8,9 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::Validity;
 use std::fmt::Write as _;
 
-/// Vectors up to this length need no further room.
+/// Vectors up to this length need no further allocation.
 const USUAL_LENGTH: usize = 256;
-/// Time operators are made for so many evaluations a second; of more they skip some.
+/// The rate for which time operators are sized, in evaluations a second; at a higher rate they skip some.
 const MOST_A_SECOND: f64 = 1_000.0;
 
 /// A program of a service: one formula for each output.
@@ -21,17 +21,17 @@ pub(super) struct Formulas(Vec<Output>);
 struct Output {
     program: Program,
     state: State<f64>,
-    /// What it gave last, and when that was true.
+    /// The last value, and its time.
     last: Option<(RawValue, Validity)>,
 }
 
-/// The names `x[0]`, `x[1]`.. and `y[0]`..; `x` and `y` where there is one of them. In the text that is parsed, the brackets
-/// are underscores, so that places stay where they are.
+/// The names `x[0]`, `x[1]`.. and `y[0]`..; also `x` and `y` if there is only one. In the parsed text, underscores replace the
+/// brackets, so that positions stay the same.
 struct Names {
     inputs: usize,
     outputs: usize,
     vectors: Vec<usize>,
-    /// What the output under work is taken for.
+    /// The symbol and the assumed shape of the output being checked.
     own: (Symbol, Shape),
     names: Vec<String>,
 }
@@ -74,11 +74,11 @@ impl Scope for Names {
 }
 
 impl Formulas {
-    /// Reads statements, apart by `;` or a new line: one for each of the outputs. `vectors` are the numbers of the inputs
-    /// that are lists.
+    /// Reads statements, separated by `;` or a new line, one for each output. `vectors` are the numbers of the inputs that are
+    /// lists.
     ///
     /// # Errors
-    /// Everything that is wrong with them, each with its place.
+    /// All errors, each with its position.
     pub(super) fn read(
         texts: &[String],
         inputs: usize,
@@ -113,13 +113,12 @@ impl Formulas {
         if problems.is_empty() { Ok(Formulas(found.into_iter().flatten().collect())) } else { Err(problems) }
     }
 
-    /// Evaluates all formulas on the latest values of the inputs, missing where there is none; gives the values of the
-    /// outputs.
+    /// Evaluates all formulas on the latest values of the inputs, which may be missing; returns the values of the outputs.
     pub(super) fn evaluate(&mut self, inputs: &[Option<&RawValue>], at: Validity) -> Vec<Option<RawValue>> {
         self.0.iter_mut().map(|output| output.evaluate(inputs, at)).collect()
     }
 
-    /// Forgets all that was evaluated before.
+    /// Forgets the past evaluations.
     pub(super) fn reset(&mut self) {
         for output in &mut self.0 {
             output.state.reset(&output.program);
@@ -153,7 +152,7 @@ impl Output {
     }
 }
 
-/// A value as the programs take it: of an interval its middle.
+/// A value for the programs; of an interval the midpoint.
 fn plain(value: &RawValue) -> Value<'_, f64> {
     match value {
         RawValue::Number(number) => Value::Scalar(*number),
@@ -162,7 +161,7 @@ fn plain(value: &RawValue) -> Value<'_, f64> {
     }
 }
 
-/// One statement: which output it computes, and how.
+/// One statement: the output that it computes, and its formula.
 fn statement(text: &str, names: &mut Names) -> Result<(usize, Output), Vec<Problem>> {
     let Equation { lhs, rhs } = parse_equation(&flat(text)).map_err(|problem| vec![problem])?;
     let symbol = match &lhs.node {
@@ -190,7 +189,7 @@ fn statement(text: &str, names: &mut Names) -> Result<(usize, Output), Vec<Probl
     Ok((own.0 as usize - names.inputs, Output { program, state, last: None }))
 }
 
-/// Checks a right side; what it goes on from is of the shape that it has itself.
+/// Checks a right side; a formula that reads its own previous value must have the shape of that value.
 fn formula(rhs: &Expr, own: Symbol, names: &mut Names) -> Result<Formula, Vec<Problem>> {
     let mut problems = Vec::new();
     for shape in [Shape::Scalar, Shape::Vector] {
@@ -227,7 +226,7 @@ fn flat(text: &str) -> String {
             flat[end] = b'_';
         }
     }
-    // Only brackets have changed, so it is text as before.
+    // Only brackets were replaced, so the text is still valid UTF-8.
     String::from_utf8(flat).unwrap_or_else(|_| text.to_owned())
 }
 
@@ -256,7 +255,7 @@ fn bracketed(text: &str) -> String {
     shown + rest
 }
 
-/// Problems under the text that they are about.
+/// Problems, shown under the text.
 fn shown(text: &str, problems: &[Problem]) -> String {
     let mut told = String::new();
     for problem in problems {
@@ -282,7 +281,7 @@ mod tests {
         Validity { from: time, to: time }
     }
 
-    /// The outputs for rows of inputs, one a second.
+    /// Checks the outputs for rows of inputs, one row a second.
     #[track_caller]
     fn check(texts: &[&str], outputs: usize, rows: &[&[f64]], expected: &str) {
         let texts: Vec<String> = texts.iter().map(|text| (*text).to_owned()).collect();

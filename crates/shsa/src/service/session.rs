@@ -12,10 +12,10 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
-/// Nothing is waited for longer than this: the link and the end are looked at.
+/// The longest rest: afterwards the link and the end of the run are checked.
 const LONGEST_REST: Span = Span::from_millis(100);
 
-/// A service under way.
+/// A running service.
 pub(super) struct Session {
     pub(super) bridge: Box<dyn Bridge>,
     pub(super) ports: Ports,
@@ -23,24 +23,24 @@ pub(super) struct Session {
     pub(super) outlets: Vec<Outlet>,
     pub(super) pace: Pace,
     pub(super) figures: Figures,
-    /// What its outputs come from, for those who read it.
+    /// The provenance of its outputs.
     pub(super) provenance: Provenance,
     pub(super) stop: Arc<AtomicBool>,
-    /// When it ends by itself.
+    /// The time at which the service ends by itself.
     pub(super) until: Option<Time>,
-    /// The bus, for who has to find it.
+    /// The address of the bus, for messages.
     pub(super) bus: Address,
-    /// How long the bus may be gone.
+    /// How long the bus may be unreachable.
     pub(super) patience: Option<Span>,
-    /// How often the figures are told.
+    /// The period of the figures.
     pub(super) stats: Option<Span>,
     pub(super) watch: Watch,
 }
 
-/// What the session keeps an eye on.
+/// What the session remembers between its turns.
 #[derive(Debug, Default)]
 pub(super) struct Watch {
-    /// The newest moment that a value was true.
+    /// The newest time of a value.
     at: Option<Time>,
     down_since: Option<Time>,
     told: Option<Time>,
@@ -48,10 +48,10 @@ pub(super) struct Watch {
 }
 
 impl Session {
-    /// Goes on until it is stopped or its time is over, or the bus was gone for too long.
+    /// Runs until it is stopped, its duration has passed, or the bus was unreachable for too long.
     ///
     /// # Errors
-    /// When the bus refuses what is published.
+    /// When the bus refuses a publication.
     pub(super) fn run(mut self) -> anyhow::Result<Outcome> {
         let mut beat = match self.pace {
             Pace::Every(period) => Some(Beat::new(period, self.now())),
@@ -66,7 +66,7 @@ impl Session {
                 break unreachable;
             }
             self.tell_figures();
-            // What has come until the end is worked on.
+            // Messages that arrived before the end are still processed.
             if self.is_over() && (self.bridge.inbox().is_empty() || self.until.is_some()) {
                 break self.end();
             }
@@ -78,7 +78,7 @@ impl Session {
         Ok(outcome)
     }
 
-    /// How it ends when its time is over: a bus that is not there then has got nothing.
+    /// The outcome after the duration: if the bus is unreachable then, nothing was delivered.
     fn end(&self) -> Outcome {
         match self.bridge.link() {
             Link::Down(why) if !self.stop.load(Ordering::Acquire) => show::unreachable(&self.bus, &why),
@@ -100,9 +100,9 @@ impl Session {
 
     fn hear(&mut self) -> anyhow::Result<()> {
         let clock = self.clock();
-        // Stamps that are read by the clock of before a step are wrong by all of it.
+        // Stamps read before a step of the clock is followed would be wrong by the whole step.
         let _step = clock.follow();
-        // No more than waits now: a flood must not keep the time from being looked at.
+        // Only messages that wait now, so that a flood cannot delay the check of the time.
         for _ in 0..self.bridge.inbox().len() {
             let Some(message) = self.bridge.receive() else { break };
             let Some(stamp) = self.ports.hear(&message, &clock) else { continue };
@@ -157,7 +157,7 @@ impl Session {
         Ok(())
     }
 
-    /// Tells when the bus is gone and when it is back; how the service ends when it was gone for too long.
+    /// Tells when the bus becomes unreachable and when it is back; returns the outcome when it was unreachable for too long.
     fn look_after_the_bus(&mut self) -> Option<Outcome> {
         let now = self.now();
         let Link::Down(why) = self.bridge.link() else {

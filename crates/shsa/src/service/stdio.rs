@@ -1,5 +1,5 @@
-//! A bus of two pipes: what others would publish comes in on standard input, and what is published goes out on standard
-//! output, a JSON object a line. So a service needs no network to be tried, nor when somebody else carries its messages.
+//! A bus of two pipes: standard input brings the messages of others, and publications go to standard output, a JSON object a
+//! line. It needs no network, for trying a service or when another program carries its messages.
 //!
 //! `{"topic": "/input1", "payload": 1.5, "stamp_ns": 5}`; the payload is what a message would hold. The stamp may be left away,
 //! and so may `quality`, the name of a status code.
@@ -37,11 +37,11 @@ pub(super) struct Pipes {
 }
 
 impl Pipes {
-    /// Reads messages of these topics from now on; the end of the input raises `stop`. They are named at once, as what comes
-    /// before a subscription would be lost.
+    /// Reads messages of these topics from now on; the end of the input sets `stop`. The topics are given at once, because
+    /// messages before a subscription would be lost.
     ///
     /// # Errors
-    /// When no thread can be had.
+    /// When no thread can be started.
     pub(super) fn open(inbox: Inbox, stop: Arc<AtomicBool>, topics: BTreeSet<Arc<str>>) -> io::Result<Pipes> {
         let broken = Arc::new(AtomicU64::new(0));
         let pipes = Pipes { inbox: inbox.clone(), broken: broken.clone(), told: 0 };

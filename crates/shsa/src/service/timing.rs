@@ -1,4 +1,4 @@
-//! When a service computes, and how long that takes.
+//! When a service computes, and its execution times.
 
 use hdrhistogram::Histogram;
 use shsa_core::time::{Span, Time};
@@ -8,7 +8,7 @@ use std::time::Duration;
 /// When a service computes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Pace {
-    /// With each new value of any input, when all are known.
+    /// With each new value of any input, once all are known.
     Any,
     /// With each set of new values of all inputs.
     All,
@@ -16,7 +16,7 @@ pub(super) enum Pace {
     Every(Span),
 }
 
-/// The periods of a service: what is overdue is left out, so that it never lags behind.
+/// The periods of a service. Overdue periods are left out, so that the service never lags behind.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Beat {
     period: Span,
@@ -28,12 +28,12 @@ impl Beat {
         Beat { period, next: now }
     }
 
-    /// When it is due next.
+    /// When the next period is due.
     pub(super) fn next(&self) -> Time {
         self.next
     }
 
-    /// Whether it is due; gives how many periods had to be left out until now, and goes on to the next one.
+    /// If a period is due, advances to the next one; returns how many periods were left out.
     pub(super) fn take(&mut self, now: Time) -> Option<u64> {
         if now < self.next {
             return None;
@@ -44,26 +44,26 @@ impl Beat {
     }
 }
 
-/// What a service has done.
+/// The counts of a service.
 #[derive(Clone, Debug)]
 pub(super) struct Figures {
-    /// Evaluations, and messages that went out.
+    /// Evaluations, and published messages.
     pub(super) evaluated: u64,
     pub(super) published: u64,
     /// Outputs without a value.
     pub(super) without: u64,
-    /// Periods that were left out because the one before took too long.
+    /// Periods left out because the one before took too long.
     pub(super) shed: u64,
-    /// Execution times, nanoseconds: from the values to the last output on its way.
+    /// Execution times in nanoseconds: from the values to the last published output.
     times: Histogram<u64>,
 }
 
-/// Longer executions count as this, nanoseconds: a minute.
+/// A longer execution counts as this, nanoseconds: a minute.
 const LONGEST: u64 = 60_000_000_000;
 
 impl Figures {
     /// # Errors
-    /// When the bounds of the histogram are none.
+    /// When the bounds of the histogram are invalid.
     pub(super) fn new() -> anyhow::Result<Figures> {
         let times = Histogram::new_with_bounds(1, LONGEST, 2)?;
         Ok(Figures { evaluated: 0, published: 0, without: 0, shed: 0, times })

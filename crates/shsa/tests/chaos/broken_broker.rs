@@ -17,7 +17,7 @@ const SCENARIO: Scenario = Scenario {
     done: "Mosquitto killed with -9 while it keeps 200 messages for an instance that does not read; started again after 2 s",
     promised: "nothing is lost that the broker has confirmed; served again by itself; told",
 };
-/// Messages that the broker has confirmed when it is killed.
+/// Messages confirmed by the broker when it is killed.
 const KEPT: u64 = 200;
 
 #[test]
@@ -61,13 +61,13 @@ fn a_broker_that_is_killed_costs_nothing_that_it_had_confirmed() {
     ));
 }
 
-/// How many counts were taken, whatever was thought of them.
+/// The number of the counter's messages taken in, valid or not.
 fn counted(state: &Value) -> u64 {
     let counter = &state["models"]["chaos"]["signals"]["counter"];
     ["accepted", "dropped", "late", "out_of_order"].iter().map(|kind| counter[kind].as_u64().unwrap()).sum()
 }
 
-/// The counts in a journal: the counter is its fourth signal.
+/// The values of the counter in a journal; the counter is its fourth signal.
 fn numbers(journal: &Path) -> BTreeSet<u64> {
     let text = fs::read_to_string(journal).unwrap();
     let lines = text.lines().filter_map(|line| serde_json::from_str::<Value>(line).ok());

@@ -1,4 +1,4 @@
-//! The wall clock is stepped by an hour, both ways, under the instance and the sensors alike.
+//! The wall clock of the instance and the sensors is set by an hour, both ways.
 
 use crate::broker::Broker;
 use crate::plant::{Plant, Seen, longest_gap};
@@ -18,9 +18,9 @@ const SCENARIO: Scenario = Scenario {
     promised: "no false fault, no gap; told; stamps of what is published follow the wall clock",
 };
 const HOUR: f64 = 3600.0;
-/// So few values in a row are no step of the clock.
+/// This many values in a row, or fewer, are no step of the clock.
 const GLITCH: usize = 5;
-/// Where Debian puts a folder for each architecture.
+/// The folder in which Debian has a folder for each architecture.
 const LIBRARIES: &str = "/usr/lib";
 
 #[test]
@@ -54,7 +54,8 @@ fn a_step_of_the_wall_clock_is_no_fault() {
         wait(2.5);
     }
     let end = plant.now();
-    // A machine that lets the sensors wait makes them silent; a clock that steps tells of nothing else than itself.
+    // A busy machine can delay the sensors, which makes them silent; besides this silence, only the steps of the clock may be
+    // told.
     let mut decisions = run.decisions();
     decisions.retain(|decision| !is_of_silence(decision));
     let kinds = told(&decisions);
@@ -62,20 +63,20 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     let seen: Vec<_> = plant.seen().iter().filter(|seen| seen.at > begun).cloned().collect();
     let wall = |seen: &Seen| seen.wall_s - seen.at;
     let hours: Vec<f64> = seen.iter().map(|it| ((wall(it) - wall(&seen[0])) / HOUR).round()).collect();
-    // libfaketime now and then misses the file for a moment.
+    // libfaketime sometimes misses the file for a moment.
     let lasting =
         hours.chunk_by(|one, next| one == next).filter(|hour| hour.len() > GLITCH).map(|hour| hour[0]);
     let mut lasting: Vec<f64> = lasting.collect();
     lasting.dedup();
     assert_eq!(lasting, [0.0, 1.0, -1.0]);
-    // A machine that lets a sensor wait for a moment has another one stand in for it.
+    // When a busy machine delays a sensor, another one stands in.
     let good = seen.iter().filter(|seen| seen.is_good()).count();
     let stood_in = seen.iter().filter(|seen| seen.is_substitute()).count();
     let gap = longest_gap(&seen, begun, end);
-    // 50 a second for six seconds.
+    // There are 50 values a second for six seconds.
     assert!(seen.len() > 100, "{} values", seen.len());
     assert_eq!(good + stood_in, seen.len());
-    // On the way to the consumer, some milliseconds pass, and a second on a busy machine; in it the clock may step.
+    // A message takes some milliseconds to the consumer, on a busy machine a second; the clock may step meanwhile.
     let strange: Vec<_> =
         seen.iter().filter(|seen| (seen.wall_s - seen.stamp_s).abs() > HOUR / 2.0).collect();
     let stepped = |pair: &&[Seen]| (wall(&pair[1]) - wall(&pair[0])).abs() > HOUR - 1.0;
@@ -90,7 +91,8 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     ));
 }
 
-/// Whether it tells that a sensor fell silent, spoke again, or was stood in for meanwhile; or that all sensors waited.
+/// Whether a decision tells that a sensor became silent, published again, or was replaced meanwhile; or that all sensors were
+/// delayed.
 fn is_of_silence(decision: &Value) -> bool {
     let because = decision["because"].as_str().unwrap_or_default();
     decision["symptom"] == "silent"
@@ -101,7 +103,7 @@ fn is_of_silence(decision: &Value) -> bool {
         || decision["kind"] == "substituted"
 }
 
-/// Rewrites it in one step: it is read all the time.
+/// Replaces the file at once, because it is read all the time.
 fn set(offset: &Path, step: &str) {
     let beside = offset.with_extension("new");
     fs::write(&beside, step).unwrap();

@@ -1,4 +1,4 @@
-//! The network between two sites is cut, and made whole again.
+//! The network between two sites is cut, and restored.
 
 use crate::plant::{Plant, Seen, longest_gap};
 use crate::real::{self, Script};
@@ -17,12 +17,12 @@ const SCENARIO: Scenario = Scenario {
            for 10 s (lease between the routers: 1 s)",
     promised: "each site serves its consumer while cut; afterwards one instance serves both; told",
 };
-/// How long it is cut, seconds.
+/// The duration of the cut, seconds.
 const CUT: f64 = 10.0;
-/// After so long without a sign of life a router gives the other up, milliseconds.
+/// Without a sign of life for this long, a router gives the other one up, milliseconds.
 const LEASE_MS: u32 = 1_000;
 
-/// Two network namespaces that are joined by a cable; gone with this value.
+/// Two network namespaces, connected by a cable; dropping it removes them.
 struct Cable {
     names: [String; 2],
 }
@@ -55,7 +55,7 @@ impl Drop for Cable {
     }
 }
 
-/// A router, an instance, sensors and a consumer of their own.
+/// A site with its own router, instance, sensors and consumer.
 struct Site {
     run: Running,
     plant: Plant,
@@ -83,7 +83,7 @@ impl Site {
         Site { run, plant, _router: router }
     }
 
-    /// Who was heard since a moment.
+    /// The publishers whose values were received since a time.
     fn publishers(&mut self, from: f64) -> BTreeSet<String> {
         self.plant.seen().iter().filter(|seen| seen.at >= from).map(|seen| seen.publisher.clone()).collect()
     }
@@ -129,7 +129,7 @@ fn both_sides_of_a_cut_are_served_and_agree_afterwards() {
     ));
 }
 
-/// Waits until both consumers hear the same one instance, for a second; since when they do.
+/// Waits until both consumers receive values of the same single instance for a second; returns when this began.
 fn agree(sites: &mut [Site; 2]) -> f64 {
     for _ in 0..200 {
         let since = sites[0].plant.now() - 1.0;
@@ -145,7 +145,7 @@ fn agree(sites: &mut [Site; 2]) -> f64 {
     panic!("both sides never heard the same one instance")
 }
 
-/// How long values of two instances came after a moment, seconds.
+/// How long values of two instances arrived after a time, seconds.
 fn doubles(seen: &[Seen], from: f64) -> f64 {
     let mut spans: BTreeMap<&str, (f64, f64)> = BTreeMap::new();
     for seen in seen.iter().filter(|seen| seen.at >= from) {

@@ -6,14 +6,14 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A file system in memory; gone with this value.
+/// A file system in memory; dropping it unmounts it.
 pub(crate) struct Disk(PathBuf);
 
 impl Disk {
-    /// Mounts one of so many MiB.
+    /// Mounts a file system of `size` MiB.
     ///
     /// # Errors
-    /// Why it is not allowed here.
+    /// Why mounting is not allowed here.
     pub(crate) fn mount(place: &Path, size: u32) -> Result<Disk, String> {
         fs::create_dir_all(place).unwrap();
         system(&format!("mount -t tmpfs -o size={size}m tmpfs {}", place.display()))?;
@@ -24,7 +24,7 @@ impl Disk {
         &self.0
     }
 
-    /// Leaves not a byte.
+    /// Fills the file system completely.
     pub(crate) fn fill(&self) {
         let mut ballast = File::create(self.0.join("ballast")).unwrap();
         for size in [4096, 1] {

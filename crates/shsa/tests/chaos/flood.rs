@@ -1,4 +1,4 @@
-//! A publisher runs wild.
+//! A publisher floods its topic.
 
 use crate::broker::Broker;
 use crate::plant::Plant;
@@ -62,12 +62,12 @@ fn a_flood_of_one_signal_does_not_delay_the_healing_of_others() {
 fn reaction(run: &Running, plant: &mut Plant) -> f64 {
     let broken = plant.fault("wheel_1", "bias", 3.0);
     let healed = plant.first(broken, "a substitute", |seen| seen.is_substitute());
-    // The flood may be called a fault, too.
+    // The flood itself may be detected as a fault, too.
     while run.decision("failed")["signal"] != "wheel_1" {}
     healed.at - broken
 }
 
-/// How many messages of the wild wheel have come until now, heard or dropped.
+/// The number of the flooding wheel's messages so far, received or dropped.
 fn taken(state: &Value) -> u64 {
     let signal = &state["models"]["chaos"]["signals"]["wheel_3"];
     let kinds = ["accepted", "dropped", "late", "out_of_order", "invalid", "out_of_range"];
@@ -75,7 +75,7 @@ fn taken(state: &Value) -> u64 {
     heard + state["dropped"]["chaos/wheel_3"].as_u64().unwrap_or(0)
 }
 
-/// The state after all that was sent has come, and how many messages of the flood are accounted for.
+/// The state after everything sent has arrived, and how many messages of the flood are accounted for.
 fn all(run: &Running, before: u64, sent: u64) -> (Value, u64) {
     let state = run.until("all that was sent is heard or dropped", |state| taken(state) >= before + sent);
     let ours = (taken(&state) - before).min(sent);

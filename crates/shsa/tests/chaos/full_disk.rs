@@ -1,4 +1,4 @@
-//! The disk under journal and state is full, and then it is not.
+//! The disk of journal and state is full for a while.
 
 use crate::broker::Broker;
 use crate::disk::Disk;
@@ -16,7 +16,7 @@ const SCENARIO: Scenario = Scenario {
     done: "a file system of 1 MiB filled to the last byte for 5 s; meanwhile a wheel lies; then there is space again",
     promised: "nothing is delayed; the journal waits in memory, and nothing of it is lost; no half state; told; goes on by itself",
 };
-/// Longer than it takes to push out every older file, if each attempt took a place.
+/// Long enough to replace every older file, if each attempt replaced one.
 const FULL: f64 = 5.0;
 
 #[test]
@@ -35,7 +35,7 @@ fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
     let run = Running::start([&*model, "--bus", &address].into_iter().chain(kept));
     let mut plant = Plant::start(&python, "mqtt", broker.port(), &WHEELS);
     settle(&run, &mut plant);
-    // The journal that must not be lost.
+    // The journal that must be kept.
     wait(3.0);
     let whole = fs::read_to_string(format!("{state}/chaos.json")).unwrap();
 
@@ -70,7 +70,7 @@ fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
     assert!(is_whole(&text), "{}", &text[text.len() - 200..]);
     let written = text.lines().filter(|line| line.contains("\"signal\"")).count() as u64;
     assert!(written >= heard, "{written} written, {heard} heard");
-    // The state could not be saved once.
+    // Saving the state failed once.
     assert_eq!(missing, 1, "{events}");
     SCENARIO.seen(&format!(
         "longest gap {}; first substitute {} after the first false value; all {heard} messages are in the journal, which is one \
@@ -82,14 +82,14 @@ fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
     ));
 }
 
-/// Whether the state on the disk knows of the wheel that lies.
+/// Whether the saved state contains the verdict about the faulty wheel.
 fn saved(folder: &str) -> bool {
     let text = fs::read_to_string(format!("{folder}/chaos.json")).unwrap();
     let state: Value = serde_json::from_str(&text).expect("the state is whole whenever it is read");
     state.to_string().contains("failed")
 }
 
-/// How many inputs an event tells as missing.
+/// The number of missing inputs that an event tells.
 fn missing(event: &Value) -> Option<u64> {
     let because = event["because"].as_str().filter(|_| event["kind"] == "disk")?;
     because.split(' ').next()?.parse().ok()

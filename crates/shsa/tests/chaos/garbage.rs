@@ -1,4 +1,4 @@
-//! 100,000 payloads that are none.
+//! 100,000 invalid payloads.
 
 use crate::broker::Broker;
 use crate::plant::{Plant, longest_gap};
@@ -17,9 +17,9 @@ const SCENARIO: Scenario = Scenario {
     promised: "each is counted as invalid; the healthy wheel serves on; no crash; flat memory; trusted again afterwards",
 };
 const COUNT: u64 = 100_000;
-/// The signals on whose topics it comes.
+/// The signals whose topics get the payloads.
 const HIT: [&str; 3] = ["wheel_1", "wheel_2", "counter"];
-/// A second of what is sent may wait, so that every one can be counted.
+/// Room for the payloads of a second, so that none is dropped and each can be counted.
 const QUEUE: &str = "10000";
 
 #[test]
@@ -33,7 +33,7 @@ fn garbage_is_counted_and_healthy_values_are_served_on() {
     let mut vandal = Plant::start(&python, "mqtt", broker.port(), &[]);
     settle(&run, &mut plant);
     let garbage = |count: u64, seed: u64| json!({ "garbage": HIT.map(|signal| format!("chaos/{signal}")), "count": count, "rate": 10_000, "seed": seed });
-    // The first tenth makes all room that is ever needed.
+    // The first tenth allocates all memory that is ever needed.
     vandal.order(&garbage(COUNT / 10, 1));
     run.until("the first tenth is counted", |state| counted(state) >= COUNT / 10);
     let (before, begun) = (memory(&run), plant.now());
@@ -59,7 +59,7 @@ fn garbage_is_counted_and_healthy_values_are_served_on() {
     ));
 }
 
-/// Payloads that were no value, or had to make room.
+/// The number of payloads without a value, and of dropped ones.
 fn counted(state: &Value) -> u64 {
     let of = |name: &str| {
         let signal = &state["models"]["chaos"]["signals"][name];
@@ -69,7 +69,7 @@ fn counted(state: &Value) -> u64 {
     HIT.iter().map(|name| of(name)).sum()
 }
 
-/// What the process holds in memory, KiB.
+/// The process's memory in KiB.
 fn memory(run: &Running) -> u64 {
     let status = run.process("status");
     let line = status.lines().find_map(|line| line.strip_prefix("VmRSS:")).unwrap();

@@ -76,7 +76,7 @@ fn another_instance_goes_on_with_the_substitute() {
     let first = plant.first(broken, "a substitute", |seen| seen.is_substitute());
     wait(0.5);
 
-    // Who serves: the state of each lists it first.
+    // The state of each instance lists the serving one first.
     let (_, state) = runs[0].get("/state");
     let serving =
         state["instances"]["chaos/speed"][0].as_str().unwrap().split('.').next().unwrap().to_owned();

@@ -1,4 +1,4 @@
-//! What `shsa run` promises when the world around it breaks: with real parts, and in figures.
+//! The promises of `shsa run` when its environment fails: with real components, and in figures.
 //!
 //! Each scenario is a test, and a row of the table that `cargo xtask chaos` writes into docs/results.md.
 #![cfg(test)]

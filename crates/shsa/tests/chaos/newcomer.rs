@@ -1,4 +1,5 @@
-//! An instance is started beside one that serves, on MQTT and on Zenoh; then the one that serves is killed, then the last one ended.
+//! An instance is started beside one that serves, over MQTT and over Zenoh; then the serving one is killed, then the last one
+//! ended.
 
 use crate::broker::Broker;
 use crate::plant::{Plant, Seen};
@@ -9,29 +10,30 @@ use crate::scene::{WHEELS, model, router, settle, verdict};
 use serde_json::json;
 use std::path::Path;
 
-/// How old a value may be that is published, seconds: the need's `max_age`.
+/// The greatest age of a published value, seconds: the need's `max_age`.
 const MAX_AGE: f64 = 0.3;
 
-/// What the consumer has got from a moment on.
+/// The consumer's values from a time on.
 fn since(plant: &mut Plant, from: f64) -> Vec<Seen> {
     plant.seen().iter().filter(|seen| seen.at > from).cloned().collect()
 }
 
-/// By whom values came, one after the other.
+/// The publishers of the values, in order.
 fn publishers(seen: &[Seen]) -> Vec<&str> {
     let mut all: Vec<&str> = seen.iter().map(|seen| &*seen.publisher).collect();
     all.dedup();
     all
 }
 
-/// The longest time between two moments that values are about: told from their stamps, so that a machine that is busy does not show.
+/// The longest time between two stamps; unlike times of reception, stamps do not depend on how busy the machine is.
 fn longest_hole(seen: &[Seen]) -> f64 {
     let mut stamps: Vec<f64> = seen.iter().map(|seen| seen.stamp_s).collect();
     stamps.sort_by(f64::total_cmp);
     stamps.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
 }
 
-/// `first` serves a substitute for a wheel that lies; `second`, whose name comes before, is started, takes over and is killed.
+/// `first` serves a substitute for a faulty wheel. `second`, whose name has the higher rank, is started, takes over and is
+/// killed.
 fn a_newcomer(python: &Path, bus: &str, port: u16) -> (Running, Plant) {
     let folder = Folder::new();
     let (model, address) = (model(&folder), format!("{bus}://127.0.0.1:{port}"));
@@ -46,7 +48,7 @@ fn a_newcomer(python: &Path, bus: &str, port: u16) -> (Running, Plant) {
     assert_eq!(first.decision("failed")["signal"], "wheel_1");
     let substitute = plant.first(broken, "a substitute", Seen::is_substitute);
 
-    // The wheel that lies is the first one that a newcomer would believe.
+    // A newcomer without evidence would take the faulty wheel first.
     let started = plant.now();
     let second = start("second");
     let taken = second.decision("responsible");
@@ -58,7 +60,7 @@ fn a_newcomer(python: &Path, bus: &str, port: u16) -> (Running, Plant) {
     plant.first(other.at + 0.5, "more of it", |_| true);
     let seen = since(&mut plant, substitute.at);
     assert!(seen.iter().all(|seen| seen.is_substitute() && seen.error() < 1.5), "{seen:?}");
-    // What was on its way may come after what the other one has sent already.
+    // Messages of one instance that are under way may arrive after the first ones of the other.
     assert!(publishers(&seen).len() <= 4, "{:?}", publishers(&seen));
     assert!(longest_hole(&seen) < MAX_AGE, "{}: {seen:?}", longest_hole(&seen));
 
@@ -88,7 +90,7 @@ fn a_newcomer_takes_a_need_when_it_knows_who_lies_over_mqtt() {
     let _turn = beside_others();
     let broker = Broker::start(&[]);
     let (last, _plant) = a_newcomer(&python, "mqtt", broker.port());
-    // Who ends in order takes back what it has claimed.
+    // An instance that ends in order ends its claims.
     let visitor = json!({ "name": "visitor", "port": broker.port() });
     let mut visitor = Script::start(&python, "../../../shsa-bridge/tests/python/mqtt_client.py", &visitor);
     visitor.order(&json!({ "subscribe": "shsa/first/claims" }));

@@ -1,4 +1,4 @@
-//! One fault of the world after the other, with and without stamps in the sensors' messages: no value is wrong or of before.
+//! One fault of the environment after the other, with and without stamps in the sensors' messages: no value is wrong or outdated.
 
 use crate::real::{self, eventually};
 use crate::row::{Scenario, beside_others, shown};
@@ -40,7 +40,7 @@ const BROKER: Scenario = Scenario {
     done: "Mosquitto killed with -9, and started again after 30 s",
     promised: "no value is wrong or of before; served again by itself within 10 s of its start; told",
 };
-/// From a fault's end until the need is served from sound sources, seconds.
+/// The longest time from the end of a fault until the need is served from sound sources, seconds.
 const RECOVERY: f64 = 10.0;
 const CONNECTIONS: usize = 1_100;
 
@@ -89,11 +89,11 @@ fn half_open_connections_and_a_broker_that_comes_back() {
     row(&HALF_OPEN, &[(true, "disconnected"), (false, "disconnected")], act);
 }
 
-/// A connection that says nothing, or not enough.
+/// A connection that sends nothing, or an incomplete request.
 fn half_open(world: &World, number: usize) -> Option<TcpStream> {
     let mut stream = TcpStream::connect(world.run().address()).ok()?;
     let words: &[u8] = if number.is_multiple_of(2) { b"" } else { b"GET /state HTTP/1.1\r\nHost: lo" };
-    // It may be closed already, to make room.
+    // The server may have closed it already, to make room.
     let _ = stream.write_all(words);
     Some(stream)
 }
@@ -102,7 +102,7 @@ fn both(scenario: &Scenario, faults: &[Fault], wanted: &'static str) {
     row(scenario, &[(true, wanted), (false, wanted)], |world| world.live_through(faults));
 }
 
-/// Lets something happen to worlds whose sensors stamp, or do not; each tells what is wanted of it.
+/// Runs an action in worlds with and without stamps; each world names the event that must be told.
 fn row(scenario: &Scenario, worlds: &[(bool, &'static str)], act: impl Fn(&mut World) + Sync) {
     let Some(python) = real::python() else { return };
     let _turn = beside_others();
@@ -117,7 +117,7 @@ fn row(scenario: &Scenario, worlds: &[(bool, &'static str)], act: impl Fn(&mut W
     scenario.seen(&seen.join("; "));
 }
 
-/// What came of it in one world.
+/// The result in one world.
 fn lived(is_stamped: bool, act: impl Fn(&mut World), python: &Path, wanted: &str) -> String {
     let mut world = World::start(Setting::plain(is_stamped), python);
     world.settle();

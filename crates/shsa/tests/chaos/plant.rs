@@ -1,4 +1,4 @@
-//! Sensors and a consumer that know nothing of `shsa`, and what the consumer has seen.
+//! Independent sensors and an independent consumer, and the consumer's values.
 
 use crate::real::Script;
 use serde_json::{Value, json};
@@ -6,20 +6,20 @@ use std::path::Path;
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// Until something comes that always comes.
+/// A time limit that no step reaches.
 const PATIENCE: Duration = Duration::from_secs(30);
 
-/// A value that the consumer got.
+/// A value received by the consumer.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
-    /// When, by a clock that never steps, in seconds.
+    /// The time of reception by a clock that never steps, seconds.
     pub(crate) at: f64,
     pub(crate) value: f64,
     pub(crate) quality: String,
     pub(crate) publisher: String,
-    /// When the value was true, by the wall clock.
+    /// The wall-clock time at which the value was true.
     pub(crate) stamp_s: f64,
-    /// What the consumer's wall clock showed.
+    /// The consumer's wall clock at reception.
     pub(crate) wall_s: f64,
 }
 
@@ -45,27 +45,27 @@ impl Seen {
         self.quality == "UncertainSubstituteValue"
     }
 
-    /// How far it is from the speed that the sensors measure.
+    /// The difference to the speed that the sensors measure.
     pub(crate) fn error(&self) -> f64 {
         (self.value - (10.0 + 0.3 * (self.at / 3.0).sin())).abs()
     }
 }
 
-/// The longest time without a value between two moments.
+/// The longest time without a value between two times.
 pub(crate) fn longest_gap(seen: &[Seen], from: f64, to: f64) -> f64 {
     let inside = seen.iter().map(|seen| seen.at).filter(|at| (from..to).contains(at));
     let times: Vec<f64> = [from].into_iter().chain(inside).chain([to]).collect();
     times.windows(2).map(|pair| pair[1] - pair[0]).fold(0.0, f64::max)
 }
 
-/// The running sensors and their consumer.
+/// The running sensors and the consumer.
 pub(crate) struct Plant {
     script: Script,
     seen: Vec<Seen>,
 }
 
 impl Plant {
-    /// Starts with these signals over a bus: `mqtt` or `zenoh` on this port of the loopback interface.
+    /// Starts sensors of these signals on a bus: `mqtt` or `zenoh` on this port of the loopback interface.
     #[track_caller]
     pub(crate) fn start(python: &Path, bus: &str, port: u16, signals: &[&str]) -> Plant {
         let order = json!({
@@ -75,13 +75,13 @@ impl Plant {
         Plant { script: Script::start(python, "plant.py", &order), seen: Vec::new() }
     }
 
-    /// What the clock shows that never steps.
+    /// The time of the clock that never steps.
     #[track_caller]
     pub(crate) fn now(&mut self) -> f64 {
         self.at(&json!({ "now": true }))
     }
 
-    /// Breaks a sensor: `stop`, `bias`, or mends it: `none`. When that can be seen first.
+    /// Breaks a sensor by `stop` or `bias`, or repairs it by `none`; returns the time of the first visible effect.
     #[track_caller]
     pub(crate) fn fault(&mut self, signal: &str, kind: &str, amount: f64) -> f64 {
         self.at(&json!({ "fault": signal, "kind": kind, "amount": amount }))
@@ -97,13 +97,13 @@ impl Plant {
         self.script.order(order);
     }
 
-    /// Gives an order, and takes what is answered.
+    /// Gives an order, and returns the answer.
     #[track_caller]
     pub(crate) fn answer(&mut self, order: &Value, key: &str) -> Value {
         self.script.answer(order, key)
     }
 
-    /// All that the consumer has seen until now.
+    /// All values received by the consumer so far.
     #[track_caller]
     pub(crate) fn seen(&mut self) -> &[Seen] {
         let answer = self.script.answer(&json!({ "values": true }), "values");
@@ -111,7 +111,7 @@ impl Plant {
         &self.seen
     }
 
-    /// The first value since a moment that is as wanted; waits for it.
+    /// Waits for the first value since a time that meets a condition.
     #[track_caller]
     pub(crate) fn first(&mut self, from: f64, what: &str, is_so: impl Fn(&Seen) -> bool) -> Seen {
         let end = Instant::now() + PATIENCE;

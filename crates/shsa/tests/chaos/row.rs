@@ -1,24 +1,24 @@
-//! What becomes of a scenario: a row of the table in docs/results.md; and whose turn it is.
+//! The result of a scenario as a row of the table in docs/results.md; and the order in which scenarios run.
 
 use serde_json::json;
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::{PoisonError, RwLock, RwLockReadGuard, RwLockWriteGuard};
 
-/// What broke, and what was promised for it.
+/// The fault of a scenario, and the promise.
 pub(crate) struct Scenario {
-    /// Its place in the table.
+    /// The row of the table.
     pub(crate) number: u32,
-    /// What broke.
+    /// The fault.
     pub(crate) name: &'static str,
-    /// What was done.
+    /// How the fault was made.
     pub(crate) done: &'static str,
-    /// What is promised.
+    /// The promise.
     pub(crate) promised: &'static str,
 }
 
 impl Scenario {
-    /// What was promised was kept; this was seen.
+    /// Records that the promise was kept, with the observations.
     pub(crate) fn seen(&self, seen: &str) {
         let _ = writeln!(std::io::stderr(), "{}: {seen}", self.name);
         let Some(folder) = std::env::var_os("SHSA_CHAOS_ROWS") else { return };
@@ -27,22 +27,22 @@ impl Scenario {
         std::fs::write(PathBuf::from(folder).join(format!("{number:02}.json")), row.to_string()).unwrap();
     }
 
-    /// It cannot be shown on this machine, and says so.
+    /// Records that this machine cannot run the scenario, with the reason.
     pub(crate) fn skipped(&self, because: &str) {
         let _ = writeln!(std::io::stderr(), "SKIPPED: {}: {because}", self.name);
         self.seen(&format!("SKIPPED: {because}"));
     }
 }
 
-/// Scenarios that need the machine for themselves wait for the others, and the others for them.
+/// Scenarios that need the machine alone exclude all others.
 static TURN: RwLock<()> = RwLock::new(());
 
-/// Runs beside others.
+/// For a scenario that may run with others.
 pub(crate) fn beside_others() -> RwLockReadGuard<'static, ()> {
     TURN.read().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Runs alone.
+/// For a scenario that must run alone.
 pub(crate) fn alone() -> RwLockWriteGuard<'static, ()> {
     TURN.write().unwrap_or_else(PoisonError::into_inner)
 }

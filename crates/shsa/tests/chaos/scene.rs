@@ -1,4 +1,4 @@
-//! What every scenario needs: a model of three wheels, runs of it that are settled, routers, and what runs under a command.
+//! Common parts of the scenarios: a model of three wheels, settled runs, routers, and programs run by a command.
 
 use crate::plant::Plant;
 use crate::real::Script;
@@ -10,7 +10,7 @@ use std::{fs, thread, time};
 
 pub(crate) const WHEELS: [&str; 3] = ["wheel_1", "wheel_2", "wheel_3"];
 
-/// Three wheels of one speed, and a counter that nothing depends on.
+/// Three wheels of one speed, and an independent counter.
 const MODEL: &str = "
 shsa: 1
 variables:
@@ -36,17 +36,17 @@ pub(crate) fn text(path: &Path) -> String {
     path.to_str().unwrap().to_owned()
 }
 
-/// What is thought of a signal.
+/// The verdict about a signal.
 pub(crate) fn verdict<'s>(state: &'s Value, signal: &str) -> &'s str {
     state["models"]["chaos"]["signals"][signal]["verdict"].as_str().unwrap_or_default()
 }
 
-/// Whether nothing is held against a signal.
+/// Whether the verdict about a signal is healthy or unknown.
 pub(crate) fn is_trusted(state: &Value, signal: &str) -> bool {
     ["healthy", "unknown"].contains(&verdict(state, signal))
 }
 
-/// Waits until the speed is served by its own source, and every wheel is trusted.
+/// Waits until the need's own source serves the speed, and every wheel is trusted.
 #[track_caller]
 pub(crate) fn settle(run: &Running, plant: &mut Plant) {
     run.until("every wheel is heard, and the speed is served", |state| {
@@ -59,7 +59,7 @@ pub(crate) fn settle(run: &Running, plant: &mut Plant) {
     plant.first(from, "a good value", |seen| seen.is_good());
 }
 
-/// The kinds of decisions that came, each with what it is about.
+/// The kinds of the decisions, each with its subject.
 pub(crate) fn told(decisions: &[Value]) -> Vec<String> {
     let about = |decision: &Value| {
         let signal = decision["signal"].as_str().unwrap_or_default();
@@ -68,14 +68,14 @@ pub(crate) fn told(decisions: &[Value]) -> Vec<String> {
     decisions.iter().map(about).collect()
 }
 
-/// A router of Zenoh that is not ours.
+/// An independent router of Zenoh.
 pub(crate) fn router(python: &Path, config: &Value) -> Script {
     let mut all = json!({ "mode": "router", "scouting/multicast/enabled": false });
     all.as_object_mut().unwrap().extend(config.as_object().unwrap().clone());
     Script::start(python, "../../../shsa-bridge/tests/python/zenoh_client.py", &all)
 }
 
-/// A program that runs another one under a command: `exec COMMAND PROGRAM "$@"`.
+/// A script that runs a program by a command: `exec COMMAND PROGRAM "$@"`.
 pub(crate) fn under(folder: &Folder, name: &str, command: &[&str], program: &Path) -> PathBuf {
     let path = folder.path(name);
     let line = format!("#!/bin/sh\nexec {} {} \"$@\"\n", command.join(" "), program.display());
@@ -87,7 +87,7 @@ pub(crate) fn under(folder: &Folder, name: &str, command: &[&str], program: &Pat
 /// Runs a command of the system.
 ///
 /// # Errors
-/// The command, where it does not work: it needs root, and containers may forbid it to root.
+/// The command, if it fails: it needs root, and containers may forbid it even to root.
 pub(crate) fn system(line: &str) -> Result<(), String> {
     let words: Vec<&str> = line.split(' ').collect();
     let status = std::process::Command::new(words[0]).args(&words[1..]).status();

@@ -1,7 +1,7 @@
-//! Random sequences of faults of the world, drawn from seeds: each ends well.
+//! Random sequences of faults of the environment, by seed: each one must end with the need served.
 //!
-//! CI runs a handful. `SHSA_SEEDS=1..100 cargo test -p shsa --test chaos sequences -- --nocapture` runs those of these seeds,
-//! for a minute each, six at a time.
+//! CI runs a few. `SHSA_SEEDS=1..100 cargo test -p shsa --test chaos sequences -- --nocapture` runs these seeds, for a minute
+//! each, six at a time.
 
 mod draw;
 mod replayed;
@@ -22,16 +22,16 @@ const SCENARIO: Scenario = Scenario {
     promised: "each ends with the need served from sound sources within 10 s of the last fault; no value that is `Good` is wrong \
                meanwhile; the journal replays to the same decisions",
 };
-/// Seeds without `SHSA_SEEDS`, and for how long faults begin then, seconds.
+/// Without `SHSA_SEEDS`: the seeds, and the time in which faults begin, seconds.
 const FEW: (std::ops::RangeInclusive<u64>, f64) = (1..=4, 20.0);
-/// For how long faults begin with it.
+/// With `SHSA_SEEDS`: the time in which faults begin.
 const LONG: f64 = 50.0;
-/// Sequences at a time.
+/// The number of sequences that run at the same time.
 const BESIDE: usize = 6;
-/// From the last fault's end until the need is served from sound sources, seconds.
+/// The longest time from the last fault's end until the need is served from sound sources, seconds.
 const RECOVERY: f64 = 10.0;
 
-/// What became of a sequence.
+/// The result of a sequence.
 struct Told {
     faults: usize,
     judgement: Judgement,
@@ -75,14 +75,14 @@ fn every_random_sequence_of_faults_ends_well() {
     ));
 }
 
-/// Those of `SHSA_SEEDS`, as `1..100`, else a few; and for how long faults begin.
+/// The seeds of `SHSA_SEEDS`, as `1..100`, else a few; and the time in which faults begin.
 fn seeds() -> (std::ops::RangeInclusive<u64>, f64) {
     let Ok(text) = env::var("SHSA_SEEDS") else { return FEW };
     let (first, last) = text.split_once("..").expect("SHSA_SEEDS=FIRST..LAST");
     (first.parse().unwrap()..=last.parse().unwrap(), LONG)
 }
 
-/// Lives through the sequence of a seed.
+/// Runs the sequence of a seed.
 fn sequence(seed: u64, span: f64, python: &Path) -> Told {
     let mut dice = Dice(seed);
     let faults = draw::faults(&mut dice, span);

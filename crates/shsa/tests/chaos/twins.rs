@@ -1,4 +1,4 @@
-//! Two instances are started at once.
+//! Two instances are started at the same time.
 
 use crate::plant::{Plant, Seen};
 use crate::real::{self, free_port};
@@ -29,7 +29,7 @@ fn of_two_that_start_at_once_exactly_one_serves() {
     SCENARIO.seen(&rows.join("; "));
 }
 
-/// How many values came of the one that does not serve, and how many of the other one after that.
+/// The number of values of the instance that stops serving, and the number of values of the other one afterwards.
 fn started(python: &std::path::Path, names: [&str; 2]) -> (usize, usize) {
     let (folder, port) = (Folder::new(), free_port());
     let (model, address) = (model(&folder), format!("zenoh://127.0.0.1:{port}"));
@@ -54,7 +54,7 @@ fn started(python: &std::path::Path, names: [&str; 2]) -> (usize, usize) {
     let last = &*seen.last().unwrap().publisher;
     let first = seen.first().unwrap().at;
     let settled = seen.iter().rev().find(|seen| seen.publisher != last).map_or(first, |seen| seen.at);
-    // What was on its way when they learnt of each other may still come.
+    // Messages under way when they learnt of each other may still arrive.
     assert!(publishers(known + 0.5).len() == 1, "{:?}", publishers(known + 0.5));
     let after: Vec<&Seen> = seen.iter().filter(|seen| seen.at > settled).collect();
     let stamps: BTreeSet<u64> = after.iter().map(|seen| seen.stamp_s.to_bits()).collect();

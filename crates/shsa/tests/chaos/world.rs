@@ -1,4 +1,4 @@
-//! A broker, three sensors, a consumer and a run, each a process that can break.
+//! A broker, three sensors, a consumer and a run; each is a process that can fail.
 
 mod fault;
 mod truth;
@@ -19,7 +19,7 @@ use std::thread;
 use std::time::{Duration, Instant};
 use truth::Seen;
 
-/// Mosquitto writes its store once a second, and not with every message that it keeps.
+/// Mosquitto saves its store once a second, not with every kept message.
 const SAVING: [&str; 1] = ["autosave_on_changes false"];
 const SCRIPT: &str = "unsteady.py";
 
@@ -39,10 +39,10 @@ impl Sensor {
     }
 }
 
-/// What can be full.
+/// A place for files that can be full.
 enum Store {
     Small(Disk),
-    /// The file system does not end, but files may not grow.
+    /// The file system has room, but files may not grow.
     Limited(Folder),
 }
 
@@ -74,25 +74,25 @@ impl Store {
     }
 }
 
-/// What sensors and the run agree on.
+/// The common settings of sensors and run.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Setting {
-    /// Which sensors stamp their messages.
+    /// Whether each sensor stamps its messages.
     pub(crate) stamped: [bool; 3],
-    /// Whether the broker keeps messages while the run is away.
+    /// Whether the broker keeps messages during an absence of the run.
     pub(crate) is_kept: bool,
-    /// Whether the disk is small, where a file system can be mounted; else files may not grow when it is full.
+    /// Whether the disk is small, if a file system can be mounted; else files may not grow while it is full.
     pub(crate) has_small_disk: bool,
 }
 
 impl Setting {
-    /// All sensors stamp, or none does; nothing is kept.
+    /// All sensors stamp, or none does; the broker keeps nothing.
     pub(crate) fn plain(is_stamped: bool) -> Setting {
         Setting { stamped: [is_stamped; 3], is_kept: false, has_small_disk: false }
     }
 }
 
-/// A world that breaks. The run is the last to go, as its files lie in the others.
+/// A world that can fail. The run must be dropped last, because its files lie in the other fields.
 pub(crate) struct World {
     python: PathBuf,
     run: Running,
@@ -106,7 +106,7 @@ pub(crate) struct World {
 }
 
 impl World {
-    /// Starts everything.
+    /// Starts all processes.
     pub(crate) fn start(setting: Setting, python: &Path) -> World {
         let (broker, folder) = (Broker::start(&SAVING), Folder::new());
         let store = Store::new(setting.has_small_disk, &folder.path("disk"));
@@ -135,7 +135,7 @@ impl World {
         World { python, run, sensors, consumer, seen: Vec::new(), broker, store, model, _folder: folder }
     }
 
-    /// Waits until every wheel is heard and trusted, and the speed is served.
+    /// Waits until every wheel is received and trusted, and the speed is served.
     pub(crate) fn settle(&self) {
         self.run.until("every wheel is trusted, and the speed is served", |state| {
             let state_of = |wheel: &&str| {
@@ -147,14 +147,14 @@ impl World {
         });
     }
 
-    /// Waits until nothing is held against any wheel.
+    /// Waits until every wheel is trusted.
     pub(crate) fn until_trusted(&self) {
         self.run.until("every wheel is trusted again", |state| {
             WHEELS.iter().all(|wheel| is_trusted(state, wheel))
         });
     }
 
-    /// Lets every fault begin and end when it should.
+    /// Begins and ends every fault at its time.
     pub(crate) fn live_through(&mut self, faults: &[Fault]) {
         let turns = faults.iter().flat_map(|fault| [(fault.from, fault, true), (fault.until, fault, false)]);
         let mut turns: Vec<_> = turns.collect();
@@ -166,7 +166,7 @@ impl World {
         }
     }
 
-    /// Waits until the need is served for good after the last fault, or longer than it may take.
+    /// Waits until the need is served permanently after the last fault, or until the time limit.
     pub(crate) fn until_served(&mut self, begun: f64, last: f64, at_most: f64) -> Judgement {
         loop {
             thread::sleep(Duration::from_millis(200));
@@ -178,7 +178,6 @@ impl World {
         }
     }
 
-    /// The run, for who asks it something.
     pub(crate) fn run(&self) -> &Running {
         &self.run
     }
@@ -209,24 +208,24 @@ impl World {
         }
     }
 
-    /// All that the consumer has seen, and what its clock shows.
+    /// All values of the consumer, and the time of its clock.
     pub(crate) fn seen(&mut self) -> (&[Seen], f64) {
         let answer = self.consumer.answer(&json!({ "values": true }), "values");
         self.seen.extend(answer["values"].as_array().unwrap().iter().map(Seen::read));
         (&self.seen, answer["now"].as_f64().unwrap())
     }
 
-    /// Ends the run, and gives what is left of it.
+    /// Ends the run, and returns its remains.
     pub(crate) fn close(self) -> Remains {
         let World { run, store, model, _folder: folder, .. } = self;
-        // What was decided last is on its way.
+        // A stopped run must go on, so that its last decisions are sent.
         run.signal("-CONT");
         let ended = run.stop_and_tell();
         Remains { decisions: ended.1, status: ended.0.code(), store, model, _folder: folder }
     }
 }
 
-/// What a run leaves behind.
+/// The remains of a run.
 pub(crate) struct Remains {
     pub(crate) status: Option<i32>,
     pub(crate) decisions: Vec<Value>,

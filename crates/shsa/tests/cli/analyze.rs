@@ -1,4 +1,4 @@
-//! `shsa analyze`: what a model can do at all.
+//! `shsa analyze`: which faults a model can detect, isolate and heal.
 
 use crate::folder::{Folder, keys};
 use crate::tank;
@@ -43,7 +43,7 @@ fn the_tank_as_json() {
         "needs_lost": [],
     });
     assert_eq!(answer["signals"][0], level);
-    // What is in every comparison that a relation is in is taken for it.
+    // A component that is in every comparison of the relation cannot be told from it.
     let hydrostatic = json!({
         "relation": "hydrostatic", "prior": null, "detectable": true, "shown_by": 2,
         "isolable_from": ["/level", "/volume", "cylinder"],
@@ -114,7 +114,7 @@ fn five_witnesses_of_a_car_tell_every_fault_and_survive_four_losses() {
         assert_eq!((&signal["detectable"], &signal["tolerates"]), (&json!(true), &json!(4)));
         assert_eq!(signal["isolable_from"].as_array().unwrap().len(), 6);
     }
-    // The gyroscope and the steering wheel have nobody but each other.
+    // The gyroscope and the steering wheel have only each other as witness.
     for signal in turns {
         assert_eq!((&signal["detectable"], &signal["tolerates"]), (&json!(true), &json!(0)));
     }
@@ -128,7 +128,7 @@ fn two_motes_in_a_room_cannot_tell_which_one_lies() {
     assert!(of_signals(&answer, "detectable").iter().all(|detectable| **detectable == json!(true)));
     assert_eq!(answer["not_told_apart"][0], json!(["mote_1_temperature", "mote_2_temperature"]));
     assert_eq!(answer["not_told_apart"].as_array().unwrap().len(), 4);
-    // What tells two apart is a third: another sensor, or the other room if it is related.
+    // A third witness tells the two apart: another sensor, or the other room if a relation connects it.
     let first = &answer["additions"][0];
     assert_eq!((&first["kind"], &first["isolable_pairs"]), (&json!("relation"), &json!(4)));
 }
@@ -179,7 +179,7 @@ needs: { b: { signal: /b, max_age: 1 s } }
     );
 }
 
-/// The published counts of the Fault Diagnosis Toolbox (Frisk, Krysander, Jung 2017).
+/// The published figures of the Fault Diagnosis Toolbox (Frisk, Krysander, Jung 2017).
 #[test]
 fn the_water_tank_of_the_toolbox_has_its_figures() {
     let structure = &analysis("watertank")["structure"];
@@ -202,7 +202,7 @@ fn as_many_additions_as_asked_for() {
     assert_eq!([count(""), count("--additions 1"), count("--additions 0")], [3, 1, 0]);
 }
 
-/// Five sensors of one number, the last two of them one.
+/// Five sensors of one number, the last two of which have a common source.
 const FIVE: &str = "\
 shsa: 1
 variables: { x: { unit: m } }
@@ -223,9 +223,9 @@ fn what_the_budget_leaves_out_is_told() {
         (watch["ways"].clone(), watch["possible"].clone(), watch["hidden"].as_array().unwrap().len())
     };
     assert_eq!(watched(""), (json!(4), json!(4), 0));
-    // That many computed ways; signals are never left out for their number.
+    // The number limits computed ways; signals are never left out.
     assert_eq!(watched("--watch 2"), (json!(4), json!(4), 0));
-    // Two ways: that they differ shows, but not which one lies, and two others are not looked at.
+    // With two ways, a difference is detected but not isolated, and the two others are not compared.
     assert_eq!(watched("--watch-cost 200"), (json!(2), json!(4), 4));
     assert_eq!(watched("--watch-cost 0"), (json!(0), json!(4), 4));
     let told = folder.ends("analyze m.yaml --watch-cost 400", 0).stdout;
@@ -265,7 +265,7 @@ needs:
   a: { signal: \"</title><script>\", max_age: 1 s }
 ";
 
-/// The page refers to nothing, runs nothing, and shows names as they are.
+/// The page has no external resources and no scripts, and escapes names.
 #[test]
 fn the_page_stands_alone_and_names_are_only_shown() {
     let folder = Folder::with(&[("h.yaml", HOSTILE.as_bytes()), ("tank.yaml", tank::MODEL.as_bytes())]);
@@ -292,7 +292,7 @@ fn a_page_that_cannot_be_written_is_an_error() {
     tank::folder().refuses("analyze tank.yaml --html no/such/folder.html", &["no/such/folder.html"]);
 }
 
-/// A thousand signals in a hundred robots: in seconds, and what was limited is said.
+/// A thousand signals in a hundred robots take seconds, and limits that were reached are told.
 #[test]
 fn a_thousand_signals_come_back() {
     let mut model = "shsa: 1\nvariables:\n".to_owned();
@@ -314,7 +314,7 @@ fn a_thousand_signals_come_back() {
     assert!(limited.iter().any(|limit| limit["what"] == "additions"), "{limited:?}");
 }
 
-/// A model of 100,000 signals, within the memory of 768 MiB that the system gives (`ulimit -v`).
+/// A model of 100,000 signals within a memory limit of 768 MiB (`ulimit -v`).
 #[test]
 fn a_huge_model_is_analysed_in_part_and_that_is_told() {
     const SIGNALS: usize = 100_000;

@@ -8,7 +8,7 @@ use std::process::{Command, Stdio};
 const STOP: &str = include_str!("../../../../models/stop.yaml");
 const STABILITY: &str = include_str!("../../../../models/stability.yaml");
 
-/// Everything but the computer as it should be.
+/// All evidence holds, except that of the computer.
 const BUSY: &str = "
 /lidar/nearest: { fresh: 40 ms, sound: true }
 /sonar/nearest: { fresh: [20 ms, 60 ms], sound: true }
@@ -85,7 +85,7 @@ fn the_speed_of_the_car_is_had_at_a_lower_level_from_the_wheels() {
     assert_eq!(answer["needs"][0]["ways"][1]["gives"], json!("gentle"));
 }
 
-/// An upgrade brings a new service with its contract: full control without the gearbox.
+/// An upgrade brings a new service with its contract, which gives full control without the gearbox.
 #[test]
 fn a_new_service_gives_what_was_missing() {
     let folder = folder();
@@ -103,8 +103,8 @@ fn a_new_service_gives_what_was_missing() {
     assert_eq!((after("stability.yaml"), after("upgraded.yaml")), (json!("ASIL A"), json!("ASIL B")));
 }
 
-/// Ids are unique and of their kind, what supports exists, nothing rests on itself, and what nothing supports says so: the rules
-/// that `gsn2x -c` holds.
+/// The rules that `gsn2x -c` checks: ids are unique and of their kind, supporting elements exist, nothing supports itself, and
+/// undeveloped elements say so.
 #[test]
 fn the_case_is_sound_gsn() {
     let folder = folder();
@@ -140,7 +140,7 @@ fn the_page_tells_each_node_as_it_stands() {
     assert!(!page.contains("<script"));
 }
 
-/// SWI-Prolog derives what is given, from the program alone.
+/// SWI-Prolog derives the same verdicts from the program alone.
 #[test]
 fn prolog_says_the_same() {
     let folder = folder();

@@ -1,4 +1,4 @@
-//! `shsa calibrate`: what healthy recordings need is found again, and what is written works.
+//! `shsa calibrate`: finds known errors, offsets and delays in healthy recordings, and writes a patch that works.
 
 use crate::folder::{Folder, keys};
 use crate::tank;
@@ -21,7 +21,7 @@ needs:
   speed: { max_age: 1 s }
 ";
 
-/// Speeds that swing; `b` shows 3.6 km/h too much, `c` tells 0.4 s late, and all have noise that repeats.
+/// Oscillating speeds: `b` is 3.6 km/h too high, `c` is 0.4 s late, and all have reproducible noise.
 fn drive(rows: usize) -> String {
     let mut text = "t [s],a,b,c,d\n".to_owned();
     let speed = |time: f64| 10.0 + 3.0 * (0.5 * time).sin() + (1.3 * time).cos();
@@ -75,11 +75,11 @@ fn offsets_delays_and_errors_are_found() {
     );
     near(&fitted(&report, "c")["delay_s"], 0.4, 0.03);
     near(&fitted(&report, "a")["delay_s"], 0.0, 0.0);
-    // b shows 1 m/s more than a and c: two thirds above their mean, they one third below it.
+    // b is 1 m/s above a and c: two thirds above the mean of the three, while a and c are one third below.
     let offset = |name: &str| fitted(&report, name)["offset"].as_f64().unwrap();
     let apart = offset("b") / 3.6 + offset("a");
     assert!((apart - 1.0).abs() < 0.05, "{apart}");
-    // Noise of 0.05 m/s at most, instead of 5.
+    // The noise is 0.05 m/s at most, instead of 5.
     near(&fitted(&report, "a")["noise"], 0.1 / 12.0_f64.sqrt(), 0.01);
     for name in ["a", "c"] {
         let error = fitted(&report, name)["error"].as_f64().unwrap();
@@ -87,7 +87,7 @@ fn offsets_delays_and_errors_are_found() {
     }
     assert_eq!((&report["after"]["failed"], &report["after"]["suspected"]), (&0.into(), &0.into()));
     near(&report["signals"]["a"]["rate_hz"], 10.0, 1e-6);
-    // What is not fitted is not looked at.
+    // The part that is not fitted is not counted.
     assert_eq!(report["signals"]["a"]["count"], 1500);
     assert_eq!((&report["promise"]["alarms_per_hour"], &report["refused"]), (&0.5.into(), &Value::Null));
 }
@@ -106,7 +106,7 @@ fn what_is_written_changes_the_model_and_finds_smaller_faults() {
     assert_eq!(events(&fault), Vec::<Value>::new());
     let found = events(&format!("{fault} --reload tuned.yaml@0s"));
     assert!(found.iter().any(|event| event["kind"] == "failed" && event["signal"] == "a"), "{found:?}");
-    // At 0 s the needs go over to the changed model; that is no fault.
+    // At 0 s the needs go over to the changed model, which is no fault.
     let mut faults = found.iter().filter(|event| event["kind"] == "failed" || event["kind"] == "suspected");
     assert!(faults.all(|event| event["time_s"].as_f64().unwrap() >= 200.0), "{found:?}");
 }
@@ -114,7 +114,7 @@ fn what_is_written_changes_the_model_and_finds_smaller_faults() {
 #[test]
 fn a_relation_that_does_not_hold_is_told() {
     let folder = folder();
-    // It is left as it is: so wide that it accuses nobody.
+    // The relation's error is so wide that it accuses nobody.
     let wrong = MODEL.replace("derivative(way, 2 s)", "3 * derivative(way, 20 s)");
     folder.write("wrong.yaml", wrong.replace("error: 5 m/s", "error: 80 m/s"));
     let told = folder.ends("calibrate wrong.yaml drive.csv", 0).stdout;
@@ -127,13 +127,13 @@ fn a_relation_that_does_not_hold_is_told() {
 #[test]
 fn a_later_fault_is_the_answer_no_unless_it_is_left_out() {
     let folder = tank::folder();
-    // The level's sensor lies from 30 s on: the part that is tested is not healthy.
+    // The level's sensor is faulty from 30 s on, so the test part is not healthy.
     let report = folder.json("calibrate tank.yaml run.csv", 1);
     assert_eq!(report["after"]["failed"], 1);
     folder.ends("calibrate tank.yaml run.csv --skip 30s..70s --split 15s", 0);
 }
 
-/// Two sensors agree in the half that is fitted, and not in the other, which the model as it is allows.
+/// Two sensors agree in the fitted half, and differ in the other one by an amount that the given model allows.
 #[test]
 fn numbers_that_do_worse_than_the_model_are_not_written() {
     let mut text = "t [s],a,b\n".to_owned();
@@ -158,7 +158,7 @@ fn numbers_that_do_worse_than_the_model_are_not_written() {
     assert!(!folder.path("tuned.yaml").exists());
 }
 
-/// Nothing is asked of a gap in which calibration was told not to look.
+/// Calibration expects no values in a gap that it was told to skip.
 #[test]
 fn a_stretch_that_is_left_out_makes_no_time_out() {
     let mut text = "t [s],a,b\n".to_owned();
@@ -191,7 +191,7 @@ fn wrong_arguments_are_told() {
     folder.refuses("calibrate one.yaml run.csv", &["no variable of the model is known in two ways"]);
 }
 
-/// Three compasses of a ship that turns round and round: one counts the other way in tenths, one from 0 to 360 degrees.
+/// Three compasses of a ship that keeps turning: one counts the other way in tenths, one from 0 to 360 degrees.
 #[test]
 fn what_wraps_and_what_is_scaled_is_fitted_in_its_unit() {
     let model = "shsa: 1
@@ -203,7 +203,7 @@ signals:
 needs: { h: { signal: /h, max_age: 5 s } }
 ";
     let mut state = 1_u64;
-    // Evenly within 2 degrees: a deviation of 1.15.
+    // Uniform within 2 degrees: the standard deviation is 1.15.
     let mut noise = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
         4.0 * ((state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5)

@@ -6,7 +6,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 use std::fmt::Write;
 
-/// Two minutes without a fault; the level never stands still.
+/// Two minutes without a fault; the level always changes.
 fn clean() -> String {
     let mut text = "t [s],/level,/pressure,/volume\n".to_owned();
     for second in 0..=120 {
@@ -36,7 +36,7 @@ fn cells(campaign: &Value) -> &[Value] {
     campaign["cells"].as_array().unwrap()
 }
 
-/// What a replay with the fault of a cell says about it: latency, isolated, wrong blame.
+/// The result of a replay with the fault of a cell: latency, isolated, wrong blame.
 fn replayed(folder: &Folder, cell: &Value, onset: f64) -> (Option<f64>, bool, bool) {
     let (kind, signal) = (cell["kind"].as_str().unwrap(), cell["signal"].as_str().unwrap());
     let amount = cell["amount"].as_f64().map_or(String::new(), |amount| format!("={amount}"));
@@ -113,7 +113,7 @@ fn what_nobody_contradicts_is_published_with_its_error_and_what_nothing_replaces
     let report = campaign(&folder, "clean.csv --kinds bias,drop --amounts 8");
     let [bias, drop] = cells(&report) else { panic!("{report}") };
     assert_eq!((&bias["detected"], &bias["unmet"], &bias["amount"]), (&0.into(), &0.into(), &0.4.into()));
-    // 0.4 m too high, and both intervals reach 0.05 m to each side.
+    // The bias is 0.4 m, and both intervals have a half width of 0.05 m.
     let error = bias["needs"]["/healed/level"]["max_error"].as_f64().unwrap();
     assert!((error - 0.3).abs() < 1e-9, "{error}");
     assert_eq!((&drop["isolated"], &drop["needs"]["/healed/level"]["unmet"]), (&3.into(), &3.into()));
@@ -124,7 +124,7 @@ fn alarms_before_the_fault_are_false_and_those_of_the_clean_run_are_no_detection
     let report = campaign(&folder(), "lie.csv --kinds drop --signals /volume --onsets 1 --duration 10s");
     assert!(report["clean_alarms"].as_u64().unwrap() > 0, "{report}");
     assert!(cells(&report)[0]["false_alarms"].as_u64().unwrap() > 0, "{report}");
-    // The lie at 30 s falls into this bias, which is far too small to be seen.
+    // The recording's own fault at 30 s falls into this bias, which is far too small to be detected.
     let small = "lie.csv --kinds bias --amounts 0.001 --signals /volume --onsets 1 --duration 35s";
     let report = campaign(&folder(), small);
     assert!(report["clean_alarms"].as_u64().unwrap() > 0, "{report}");
@@ -219,7 +219,7 @@ fn bad_wishes_are_refused_before_anything_is_written() {
     assert!(!folder.names().contains(&"page.html".to_owned()));
 }
 
-/// Ten minutes of three thermometers in one room, healthy, with noise that repeats.
+/// Ten minutes of three healthy thermometers in one room, with reproducible noise.
 fn room() -> String {
     let mut text = "t [s],/a,/b,/c\n".to_owned();
     let mut state = 1_u64;
@@ -265,7 +265,7 @@ fn detectable_amounts_follow_calibrate_and_begin_in_the_second_half() {
         let seen = |kind: &str| smallest[cell["signal"].as_str().unwrap()][kind]["amount"].as_f64().unwrap();
         let bias = seen("bias");
         assert!((0.1..2.0).contains(&bias), "{bias} although the noise is 0.1");
-        // The drift reaches three times the bias in the 60 s of the fault, or more.
+        // The drift reaches at least three times the bias in the 60 s of the fault.
         let amount = if cell["kind"] == "drift" { 3.0 * seen("drift").max(bias / 60.0) } else { 3.0 * bias };
         assert!((cell["amount"].as_f64().unwrap() - amount).abs() < 1e-9 * amount, "{cell}: {bias}");
         assert_eq!(cell["detected"], 5, "{cell}");

@@ -1,4 +1,4 @@
-//! `shsa check`: problems with their places.
+//! `shsa check`: problems with their positions.
 
 use crate::folder::{Folder, keys};
 use crate::tank;
@@ -78,7 +78,7 @@ signals:
     let folder = Folder::with(&[("m.yaml", model.as_bytes())]);
     let answer = folder.json("check m.yaml", 0);
     let notes: Vec<_> = answer["diagnostics"].as_array().unwrap().iter().collect();
-    // What `for` names is meant so, and what only a condition reads is nothing to solve for.
+    // `for` restricts the directions on purpose, and a variable that only a condition reads needs no direction.
     let [note] = notes.as_slice() else { panic!("{notes:?}") };
     assert_eq!((&note["severity"], &note["line"], &note["column"]), (&"note".into(), &9.into(), &69.into()));
     let message = "this relation is not solved for `temperature`, `dew_point`: it occurs 2 times";

@@ -1,10 +1,10 @@
-//! `shsa plan --contingency`: what takes over when a signal is lost.
+//! `shsa plan --contingency`: the substitutes for lost signals.
 
 use crate::folder::{Folder, keys};
 use crate::tank;
 use serde_json::{Value, json};
 
-/// A flow that a pump's speed tells, which its power tells; but the power is itself worked out from the speed.
+/// A pump's speed gives the flow, and so does its power; but the power is itself derived from the speed.
 const MODEL: &str = "\
 shsa: 1
 variables: { flow: {}, speed: {}, power: {}, valve: {} }
@@ -55,7 +55,7 @@ fn what_takes_over_as_json() {
     assert_eq!(answer["variables"][1]["unhealed"], json!([["valve"]]));
 }
 
-/// The same as the search without the signal.
+/// The answer equals that of the search without the signal.
 #[test]
 fn it_agrees_with_the_search() {
     let folder = folder();
@@ -207,7 +207,7 @@ fn what_takes_over_meets_the_requirements() {
     assert_eq!(ways("--independent-of wide --max-latency 300ms"), (own, nothing));
     assert_eq!(ways("--integrity B"), (json!(["old"]), None), "its own signal falls short already");
     assert_eq!(ways("--min-rate 15"), (json!(["wide"]), None));
-    // Each need its own.
+    // Each need gets its own answer.
     let answer = folder.json("plan m.yaml --contingency --for-need", 0);
     let unhealed: Vec<&Value> =
         answer["variables"].as_array().unwrap().iter().map(|it| &it["unhealed"]).collect();

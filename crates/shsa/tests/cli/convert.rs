@@ -1,4 +1,4 @@
-//! `shsa convert`: forms in, forms out, losses told.
+//! `shsa convert`: conversions between forms, and the losses that are told.
 
 use crate::folder::Folder;
 use crate::tank;

@@ -1,11 +1,11 @@
-//! The drivetrain of the thesis at work: a minute in a curve, replayed with faults.
+//! The drivetrain of the thesis: a minute in a curve, replayed with faults.
 
 use crate::folder::Folder;
 use std::fmt::Write;
 
 const MODEL: &str = include_str!("../../../../models/drivetrain.yaml");
 
-/// A left curve of 33 to 50 m at 10 m/s, by the kinematics of a car that does not slip.
+/// A left curve with a radius of 33 to 50 m at 10 m/s, by the kinematics of a car without slip.
 fn drive() -> Folder {
     let files = ["steering.csv", "wheels.csv", "gearbox.csv", "inertial.csv"];
     let heads =

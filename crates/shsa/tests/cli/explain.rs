@@ -1,11 +1,11 @@
-//! `shsa explain`: who spoke against a signal, who else it could have been, and what would have cleared it.
+//! `shsa explain`: the evidence against a signal, the rivals, and what would have cleared it.
 
 use crate::folder::{Folder, keys};
 use crate::tank;
 use serde_json::Value;
 use std::path::PathBuf;
 
-/// The tank without the volume: of two that disagree, nobody can say which one lies.
+/// The tank without the volume: two sensors that disagree do not tell which one is faulty.
 const WITHOUT_VOLUME: &str = "signals: { /volume: null }\n";
 
 #[track_caller]
@@ -94,7 +94,7 @@ fn the_object_holds_the_intervals() {
         let ((own, own_lo, own_hi), (other, lo, hi)) = (side(&comparison["own"]), side(&comparison["other"]));
         assert_eq!((own, comparison["unit"].as_str()), ("/level", Some("m")));
         assert!(other.starts_with("/pressure") || other.starts_with("/volume"), "{other}");
-        // 0.5 m too high, by a sensor that is right within 5 cm.
+        // The level is 0.5 m too high, while its error is 5 cm.
         assert!(own_lo > hi && own_hi - own_lo < 0.11 && hi > lo, "{comparison}");
         assert_eq!(comparison["since_s"], 30.0);
         assert!(comparison["disagree"].as_u64() <= comparison["of"].as_u64());
@@ -128,7 +128,7 @@ fn what_cannot_be_told_apart_is_said_with_what_would_help() {
 #[test]
 fn a_witness_that_was_silent_is_named() {
     let folder = tank::folder();
-    // The volume is known until 10 s: it would have told the two apart.
+    // The volume is only known until 10 s; later it would have told the two apart.
     let text = folder.ends("explain tank.yaml run.csv /level --inject drop:/volume@10s..", 0).stdout;
     tells(
         &text,
@@ -327,7 +327,7 @@ fn wrong_questions_are_told() {
     folder.refuses("explain tank.yaml run.csv /level --window long", &["'long' has no unit of time"]);
 }
 
-/// Three compasses of a vehicle that turns through north; one of them lies by 40 degrees from the 30th second on.
+/// Three compasses of a vehicle that turns through north; one is off by 40 degrees from 30 s on.
 fn compasses() -> Folder {
     let folder = Folder::new();
     let compass =

@@ -1,18 +1,18 @@
-//! A folder of its own for each test, and the command run in it.
+//! A folder for each test, in which it runs the command.
 
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// How a run of the command ended.
+/// The result of a command.
 pub(crate) struct Ended {
     pub(crate) status: i32,
     pub(crate) stdout: String,
     pub(crate) stderr: String,
 }
 
-/// A temporary folder that is removed when the test is over.
+/// A temporary folder that is removed after the test.
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
@@ -68,7 +68,7 @@ impl Folder {
         }
     }
 
-    /// Runs and checks the exit status.
+    /// Runs the command, and checks the exit status.
     #[track_caller]
     pub(crate) fn ends(&self, arguments: &str, status: i32) -> Ended {
         let ended = self.run(arguments);
@@ -77,7 +77,7 @@ impl Folder {
         ended
     }
 
-    /// Runs with `--json` and gives the object on standard output.
+    /// Runs the command with `--json`, and returns the object on standard output.
     #[track_caller]
     pub(crate) fn json(&self, arguments: &str, status: i32) -> Value {
         let ended = self.ends(&format!("{arguments} --json"), status);
@@ -85,7 +85,7 @@ impl Folder {
         serde_json::from_str(&ended.stdout).unwrap()
     }
 
-    /// Runs what must be refused: status 2, nothing on standard output, and these words on standard error.
+    /// Runs a command that must fail: status 2, nothing on standard output, and these words on standard error.
     #[track_caller]
     pub(crate) fn refuses(&self, arguments: &str, words: &[&str]) {
         let ended = self.ends(arguments, 2);

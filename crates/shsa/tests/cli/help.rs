@@ -28,7 +28,7 @@ const COMMANDS: [&str; 23] = [
     "man",
 ];
 
-/// The example that the help of a command gives.
+/// The example in the help of a command.
 #[track_caller]
 fn example(command: &str) -> String {
     let help = Folder::new().ends(&format!("{command} --help"), 0).stdout;
@@ -53,7 +53,7 @@ fn help_of_every_command_has_an_example() {
     example("");
 }
 
-/// Those that need nothing but the models of the project.
+/// Runs the examples that need only the models of the project.
 #[test]
 fn examples_of_the_help_work() {
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");

@@ -1,10 +1,10 @@
-//! What a run writes for logs: wall-clock times, levels, how much.
+//! The log of a run: wall-clock times, levels, verbosity.
 
 use crate::folder::{Ended, Folder};
 use serde_json::Value;
 use shsa_message::stamp;
 
-/// The simulated robot has one of its signals; the one that the need wants is never there.
+/// The simulated robot publishes one of its signals, but never the one that the need asks for.
 const MODEL: &str = "shsa: 1
 variables: { speed: { unit: m/s }, level: { unit: m } }
 signals:

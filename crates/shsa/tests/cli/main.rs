@@ -1,4 +1,4 @@
-//! The command from outside: arguments and files in, output and exit status out.
+//! The command from outside: checks output and exit status for arguments and files.
 #![cfg(test)]
 
 mod folder;
@@ -30,5 +30,5 @@ mod structures;
 mod thesis;
 mod wrong;
 
-/// What is run.
+/// The program under test.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");

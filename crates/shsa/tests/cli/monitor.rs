@@ -36,7 +36,7 @@ fn thesis_mode_names_the_way() {
     let failed: Vec<i64> = steps.iter().map(|step| step["failed"].as_i64().unwrap()).collect();
     let expected: Vec<i64> = (0..59).map(|second| if second < tank::LIE { -1 } else { 0 }).collect();
     assert_eq!(failed, expected);
-    // 0.5 m less the half widths: 0.05 m of the level and 0.5 kPa of the pressure, 2 % of the volume
+    // 0.5 m minus the half widths: 0.05 m of the level, 0.5 kPa of the pressure, 2 % of the volume
     let errors: Vec<f64> =
         steps[tank::LIE]["errors"].as_array().unwrap().iter().map(|error| error.as_f64().unwrap()).collect();
     let level = 2.0 + 0.01 * tank::LIE as f64;

@@ -7,7 +7,7 @@ use crate::tank;
 fn all_substitutions_as_json() {
     let answer = tank::folder().json("plan tank.yaml level --all", 0);
     let found = ["variable", "engine", "stop", "expanded", "search_ns"];
-    // `bound`: what no substitution that was not found can exceed, when a limit ends the search.
+    // `bound`: no substitution that was not found has a higher utility, if a limit ends the search.
     assert_eq!(keys(&answer), [&found[..], &["bound", "substitutions"]].concat());
     assert_eq!((&answer["variable"], &answer["engine"]), (&"level".into(), &"best-first".into()));
     assert_eq!(answer["stop"], "complete");
@@ -268,8 +268,8 @@ utility: {{ aggregate: {aggregate}, signal: {signal} }}
     assert_eq!(from("sum", "1 - trust"), (good, -0.1));
 }
 
-/// In a ladder each variable is read twice, so that written out in full the text would double with every rung; in a
-/// chain it would be nested as deep as the chain is long.
+/// In a ladder each variable is read twice, so the full text would double with every rung. In a chain the nesting would be as
+/// deep as the chain is long.
 #[test]
 fn formulas_of_long_and_shared_structures_end() {
     let model = |rungs: usize, names: &[&str]| {

@@ -1,4 +1,4 @@
-//! `docs/json.md` and `docs/events.md` against what the commands print, and `shsa help` for the pages of the reference.
+//! Compares `docs/json.md` and `docs/events.md` with the output of the commands, and `shsa help` with the pages of the reference.
 
 #[path = "../described/mod.rs"]
 mod described;
@@ -10,7 +10,7 @@ use described::document::Document;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// Runs a command in the project and gives each object that it prints.
+/// Runs a command in the project, and returns each object of its output.
 fn objects(folder: &Folder, arguments: &str) -> Vec<Value> {
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let arguments = arguments.replace("PROJECT", project);
@@ -119,7 +119,7 @@ fn fields_of_what_is_found_out_from_recordings() {
     check("campaign", &[printed("- --detectable"), printed("- --compare before.json")]);
 }
 
-/// The fields of events, as they come from stories that show all of them.
+/// The fields of events, collected from stories that contain all of them.
 #[test]
 fn fields_of_events() {
     let folder = tank::folder();
@@ -141,7 +141,7 @@ fn fields_of_events() {
     assert_eq!(told, of_replay);
 }
 
-/// The statuses of `docs/json.md` are those that commands end with.
+/// The exit statuses of the commands are those of `docs/json.md`.
 #[test]
 fn exit_statuses() {
     let folder = tank::folder();
@@ -174,7 +174,7 @@ fn help_prints_the_reference_and_the_help_of_commands() {
     folder.refuses("help modle", &["modle", "formulas"]);
 }
 
-/// Every model of the cookbook is right, and `shsa analyze` says of it what stands below it.
+/// Every model of the cookbook is valid, and `shsa analyze` gives the output shown below it.
 #[test]
 fn the_cookbook_is_true() {
     let page = Document::read("cookbook.md");
@@ -195,7 +195,7 @@ fn the_cookbook_is_true() {
     }
 }
 
-/// What `calibrate` writes goes into the model's file, and the comments stay.
+/// The output of `calibrate` can be put into the model's file, whose comments stay.
 #[test]
 fn a_change_is_put_into_the_file() {
     let folder = Folder::with(&[(

@@ -1,4 +1,4 @@
-//! `shsa replay --reload`: the model is changed in the middle of a recording.
+//! `shsa replay --reload`: changes the model in the middle of a recording.
 
 use crate::tank;
 
@@ -9,7 +9,7 @@ const WITHOUT_PRESSURE: &str = "signals: { /pressure: null }\n";
 fn what_is_decided_after_the_change_rests_on_the_new_model() {
     let folder = tank::folder();
     folder.write("change.yaml", WITHOUT_PRESSURE);
-    // Of the two that are left, nobody can say which one lies.
+    // The two remaining sensors do not tell which one is faulty.
     let report = folder.json("replay tank.yaml run.csv --reload change.yaml@10s", 1);
     let kinds: Vec<&str> =
         report["events"].as_array().unwrap().iter().map(|it| it["kind"].as_str().unwrap()).collect();

@@ -4,7 +4,7 @@ use crate::folder::{Folder, keys};
 use crate::tank;
 use serde_json::{Value, json};
 
-/// A report without the time that it took.
+/// A report without its elapsed time.
 fn without_elapsed(mut report: Value) -> Value {
     report.as_object_mut().unwrap().remove("elapsed_s").unwrap();
     report
@@ -73,7 +73,7 @@ signals:
         let lines: Vec<String> = seconds.map(|second| format!("{second},5\n")).collect();
         format!("t [s],{name}\n{}", lines.concat())
     };
-    // The second speaks when the first has ended.
+    // The second signal begins when the first has ended.
     let [a, b, c] = [rows("a", 0..60), rows("b", 100..160), rows("c", 0..160)];
     let files = [("m.yaml", model), ("a.csv", &a), ("b.csv", &b), ("c.csv", &c)];
     let folder = Folder::with(&files.map(|(name, text)| (name, text.as_bytes())));
@@ -95,11 +95,11 @@ signals:
     assert!(warning.contains("a") && warning.ends_with("(0 times of 60)"), "{warning}");
     let told = folder.ends("replay m.yaml a.csv b.csv c.csv", 0).stdout;
     assert!(told.contains(&format!("warning: {warning}")), "{told}");
-    // Where all that is declared is compared there is nothing to tell.
+    // There is no warning when every declared comparison is made.
     assert_eq!(tank::folder().json("replay tank.yaml run.csv", 0)["warnings"], json!([]));
 }
 
-/// Three signals of `a`, three of `b`, and `b` no longer is what `a` implies from 2 s on.
+/// Three signals of `a`, three of `b`; from 2 s on, `b` is not the value that `a` implies.
 const SLIP: &str = "shsa: 1
 variables: { a: { range: [-1000, 1000] }, b: { range: [-1000, 1000] } }
 relations: { twice: b = 2 * a }
@@ -333,7 +333,7 @@ fn a_model_without_needs_is_replayed() {
     assert_eq!(kinds(&report), [("failed", "/level")]);
 }
 
-/// Two thermometers part slowly, as far as their errors allow: nobody is accused, and it is told when they will.
+/// Two thermometers drift apart slowly within their errors: nobody is accused, and a note tells when they will disagree.
 #[test]
 fn a_drift_within_the_errors_is_a_note_with_the_time_until_they_part() {
     let model = "shsa: 1
@@ -352,6 +352,6 @@ needs: { t: { signal: /t, max_age: 5 s } }
     let note = &found["notes"][0];
     assert_eq!((note["shows"].as_str(), note["variable"].as_str()), (Some("drift"), Some("t")), "{note}");
     let (mean, parts_in) = (note["mean"].as_f64().unwrap().abs(), note["parts_in_s"].as_f64().unwrap());
-    // At the end they are 1.6 K apart and come 0.8 mK further apart each second; the mean lags behind.
+    // At the end they are 1.6 K apart, and the distance grows by 0.8 mK a second; the mean lags behind.
     assert!((1.4..1.6).contains(&mean) && (350.0..750.0).contains(&parts_in), "{note}");
 }

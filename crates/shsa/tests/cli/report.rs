@@ -2,7 +2,7 @@
 
 use crate::tank;
 
-/// What stands between the first `before` and the next `after`.
+/// The text between the first `before` and the next `after`.
 #[track_caller]
 fn between<'t>(text: &'t str, before: &str, after: &str) -> &'t str {
     let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("no {before}"));
@@ -27,7 +27,7 @@ fn a_page_tells_needs_decisions_signals_model_and_command() {
     assert!(first.contains("What spoke against it") && first.contains("/level said"), "{first}");
     let explained = folder.ends("explain tank.yaml run.csv /level --inject bias=1:/level@10s..20s", 0).stdout;
     let spoken = between(first, "In plain words</h4>\n<ul>\n<li>", "</li>");
-    // The page and the command tell the same; the terminal's lines are broken.
+    // Page and command tell the same, but the terminal's lines are wrapped.
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words(&explained).contains(&words(spoken)), "{explained}\n{spoken}");
     for (signal, found) in report["signals"].as_object().unwrap() {

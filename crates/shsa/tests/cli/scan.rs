@@ -1,4 +1,4 @@
-//! `shsa scan` on the bus in memory: the simulated robot is heard, matched with its model, and drafted.
+//! `shsa scan` on the bus in memory: receives the simulated robot, matches it with its model, and drafts a model.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -52,7 +52,7 @@ fn a_bus_that_is_not_there_is_told() {
     let folder = Folder::new();
     folder.refuses("scan --for 1s --bus nonsense", &["is no bus"]);
     folder.refuses("scan --for 1", &["has no unit of time"]);
-    // At once: an hour is not listened.
+    // The error comes at once, not after an hour.
     let ended = folder.run("scan --for 1h --bus mqtt://127.0.0.1:1");
     assert_eq!((ended.status, &*ended.stdout), (4, ""), "{}", ended.stderr);
     for words in ["mqtt://127.0.0.1:1 cannot be reached", "refused"] {

@@ -6,7 +6,7 @@ use std::io::{BufRead, BufReader, Write};
 use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
-/// A service at work.
+/// A running service.
 struct Service {
     child: Child,
     input: Option<ChildStdin>,
@@ -35,7 +35,7 @@ impl Service {
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line:?}"))
     }
 
-    /// Closes its input; gives all that it says until its end, its exit status, and what stands on standard error.
+    /// Closes its input; returns its output until its end, its exit status, and its standard error.
     fn end(mut self) -> (Vec<Value>, i32, String) {
         drop(self.input.take());
         let rest: Vec<String> = (&mut self.output).lines().map(Result::unwrap).collect();
@@ -96,7 +96,7 @@ fn several_outputs_lists_and_changes() {
     let (told, ..) = service.end();
     let found: Vec<(&str, f64)> =
         told.iter().map(|it| (it["topic"].as_str().unwrap(), it["payload"].as_f64().unwrap())).collect();
-    // There is no change before there are two values.
+    // A change needs two values.
     assert_eq!(found, [("/nearest", 2.0), ("/nearest", 6.5), ("/change", 4.0)]);
 }
 
@@ -125,7 +125,7 @@ fn a_value_that_is_too_old_is_none() {
     assert_eq!(service.hear()["payload"], json!(1));
     std::thread::sleep(Duration::from_millis(400));
     let (told, status, _) = service.end();
-    // At the most one for each period in which it was fresh.
+    // At most one output for each period in which the input was fresh.
     assert!((1..=8).contains(&told.len()), "{}", told.len());
     assert_eq!(status, 0);
 }
@@ -145,7 +145,7 @@ fn it_ends_with_a_signal_and_with_its_time() {
     assert!(began.elapsed() >= Duration::from_millis(200));
 }
 
-/// What is refused before anything is done, with these words on standard error.
+/// Checks arguments that are refused before any work, with these words on standard error.
 #[track_caller]
 fn check_refused(arguments: &[&str], words: &[&str]) {
     let (told, status, errors) = Service::start(arguments).end();

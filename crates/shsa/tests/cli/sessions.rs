@@ -1,4 +1,4 @@
-//! Several recordings, clocks that are set, and what is left out: sessions, each with nothing of the one before.
+//! Several recordings, clocks that are set, and skipped stretches: each session starts anew.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -14,7 +14,7 @@ signals:
 needs: { x: { signal: /x, max_age: 5 s } }
 ";
 
-/// Both say the same, but for `b` in a stretch.
+/// Both signals have the same values, except for `b` in a stretch.
 fn rows(seconds: impl IntoIterator<Item = i64>, wrong: Range<i64>) -> String {
     let mut text = "time [s],a,b\n".to_owned();
     for second in seconds {
@@ -25,7 +25,7 @@ fn rows(seconds: impl IntoIterator<Item = i64>, wrong: Range<i64>) -> String {
     text
 }
 
-/// One folder a day, each with a file of the same name.
+/// One folder for each day, each with a file of the same name.
 fn days(days: &[(&str, String)]) -> Folder {
     let folder = Folder::with(&[("m.yaml", MODEL.as_bytes())]);
     for (day, text) in days {
@@ -35,7 +35,7 @@ fn days(days: &[(&str, String)]) -> Folder {
     folder
 }
 
-/// What a replay reports, whether the need is met or not.
+/// The report of a replay, whether the need is met or not.
 #[track_caller]
 fn replayed(folder: &Folder, arguments: &str) -> Value {
     let ended = folder.run(&format!("replay m.yaml {arguments} --json"));
@@ -109,7 +109,7 @@ fn a_clock_that_is_set_begins_a_session() {
         !accused.is_empty() && accused.iter().all(|it| it.0 == 2 && (50.0..60.0).contains(&it.1)),
         "{accused:?}"
     );
-    // Back by ten minutes, with the fault in what comes after: in order, the sound values would lie between.
+    // The clock is set back by ten minutes. Sorted by time, the values after the step would lie between those before it.
     let folder = days(&[("back", rows((0..900).chain(300..600), 0..0))]);
     let report = replayed(&folder, "back");
     assert_eq!(report["sessions"].as_array().unwrap().len(), 2);
@@ -136,7 +136,7 @@ fn what_is_left_out_counts_for_nothing() {
     assert!(report["events"].as_array().unwrap().is_empty() && report.get("sessions").is_none(), "{report}");
     assert_eq!(report["observations"], 2 * 48);
     assert_eq!(replayed(&folder, "1 --until 40s")["observations"], 2 * 40);
-    // Times count from the first observation, left out or not.
+    // Times count from the first observation, even if it is skipped.
     let late = replayed(&folder, "1 --from 52s --skip 60s..70s --inject bias=5:a@80s..");
     let accused = accused(&late);
     assert!(
@@ -215,7 +215,7 @@ signals:
     let cells = report["cells"].as_array().unwrap();
     assert_eq!(cells.len(), 4, "{report}");
     for cell in cells {
-        // The relation hides 0.25 of `a` and 0.5 of `b` from one comparison; 2 times is what is just seen.
+        // The relation hides 0.25 of `a` and 0.5 of `b` from one comparison; twice the smallest amount is just detected.
         let hidden = if cell["signal"] == "a" { 0.25 } else { 0.5 };
         let one = cell["amount"].as_f64().unwrap() / cell["multiple"].as_f64().unwrap();
         assert!((0.1 * hidden..0.6 * hidden).contains(&one), "{cell}");
@@ -226,7 +226,7 @@ signals:
 
 #[test]
 fn a_campaign_says_what_is_in_no_share_and_counts_what_was_accused() {
-    // From 40 s on `b` is off: it is accused when its fault begins, and nothing further is told of it.
+    // From 40 s on `b` is wrong: it is accused before the injected fault begins, and no further event follows.
     let folder = days(&[("1", rows(0..200, 40..200))]);
     let faults = "--kinds bias,stuck,drop --amounts 0.5 --signals b --onsets 1 --duration 50s";
     let ended =
@@ -240,7 +240,7 @@ fn a_campaign_says_what_is_in_no_share_and_counts_what_was_accused() {
     for text in [&ended.stdout, &folder.read("p.html"), &folder.read("c.md")] {
         assert!(text.contains("whose signal was accused before"), "{text}");
     }
-    // A value that stands still is stuck without a change, and that is told.
+    // A constant value does not change when it is stuck, and this is told.
     let still: String = (0..100).map(|second| format!("{second},1,1\n")).collect();
     let folder = days(&[("1", format!("time [s],a,b\n{still}"))]);
     let ended = folder.ends("campaign m.yaml 1 --kinds stuck,drop --onsets 2", 0);

@@ -65,7 +65,7 @@ fn a_reader_that_stops_is_no_error() {
     }
 }
 
-/// Nobody reads what goes wrong either.
+/// Nobody reads the error messages either.
 #[test]
 fn a_closed_standard_error_is_no_panic() {
     let folder = tank::folder();

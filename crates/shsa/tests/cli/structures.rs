@@ -1,8 +1,8 @@
-//! `shsa analyze` on small systems of the literature on fault diagnosis, of which it is published which faults can be told.
+//! `shsa analyze` on small systems of the literature on fault diagnosis with published isolability.
 //!
-//! Three tanks, an electric motor and an induction motor are example models of the Fault Diagnosis Toolbox (Frisk, Krysander
-//! and Jung 2017, doi:10.1016/j.ifacol.2017.08.504), the linear system with disturbances one of Commault, Dion, Sename and
-//! Motyeian 2002 (doi:10.1109/TAC.2002.806662); here in this project's language, with derivatives usable as derivatives.
+//! Three tanks, an electric motor and an induction motor are example models of the Fault Diagnosis Toolbox (Frisk, Krysander and
+//! Jung 2017, doi:10.1016/j.ifacol.2017.08.504); the linear system with disturbances is by Commault, Dion, Sename and Motyeian
+//! 2002 (doi:10.1109/TAC.2002.806662). Here they are in this project's language, with derivatives usable as derivatives.
 
 use crate::folder::Folder;
 use serde_json::{Value, json};
@@ -12,7 +12,7 @@ fn analysis(model: &str) -> Value {
     Folder::with(&[("m.yaml", model.as_bytes())]).json("analyze m.yaml --additions 0", 0)
 }
 
-/// Whether a fault of a signal or relation shows, and what it is told from, signals and relations.
+/// Whether a fault of a signal or relation is detectable, and the signals and relations that it is told from.
 fn found<'a>(answer: &'a Value, name: &str) -> (bool, BTreeSet<&'a str>) {
     let of = |list: &str, key: &str| {
         answer[list].as_array().unwrap().iter().find(|it| it[key] == name).map(|it| {
@@ -24,7 +24,7 @@ fn found<'a>(answer: &'a Value, name: &str) -> (bool, BTreeSet<&'a str>) {
     of("signals", "signal").or_else(|| of("relations", "relation")).unwrap()
 }
 
-/// Which of some faults each is taken for.
+/// Checks which faults each fault cannot be told from.
 #[track_caller]
 fn check(answer: &Value, expected: &[(&str, &[&str])]) {
     for (fault, taken_for) in expected {
@@ -36,7 +36,7 @@ fn check(answer: &Value, expected: &[(&str, &[&str])]) {
     }
 }
 
-/// What hinders telling a fault from another, or showing it at all.
+/// The obstacle to telling a fault from another one, or to detecting it.
 #[track_caller]
 fn gap<'a>(answer: &'a Value, fault: &str, from: &Value) -> &'a Value {
     let gaps = answer["gaps"].as_array().unwrap();
@@ -62,7 +62,7 @@ signals:
   pump:   { variable: inflow, rate: 1 Hz, properties: { prior: 1e-9 } }
 ";
 
-/// Six faults of relations: told as published for derivative causality, and what more would take is named.
+/// Six faults of relations: isolated as published for derivative causality; the obstacles to more are named.
 #[test]
 fn three_tanks_leak() {
     let answer = analysis(TANKS);
@@ -78,7 +78,7 @@ fn three_tanks_leak() {
             ("tank_3", many),
         ],
     );
-    // Published for mixed causality: only valve_2, valve_3 and tank_3 are taken for each other.
+    // Published for mixed causality: only valve_2, valve_3 and tank_3 cannot be told apart.
     let named = gap(&answer, "valve_1", &json!("tank_1"));
     assert_eq!(named["obstacles"][0]["what"], "loop", "{named}");
     let turned = gap(&answer, "tank_1", &json!("valve_1"));
@@ -102,7 +102,7 @@ fn three_tanks_leak() {
     assert_eq!(pairs, told);
 }
 
-/// The speed is measured, and eliminated where the current has to be told from it.
+/// The speed is measured; to tell the current from it, the speed is eliminated.
 #[test]
 fn the_sensors_of_an_electric_motor_are_told_apart_by_looking_behind_one() {
     let model = "\
@@ -129,13 +129,13 @@ signals:
         [("winding", winding), ("ammeter", winding), ("tachometer", &["tachometer"]), ("brake", &["brake"])];
     check(&answer, &expected);
     assert_eq!(answer["gaps"], json!([]));
-    // Where the winding gives only the voltage, the speed cannot be had from it.
+    // If the winding only gives the voltage, it cannot be solved for the speed.
     let one_way = model.replace("3 * speed, properties", "3 * speed, for: [voltage], properties");
     let answer = analysis(&one_way);
     assert_eq!(gap(&answer, "ammeter", &json!("tachometer"))["because"], "winding is not solved for speed");
 }
 
-/// Flux and speed voltage of each phase determine each other: nothing is compared, and that is what is told.
+/// Flux and speed voltage of each phase determine each other: nothing is compared, and this is told.
 #[test]
 fn the_loops_of_an_induction_motor_are_told_as_such() {
     let model = "\
@@ -182,7 +182,7 @@ signals:
     }
 }
 
-/// What has to be integrated is no algebraic loop.
+/// A variable that has to be integrated is no algebraic loop.
 #[test]
 fn a_differential_equation_is_told_as_such() {
     let answer = analysis(
@@ -205,7 +205,7 @@ signals:
     assert_eq!(named["because"], told);
 }
 
-/// Of four disturbances, two and two cannot be told apart.
+/// Of four disturbances, two pairs cannot be told apart.
 #[test]
 fn a_linear_system_with_disturbances() {
     let answer = analysis(
@@ -232,7 +232,7 @@ signals:
     check(&answer, &[("f1", one), ("f2", one), ("f3", other), ("f4", other)]);
 }
 
-/// As many equations as unknowns: nothing shows, and nothing is missing.
+/// With as many equations as unknowns nothing is detectable, and nothing is missing.
 #[test]
 fn without_redundancy_nothing_shows() {
     let answer = analysis(

@@ -1,4 +1,4 @@
-//! A tank whose level is known in three ways, and a minute of it in which the level's sensor lies from 30 s on.
+//! A tank whose level is known in three ways, and a minute in which the level's sensor is faulty from 30 s on.
 
 use crate::folder::Folder;
 use std::fmt::Write;
@@ -20,10 +20,10 @@ needs:
   level: { signal: /healed/level, max_age: 3 s }
 ";
 
-/// When the level's sensor begins to lie.
+/// The row from which the level's sensor is faulty.
 pub(crate) const LIE: usize = 30;
 
-/// Second, level, pressure, volume of each row.
+/// Second, level, pressure and volume of each row.
 fn rows() -> impl Iterator<Item = (usize, [f64; 3])> {
     (0..60).map(|second| {
         let level = 2.0 + 0.01 * second as f64;
@@ -54,7 +54,7 @@ pub(crate) fn json_lines() -> String {
     text
 }
 
-/// The same as a ROS 1 bag, one chunk a row.
+/// The same as a ROS 1 bag with one chunk a row.
 pub(crate) fn bag() -> Vec<u8> {
     let connections: Vec<Vec<u8>> =
         ["/level", "/pressure", "/volume"].iter().zip(0..).map(|(topic, id)| connection(id, topic)).collect();

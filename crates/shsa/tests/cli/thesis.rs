@@ -1,7 +1,7 @@
-//! `shsa monitor --mode thesis` against the recorded experiments of the published program, step by step.
+//! `shsa monitor --mode thesis`, compared step by step with the recorded experiments of the published program.
 //!
-//! The recorded runs lie outside the project; without them the test says SKIPPED. The one difference is that ties
-//! name nobody: the published program names the lowest index, although neither is more to blame.
+//! The recorded runs lie outside the project; without them the test prints SKIPPED. The only difference concerns ties: they name
+//! nobody here, while the published program names the lowest index.
 
 use crate::folder::Folder;
 use serde_json::{Value, json};
@@ -36,7 +36,7 @@ fn the_command_reproduces_the_experiments() {
     assert_eq!(ties, TIES);
 }
 
-/// The steps that the command prints over an experiment's inputs.
+/// The steps that the command prints for an experiment's inputs.
 fn run(experiment: &Value) -> Vec<Value> {
     let folder = Folder::with(&[
         ("model.yaml", model(experiment).as_bytes()),
@@ -64,7 +64,7 @@ fn model(experiment: &Value) -> String {
     text
 }
 
-/// In the order of reception, with those that came after the last step.
+/// The inputs in the order of reception, including those after the last step.
 fn inputs(experiment: &Value) -> String {
     let steps = experiment["steps"].as_array().unwrap().iter();
     let lists = steps.map(|step| &step["inputs"]).chain([&experiment["itoms_never_used"]]);
@@ -82,7 +82,7 @@ fn inputs(experiment: &Value) -> String {
     text
 }
 
-/// Compares a step; whether it is a tie that we name nobody for.
+/// Compares a step; returns whether it is a tie.
 #[track_caller]
 fn compare(found: &Value, expected: &Value, step: &str) -> bool {
     assert_eq!(found["time_ns"].as_f64(), expected["tm"].as_f64(), "{step}");

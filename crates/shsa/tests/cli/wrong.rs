@@ -1,4 +1,4 @@
-//! Bad input: refused with its place and a reason, and nothing half done.
+//! Bad input: refused with its position and a reason, without partial results.
 
 use crate::tank;
 

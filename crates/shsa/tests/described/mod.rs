@@ -1,4 +1,4 @@
-//! What is printed against the tables of `docs/json.md`.
+//! Compares printed objects with the tables of `docs/json.md`.
 
 #[allow(dead_code, reason = "the tests of the formats use all of it")]
 #[path = "../../../shsa-format/tests/all/reference/document.rs"]
@@ -8,7 +8,7 @@ use document::{Document, code};
 use serde_json::Value;
 use std::collections::BTreeSet;
 
-/// The rows of a section of `docs/json.md`: the parts of a path, and when it comes.
+/// The rows of a section of `docs/json.md`: the parts of a path, and the condition of the field.
 pub(crate) fn told(section: &str) -> Vec<(Vec<String>, String)> {
     let rows = Document::read("json.md").section(section).rows("field");
     rows.iter().map(|row| (parts(&code(&row[0]).remove(0)), row[2].clone())).collect()
@@ -19,7 +19,7 @@ fn parts(path: &str) -> Vec<String> {
     path.replace("[]", ".[]").split('.').map(str::to_owned).collect()
 }
 
-/// Every path in a value, but that of the value itself.
+/// The paths of all values within a value.
 fn walk(value: &Value, path: &[String], found: &mut BTreeSet<Vec<String>>) {
     let below = |name: &str| [path, &[name.to_owned()]].concat();
     let children: Vec<(Vec<String>, &Value)> = match value {
@@ -37,7 +37,7 @@ fn matches(told: &[String], path: &[String]) -> bool {
     told.len() == path.len() && told.iter().zip(path).all(|(told, name)| told == "*" || told == name)
 }
 
-/// Every field of what is printed is described, and every field that always comes has come.
+/// Checks that every printed field is described, and that every unconditional field was printed.
 #[track_caller]
 pub(crate) fn check(section: &str, printed: &[Value]) {
     let told = told(section);
@@ -45,14 +45,14 @@ pub(crate) fn check(section: &str, printed: &[Value]) {
     printed.iter().for_each(|value| walk(value, &[], &mut found));
     for path in &found {
         let is_told = |path: &[String]| told.iter().any(|(told, _)| matches(told, path));
-        // The elements of a list have no row where the list has one, nor has what is described by its parts.
+        // The elements of a list need no row if the list has one, nor does an object whose fields have rows.
         let is_element = path.last().is_some_and(|last| last == "[]") && is_told(&path[..path.len() - 1]);
         let has_parts =
             told.iter().any(|(told, _)| told.len() > path.len() && matches(&told[..path.len()], path));
         assert!(is_told(path) || is_element || has_parts, "{section}: not described: {}", path.join("."));
     }
     for (told, _) in told.iter().filter(|(_, comes)| comes.is_empty()) {
-        // A field of the elements of a list, or of a mapping, comes where these do.
+        // A field of the elements of a list or mapping must exist when there are such elements.
         let free = told.iter().rposition(|part| part == "[]" || part == "*").map_or(0, |at| at + 1);
         let is_there = |told: &[String]| told.is_empty() || found.iter().any(|path| matches(told, path));
         assert!(!is_there(&told[..free]) || is_there(told), "{section}: has not come: {}", told.join("."));

@@ -1,5 +1,5 @@
-//! A recorded drive, played in real time by a Python client over a real bus; a sensor breaks, and the consumer of the speed
-//! goes on. Neither knows of `shsa`.
+//! A recorded drive, played in real time by a Python client over a real bus. A sensor fails, and the consumer of the speed still
+//! gets values. Both are independent of `shsa`.
 
 use crate::broker::Broker;
 use crate::real::{self, Script, free_port};
@@ -8,20 +8,20 @@ use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
 
-/// Of the recording, seconds: the car speeds up.
+/// The part of the recording, seconds: the car accelerates.
 const SKIP: f64 = 20.0;
 const SECONDS: f64 = 12.0;
-/// When the sensor breaks.
+/// When the sensor fails.
 const BREAKS: f64 = 6.0;
-/// The most that the car speeds up or brakes, m/s^2.
+/// The largest acceleration and deceleration of the car, m/s^2.
 const FASTEST: f64 = 6.0;
 const NEED: &str = "/car/speed";
 
 pub(crate) const MODEL: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/car.yaml");
 
-/// What a consumer saw.
+/// The consumer's messages.
 pub(crate) struct Seen {
-    /// When, the value, and how far it can be trusted.
+    /// Time, value and quality.
     pub(crate) values: Vec<(f64, f64, String)>,
     pub(crate) statuses: Vec<(f64, Value)>,
 }
@@ -35,7 +35,7 @@ pub(crate) fn recording() -> Option<PathBuf> {
     None
 }
 
-/// Plays the recording with this fault over a bus, and listens.
+/// Plays the recording with this fault over a bus, and returns the consumer's messages.
 pub(crate) fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Value) -> Seen {
     let order = json!({
         "bus": bus, "port": port, "data": data, "skip": SKIP, "seconds": SECONDS, "need": NEED, "fault": fault,
@@ -55,14 +55,14 @@ pub(crate) fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Val
 }
 
 impl Seen {
-    /// When the longest time between two values from a moment on begins, and how long it is.
+    /// The beginning and the length of the longest time between two values from a time on.
     pub(crate) fn longest_pause(&self, from: f64) -> (f64, f64) {
         let times: Vec<f64> = self.values.iter().map(|value| value.0).filter(|at| *at >= from).collect();
         let pauses = times.windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
         pauses.fold((0.0, 0.0), |most, pause| if pause.1 > most.1 { pause } else { most })
     }
 
-    /// The largest step from one value to the next, from a moment on, beyond what the car changes in the time between them.
+    /// The largest step between two values from a time on, minus the change that the car can make in the time between them.
     fn largest_step(&self, from: f64) -> f64 {
         let values: Vec<&(f64, f64, String)> = self.values.iter().filter(|value| value.0 >= from).collect();
         let step =
@@ -75,7 +75,7 @@ impl Seen {
     }
 }
 
-/// A sensor that breaks, and what has to be said of it.
+/// A failing sensor, and the expected decision.
 struct Case {
     topic: &'static str,
     column: &'static str,
@@ -84,7 +84,7 @@ struct Case {
     amount: f64,
     signal: &'static str,
     decision: &'static str,
-    /// Whether the need is served by it.
+    /// Whether the sensor serves the need.
     serves: bool,
 }
 
@@ -94,7 +94,7 @@ const WHEEL_STOPS: Case = Case {
     kind: "stop",
     amount: 0.0,
     signal: "wheel_1",
-    // A row without it is a row that cannot be read.
+    // A row without the field is an unreadable value.
     decision: "failed",
     serves: true,
 };
@@ -110,7 +110,7 @@ const GNSS_STOPS: Case = Case {
 };
 const GNSS_LIES: Case = Case { kind: "bias", amount: 3.0, decision: "failed", ..GNSS_STOPS };
 
-/// The car's model serves its speed over a bus while this fault comes up; what has to hold on every bus.
+/// Serves the speed of the car's model over a bus while this fault begins, and checks the promises that hold on every bus.
 #[track_caller]
 fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
     let (Some(python), Some(data)) = (real::python(), recording()) else { return };
@@ -130,20 +130,20 @@ fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
     };
     let is_last = if serves { "UncertainSubstituteValue" } else { "Good" };
     assert_eq!(told(2.0, SECONDS).next_back().as_deref(), Some(is_last), "{:?}", seen.statuses);
-    // A message of ROS has no place for it.
+    // A message of ROS carries no quality.
     if bus != "ros2" {
         let good = before.clone().filter(|value| value.2 == "Good").count();
         assert!(2 * good > before.count(), "{good}: {state}");
         assert_eq!(seen.quality_at_the_end(), is_last, "{state}");
     }
-    // It goes on to the end. How long it pauses says as much about the machine: a figure, no condition.
+    // Values arrive until the end. The pause depends on the machine, so it is printed, not checked.
     eprintln!("longest pause {:?} s", seen.longest_pause(2.0));
     assert!(seen.values.last().is_some_and(|value| value.0 > SECONDS - 1.5), "{:?}", seen.values.last());
-    // Both sources are right within their errors: 0.6 m/s each.
+    // Both sources are within their errors: 0.6 m/s each.
     assert!(seen.largest_step(2.0) < 1.2, "{}", seen.largest_step(2.0));
 }
 
-/// A router of Zenoh that is not ours, and its port.
+/// An independent router of Zenoh, and its port.
 pub(crate) fn router(python: &Path) -> (Script, u16) {
     let port = free_port();
     let endpoint = format!("tcp/127.0.0.1:{port}");
@@ -153,7 +153,7 @@ pub(crate) fn router(python: &Path) -> (Script, u16) {
     (Script::start(python, script, &config), port)
 }
 
-/// How a Python client of a router of Zenoh is to be set up.
+/// The configuration of a Python client of a router of Zenoh.
 pub(crate) fn client_of(port: u16) -> Value {
     json!({
         "mode": "client", "scouting/multicast/enabled": false, "listen/endpoints": [],
@@ -173,7 +173,7 @@ fn over_zenoh(case: &Case) {
     check(MODEL, "zenoh", &format!("zenoh://127.0.0.1:{port}"), port, case);
 }
 
-/// The same car as nodes of ROS 2: a message for each wheel, with the time in its header.
+/// The car as nodes of ROS 2: a message for each wheel, with the time in its header.
 fn over_ros2(case: &Case) {
     let Some(python) = real::python() else { return };
     let sources = [
@@ -237,7 +237,7 @@ fn a_receiver_that_lies_is_told_over_zenoh() {
     over_zenoh(&GNSS_LIES);
 }
 
-/// A node of its own that stops leaves no row behind: nothing is heard of it.
+/// A node that stops publishes nothing, unlike a recording with missing rows.
 #[test]
 fn a_wheel_that_falls_silent_is_replaced_over_ros2() {
     over_ros2(&Case { decision: "silent", ..WHEEL_STOPS });

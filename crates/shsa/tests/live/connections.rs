@@ -1,4 +1,4 @@
-//! Connections over HTTP that say nothing, and tokens that are wrong: neither keeps anybody else from anything.
+//! Silent HTTP connections and wrong tokens: neither keeps others from being served.
 
 use crate::running::{Folder, Running, TOKEN};
 use serde_json::Value;
@@ -7,7 +7,7 @@ use std::io::{Read, Write};
 use std::net::{SocketAddr, TcpStream};
 use std::time::{Duration, Instant};
 
-/// What the program may have open: a fourth of it may be connections.
+/// The limit of the program's open files; a fourth of them may be connections.
 const LIMITED: [&str; 4] = ["sh", "-c", "ulimit -n 256; exec \"$@\"", "sh"];
 
 #[test]
@@ -23,7 +23,7 @@ fn thousands_of_half_open_connections_stop_nothing() {
     for round in 0..5 {
         for kind in 0..400 {
             let Ok(mut stream) = TcpStream::connect(run.address()) else { continue };
-            // Nothing, the beginning of a request, and one whose body never comes.
+            // Nothing, the beginning of a request, or a request without its body.
             let words: &[u8] = match kind % 3 {
                 0 => b"",
                 1 => b"GET /state HTTP/1.1\r\nHost: lo",
@@ -36,7 +36,7 @@ fn thousands_of_half_open_connections_stop_nothing() {
         assert_eq!(run.get("/health").0, 200, "round {round}");
         assert!(asked.elapsed() < Duration::from_secs(10), "round {round}: {:?}", asked.elapsed());
         assert!(files() < 128, "{} files are open", files());
-        // The test's own limit.
+        // Stays within the test's own limit of open files.
         held.drain(..held.len().saturating_sub(200));
     }
     let before = std::fs::metadata(state.join("rover.json")).unwrap().modified().unwrap();

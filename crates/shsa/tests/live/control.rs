@@ -1,4 +1,4 @@
-//! Questions and orders over the bus, by clients that know nothing of `shsa`.
+//! Questions and orders over the bus, by independent clients.
 
 use crate::broker::Broker;
 use crate::car::{MODEL, client_of, router};
@@ -9,14 +9,14 @@ use std::cell::Cell;
 use std::path::Path;
 use std::time::Duration;
 
-/// Who asks, and who hears the answers: one alone may hear an answer before it has said that it has asked.
+/// An asking and a listening client: a single one could receive an answer before it reports that it has asked.
 struct Client {
     asks: Script,
     hears: Script,
 }
 
 impl Client {
-    /// Over MQTT, hearing these topics.
+    /// A client over MQTT that subscribes to these topics.
     fn start(python: &Path, port: u16, version: u32, topics: &[&str]) -> Client {
         let start = |name: &str| {
             let argument = json!({ "name": format!("{name}-{version}"), "port": port, "version": version });
@@ -32,7 +32,7 @@ impl Client {
         self.asks.order(order);
     }
 
-    /// The next message; the status of a need comes by itself.
+    /// The next message, except the status of a need, which comes unasked.
     #[track_caller]
     fn next(&mut self) -> Value {
         loop {
@@ -44,7 +44,7 @@ impl Client {
     }
 }
 
-/// The JSON of a message that a client has heard.
+/// The JSON of a received message.
 #[track_caller]
 fn words(message: &Value) -> Value {
     let hex = message["hex"].as_str().unwrap_or_else(|| panic!("{message}"));
@@ -62,12 +62,12 @@ fn forbid(token: &str) -> Value {
     json!({ "id": "f", "order": { "order": "forbid", "signal": "wheel_1" }, "token": token })
 }
 
-/// Starts an instance called `x`, and waits until it answers.
+/// Starts an instance named `x`, and waits until it answers.
 fn start(address: &str) -> Running {
     Running::start([MODEL, "--bus", address, "--name", "x"])
 }
 
-/// What became of requests, when all of these have.
+/// Waits until the counts of requests are as expected.
 #[track_caller]
 fn tally(run: &Running, expected: &Value) {
     run.until(&format!("the requests are {expected}"), |state| {
@@ -133,7 +133,7 @@ fn guessing_garbage_and_old_requests_over_mqtt_change_nothing() {
     let broker = Broker::start(&[]);
     let address = format!("mqtt://127.0.0.1:{}", broker.port());
     let mut client = Client::start(&python, broker.port(), 5, &["shsa/x/answer"]);
-    // Kept by the broker from before: nobody knows how old it is.
+    // A retained message was kept by the broker and may be of any age.
     let order = |retain: bool| json!({ "publish": "shsa/x/request", "text": forbid(TOKEN).to_string(), "retain": retain });
     client.order(&order(true));
     let run = start(&address);
@@ -155,7 +155,7 @@ fn guessing_garbage_and_old_requests_over_mqtt_change_nothing() {
         let later = ask(&mut client, &forbid(token));
         assert_eq!(later["refused"], "too many wrong tokens; try again later");
     }
-    // Who guesses over the bus locks out nobody over HTTP.
+    // A guesser on the bus locks out nobody over HTTP.
     assert_eq!(run.order(Some(TOKEN), r#"{"order": "reload"}"#).0, 200);
     let (_, events) = run.get("/events");
     let kinds: Vec<&str> = events.as_array().unwrap().iter().map(|it| it["kind"].as_str().unwrap()).collect();
@@ -163,13 +163,13 @@ fn guessing_garbage_and_old_requests_over_mqtt_change_nothing() {
     let (_, state) = run.get("/state");
     assert!(!state.to_string().contains(TOKEN));
 
-    // What is sent while nobody is there is not done later.
+    // A request that is sent during an absence of the run is not carried out later.
     run.kill();
     client.order(&json!({ "publish": "shsa/x/request", "text": "", "retain": true }));
     client.order(&order(false));
     let run = start(&address);
     let question = json!({ "publish": "shsa/x/request", "text": r#"{ "id": 9, "ask": "health" }"# });
-    // Until it has subscribed nobody hears the question.
+    // The question is lost until the run has subscribed.
     let answer = (0..40).find_map(|_| {
         client.order(&question);
         client
@@ -234,7 +234,7 @@ fn over_zenoh_queries_are_answered_and_orders_obeyed() {
             Some(text) => json!({ "get": selector, "text": text }),
             None => json!({ "get": selector }),
         };
-        // Not everybody knows at once that somebody answers.
+        // It takes a moment until the server is known everywhere.
         let reply = real::eventually("a reply", || {
             Some(client.answer(&order, "reply")).filter(|reply| !reply["reply"].is_null())
         });
@@ -257,11 +257,11 @@ fn over_zenoh_queries_are_answered_and_orders_obeyed() {
     let (_, events) = get(&format!("shsa/x/events?since={number}"), None);
     assert_eq!(events[0]["kind"], "ordered", "{events}");
 
-    // By put, the answer goes to its own key.
+    // The answer to a publication goes to the topic of answers.
     let (config, script) = (client_of(port), "../../../shsa-bridge/tests/python/zenoh_client.py");
     let mut hears = Script::start(&python, script, &config);
     hears.order(&json!({ "subscribe": "shsa/x/answer" }));
-    // Not everybody knows at once that somebody listens.
+    // It takes a moment until the subscription is known everywhere.
     std::thread::sleep(Duration::from_millis(500));
     let order = json!({ "id": 5, "order": { "order": "allow", "signal": "wheel_1" }, "token": TOKEN });
     client.order(&json!({ "put": "shsa/x/request", "text": order.to_string() }));

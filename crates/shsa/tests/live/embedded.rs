@@ -5,7 +5,7 @@ use serde_json::Value;
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Starts the embedded default, and waits until every signal has come and the need is served by its own source.
+/// Starts the embedded default, and waits until every signal was received and the need's own source serves it.
 fn settled(arguments: &[&str]) -> Running {
     let run = Running::start(arguments.iter().copied());
     run.until("dmin is served by the lidar", |state| {
@@ -39,7 +39,7 @@ fn a_terminal_that_nobody_reads_delays_nothing() {
         (need["source"].clone(), need["published"].as_u64().unwrap_or(0))
     };
     run.until("it is served by the lidar", |state| served(state).0 == "/lidar/scan by nearest");
-    // Much more than a pipe takes: 64 KiB.
+    // Much more than the 64 KiB of a pipe.
     let begun = Instant::now();
     for _ in 0..450 {
         for order in ["forbid", "allow"] {
@@ -130,8 +130,8 @@ fn its_journal_replays_to_the_same_decisions() {
     assert_eq!(because(&report["events"]), because(&told));
 }
 
-/// Two needs of the same distance, the second of which only the lidar is exact enough for: without the lidar one goes on by the
-/// sonar, and the other is told to be without a source.
+/// Two needs of the same distance; only the lidar is exact enough for the second one. Without the lidar, the sonar serves one
+/// need, and the other has no source.
 #[test]
 fn several_needs_of_one_variable_have_each_their_own_source() {
     let run = settled(&[]);

@@ -1,4 +1,4 @@
-//! What goes on although an instance is killed: the need, by another instance; what is known, by the same one started again.
+//! After an instance is killed, another instance serves the need, and the restarted instance keeps its state.
 
 use crate::broker::Broker;
 use crate::car::{MODEL, recording, router, seen};
@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 use std::thread;
 use std::time::Duration;
 
-/// The instances that can serve the speed, who does first.
+/// The instances that can serve the speed, the serving one first.
 fn instances(state: &Value) -> Vec<String> {
     let able = state["instances"]["/car/speed"].as_array().into_iter().flatten();
     able.map(|instance| instance.as_str().unwrap().split('.').next().unwrap().to_owned()).collect()
@@ -66,12 +66,12 @@ fn what_was_known_before_a_crash_is_known_after_it() {
     let seen = consumer.join().unwrap();
 
     let (_, events) = run.get("/events");
-    // No signal is judged anew; the need may have had no value for a moment, until the first message came.
+    // No signal is judged anew; the need may lack a value for a moment, until the first message.
     let is_of_signal = |event: &&Value| event["signal"].is_string();
     let mut of_signals = events.as_array().unwrap().iter().filter(is_of_signal);
     assert!(of_signals.all(|event| event["kind"] != "failed" && event["kind"] != "restored"), "{events}");
     let after = seen.values.iter().filter(|value| value.0 > 8.0);
-    // The slowest of the sources that may serve it comes 10 times a second.
+    // The slowest source that may serve it has 10 values a second.
     assert!(after.clone().count() > 30, "{}", after.count());
     assert!(after.clone().all(|value| value.2 == "UncertainSubstituteValue"));
 }

@@ -1,4 +1,4 @@
-//! Substitutes in processes of their own: they are killed, stopped, starved, and the need goes on.
+//! Substitutes in processes of their own: the processes are killed, stopped and starved, and the need is still served.
 #![cfg(target_os = "linux")]
 
 use crate::running::{Folder, Running, TOKEN};
@@ -14,14 +14,14 @@ fn need(state: &Value) -> &Value {
     &models.next().unwrap()["needs"]["v_dmin"]
 }
 
-/// The process that computes the need's source, and how many answers there were.
+/// The process that computes the need's source, and the number of its answers.
 fn worker(state: &Value) -> Option<(u64, u64)> {
     let isolation = &need(state)["isolation"];
     let is_working = isolation["state"] == "working";
     is_working.then(|| (isolation["process"].as_u64().unwrap(), isolation["answers"].as_u64().unwrap()))
 }
 
-/// Starts a run whose need is served by a process.
+/// Starts a run with a need that a process serves.
 fn working(arguments: &[&str]) -> (Running, u64) {
     let run = Running::start(arguments.iter().copied());
     let state = run.until("a process answers", |state| worker(state).is_some_and(|(_, answers)| answers > 5));
@@ -33,7 +33,7 @@ fn signal(process: u64, signal: &str) {
     assert!(Command::new("kill").args([signal, &process.to_string()]).status().unwrap().success());
 }
 
-/// Another process has taken over, and the need was served all the time.
+/// Checks that another process has taken over, and that the need was served all the time.
 #[track_caller]
 fn check_replaced(run: &Running, before: u64) {
     let answers = |state: &Value| need(state)["isolation"]["answers"].as_u64();
@@ -45,7 +45,7 @@ fn check_replaced(run: &Running, before: u64) {
     assert_eq!(need["quality"], "Good", "{need}");
     assert_eq!(need["source"], "/lidar/scan by nearest, in a process of its own");
     assert_eq!(need["isolation"]["replaced"], 1, "{need}");
-    // Two periods of the lidar; a busy machine may add to it.
+    // Two periods of the lidar, and some time for a busy machine.
     assert!(need["longest_gap_s"].as_f64() < Some(0.3), "{need}");
     assert!(!fs::exists(format!("/proc/{before}")).unwrap(), "it still runs");
 }
@@ -122,18 +122,18 @@ fn a_process_has_nothing_but_its_pipes() {
     }
     let own = limit("Max address space").parse::<u64>().unwrap();
     assert!(own < (1 << 30), "{own}");
-    // The kernel's own limit follows what was used.
+    // The kernel's limit follows the processor time used.
     assert!(limit("Max cpu time").parse::<u64>().unwrap() < 10);
     assert_eq!(fs::read_link(format!("/proc/{process}/cwd")).unwrap().to_str(), Some("/"));
 }
 
 #[test]
 fn a_process_that_is_given_too_little_memory_is_given_up_and_the_operator_can_allow_it() {
-    // Each past hour takes 100 kB: all together more than what may be free in a new process.
+    // Each past hour takes 100 kB; all together they exceed the free memory of a new process.
     let folder = Folder::new();
     let past: String = (1..=40).map(|hours| format!(" + delay(min(v_3D), {hours} h)")).collect();
     let model = model(&folder, &[&format!("v_dmin = min(v_3D){past}")], "");
-    // What was so many hours ago counts as old.
+    // A value from so many hours ago counts as old.
     let text = fs::read_to_string(&model).unwrap();
     fs::write(&model, text.replace("max_age: 2 s", "max_age: 41 h")).unwrap();
     let run = Running::start([&*model, "--isolation", "process", "--isolation-memory", "0"]);
@@ -147,8 +147,8 @@ fn a_process_that_is_given_too_little_memory_is_given_up_and_the_operator_can_al
     run.decision("restarted");
 }
 
-/// A model of the rover's bus; its need is served from the depth image, by the first of these equations, which may rest on
-/// `w_1`, which the second one gives, and so on.
+/// A model of the rover's bus. The first of these equations computes its need from the depth image; it may rest on `w_1`, which
+/// the second one gives, and so on.
 fn model(folder: &Folder, equations: &[&str], keys: &str) -> String {
     let variable = |at: usize| format!("  w_{at}: {{ unit: m, shape: vector }}\n");
     let relation = |(at, equation): (usize, &&str)| {
@@ -214,7 +214,7 @@ fn a_need_may_ask_for_a_process_itself() {
     let (run, _) = working(&[&model]);
     let (_, state) = run.get("/state");
     assert_eq!(need(&state)["source"], "/depth/image by much_0, in a process of its own");
-    // Nobody asks for one here.
+    // This model asks for no process.
     let run = Running::start([ROVER]);
     let state = run.until("it is served", |state| need(state)["quality"] == "Good");
     assert_eq!(need(&state)["isolation"], Value::Null);

@@ -1,4 +1,4 @@
-//! What one instance knows serves a need of another one, as long as it is there.
+//! The knowledge of one instance serves a need of another one while both are present.
 
 use crate::car::{client_of, router};
 use crate::real::{self, Script};
@@ -11,7 +11,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 use std::time::Duration;
 
-/// It has the need, and one wheel.
+/// A model with the need and one wheel.
 const FRONT: &str = "
 shsa: 1
 variables:
@@ -22,7 +22,7 @@ needs:
   speed: { signal: /car/speed, max_age: 1 s, max_width: 5 m/s }
 ";
 
-/// It has the receiver, and knows how to tell the speed from what that gives.
+/// A model with the receiver, and the relation from its value to the speed.
 const REAR: &str = "
 shsa: 1
 variables:
@@ -34,7 +34,7 @@ signals:
   gnss: { variable: ground, source: gnss#v, unit: km/h, rate: 20 Hz, value_error: 1, timeout: 900 ms }
 ";
 
-/// It thinks that the wheel is something else.
+/// A model that contradicts the others about the wheel.
 const LIAR: &str = "
 shsa: 1
 variables:
@@ -43,7 +43,7 @@ signals:
   wheel: { variable: speed, source: other#v, unit: m/s, rate: 1 Hz }
 ";
 
-/// A publisher on the network that puts both values 20 times a second until it ends.
+/// A client that publishes both values 20 times a second until it is ended.
 fn drive(python: &Path, port: u16, wheel: &'static AtomicBool, is_over: &'static AtomicBool) {
     let mut client =
         Script::start(python, "../../../shsa-bridge/tests/python/zenoh_client.py", &client_of(port));
@@ -118,7 +118,7 @@ fn a_need_is_served_from_what_another_instance_knows_while_that_is_there() {
     let state = front.until("nothing serves the speed", |state| need(state).0 == "Bad");
     assert!(state["models"]["front"]["signals"]["gnss"].is_null(), "{state}");
 
-    // It comes back, and is known again.
+    // The instance comes back, and its knowledge is joined again.
     let _rear = start("rear", REAR, &["--join"]);
     front.decision("joined");
     front.until("the receiver serves the speed again", |state| need(state).0 == "UncertainSubstituteValue");

@@ -1,4 +1,4 @@
-//! The connection to a broker is lost and found: what is told of it.
+//! The connection to a broker is lost and restored: the messages about it.
 
 use crate::broker::{Broker, Cut};
 use crate::real::{self, Script};
@@ -21,7 +21,7 @@ fn run(folder: &Folder, port: u16) -> Running {
     Running::start([model.to_str().unwrap(), "--bus", &format!("mqtt://127.0.0.1:{port}"), "--name", "tank"])
 }
 
-/// A client that reads the status of the need.
+/// A client that receives the status of the need.
 fn reader(python: &Path, broker: &Broker) -> Script {
     let options = json!({ "name": "reader", "port": broker.port() });
     let mut reader = Script::start(python, "../../../shsa-bridge/tests/python/mqtt_client.py", &options);
@@ -29,7 +29,7 @@ fn reader(python: &Path, broker: &Broker) -> Script {
     reader
 }
 
-/// The last outage of the first status that has one as wanted.
+/// The last outage in the first status whose outage meets a condition.
 #[track_caller]
 fn told(reader: &mut Script, is_wanted: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..200 {
@@ -67,7 +67,7 @@ fn after_an_outage_the_status_says_since_when_and_for_how_long() {
     assert!(seconds >= 1.5, "{because}");
 
     let outage = told(&mut reader(&python, &broker), |outage| {
-        // What was said while nobody heard it comes first.
+        // Statuses published before the reader subscribed arrive first.
         outage["number"] == 1 && outage["for_s"].is_f64()
     });
     assert!((outage["for_s"].as_f64().unwrap() - seconds).abs() < 0.001, "{outage} {because}");
@@ -85,7 +85,7 @@ fn after_an_outage_the_status_says_since_when_and_for_how_long() {
     assert!(metrics.contains("shsa_disconnections_total 1"), "{metrics}");
 }
 
-/// A connection that is cut and stands again at once, between two looks at it.
+/// A connection that is cut and restored at once, between two checks.
 #[test]
 fn the_shortest_outage_is_told() {
     let broker = Broker::start(&[]);

@@ -1,5 +1,5 @@
-//! The Debian package, built, installed by the real `dpkg` into a copy of this machine that goes away, and started there; and the
-//! container of it, where containers can be built.
+//! The Debian package: built, installed by the real `dpkg` into a temporary copy of this machine, and started there; and its
+//! container, where containers can be built.
 
 use crate::real::free_port;
 use crate::running::{Folder, Running, TOKEN};
@@ -30,7 +30,7 @@ fn package(folder: &Folder) -> PathBuf {
     out.join("shsa.deb")
 }
 
-/// A copy of this machine's files in which changes go to memory; gone with this value.
+/// A copy of this machine's files whose changes are in memory; dropping it removes them.
 struct Machine(PathBuf);
 
 impl Machine {
@@ -46,7 +46,7 @@ impl Machine {
         ["upper", "work"].into_iter().for_each(|name| fs::create_dir(memory.join(name)).unwrap());
         let layers = format!("lowerdir=/,upperdir={0}/upper,workdir={0}/work", memory.display());
         mount(&["-t", "overlay", "-o", &layers, "overlay", root.to_str().unwrap()])?;
-        // A machine whose packages end as usual, without services that would be started.
+        // The file systems that maintainer scripts need; no service is running.
         mount(&["-t", "proc", "proc", machine.path("proc").to_str().unwrap()])?;
         mount(&["-t", "tmpfs", "tmpfs", machine.path("run").to_str().unwrap()])?;
         mount(&["--bind", "/dev", machine.path("dev").to_str().unwrap()])?;
@@ -79,7 +79,7 @@ impl Drop for Machine {
     }
 }
 
-/// A process that ends with the test.
+/// A process that is killed when this is dropped.
 struct Started(Child);
 
 impl Drop for Started {
@@ -89,7 +89,7 @@ impl Drop for Started {
     }
 }
 
-/// Waits until a run answers at a port.
+/// Waits until a run answers on a port.
 #[track_caller]
 fn health(port: u16) -> Value {
     let end = Instant::now() + Duration::from_secs(60);
@@ -130,7 +130,7 @@ fn the_package_is_built_installed_started_and_removed() {
     let token = fs::read_to_string(machine.path("etc/shsa/token")).unwrap();
     assert_eq!(token.trim().len(), 48);
 
-    // As the unit starts it, on the embedded bus and another port.
+    // As started by the unit, but on the embedded bus and another port.
     fs::write(machine.path("etc/shsa/model.yaml"), MODEL).unwrap();
     let unit = fs::read_to_string(machine.path("usr/lib/systemd/system/shsa.service")).unwrap();
     let line = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();
@@ -144,7 +144,7 @@ fn the_package_is_built_installed_started_and_removed() {
     drop(run);
     assert!(machine.path("var/lib/shsa/state/model.json").exists());
 
-    // Installed again, it keeps what is the operator's; removed, too, and gone only when it is purged.
+    // A second installation keeps the operator's files, and so does a removal; only purging removes them.
     fs::write(machine.path("etc/shsa/environment"), "SHSA_BUS=memory\n").unwrap();
     machine.done(&["dpkg", "--install", "/shsa.deb"]);
     assert_eq!(fs::read_to_string(machine.path("etc/shsa/token")).unwrap(), token);
@@ -155,7 +155,7 @@ fn the_package_is_built_installed_started_and_removed() {
     assert!(!machine.path("etc/shsa").exists() && !machine.path("var/lib/shsa").exists());
 }
 
-/// The commands of the section about packages in `docs/deployment.md`, but for those about containers.
+/// The commands of the section about packages in `docs/deployment.md`, except those about containers.
 fn commands() -> Vec<String> {
     let page = fs::read_to_string(format!("{ROOT}/docs/deployment.md")).unwrap();
     let section = page.split("\n## ").find(|section| section.starts_with("From a package\n")).unwrap();
@@ -179,8 +179,7 @@ fn the_page_about_the_package_is_right() {
     let commands = commands();
     assert!(commands.len() > 10, "{commands:?}");
     for command in commands {
-        // No service manager runs in the copy: what the unit would start is started as it says, and has ended when it would be
-        // stopped.
+        // No service manager runs in the copy, so the test starts and ends the program as the unit would.
         match &*command {
             "systemctl start shsa" => run_for_a_while(&machine),
             "systemctl stop shsa" => {}
@@ -190,7 +189,7 @@ fn the_page_about_the_package_is_right() {
     assert!(!machine.path("var/lib/shsa").exists());
 }
 
-/// Runs the program as the unit says for two seconds, on the embedded bus.
+/// Runs the program as in the unit for two seconds, on the embedded bus.
 fn run_for_a_while(machine: &Machine) {
     let unit = fs::read_to_string(machine.path("usr/lib/systemd/system/shsa.service")).unwrap();
     let line = unit.lines().find_map(|line| line.strip_prefix("ExecStart=")).unwrap();

@@ -1,4 +1,4 @@
-//! Figures as a real Prometheus reads them, and the alerts and the dashboard that are made of them.
+//! Figures as read by a real Prometheus, and the alerts and the dashboard made of them.
 
 use crate::real::free_port;
 use crate::running::{Folder, Running, TOKEN};
@@ -11,7 +11,7 @@ use std::time::{Duration, Instant};
 
 const DEPLOY: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../deploy");
 
-/// A Prometheus that ends with the test.
+/// A Prometheus that is killed when this is dropped.
 struct Prometheus(Child);
 
 impl Drop for Prometheus {
@@ -21,7 +21,7 @@ impl Drop for Prometheus {
     }
 }
 
-/// Whether Prometheus and its tool are installed; said aloud where they are not.
+/// Whether Prometheus and its tool are installed; prints SKIPPED if they are not.
 fn is_there() -> bool {
     let is_there = Command::new("promtool").arg("--version").output().is_ok();
     if !is_there {
@@ -30,7 +30,7 @@ fn is_there() -> bool {
     is_there
 }
 
-/// What `promtool` says about an input, which has to be nothing.
+/// Checks that `promtool` has no complaint about an input.
 #[track_caller]
 fn nothing_is_wrong(arguments: &[&str], input: &str) {
     let tool = Command::new("promtool").args(arguments).stdin(Stdio::piped()).stderr(Stdio::piped()).spawn();

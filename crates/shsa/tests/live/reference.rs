@@ -1,4 +1,4 @@
-//! `docs/json.md` against what a run tells over HTTP.
+//! Compares `docs/json.md` with the answers of a run over HTTP.
 
 #[path = "../described/mod.rs"]
 mod described;

@@ -1,4 +1,4 @@
-//! Who may look, who may order, and by which names of the host.
+//! Access rights: viewing, orders, and the names of the host.
 
 use crate::running::{Folder, Running, TOKEN};
 use std::net::TcpStream;

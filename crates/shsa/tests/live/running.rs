@@ -1,4 +1,4 @@
-//! A run of the command that goes on beside the test, and what is asked of it.
+//! A run of the command in the background, and requests to it.
 
 use serde_json::Value;
 use std::io::{BufRead, BufReader, Read, Write};
@@ -10,12 +10,12 @@ use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
-/// The token of every run here.
+/// The token of every run in these tests.
 pub(crate) const TOKEN: &str = "a-token-for-the-tests-only";
-/// Longer than anything here takes on a busy machine.
+/// A time limit that no step reaches, even on a busy machine.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// A temporary folder that is removed when the test is over.
+/// A temporary folder that is removed after the test.
 pub(crate) struct Folder(PathBuf);
 
 impl Folder {
@@ -41,12 +41,12 @@ impl Drop for Folder {
 /// The program under test.
 const PROGRAM: &str = env!("CARGO_BIN_EXE_shsa");
 
-/// A run, which ends with the test.
+/// A run that is ended when this is dropped.
 pub(crate) struct Running {
     child: Child,
     address: String,
     decisions: Receiver<String>,
-    /// Standard output, where nobody reads it.
+    /// Standard output that nobody reads.
     _unread: Option<ChildStdout>,
 }
 
@@ -56,7 +56,7 @@ impl Running {
         Running::start_under(&[], arguments)
     }
 
-    /// As [`Running::start`], by a command that runs the rest of its line, as `env NAME=VALUE`.
+    /// As [`Running::start`], with a command before it that runs the rest of its line, as `env NAME=VALUE`.
     pub(crate) fn start_under<'a>(under: &[&str], arguments: impl IntoIterator<Item = &'a str>) -> Running {
         Running::begin(under, arguments, true)
     }
@@ -102,14 +102,14 @@ impl Running {
         Running { child, address, decisions, _unread: unread }
     }
 
-    /// What became of a run that ends by itself.
+    /// The output of a run that ends by itself.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn ended<'a>(arguments: impl IntoIterator<Item = &'a str>) -> Output {
         let mut command = Command::new(PROGRAM);
         command.args(["run", "--http", "127.0.0.1:0", "--for", "10 s"]).args(arguments).output().unwrap()
     }
 
-    /// The next decision of this kind; those before it are passed over.
+    /// The next decision of this kind; earlier ones are skipped.
     #[track_caller]
     pub(crate) fn decision(&self, kind: &str) -> Value {
         let end = Instant::now() + PATIENCE;
@@ -123,19 +123,19 @@ impl Running {
         }
     }
 
-    /// All decisions that have come since it was asked last.
+    /// All decisions since the last call.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn decisions(&self) -> Vec<Value> {
         self.decisions.try_iter().map(|line| serde_json::from_str(&line).unwrap()).collect()
     }
 
-    /// What the system says about the process.
+    /// A file of the process in /proc.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn process(&self, file: &str) -> String {
         std::fs::read_to_string(format!("/proc/{}/{file}", self.child.id())).unwrap()
     }
 
-    /// Waits until the state is as wanted.
+    /// Waits until the state meets a condition.
     #[track_caller]
     pub(crate) fn until(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
         let end = Instant::now() + PATIENCE;
@@ -149,13 +149,13 @@ impl Running {
         panic!("not so: {what}")
     }
 
-    /// Where it answers over HTTP.
+    /// The address of its HTTP server.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn address(&self) -> &str {
         &self.address
     }
 
-    /// The folder of what it has open.
+    /// The folder of its open files in /proc.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn files(&self) -> String {
         format!("/proc/{}/fd", self.child.id())
@@ -168,12 +168,12 @@ impl Running {
         (status, serde_json::from_str(&text).unwrap_or(Value::String(text)))
     }
 
-    /// Gives an order with this token; the status and the JSON of the answer.
+    /// Gives an order with this token; returns the status and the JSON of the answer.
     pub(crate) fn order(&self, token: Option<&str>, order: &str) -> (u16, Value) {
         self.order_over(TcpStream::connect(&self.address).unwrap(), token, order)
     }
 
-    /// As [`Running::order`], over a connection of the test's own.
+    /// As [`Running::order`], over a given connection.
     pub(crate) fn order_over(&self, stream: TcpStream, token: Option<&str>, order: &str) -> (u16, Value) {
         let shown = token.map_or(String::new(), |token| format!("Authorization: bearer {token}\r\n"));
         let (status, text) = self.text(stream, "POST /orders", &shown, order);
@@ -196,7 +196,7 @@ impl Running {
         Running::answer(&mut stream, &request)
     }
 
-    /// As [`Running::text`], of a request as it is written.
+    /// As [`Running::text`], for a literal request.
     pub(crate) fn answer(stream: &mut TcpStream, request: &str) -> (u16, String) {
         stream.write_all(request.as_bytes()).unwrap();
         let mut answer = String::new();
@@ -206,13 +206,13 @@ impl Running {
         (status, body.to_owned())
     }
 
-    /// Asks it to end (SIGTERM), and waits.
+    /// Ends it by SIGTERM, and waits.
     pub(crate) fn stop(mut self) -> ExitStatus {
         self.signal("-TERM");
         self.child.wait().unwrap()
     }
 
-    /// As [`Running::stop`]; all decisions until the end that were not taken before, too.
+    /// As [`Running::stop`]; also returns all decisions that were not taken before.
     #[allow(dead_code, reason = "not every test uses all of it")]
     pub(crate) fn stop_and_tell(mut self) -> (ExitStatus, Vec<Value>) {
         self.signal("-TERM");
@@ -227,13 +227,13 @@ impl Running {
         self.child.id()
     }
 
-    /// Ends it without asking (SIGKILL), as a crash would.
+    /// Ends it by SIGKILL, as a crash would.
     pub(crate) fn kill(mut self) {
         self.signal("-KILL");
         self.child.wait().unwrap();
     }
 
-    /// Sends it a signal of Unix by its id.
+    /// Sends it a Unix signal.
     pub(crate) fn signal(&self, signal: &str) {
         let status = Command::new("kill").args([signal, &self.child.id().to_string()]).status().unwrap();
         assert!(status.success());

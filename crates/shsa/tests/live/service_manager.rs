@@ -1,11 +1,11 @@
-//! What a service manager sees of a run.
+//! The messages of a run to a service manager.
 
 use crate::running::{Folder, Running};
 use std::os::unix::net::UnixDatagram;
 use std::process::Command;
 use std::time::Duration;
 
-/// The next state that is told.
+/// The next message.
 #[track_caller]
 fn next(socket: &UnixDatagram) -> String {
     let mut state = [0; 256];
@@ -42,7 +42,7 @@ fn it_is_ready_alive_reloads_and_stops() {
     until(&socket, "RELOADING=1");
     until(&socket, "READY=1");
     run.until("it goes on", |state| state["models"]["tank"]["signals"]["/level"].is_object());
-    // Its need is not served, and that it ends is what was asked for.
+    // The need is not served, but a requested end is a success.
     assert_eq!(run.stop().code(), Some(0));
     until(&socket, "STOPPING=1");
 }

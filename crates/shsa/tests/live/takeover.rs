@@ -1,4 +1,4 @@
-//! A failed sensor is silenced and its name taken over, over real buses; sensors and consumers know nothing of `shsa`.
+//! A failed sensor is silenced and its name taken over, on real buses; sensors and consumers are independent of `shsa`.
 
 mod secured;
 
@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::{Duration, Instant};
 
-/// Three witnesses of one speed, each under a name of its own.
+/// Three witnesses of one speed, each under its own name.
 const MODEL: &str = "
 shsa: 1
 variables: { speed: { unit: m/s, range: [-100, 100] } }
@@ -23,7 +23,7 @@ signals:
 needs:
   speed: { signal: /healed/speed, max_age: 1 s }
 ";
-/// What the wheel says beside its value.
+/// The wheel's message, with other fields beside its value.
 const WHEEL: &str = r#"{"unit": "front left", "speed": VALUE}"#;
 const NAME: &str = "robot/wheel";
 
@@ -38,7 +38,7 @@ struct Scene {
 }
 
 impl Scene {
-    /// Starts the sensors; `wheel` is what only the wheel is told.
+    /// Starts the sensors; `wheel` holds settings for the wheel only.
     fn new(python: &Path, bus: &'static str, port: u16, wheel: &Value) -> Scene {
         let sensor = |name: &str, more: &Value| {
             let text = if name == "wheel" { WHEEL } else { "VALUE" };
@@ -65,14 +65,14 @@ impl Scene {
         Scene { folder, bus, python: python.into(), port, wheel: sensor("wheel", wheel), _others: others }
     }
 
-    /// Starts `shsa` with this wiring, and waits until the need is served by the wheel.
+    /// Starts `shsa` with this wiring, and waits until the wheel serves the need.
     fn run(&self, wiring: &str, more: &[&str]) -> Running {
         let path = |name: &str| self.folder.path(name).display().to_string();
         fs::write(self.folder.path("wiring.yaml"), format!("wiring: {{ speed: {{ {wiring} }} }}")).unwrap();
         let (model, wiring) = (path("model.yaml"), path("wiring.yaml"));
         let address = format!("{}://127.0.0.1:{}", self.bus, self.port);
         let bus = ["--bus", address.as_str()];
-        // What is given later holds.
+        // A `--bus` in `more` replaces the scene's bus.
         let bus: &[&str] = if more.contains(&"--bus") { &[] } else { &bus };
         let run = Running::start([&[model.as_str(), "--wiring", wiring.as_str()], bus, more].concat());
         run.until("all have come", |state| {
@@ -82,7 +82,7 @@ impl Scene {
         run
     }
 
-    /// The wheel lies from now on.
+    /// From now on, the wheel's value is wrong.
     fn lie(&mut self) {
         self.wheel.order(&json!({ "value": 13.0 }));
     }
@@ -91,7 +91,7 @@ impl Scene {
         self.wheel.answer(&json!({ "who": true }), "pid")["pid"].to_string()
     }
 
-    /// Who reads the wheel's name.
+    /// A consumer of the wheel's name.
     fn consumer(&self, user: Option<&str>) -> Script {
         let path = |name: &str| format!("../../../shsa-bridge/tests/python/{name}");
         if self.bus == "mqtt" {
@@ -117,7 +117,7 @@ impl Scene {
     }
 }
 
-/// How the takeover stands.
+/// The state of the takeover.
 fn takeover(state: &Value) -> &Value {
     &state["models"]["model"]["needs"]["speed"]["takeover"]
 }
@@ -128,7 +128,7 @@ fn text(hex: &Value) -> String {
     String::from_utf8((0..hex.len()).step_by(2).map(byte).collect()).unwrap()
 }
 
-/// Quality and content of a message over MQTT or Zenoh; the source's own says nothing of its quality.
+/// Quality and content of a message over MQTT or Zenoh; the source's own messages have no quality.
 fn read(message: &Value) -> (String, String) {
     let quality = match message.get("properties") {
         Some(properties) => properties["quality"].as_str().unwrap_or_default().to_owned(),
@@ -141,7 +141,7 @@ fn read(message: &Value) -> (String, String) {
     (quality, text(&message["hex"]))
 }
 
-/// Waits for a message that is as wanted; those before it are given to `before`.
+/// Waits for a message that meets a condition; earlier ones are passed to `before`.
 #[track_caller]
 fn wait_for(
     consumer: &mut Script,
@@ -163,7 +163,8 @@ fn wait_for(
 
 const SUBSTITUTE: &str = "UncertainSubstituteValue";
 
-/// A consumer of the wheel's name gets the substitute in the wheel's own form, and nothing of the wheel between.
+/// Checks that a consumer of the wheel's name gets the substitute in the wheel's own form, without messages of the wheel in
+/// between.
 #[track_caller]
 fn check_taken(consumer: &mut Script) {
     let (_, text) = wait_for(consumer, "a substitute", |quality, _| quality == SUBSTITUTE, |_, _| {});
@@ -203,7 +204,7 @@ fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
     let line = r#"shsa_takeover_events_total{model="model",name="robot/wheel",kind="silenced"} 1"#;
     assert!(metrics.as_str().unwrap().contains(line), "{metrics}");
 
-    // An instance that is started again goes on, although the wheel does not show any more what its messages look like.
+    // A restarted instance continues the takeover, although the silenced wheel no longer shows the form of its messages.
     run.kill();
     let path = |name: &str| scene.folder.path(name).display().to_string();
     let address = format!("mqtt://127.0.0.1:{}", broker.port());
@@ -212,7 +213,7 @@ fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
     run.decision("silenced");
     check_taken(&mut consumer);
 
-    // It comes back by itself: at once it is alone.
+    // The wheel comes back by itself, and is the only publisher at once.
     scene.wheel.signal("CONT");
     run.decision("returned");
     while consumer.poll("hex", Duration::from_millis(1)).is_some() {}
@@ -238,7 +239,7 @@ fn who_does_not_obey_is_not_replaced_and_it_is_told() {
     assert_eq!(takeover(&state)["quality"], "Bad", "{state}");
     let (status, health) = run.get("/health");
     assert_eq!((status, &health["needs"][NAME]), (503, &json!("Bad")), "{health}");
-    // It is tried again, and nothing of ours was ever between.
+    // The takeover is tried again, and no message of ours was in between.
     run.decision("refused");
     while let Some(message) = consumer.poll("hex", Duration::from_millis(1)) {
         assert_eq!(read(&message).0, "", "{message}");
@@ -301,7 +302,7 @@ fn another_instance_goes_on_when_the_one_that_has_silenced_is_gone() {
     responsible.decision("silenced");
     check_taken(&mut consumer);
     assert_eq!(takeover(&other.get("/state").1)["silenced"], 0, "it leaves that to the other one");
-    // What the other one publishes under the wheel's name is no sign of the wheel.
+    // The other instance's publications under the wheel's name are no sign of the wheel.
     let (_, state) = other.get("/state");
     assert_ne!(state["models"]["model"]["signals"]["wheel"]["verdict"], "healthy", "{state}");
     responsible.kill();
@@ -334,7 +335,7 @@ fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
     let wiring = format!("form: like, silence: {{ {} }}, restore: {{ {} }}", call(false), call(true));
     let run = scene.run(&wiring, &[]);
     let mut consumer = scene.consumer(None);
-    // The gate's messages are like those of the wheel, too.
+    // The gate's messages have the form of the wheel's, too.
     let gate = json!({ "subscribe": "/healed/speed", "type": "geometry_msgs/msg/TwistStamped", "get": "twist.linear.y" });
     consumer.order(&gate);
     let heard = consumer.next_with("heard");

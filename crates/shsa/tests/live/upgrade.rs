@@ -1,4 +1,4 @@
-//! What earlier versions have written is read: states and journals of the first form, as they stand in `tests/live/earlier`.
+//! Files of earlier versions can be read: states and journals of the first form, in `tests/live/earlier`.
 
 use crate::running::{Folder, Running};
 use serde_json::Value;

@@ -1,21 +1,21 @@
-//! Models that are calibrated on recordings see faults as small as a plain script does.
+//! Models calibrated on recordings detect faults nearly as small as those that a plain script detects.
 
 use super::{Case, GNSS, car, case, cell, husky, quad, report, turtlebot};
 use serde_json::Value;
 use std::process::Command;
 
-/// A step is told that is at most so many times as large as what a plain script sees. The script gives an alarm an hour and pair and
-/// knows the offsets of this recording; here the whole model gives one in two hours at most, and another recording may have
-/// other offsets.
+/// The smallest detected step is at most this multiple of the plain script's. The script gives one alarm an hour for each pair,
+/// and knows the offsets of this recording. Here the whole model gives at most one alarm in two hours, and other recordings may
+/// have other offsets.
 const TIMES: f64 = 4.5;
 
-/// A signal of a model, and the smallest bias that a plain script sees in its recording, in the signal's unit.
+/// A signal of a model, and the smallest bias that a plain script detects in its recording, in the signal's unit.
 type Goal = (&'static str, f64);
 
-/// What is found by fitting a part, after which no signal may be called failed in the rest.
+/// The result of fitting a part; no signal may fail in the rest.
 #[track_caller]
 fn calibrated(case: &Case, more: &[&str]) -> Value {
-    // It ends with 1 when a signal is called failed.
+    // The command ends with status 1 when a signal fails.
     let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
     let found = report(command.arg("calibrate").arg(&case.model).arg(&case.recording).args(more)).0;
     assert_eq!(found["after"]["failed"], 0, "{}", found["after"]);
@@ -23,7 +23,7 @@ fn calibrated(case: &Case, more: &[&str]) -> Value {
     found
 }
 
-/// Calibrated on the first half, no signal is called failed in the second, and small biases are seen.
+/// Checks that after calibration on the first half no signal fails in the second half, and that small biases are detected.
 #[track_caller]
 fn check_calibrated(case: Option<Case>, goals: &[Goal]) -> Option<Value> {
     let case = case?;
@@ -44,13 +44,13 @@ fn a_calibrated_car_sees_what_a_plain_script_sees() {
     else {
         return;
     };
-    // Of the gyro no two readings are equal for long; the wheels have not been seen standing still.
+    // The gyro never repeats a reading for long; the wheels were never seen standing still.
     let frozen_after = |signal: &str| found["signals"][signal]["frozen_after_s"].as_f64();
     assert!(frozen_after("gyro").is_some_and(|seconds| seconds < 0.5), "{:?}", frozen_after("gyro"));
     assert_eq!(frozen_after("wheel_1"), None);
 }
 
-/// Its wheels are stamped unevenly: of two readings 5 ms apart, the second one seems to have come faster than a car can go.
+/// The wheels are stamped unevenly: if two readings are 5 ms apart, the second one seems to change faster than a car can.
 #[test]
 fn a_car_that_is_calibrated_on_a_calm_third_is_not_too_fast_later() {
     let Some(case) = car() else { return };
@@ -60,8 +60,8 @@ fn a_car_that_is_calibrated_on_a_calm_third_is_not_too_fast_later() {
 #[test]
 fn a_calibrated_flight_sees_what_a_plain_script_sees() {
     let others = [("ySpeed", 0.34), ("zSpeed", 0.94), ("voltage", 0.83), ("battery", 3.1)];
-    // The position north has a long tail in turns (1.8 m/s where its deviation is 0.19), seen for eight minutes only: one alarm in two
-    // hours, with a confidence of 95 %, asks for 2.7 times as much as the one alarm an hour and pair that the script counts on.
+    // The northern position has a long tail in turns (1.8 m/s with a deviation of 0.19), and was seen for eight minutes only. One
+    // alarm in two hours with a confidence of 95 % needs 2.7 times the tolerance of the script's one alarm an hour for each pair.
     check_calibrated(quad(), &[&others[..], &[("xSpeed", 2.7 * 0.23)]].concat());
 }
 
@@ -79,7 +79,7 @@ fn calibrated_motes_see_what_a_plain_script_sees_although_events_are_among_what_
 
 #[test]
 fn a_calibrated_turtlebot_sees_what_a_plain_script_sees() {
-    // Its yaw rate is known by noise, whose reserve is larger for a drive of minutes: 2.0 for 1.4.
+    // The yaw rate is known by noise, which needs a larger reserve for a drive of minutes: 2.0 instead of 1.4.
     check_calibrated(
         turtlebot(),
         &[("imu", 0.0545), ("odom_yaw_rate", 1.43 * 0.0223), ("odom_speed", 0.0332)],
@@ -88,8 +88,8 @@ fn a_calibrated_turtlebot_sees_what_a_plain_script_sees() {
 
 #[test]
 fn a_calibrated_cell_sees_what_a_plain_script_sees() {
-    // One pass through the charge could not be halved: another part of the curve would be tested than was fitted. This recording
-    // is four times charged and discharged, so each half has two whole cycles. The pulse test beside it cannot be the other
-    // half: its count of the charge begins anew with each pulse, which the model does not say.
+    // A single cycle of the charge cannot be halved, because the test part would be another part of the curve than the fitted
+    // part. This recording has four charges and discharges, so each half has two whole cycles. The pulse test beside it cannot be
+    // the other half: its count of the charge begins anew with each pulse, which the model does not express.
     check_calibrated(cell(), &[("voltage", 0.20), ("power", 0.75)]);
 }

@@ -1,8 +1,8 @@
-//! Injected faults: each is named or suspected, and healed; nothing healthy is called failed.
+//! Injected faults: each one is named or suspected, and healed; no healthy signal fails.
 
 use super::{Case, GNSS, NAMING, WHEELS, car, cell, husky, quad, set, turtlebot};
 
-/// The signal is named, no other is even suspected, and the speed stays available and right.
+/// Checks that the signal is named, no other one is even suspected, and the speed stays available and correct.
 #[track_caller]
 fn check_car(case: &Case, kind: &str, signal: &str, seed: u32, start_s: f64, within_s: f64) {
     let fault = format!("{kind}:{signal}@{start_s}s..");
@@ -12,7 +12,7 @@ fn check_car(case: &Case, kind: &str, signal: &str, seed: u32, start_s: f64, wit
     let after = report.named_after(signal, start_s);
     assert!(after.is_some_and(|after| (0.0..=within_s).contains(&after)), "{fault}, seed {seed}: {after:?}");
     let (gap_s, rmse) = (report.need("speed", "longest_gap_s"), report.need("speed", "rmse"));
-    // The recording itself pauses for 26 ms. Noise of this size leaves nobody uncontradicted for some rows.
+    // The recording itself pauses for 26 ms. With noise of this size, every source is contradicted for some rows.
     let longest = if kind.starts_with("noise") { 0.06 } else { 0.03 };
     assert!(gap_s <= longest, "{fault}, seed {seed}: a gap of {gap_s} s");
     assert!(rmse < 0.25, "{fault}, seed {seed}: rmse {rmse} m/s");
@@ -24,7 +24,7 @@ fn check_all_faults_of(signal: &str) {
     for kind in ["bias=2", "spoof=0", "drop", "noise=3", "scale=1.3"] {
         check_car(&case, kind, signal, 1, 20.0, 1.0);
     }
-    // The car brakes at 30 s: before, standing still is what a healthy wheel may do.
+    // The car brakes at 30 s; before, standing still is possible for a healthy wheel.
     check_car(&case, "stuck", signal, 1, 30.0, 3.0);
 }
 
@@ -63,7 +63,7 @@ fn noise_is_named_whatever_its_seed() {
     }
 }
 
-/// Both faulty signals are named or suspected, and no healthy one is called failed or silent.
+/// Checks that both faulty signals are named or suspected, and no healthy one is failed or silent.
 #[track_caller]
 fn check_two(case: &Case, faults: [(&str, &str, f64); 2]) {
     let texts = faults.map(|(kind, signal, start_s)| format!("{kind}:{signal}@{start_s}s.."));
@@ -75,7 +75,7 @@ fn check_two(case: &Case, faults: [(&str, &str, f64); 2]) {
     assert!(faulty.is_subset(&accused), "{texts:?}: only {accused:?} accused\n{:?}", report.events());
 }
 
-/// All pairs of wheels, each with these two kinds of fault, the second one this much later.
+/// Checks all pairs of wheels with these two kinds of fault; the second fault begins `later_s` later.
 fn check_wheels(one: &str, other: &str, later_s: f64) {
     let Some(case) = car() else { return };
     for (at, first) in WHEELS.iter().enumerate() {
@@ -120,7 +120,7 @@ fn no_healthy_signal_is_called_failed_whatever_two_faults_there_are() {
     let pairs = [("wheel_1", "wheel_2"), ("wheel_3", "wheel_1"), ("wheel_4", GNSS), (GNSS, "wheel_2")];
     for (number, one) in kinds.iter().enumerate() {
         for (other_number, other) in kinds.iter().enumerate() {
-            // Every combination of kinds on one of the pairs, with one of the differences in time.
+            // Every combination of kinds, on one of the pairs, with one of the delays.
             let (first, second) = pairs[(number + other_number) % pairs.len()];
             let later_s = [0.0, 0.1, 0.5, 10.0][(number + 2 * other_number) % 4];
             check_two(&case, [(one, first, 20.0), (other, second, 20.0 + later_s)]);
@@ -128,7 +128,7 @@ fn no_healthy_signal_is_called_failed_whatever_two_faults_there_are() {
     }
 }
 
-/// The GNSS has the least tolerance, and contradicts both while the other wheels only just agree yet.
+/// The GNSS has the smallest tolerance, and contradicts both wheels while the other wheels only just agree with them.
 #[test]
 fn two_wheels_that_come_to_err_alike_do_not_make_the_gnss_fail() {
     let Some(case) = car() else { return };
@@ -136,7 +136,7 @@ fn two_wheels_that_come_to_err_alike_do_not_make_the_gnss_fail() {
     check_two(&case, [("stuck", "wheel_1", 20.0), ("stuck", "wheel_4", 20.0)]);
 }
 
-/// The signal is named or suspected, and no healthy one is called failed or silent.
+/// Checks that the signal is named or suspected, and no healthy one is failed or silent.
 #[track_caller]
 fn check_honest(case: &Case, kind: &str, signal: &str, start_s: f64) {
     let fault = format!("{kind}:{signal}@{start_s}s..");

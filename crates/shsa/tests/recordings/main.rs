@@ -1,6 +1,6 @@
-//! The command over real recordings: clean ones stay silent, injected faults are named, nothing healthy is.
+//! The command on real recordings: no alarm on clean ones; injected faults are named, and healthy signals are not.
 //!
-//! Recordings of others are not part of this project; without them these tests say that they were skipped.
+//! Recordings of others are not part of this project; without them these tests print SKIPPED.
 
 mod faults;
 mod calibrated;
@@ -19,17 +19,17 @@ const GNSS: &str = "gnss_ublox";
 /// Kinds of events that accuse a signal for certain.
 const NAMING: [&str; 2] = ["failed", "silent"];
 
-/// A model with the recording that it is about.
+/// A model with its recording.
 struct Case {
     model: PathBuf,
     recording: PathBuf,
 }
 
-/// The case of a model, or `None`, told loudly, where its recording is not there.
+/// The case of a model; prints SKIPPED and returns `None` if the recording is missing.
 fn case(model: &str, recording: &str) -> Option<Case> {
     let recording = Path::new(WORKSPACE).join("../shared/data").join(recording);
     if !recording.exists() {
-        // Written past the test harness, which would keep it to itself.
+        // The test harness would suppress its own output, so this is written directly.
         let _ = writeln!(std::io::stderr(), "SKIPPED: {model}: no recording at {}", recording.display());
         return None;
     }
@@ -56,7 +56,7 @@ fn cell() -> Option<Case> {
     case("cell.yaml", "battery")
 }
 
-/// What a replay told about one signal or need.
+/// An event of a replay about a signal or need.
 #[derive(Debug)]
 struct Event {
     time_s: f64,
@@ -64,7 +64,7 @@ struct Event {
     signal: Option<String>,
 }
 
-/// The JSON object that a replay prints.
+/// The JSON object of a replay.
 struct Report(Value);
 
 impl Case {
@@ -85,7 +85,7 @@ impl Case {
     }
 }
 
-/// Runs a replay with `--json`; a need that was unmet (status 1) is an answer, too.
+/// Runs a replay with `--json`; an unmet need (status 1) is a valid answer, too.
 fn report(command: &mut Command) -> Report {
     let output = command.arg("--json").output().unwrap();
     let told = String::from_utf8_lossy(&output.stderr);
@@ -110,7 +110,7 @@ impl Report {
         told.filter_map(|event| event.signal).collect()
     }
 
-    /// Seconds from a moment to the first event that names the signal for certain.
+    /// Seconds from a time to the first event that names the signal for certain.
     fn named_after(&self, signal: &str, start_s: f64) -> Option<f64> {
         let names =
             |event: &&Event| NAMING.contains(&&*event.kind) && event.signal.as_deref() == Some(signal);
@@ -121,7 +121,7 @@ impl Report {
         self.0["needs"][variable][figure].as_f64().unwrap_or(f64::INFINITY)
     }
 
-    /// The report but for the time that it took.
+    /// The report without the elapsed time.
     fn timeless(mut self) -> Value {
         self.0.as_object_mut().unwrap().remove("elapsed_s").unwrap();
         self.0
@@ -165,7 +165,7 @@ fn a_clean_cell_gives_no_alarm() {
     check_silent(cell());
 }
 
-/// A labelled event: the readings in which something was introduced at a mote, the motes of its room, the others.
+/// A labelled event: the readings in which a change was made at a mote, the motes of its room, the other motes.
 struct Introduced {
     readings: std::ops::RangeInclusive<u64>,
     mote: &'static str,
@@ -177,7 +177,7 @@ const INTRODUCED: [Introduced; 2] = [
     Introduced { readings: 2362..=2393, mote: "mote_4", neighbour: "mote_3" },
 ];
 
-/// The number of the reading at a time: one every 5 s, the first one is number 1.
+/// The number of the reading at a time: one every 5 s, from 1.
 fn reading(event: &Event) -> u64 {
     (event.time_s / 5.0).round() as u64 + 1
 }
@@ -225,7 +225,7 @@ fn a_replay_repeats_byte_for_byte() {
     }
 }
 
-/// A journal holds all that went in, injected faults included, so its replay gives the same events.
+/// A journal holds all inputs including injected faults, so its replay gives the same events.
 #[track_caller]
 fn check_journal(case: &Case, faults: &[&str], name: &str) {
     let journal = Path::new(env!("CARGO_TARGET_TMPDIR")).join(name);
@@ -247,7 +247,7 @@ fn a_journal_replays_to_the_same_events() {
     }
 }
 
-/// The first accusation of a signal, as `shsa explain` tells it.
+/// The first accusation of a signal, as explained by `shsa explain`.
 fn explained(case: &Case, signal: &str, fault: &str) -> Value {
     let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
     command.arg("explain").arg(&case.model).arg(&case.recording).args([signal, "--inject", fault]);

@@ -1,4 +1,4 @@
-//! The package's tests of what goes through functions, of densities and of samples.
+//! The package's tests of distributions: transformed by functions, their densities, and estimated from samples.
 
 use super::package::{each, points, typed};
 use super::{matrix, number};
@@ -10,7 +10,7 @@ use shsa_estimate::normal::Normal;
 use shsa_estimate::random::Random;
 use shsa_estimate::unscented::transform;
 
-/// What sigma points say of a function.
+/// The mean and covariance of a transformed distribution by sigma points.
 pub(super) fn transformed(label: &str, case: &Value) -> anyhow::Result<Vec<String>> {
     let text = case["function"].as_str().context("no function")?;
     let degrees = case.get("x_degrees").map(typed::<Vec<f64>>).transpose()?;
@@ -64,7 +64,7 @@ pub(super) fn density(label: &str, case: &Value) -> anyhow::Result<Vec<String>> 
     Ok(number(label, "the density", found, case["density"].as_f64(), 1e-12).into_iter().collect())
 }
 
-/// Means and covariances of samples, and what is no distribution.
+/// Means and covariances of samples, and samples that give no distribution.
 pub(super) fn sampled(label: &str, test: &Value, compared: &mut Compared) -> anyhow::Result<()> {
     let tolerance = |what: &str| test["tolerance"][what].as_f64().context("no tolerance");
     let (near_mean, near_covariance) = (tolerance("mean")?, tolerance("covariance")?);

@@ -55,7 +55,7 @@ struct Step {
     estimates: OfFilters<Estimate>,
 }
 
-/// The seconds from the last step to one, which is the last one then.
+/// The seconds since the last step; `last` becomes the present one.
 fn elapsed(last: &mut Time, time_ns: i64) -> f64 {
     let at = Time(time_ns);
     (at - std::mem::replace(last, at)).seconds()
@@ -105,7 +105,7 @@ struct GatedStep {
     estimate: Estimate,
 }
 
-/// A filter that tries each measurement alone: the published way, which can lock itself out.
+/// A filter that gates each measurement alone: the published method, which can lock itself out.
 pub(super) fn compare_gating(case: &Gating, compared: &mut Compared) -> anyhow::Result<()> {
     let mut filter = case.model.extended()?;
     let mut last = Time(0);
@@ -154,7 +154,7 @@ struct MaskedStep {
     estimate: Estimate,
 }
 
-/// A filter that leaves out what is suspect, and goes on telling what it would have expected of it.
+/// A filter that leaves suspects out of its update, and still tells the innovation of each.
 pub(super) fn compare_masking(case: &Masking, compared: &mut Compared) -> anyhow::Result<()> {
     let mut filter = case.model.extended()?;
     let mut last = Time(0);

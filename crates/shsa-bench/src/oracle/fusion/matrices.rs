@@ -1,4 +1,4 @@
-//! Linear systems by their matrices: the Kalman filter, and the particle filter beside its exact answer.
+//! Linear systems by their matrices: the Kalman filter, and the particle filter compared with the exact answer.
 
 use super::{Wanted, matrix, number};
 use crate::oracle::Compared;
@@ -33,18 +33,18 @@ impl Matrices {
         Ok(System::new(matrix(&self.a), b, &matrix(&self.h), matrix(&self.q), matrix(&self.r))?)
     }
 
-    /// A Kalman filter of them.
+    /// A Kalman filter of this system.
     pub(super) fn kalman(&self) -> anyhow::Result<Kalman<System>> {
         Ok(Kalman::new(self.system()?, &self.x0, &matrix(&self.p0), Loss::Square)?)
     }
 
-    /// A particle filter of them.
+    /// A particle filter of this system.
     pub(super) fn particle(&self, options: Options) -> anyhow::Result<Particle<System>> {
         Ok(Particle::new(self.system()?, &self.x0, &matrix(&self.p0), options)?)
     }
 }
 
-/// What was measured, in the order of the rows.
+/// The measurements that are present, in the order of the rows.
 pub(super) fn measured(z: &[Option<f64>]) -> Vec<Measurement> {
     let present = z.iter().enumerate().filter_map(|(sensor, value)| Some((sensor, (*value)?)));
     present.map(|(sensor, value)| Measurement { sensor, value, variance: None }).collect()
@@ -114,13 +114,13 @@ pub(super) struct Particles {
     steps: Vec<Step>,
 }
 
-/// How often particles are drawn again: always, below 0.8 and below 0.5 of their number.
+/// Thresholds of resampling: always, below 0.8 and below 0.5 of the number of particles.
 const RESAMPLE_BELOW: [f64; 3] = [1.0, 0.8, 0.5];
 
 /// Seeds of each: a right filter passes for every one.
 const SEEDS: u64 = 5;
 
-/// The particle filter beside the exact answer; one answer a run.
+/// Compares the particle filter with the exact answer; one answer a run.
 pub(super) fn compare_particles(case: &Particles, compared: &mut Compared) -> anyhow::Result<()> {
     for (resample_below, seed) in
         RESAMPLE_BELOW.into_iter().flat_map(|share| (1..=SEEDS).map(move |it| (share, it)))

@@ -1,7 +1,7 @@
-//! Recorded estimates: filters, windows and intervals computed by others with many digits.
+//! Recorded estimates: filters, windows and intervals, computed by others in high precision.
 //!
-//! A covariance is recorded as its upper triangle, row by row. An estimate is equal when each number of the state differs by no
-//! more than the tolerance times `s + 0.001 |x|`, and each of the covariance by no more than it times `s_i s_j`, and 1e-15.
+//! A covariance is recorded as its upper triangle, row by row. An estimate is equal when the error of each state is at most the
+//! tolerance times `s + 0.001 |x|`, and that of each covariance at most the tolerance times `s_i s_j`, plus 1e-15.
 
 mod model;
 mod matrices;
@@ -36,7 +36,7 @@ pub(super) struct Recorded {
 /// Compares all cases.
 ///
 /// # Errors
-/// When a case is no model.
+/// When a case is no valid model.
 pub(super) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::Result<()> {
     recorded.linear.iter().try_for_each(|case| matrices::compare_linear(case, compared))?;
     recorded.particle.iter().try_for_each(|case| matrices::compare_particles(case, compared))?;
@@ -60,7 +60,7 @@ fn matrix(rows: &[Vec<f64>]) -> Matrix {
     Matrix::from_fn(rows.len(), columns, |row, column| rows[row].get(column).copied().unwrap_or(f64::NAN))
 }
 
-/// An estimate that is wanted.
+/// The expected estimate.
 #[derive(Clone, Copy)]
 struct Wanted<'a> {
     x: &'a [f64],
@@ -70,7 +70,7 @@ struct Wanted<'a> {
 }
 
 impl Wanted<'_> {
-    /// What is different, for people.
+    /// The differences as text.
     fn differences(&self, label: &str, method: &dyn Method) -> Vec<String> {
         self.differences_of(label, method.mean(), method.spread())
     }
@@ -96,7 +96,7 @@ impl Wanted<'_> {
     }
 }
 
-/// Whether two numbers are equal but for a relative tolerance, or both absent.
+/// Whether two numbers are equal within a relative tolerance, or both absent.
 fn is_near(found: Option<f64>, wanted: Option<f64>, tolerance: f64) -> bool {
     match (found, wanted) {
         (Some(found), Some(wanted)) => (found - wanted).abs() <= tolerance * (1.0 + wanted.abs()),
@@ -104,7 +104,7 @@ fn is_near(found: Option<f64>, wanted: Option<f64>, tolerance: f64) -> bool {
     }
 }
 
-/// What is different in a number.
+/// The difference of a number as text.
 fn number(
     label: &str,
     what: &str,

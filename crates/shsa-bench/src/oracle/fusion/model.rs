@@ -1,4 +1,4 @@
-//! A recorded model of formulas, made into ours.
+//! A recorded model of formulas, and its conversion to ours.
 
 use anyhow::{Context, bail};
 use serde::Deserialize;
@@ -11,7 +11,7 @@ use shsa_estimate::method::Measurement;
 use shsa_estimate::unscented::{Points, Unscented};
 use std::f64::consts::TAU;
 
-/// Its formulas and where it begins.
+/// The formulas and the initial state.
 #[derive(Clone, Deserialize)]
 pub(super) struct Model {
     pub(super) states: Vec<String>,
@@ -21,7 +21,7 @@ pub(super) struct Model {
     pub(super) constants: Map<String, Value>,
     pub(super) transition: Map<String, Value>,
     pub(super) process_noise: Vec<Vec<String>>,
-    /// By name; formula, variance, whether it is an angle.
+    /// By name: formula, variance, whether it is an angle.
     pub(super) measurements: Map<String, Value>,
     pub(super) x0: Vec<f64>,
     #[serde(rename = "P0")]
@@ -86,22 +86,22 @@ impl Model {
         super::matrix(&self.p0)
     }
 
-    /// An extended Kalman filter of it.
+    /// An extended Kalman filter of this model.
     pub(super) fn extended(&self) -> anyhow::Result<Kalman<Formulas>> {
         Ok(Kalman::new(self.system()?, &self.x0, &self.spread(), Loss::Square)?)
     }
 
-    /// An unscented one.
+    /// An unscented Kalman filter of this model.
     pub(super) fn unscented(&self, points: Points) -> anyhow::Result<Unscented<Formulas>> {
         Ok(Unscented::new(self.system()?, &self.x0, &self.spread(), points)?)
     }
 
-    /// The sensor of a name, by its place.
+    /// The index of the sensor with this name.
     pub(super) fn sensor(&self, name: &str) -> anyhow::Result<usize> {
         self.measurements.keys().position(|known| known == name).with_context(|| format!("no sensor {name}"))
     }
 
-    /// What was measured at a moment, in declared order.
+    /// The measurements of a moment, in declared order.
     pub(super) fn measurements(&self, z: &Map<String, Value>) -> anyhow::Result<Vec<Measurement>> {
         if let Some(name) = z.keys().find(|name| !self.measurements.contains_key(*name)) {
             bail!("no sensor {name}");

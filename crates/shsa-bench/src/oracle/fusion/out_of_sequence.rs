@@ -1,4 +1,4 @@
-//! Measurements that arrive late, twice or too late: after each the estimate of a filter that saw them in the order of time.
+//! Measurements that arrive late, twice or too late. The reference is a filter that gets them in the order of time.
 
 use super::Wanted;
 use super::model::Model;
@@ -13,7 +13,7 @@ pub(super) struct OutOfSequence {
     label: String,
     #[serde(flatten)]
     model: Model,
-    /// `null` is never.
+    /// `null`: unlimited.
     horizon_s: Option<f64>,
     tolerance: f64,
     arrivals: Vec<Arrival>,
@@ -32,7 +32,7 @@ struct Arrival {
     p: Vec<f64>,
 }
 
-/// One answer an arrival.
+/// Compares after each arrival; one answer each.
 pub(super) fn compare(case: &OutOfSequence, compared: &mut Compared) -> anyhow::Result<()> {
     let options = Options {
         horizon: case.horizon_s.map_or(Span::MAX, Span::from_seconds),

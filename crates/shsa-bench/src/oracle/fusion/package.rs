@@ -1,6 +1,6 @@
 //! The unit tests and examples of the thesis's package for sensor fusion, with the right numbers.
 //!
-//! Where the package corrects the covariance without a measurement, the exact `x` and `P` count, not what its tests assert.
+//! Where the package corrects the covariance without a measurement, the exact `x` and `P` count, not the assertions of its tests.
 
 use super::distributions::{density, sampled, transformed};
 use super::matrices::{Matrices, measured};
@@ -31,13 +31,13 @@ struct Examples {
     rover: Rover,
 }
 
-/// How far the estimates of unit tests may be apart.
+/// The largest difference of the estimates of unit tests.
 const TOLERANCE: f64 = 1e-9;
 
 /// Compares all tests and examples.
 ///
 /// # Errors
-/// When a test is of an unknown kind, or no model.
+/// When a test is of an unknown kind, or no valid model.
 pub(crate) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::Result<()> {
     for test in &recorded.unit_tests {
         let label = test["label"].as_str().unwrap_or("a test");
@@ -114,7 +114,7 @@ fn assignments(text: &Value) -> anyhow::Result<Vec<(String, String)>> {
     text.split(';').map(|it| pair(it).with_context(|| format!("no assignment: {it}"))).collect()
 }
 
-/// A test's formulas as a model; its noise is of numbers.
+/// A test's formulas as a model; its noise has no unit.
 fn model(test: &Value) -> anyhow::Result<Model> {
     let transition = assignments(&test["transition"])?;
     let measurements = assignments(&test["measurement"])?;
@@ -152,7 +152,7 @@ fn run_model(label: &str, test: &Value, is_unscented: bool, compared: &mut Compa
     Ok(())
 }
 
-/// The test's own loose expectations, with several seeds.
+/// The test's own loose bounds, with several seeds.
 fn particles(label: &str, test: &Value, compared: &mut Compared) -> anyhow::Result<()> {
     let (model, facts): (Model, Facts) = (model(test)?, typed(test)?);
     let count = test["particles"].as_u64().context("no number of particles")? as usize;
@@ -195,7 +195,7 @@ fn averaged(label: &str, case: &Value) -> anyhow::Result<Vec<String>> {
     let pairs: Vec<_> = values.into_iter().zip(variances).collect();
     let is_left_out = case["ignore_zero_variance"] == Value::Bool(true);
     let found = by_confidence(&pairs, if is_left_out { Certain::LeftOut } else { Certain::Refused }).ok();
-    // An error is wanted where there is no value.
+    // A case without a value expects an error.
     let tolerance = case["tolerance"].as_f64().unwrap_or(0.0).min(1e-9);
     let value = number(label, "the value", found.map(|it| it.value), case["value"].as_f64(), tolerance);
     let variance =
@@ -221,7 +221,7 @@ fn average(case: &Windowed, compared: &mut Compared) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The upper one of the middle two; until the window is full the package gives -1, which is a defect of its own.
+/// The package returns the upper one of the middle two. Until the window is full it returns -1, which is a defect of the package.
 fn median(case: &Windowed, compared: &mut Compared) {
     let mut window = Window::new(case.window);
     for (value, wanted) in case.values.iter().zip(&case.output) {
@@ -268,7 +268,7 @@ struct Rover {
 fn rover(rover: &Rover, compared: &mut Compared) -> anyhow::Result<()> {
     for (name, results) in &rover.results {
         let model = rover.models.iter().find(|(names, _)| names.split(", ").any(|known| known == name));
-        // What the package computes itself is no model of its own.
+        // An example that the package computes itself has no model of its own.
         let Some((_, facts)) = model else { continue };
         let states: Vec<String> = typed(&facts["states"])?;
         let n = states.len();

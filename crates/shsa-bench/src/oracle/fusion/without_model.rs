@@ -1,4 +1,4 @@
-//! What needs no model: intervals, windows, averages by confidence.
+//! Methods without a model: intervals, windows, averages by confidence.
 
 use super::{is_near, number};
 use crate::oracle::Compared;
@@ -7,7 +7,7 @@ use shsa_core::interval::Interval;
 use shsa_estimate::average::{Certain, Filling, MovingAverage, Window, by_confidence};
 use shsa_estimate::interval_fusion::{Regions, best, brooks_iyengar, marzullo, schmid};
 
-/// How far numbers may be apart.
+/// The largest difference of two numbers.
 const TOLERANCE: f64 = 1e-12;
 
 #[derive(Deserialize)]
@@ -106,7 +106,7 @@ pub(super) fn compare_moving(case: &Moving, compared: &mut Compared) -> anyhow::
     let mut partial = MovingAverage::new(&weights, Filling::Partial)?;
     let mut echo = MovingAverage::new(&weights, Filling::Echo)?;
     let mut window = Window::new(case.window);
-    // A missing value leaves all as it was.
+    // A missing value changes nothing.
     let (mut average, mut echoed) = (None, None);
     for (place, value) in case.values.iter().enumerate() {
         if let Some(value) = value {

@@ -1,11 +1,11 @@
-//! Publications on their way from the outbox to the connection: too late to be taken back one by one.
+//! Publications in the library's queue, which cannot be taken back one by one.
 
 use super::{Publication, Sender, Shared, State};
 use crate::clock::Uptime;
 use std::collections::VecDeque;
 use std::sync::Arc;
 
-/// The topics of publications that were handed to the library, in their order, and until when each is of use.
+/// The topics of publications that were passed to the library, in order, with their expiry.
 #[derive(Debug, Default)]
 pub(super) struct Leaving(VecDeque<(Arc<str>, Option<Uptime>)>);
 
@@ -14,25 +14,25 @@ impl Leaving {
         self.0.push_back((publication.topic.clone(), publication.until));
     }
 
-    /// The next one has been written; its topic.
+    /// The next publication was written; returns its topic.
     pub(super) fn pop(&mut self) -> Option<Arc<str>> {
         self.0.pop_front().map(|(topic, _)| topic)
     }
 
-    /// A new connection knows of none.
+    /// Forgets all: a new connection has an empty queue.
     pub(super) fn clear(&mut self) {
         self.0.clear();
     }
 
-    /// Whether one is of no use any more.
+    /// Whether any publication has expired.
     fn are_over(&self, now: Uptime) -> bool {
         self.0.iter().any(|(_, until)| until.is_some_and(|until| until <= now))
     }
 }
 
 impl Shared {
-    /// Whether nobody was here until a moment ago, and what was decided before is still to be written: it would go out as if it
-    /// were of now. Only an end of the connection takes it back. A broker that is merely slow is no reason for that.
+    /// Whether expired publications are queued after an absence: they would be sent as if they were new. Only the end of the
+    /// connection takes them back. A slow broker alone is no reason for that.
     pub(in crate::mqtt) fn is_overtaken(&self) -> bool {
         let are_over = self.lock().leaving.are_over(Uptime::now());
         are_over && self.inbox.has_come_back()
@@ -40,7 +40,7 @@ impl Shared {
 }
 
 impl State {
-    /// It is on its way, and its echo is to be expected.
+    /// Takes in that a publication was passed to the library, and expects its echo.
     pub(super) fn handed_over(&mut self, publication: &Publication) {
         self.leaving.push(publication);
         let is_subscribed = self.wants_everything || self.wanted.contains(&publication.topic);

@@ -1,4 +1,4 @@
-//! What others are told of this client: whether it is there, and what it claims. Those of later are told, too.
+//! Tells other clients that this one is connected, and its claims; retained for later clients.
 
 use super::{Publication, Shared, State};
 use crate::clock::Uptime;
@@ -6,31 +6,31 @@ use crate::mqtt::claims::EXPIRES;
 use bytes::Bytes;
 
 impl Shared {
-    /// Who claims what is heard from now on.
+    /// Subscribes to the claims of all clients.
     pub(in crate::mqtt) fn watch_claims(&self) {
         let mut state = self.lock();
         if state.sender.is_some() && !state.wants_everything {
             state.requests.extend(self.claims.topics().map(|topic| (topic, true)));
-            // It comes back after what others claim.
+            // The own claims come back after the claims of others.
             self.say_claims(&mut state);
             state.pump();
         }
     }
 
-    /// Says again what this client claims.
+    /// Publishes the own claims again.
     pub(in crate::mqtt) fn renew_claims(&self) {
         self.claims.renew();
         self.claim();
     }
 
-    /// Says what this client claims.
+    /// Publishes the own claims.
     pub(in crate::mqtt) fn claim(&self) {
         let mut state = self.lock();
         self.say_claims(&mut state);
         state.pump();
     }
 
-    /// Says that this client is there, and what it claims.
+    /// Publishes that this client is connected, and its claims.
     pub(super) fn say_here(&self, state: &mut State) {
         if let Some(presence) = &self.presence {
             self.say(state, &presence.topic, presence.here.clone(), None);
@@ -38,7 +38,7 @@ impl Shared {
         self.say_claims(state);
     }
 
-    /// Says that this client leaves, and takes back what it claims.
+    /// Publishes that this client leaves, and ends its claims.
     pub(super) fn say_gone(&self, state: &mut State) {
         if let Some(presence) = &self.presence {
             self.say(state, &presence.topic, presence.gone.clone(), None);
@@ -56,7 +56,7 @@ impl Shared {
 
     fn say(&self, state: &mut State, topic: &str, words: Bytes, until: Option<Uptime>) {
         let said = Publication::new(topic.into(), words, self.inbox.clock().now());
-        // Alone: what was said before and may not have arrived is out of date.
+        // With a depth of 1, an earlier text that may not have arrived is replaced.
         let _older = state.outbox.keep(Publication { retain: true, until, ..said }, 1);
     }
 }

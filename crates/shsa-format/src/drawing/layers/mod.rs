@@ -1,8 +1,8 @@
-//! A layered layout: nodes in columns from what is known on the left to what follows on the right.
+//! A layered layout: nodes in columns, from known values on the left to derived ones on the right.
 //!
-//! The four steps of Sugiyama, Tagawa, Toda, "Methods for Visual Understanding of Hierarchical System Structures",
-//! 1981 (doi:10.1109/TSMC.1981.4308636): edges are turned until there is no cycle, nodes get columns, columns an
-//! order with few crossings, nodes their places. Connected parts are laid out one by one and packed in rows.
+//! The four steps of Sugiyama, Tagawa, Toda, "Methods for Visual Understanding of Hierarchical System Structures", 1981
+//! (doi:10.1109/TSMC.1981.4308636): edges are reversed until there is no cycle, nodes are assigned to columns, columns are
+//! ordered for few crossings, nodes are placed. Connected parts are laid out separately and packed in rows.
 
 mod rank;
 mod order;
@@ -12,56 +12,56 @@ use order::Columns;
 
 /// The room between connected parts.
 const APART: f64 = 36.0;
-/// A row of parts is not longer than this, unless one part alone is.
+/// The largest width of a row of parts, unless one part alone is wider.
 const ROW: f64 = 1100.0;
-/// A layout with more bends would be no drawing that anybody reads, and takes long.
+/// The most bends of a layout: with more, a drawing is unreadable and takes long.
 const MOST_BENDS: usize = 20_000;
 
-/// The room that a node takes around its centre.
+/// The room of a node around its centre.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Size {
-    /// Half of it on each side.
+    /// The width, half of it on each side.
     pub(super) width: f64,
-    /// From the centre upwards.
+    /// The extent above the centre.
     pub(super) above: f64,
-    /// From the centre downwards.
+    /// The extent below the centre.
     pub(super) below: f64,
 }
 
-/// What joins two different nodes.
+/// An edge between two different nodes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Edge {
-    /// The node that stands on the left, unless this edge would close a cycle with those before it.
+    /// The left node, unless the edge would close a cycle with earlier edges.
     pub(super) from: usize,
     /// The node on the right.
     pub(super) to: usize,
-    /// How much it should be straight.
+    /// The weight of keeping the edge straight.
     pub(super) weight: f64,
 }
 
-/// Where everything goes.
+/// The places of all nodes and edges.
 #[derive(Debug, Default)]
 pub(super) struct Layout {
     /// The centre of each node.
     pub(super) centres: Vec<(f64, f64)>,
-    /// The way of each edge.
+    /// The route of each edge.
     pub(super) routes: Vec<Route>,
     /// Width and height of the whole.
     pub(super) size: (f64, f64),
 }
 
-/// The way of an edge from its left node to its right one.
+/// The route of an edge from its left node to its right one.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Route {
-    /// The node where it begins.
+    /// The node at its left end.
     pub(super) left: usize,
-    /// The node where it ends.
+    /// The node at its right end.
     pub(super) right: usize,
-    /// Where it leaves the column of its left node.
+    /// The x at which it leaves the column of its left node.
     pub(super) exit_x: f64,
     /// The columns that it passes.
     pub(super) bends: Vec<Bend>,
-    /// Where it enters the column of its right node.
+    /// The x at which it enters the column of its right node.
     pub(super) entry_x: f64,
 }
 
@@ -73,7 +73,7 @@ pub(super) struct Bend {
     pub(super) y: f64,
 }
 
-/// The edges pass more columns than a drawing can show: how many, and the most that are drawn.
+/// The edges pass more columns than a drawing can show: the number of bends, and the most that are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct TooManyBends(pub(super) usize, pub(super) usize);
 
@@ -142,7 +142,7 @@ impl Part {
     }
 }
 
-/// Puts parts into rows, in their order.
+/// Packs parts into rows, in their order.
 fn pack(parts: Vec<Part>, layout: &mut Layout) {
     let widest = parts.iter().map(|part| part.size.0).fold(ROW, f64::max);
     let (mut x, mut y, mut height) = (0.0, 0.0, 0.0_f64);

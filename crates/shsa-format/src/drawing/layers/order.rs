@@ -3,16 +3,16 @@
 use super::Edge;
 use std::collections::BTreeMap;
 
-/// Sweeps over all columns; more seldom help.
+/// The number of sweeps over all columns; more rarely help.
 const SWEEPS: usize = 24;
-/// Above so many nodes and bends, neighbours are not swapped one by one: it would take long.
+/// With more nodes and bends than this, neighbours are not swapped one by one, which would take long.
 const MOST_SWAPPED: usize = 4_000;
 
 /// The columns of a connected part: its nodes, then its bends, by number.
 pub(super) struct Columns {
     /// From left to right, each from top to bottom.
     pub(super) columns: Vec<Vec<usize>>,
-    /// Where each stands in its column.
+    /// The position of each node in its column.
     position: Vec<usize>,
     /// Neighbours in the column to the left.
     pub(super) left: Vec<Vec<usize>>,
@@ -58,7 +58,7 @@ impl Columns {
         columns
     }
 
-    /// All nodes and bends by a depth-first walk.
+    /// All nodes and bends in the order of a depth-first walk.
     fn walk(&self) -> Vec<usize> {
         let count = self.left.len();
         let (mut seen, mut order) = (vec![false; count], Vec::new());
@@ -82,7 +82,7 @@ impl Columns {
         }
     }
 
-    /// Orders the columns by the mean places of neighbours, to and fro, and keeps the best order seen.
+    /// Orders the columns by the mean positions of neighbours in both directions, and keeps the best order.
     pub(super) fn untangle(&mut self) {
         let small = self.left.len() <= MOST_SWAPPED;
         let mut best = (self.crossings(), self.columns.clone());
@@ -128,7 +128,7 @@ impl Columns {
         }
     }
 
-    /// Swaps nodes that stand one above the other while that removes crossings.
+    /// Swaps vertical neighbours as long as this removes crossings.
     fn swap_neighbours(&mut self) {
         for _ in 0..8 {
             let mut swapped = false;
@@ -148,7 +148,7 @@ impl Columns {
         }
     }
 
-    /// How many edges of two nodes of a column cross when `upper` stands above `lower`.
+    /// The number of crossings between the edges of two nodes of a column when `upper` is above `lower`.
     fn pair_crossings(&self, upper: usize, lower: usize) -> usize {
         let crossed = |of: &[Vec<usize>]| -> usize {
             let mut below: Vec<usize> = of[lower].iter().map(|&near| self.position[near]).collect();
@@ -178,7 +178,7 @@ fn inversions(values: impl Iterator<Item = usize>, count: usize) -> usize {
     let mut tree = vec![0; count + 1];
     let (mut inversions, mut seen) = (0, 0);
     for value in values {
-        // Those before it that are not larger.
+        // The number of earlier values that are not larger.
         let (mut at, mut smaller) = (value + 1, 0);
         while at > 0 {
             smaller += tree[at];

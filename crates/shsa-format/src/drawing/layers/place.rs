@@ -5,15 +5,15 @@ use super::{Bend, Edge, Part, Route, Size};
 
 /// The least room between two nodes of a column.
 const NODES_APART: f64 = 20.0;
-/// The least room between an edge and what stands above or below it.
+/// The least room between an edge and its vertical neighbours.
 const EDGES_APART: f64 = 11.0;
-/// The room between columns: this, and more where many edges turn.
+/// The room between columns, which grows with the number of edges that turn there.
 const COLUMNS_APART: f64 = 52.0;
 const MOST_APART: f64 = 130.0;
 const APART_EACH_EDGE: f64 = 2.5;
-/// A bend of an edge pulls more than a node: long edges get straight.
+/// A bend of an edge pulls more strongly than a node, so that long edges become straight.
 const STRAIGHT: f64 = 24.0;
-/// To and fro over all columns.
+/// The number of passes in both directions over all columns.
 const ROUNDS: usize = 30;
 
 /// Nodes with their places, from (0, 0) on.
@@ -45,7 +45,7 @@ pub(super) fn place(columns: &Columns, nodes: &[usize], edges: &[(usize, &Edge)]
     Part { centres, routes, size: (bands.last().map_or(0.0, |band| band.1), bottom) }
 }
 
-/// Where each column begins and ends.
+/// The left and the right end of each column.
 fn bands(columns: &Columns, nodes: &[usize], sizes: &[Size]) -> Vec<(f64, f64)> {
     let mut bands = Vec::new();
     let mut x = 0.0;
@@ -65,15 +65,15 @@ fn top(heights: &Heights<'_>, nodes: &[usize], sizes: &[Size]) -> f64 {
     tops.chain(bends).fold(f64::MAX, f64::min)
 }
 
-/// The heights of nodes and bends while they settle.
+/// The heights of nodes and bends during the placement.
 struct Heights<'a> {
     columns: &'a Columns,
     sizes: Vec<Size>,
-    /// What pulls each: a neighbour, and how strongly.
+    /// The neighbours that pull each node, with their strengths.
     left: Vec<Vec<(usize, f64)>>,
     right: Vec<Vec<(usize, f64)>>,
     y: Vec<f64>,
-    /// How many of them are nodes.
+    /// The number of nodes; bends follow.
     nodes: usize,
 }
 
@@ -106,7 +106,7 @@ impl<'a> Heights<'a> {
         heights
     }
 
-    /// The room between the centres of two that stand one above the other.
+    /// The least distance between the centres of two vertical neighbours.
     fn apart(&self, upper: usize, lower: usize) -> f64 {
         let both_nodes = upper < self.nodes && lower < self.nodes;
         let gap = if both_nodes { NODES_APART } else { EDGES_APART };
@@ -123,7 +123,7 @@ impl<'a> Heights<'a> {
         }
         let last = self.columns.columns.len();
         for round in 0..ROUNDS {
-            // First from one side to give a shape, then from both to even it out.
+            // The first half pulls from one side, which gives a shape; the second half from both, which evens it out.
             let both = round >= ROUNDS / 2;
             for column in 0..last {
                 self.settle(column, true, both);
@@ -136,8 +136,8 @@ impl<'a> Heights<'a> {
         self
     }
 
-    /// Gives the bends of each edge one height as far as the room between what stands above and below them allows:
-    /// an edge with few steps is easier to follow than one with many small ones.
+    /// Gives the bends of each edge one height as far as their vertical neighbours leave room: an edge with few steps is easier
+    /// to follow than one with many small steps.
     fn straighten(&mut self) {
         let rooms = Neighbours::of(self.columns, self.y.len());
         for chain in &self.columns.chains {
@@ -148,7 +148,7 @@ impl<'a> Heights<'a> {
                 let mean = run.iter().map(|&bend| self.y[bend]).sum::<f64>() / count as f64;
                 let ends = [self.left[run[0]].first(), self.right[run[count - 1]].first()];
                 let mut near = ends.into_iter().flatten().map(|&(end, _)| self.y[end]);
-                // At the height of its neighbour it needs no step at all.
+                // At the height of its neighbour the edge needs no step.
                 let level = near.find(|y| (lowest..=highest).contains(y)).unwrap_or(mean);
                 run.iter().for_each(|&bend| self.y[bend] = level.clamp(lowest, highest));
                 rest = after;
@@ -156,13 +156,13 @@ impl<'a> Heights<'a> {
         }
     }
 
-    /// How many of the first bends have room at one height, at least 1, and from where to where.
+    /// The number of the first bends that have room at one height, at least 1, and the range of that height.
     fn run(&self, bends: &[usize], rooms: &Neighbours) -> (usize, f64, f64) {
         let (mut count, mut lowest, mut highest) = (0, f64::MIN, f64::MAX);
         for &bend in bends {
             let above = rooms.above[bend].map_or(f64::MIN, |above| self.y[above] + self.apart(above, bend));
             let below = rooms.below[bend].map_or(f64::MAX, |below| self.y[below] - self.apart(bend, below));
-            // Where nothing is free, it stays: heights are rounded.
+            // A bend without room keeps its height: heights are rounded.
             let (above, below) = (above.min(self.y[bend]), below.max(self.y[bend]));
             if count > 0 && above.max(lowest) > below.min(highest) {
                 break;
@@ -172,8 +172,8 @@ impl<'a> Heights<'a> {
         (count, lowest, highest)
     }
 
-    /// Moves a column's members to the places nearest to where they are pulled, in the sense of least squares, that
-    /// keep their order and distances: isotonic regression by pooling adjacent violators.
+    /// Moves the members of a column as near as possible to the heights to which they are pulled, in the sense of least squares,
+    /// and keeps their order and distances: isotonic regression by pooling adjacent violators.
     fn settle(&mut self, column: usize, of_left: bool, of_right: bool) {
         let Some(column) = self.columns.columns.get(column) else { return };
         let mut pools: Vec<Pool> = Vec::new();
@@ -198,7 +198,7 @@ impl<'a> Heights<'a> {
         }
     }
 
-    /// Where the neighbours pull, and how strongly; without neighbours, where it is, weakly.
+    /// The height to which the neighbours pull, and the strength; without neighbours the present height, weakly.
     fn wanted(&self, node: usize, of_left: bool, of_right: bool) -> (f64, f64) {
         let left = self.left[node].iter().filter(|_| of_left);
         let right = self.right[node].iter().filter(|_| of_right);
@@ -209,7 +209,7 @@ impl<'a> Heights<'a> {
     }
 }
 
-/// What stands next to each in its column.
+/// The neighbours of each node in its column.
 struct Neighbours {
     above: Vec<Option<usize>>,
     below: Vec<Option<usize>>,

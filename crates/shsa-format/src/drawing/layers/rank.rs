@@ -1,4 +1,4 @@
-//! The column of each node: after all nodes that it follows from, and near to its neighbours.
+//! The column of each node: right of the nodes that it follows from, and near its neighbours.
 
 use super::Edge;
 
@@ -14,14 +14,14 @@ pub(super) fn ranks(count: usize, edges: &[Edge]) -> Vec<usize> {
     ranks
 }
 
-/// The edges, some of them turned.
+/// The edges, some of them reversed.
 struct Acyclic {
     before: Vec<Vec<usize>>,
     after: Vec<Vec<usize>>,
 }
 
 impl Acyclic {
-    /// Turns each edge that would close a cycle with those before it.
+    /// Reverses each edge that would close a cycle with earlier edges.
     fn of(count: usize, edges: &[Edge]) -> Acyclic {
         let mut graph = Acyclic { before: vec![Vec::new(); count], after: vec![Vec::new(); count] };
         let mut seen = vec![0; count];
@@ -34,7 +34,7 @@ impl Acyclic {
         graph
     }
 
-    /// Whether there is a way; `seen` holds the number of the last search that came by.
+    /// Whether there is a path; `seen` holds the number of the last search that visited each node.
     fn reaches(&self, from: usize, to: usize, search: usize, seen: &mut [usize]) -> bool {
         let mut open = vec![from];
         while let Some(node) = open.pop() {
@@ -48,7 +48,7 @@ impl Acyclic {
         false
     }
 
-    /// All nodes, each after those before it.
+    /// All nodes in topological order.
     fn order(&self) -> Vec<usize> {
         let mut missing: Vec<usize> = self.before.iter().map(Vec::len).collect();
         let mut order: Vec<usize> = (0..missing.len()).filter(|&node| missing[node] == 0).collect();
@@ -65,9 +65,9 @@ impl Acyclic {
         order
     }
 
-    /// Moves each node to the side where it has more neighbours, as far as its neighbours let it.
+    /// Moves each node to the side with more neighbours, as far as its neighbours allow.
     fn tighten(&self, order: &[usize], ranks: &mut [usize]) {
-        // Each move makes edges shorter, so this ends; the bound only keeps it quick.
+        // Each move makes edges shorter, so the loop ends; the bound keeps it fast.
         for _ in 0..64 {
             let mut moved = false;
             for &node in order.iter().rev() {

@@ -1,4 +1,4 @@
-//! The laws of a layout, on random graphs: nothing lies on anything else, and edges go around nodes.
+//! The laws of a layout, on random graphs: nothing overlaps, and edges go around nodes.
 
 use super::*;
 use proptest::prelude::*;

@@ -4,19 +4,19 @@ use super::ticks::Range;
 use super::{Chart, Point, Series};
 use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 
-/// The area of the lines.
+/// The size of the area of the lines.
 const WIDTH: f64 = 560.0;
 const HEIGHT: f64 = 340.0;
-/// Where that area begins.
+/// The upper edge of that area.
 const TOP: f64 = 76.0;
-/// Below it: texts of ticks and axis.
+/// The room below the area, for the texts of ticks and axis.
 const BOTTOM: f64 = 58.0;
-/// The legend's lines and widest text.
+/// The height of a line of the legend, and the widest text in it.
 const LEGEND_LINE: f64 = 22.0;
 const LEGEND_TEXT: f64 = 250.0;
 const TEXT: f64 = 13.0;
 const SMALL: f64 = 12.0;
-/// So many series differ in colour; those beyond differ from them in marker and dashes.
+/// The number of colours; further series differ in marker and dashes.
 const COLOURS: usize = 7;
 
 const RULES: [Rule; 12] = [
@@ -25,7 +25,7 @@ const RULES: [Rule; 12] = [
     Rule { class: "faint", light: "stroke:#eceff2;stroke-width:1", dark: "stroke:#23282f" },
     Rule { class: "axis", light: "stroke:#57606a;stroke-width:1", dark: "stroke:#a0aab5" },
     Rule { class: "line", light: "fill:none;stroke-width:2;stroke-linejoin:round", dark: "" },
-    // Colours that people with any kind of colour blindness tell apart, after Okabe and Ito.
+    // Colours that readers with any kind of colour blindness can tell apart, after Okabe and Ito.
     Rule { class: "c0", light: "stroke:#0068a8;color:#0068a8", dark: "stroke:#5ab0f0;color:#5ab0f0" },
     Rule { class: "c1", light: "stroke:#cc5500;color:#cc5500", dark: "stroke:#ff9a5c;color:#ff9a5c" },
     Rule { class: "c2", light: "stroke:#007f5c;color:#007f5c", dark: "stroke:#3fcf9f;color:#3fcf9f" },
@@ -36,10 +36,10 @@ const RULES: [Rule; 12] = [
 ];
 
 impl Chart {
-    /// The chart as an SVG of its own; begins with `<svg`.
+    /// The chart as a complete SVG, which begins with `<svg`.
     ///
-    /// Points that an axis cannot show (not finite, or not positive on a logarithmic one) are left out, and a note
-    /// says how many. Time: linear in the points.
+    /// Points that an axis cannot show (not finite, or not positive on a logarithmic axis) are left out, and a note counts them.
+    /// Time: linear in the points.
     #[must_use]
     pub fn svg(&self) -> String {
         let view = View::of(self);
@@ -70,9 +70,9 @@ struct View<'a> {
     chart: &'a Chart,
     x: Range<'a>,
     y: Range<'a>,
-    /// The series with those of their points that have a place.
+    /// The series with the points that can be shown.
     shown: Vec<(&'a Series, Vec<Point>)>,
-    /// Where the lines' area begins: after the texts of the y axis.
+    /// The left edge of the area of the lines, right of the texts of the y axis.
     left: f64,
 }
 
@@ -140,7 +140,7 @@ impl<'a> View<'a> {
         let (x, y) = (px(self.left + WIDTH / 2.0), px(TOP + HEIGHT + 43.0));
         let at = format_args!("class=\"shsa-text\" text-anchor=\"middle\" x=\"{x}\" y=\"{y}\"");
         sheet.text(at, &self.chart.x.label);
-        // Above the axis and not along it: nobody has to turn the head.
+        // The name stands above the axis, so that it is read horizontally.
         sheet
             .text(format_args!("class=\"shsa-text\" x=\"16\" y=\"{}\"", px(TOP - 18.0)), &self.chart.y.label);
     }
@@ -200,7 +200,7 @@ impl<'a> View<'a> {
         }
     }
 
-    /// What the reader must know about what is seen; gives the height of the whole.
+    /// The notes on the content; returns the height of the whole.
     fn notes(&self, sheet: &mut Sheet) -> f64 {
         let all = self.chart.series.iter().map(|series| series.points.len()).sum::<usize>();
         let left_out = all - self.shown.iter().map(|(_, points)| points.len()).sum::<usize>();
@@ -233,7 +233,7 @@ fn dashes(at: usize) -> &'static str {
     }
 }
 
-/// The path of a series' marker around a point.
+/// The path of the marker of a series around a point.
 fn marker(at: usize, x: f64, y: f64) -> String {
     let (px_x, px_y) = (px(x), px(y));
     let around = |corners: &[(f64, f64)]| {
@@ -241,7 +241,7 @@ fn marker(at: usize, x: f64, y: f64) -> String {
             corners.iter().map(|(dx, dy)| format!("{} {}", px(x + dx), px(y + dy))).collect();
         format!("M{}Z", corners.join("L"))
     };
-    // Beyond the colours, another shape goes with the same colour.
+    // Beyond the number of colours, the same colour gets another shape.
     match (at + at / COLOURS) % 6 {
         0 => format!("M{} {px_y}a4 4 0 1 0 8 0a4 4 0 1 0 -8 0Z", px(x - 4.0)),
         1 => around(&[(-3.5, -3.5), (3.5, -3.5), (3.5, 3.5), (-3.5, 3.5)]),

@@ -1,14 +1,14 @@
-//! A rectangle that is hatched, so that it is told apart without its colour.
+//! A hatched rectangle, recognizable without its colour.
 //!
-//! The strokes are drawn one by one: a pattern would need an `id`, and several drawings of one page would share it.
+//! The strokes are drawn one by one: a pattern would need an `id`, which several drawings on one page would share.
 
 use crate::drawing::sheet::{Sheet, px};
 use std::fmt::Write;
 
-/// How far two strokes are apart along the edges, in pixels.
+/// The distance of two strokes along the edges, in pixels.
 const STEP: f64 = 7.0;
 
-/// In pixels, from its upper left corner.
+/// The upper left corner and the size, in pixels.
 pub(super) struct Hatched {
     pub(super) x: f64,
     pub(super) y: f64,
@@ -17,7 +17,7 @@ pub(super) struct Hatched {
 }
 
 impl Hatched {
-    /// Draws it; `name`, which is escaped already, is what a pointer that rests on it shows.
+    /// Draws the rectangle; `name`, which is already escaped, is the tooltip.
     pub(super) fn draw(&self, sheet: &mut Sheet, name: &str) {
         let &Hatched { x, y, width, height } = self;
         let (left, top, wide, high) = (px(x), px(y), px(width), px(height));
@@ -30,7 +30,8 @@ impl Hatched {
         ));
     }
 
-    /// From the lower left to the upper right. On each stroke x + y is a multiple of the step, so that those of neighbours meet.
+    /// The strokes from the lower left to the upper right. On each stroke x + y is a multiple of the step, so that the strokes of
+    /// neighbouring rectangles meet.
     fn strokes(&self) -> String {
         let (right, bottom) = (self.x + self.width, self.y + self.height);
         let first = ((self.x + self.y) / STEP).ceil() * STEP;

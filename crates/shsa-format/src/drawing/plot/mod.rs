@@ -26,62 +26,62 @@ pub use timeline::{Band, Mark, Slice, Timeline};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Chart {
-    /// What it shows, in one line.
+    /// The subject, in one line.
     pub title: String,
     /// The axis to the right.
     pub x: Axis,
     /// The axis upwards.
     pub y: Axis,
-    /// In the order of the legend.
+    /// The series in the order of the legend.
     pub series: Vec<Series>,
 }
 
-/// What an axis counts, and how.
+/// The quantity of an axis, its unit and its scale.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Axis {
     /// The quantity, such as `time of a search`.
     pub label: String,
-    /// The unit that the points are given in, such as `s` or `B`; its ticks get SI prefixes (`10 µs`, `1 MB`).
-    /// Empty for plain numbers and `%` for shares: no prefixes.
+    /// The unit of the points, such as `s` or `B`; the ticks get SI prefixes (`10 µs`, `1 MB`). Empty for plain numbers and `%`
+    /// for shares, without prefixes.
     pub unit: String,
-    /// How values are spread.
+    /// The scale of the values.
     pub scale: Scale,
 }
 
-/// How values are spread along an axis.
+/// The scale of the values along an axis.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum Scale {
-    /// Equal differences are equally long.
+    /// Equal differences have equal lengths.
     #[default]
     Linear,
-    /// Equal ratios are equally long; shows positive values only.
+    /// Equal ratios have equal lengths; only positive values can be shown.
     Log,
 }
 
 /// Points that are joined by a line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Series {
-    /// As in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Joined in this order.
+    /// The points, joined in this order.
     pub points: Vec<Point>,
 }
 
 /// One measured value with its spread.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Point {
-    /// Where on the x axis.
+    /// The position on the x axis.
     pub x: f64,
-    /// The lowest value seen: the lower end of the whisker.
+    /// The lowest value: the lower end of the whisker.
     pub low: f64,
     /// The value of the line, usually the median.
     pub y: f64,
-    /// The highest value seen: the upper end of the whisker.
+    /// The highest value: the upper end of the whisker.
     pub high: f64,
 }
 
 impl Point {
-    /// A value without spread: it gets no whisker.
+    /// A value without spread, which gets no whisker.
     #[must_use]
     pub fn exact(x: f64, y: f64) -> Point {
         Point { x, low: y, y, high: y }

@@ -1,12 +1,12 @@
-//! The range of an axis, its ticks, and how their values are written.
+//! The range of an axis, its ticks, and the texts of their values.
 
 use super::{Axis, Scale};
 use crate::drawing::number::number;
 
-/// Beyond this no value is shown: differences and ratios of what is shown must stay finite.
+/// Larger values are not shown: differences and ratios of shown values must stay finite.
 const LARGEST: f64 = 1e100;
 
-/// The prefixes of SI for thousands, from 10^-12 to 10^12.
+/// The SI prefixes for thousands, from 10^-12 to 10^12.
 const PREFIXES: [(f64, &str); 9] = [
     (1e12, "T"),
     (1e9, "G"),
@@ -37,12 +37,12 @@ pub(super) struct Tick {
 }
 
 impl Axis {
-    /// Whether a value has a place on such an axis.
+    /// Whether the axis can show a value.
     pub(super) fn shows(&self, value: f64) -> bool {
         value.abs() <= LARGEST && (self.scale == Scale::Linear || value >= 1.0 / LARGEST)
     }
 
-    /// The range that shows `values`, all of which it can show, with round ends; about `count` ticks.
+    /// The range of `values`, all of which the axis can show, with round ends and about `count` ticks.
     pub(super) fn range(&self, values: impl Iterator<Item = f64>, count: f64) -> Range<'_> {
         let ends = |ends: Option<(f64, f64)>, value: f64| {
             Some(ends.map_or((value, value), |(low, high)| (low.min(value), high.max(value))))
@@ -57,7 +57,7 @@ impl Axis {
     /// The range from `low` to `high` exactly, on a linear axis; about `count` ticks.
     pub(super) fn exact(&self, low: f64, high: f64, count: f64) -> Range<'_> {
         let size = low.abs().max(high.abs());
-        // Closer together than numbers of their size can tell, they get some room.
+        // Bounds that are closer than the precision of their size get some room.
         let room = if high - low > 1e-9 * size { 0.0 } else { (1e-6 * size).max(0.5) };
         let (low, high) = (low - room, high + room);
         Range { axis: self, low, high, step: round_step((high - low) / count) }
@@ -65,13 +65,13 @@ impl Axis {
 
     fn logarithmic(&self, low: f64, high: f64) -> Range<'_> {
         let (low, high) = if low < high { (low, high) } else { (low / 2.0, high * 2.0) };
-        // Half of a tenth of room, so that no marker lies on the frame.
+        // 3 % of room on each side, so that no marker lies on the frame.
         let room = (high / low).powf(0.03);
         Range { axis: self, low: low / room, high: high * room, step: 1.0 }
     }
 
     fn linear(&self, low: f64, high: f64, count: f64) -> Range<'_> {
-        // Zero is shown where it is near: else half of a change looks like all of it.
+        // The axis begins at zero when zero is near: otherwise a change by half looks like a change by all.
         let (low, high) = if low >= 0.0 && low < 0.6 * high { (0.0, high) } else { (low, high) };
         let room = if low < high { 0.0 } else { (0.5 * low.abs()).max(0.5) };
         let (low, high) = (low - room, high + room);
@@ -88,7 +88,7 @@ fn round_step(step: f64) -> f64 {
 }
 
 impl Range<'_> {
-    /// Where a value lies: 0 at the low end, 1 at the high end; at the nearest end when it is outside.
+    /// The relative position of a value: 0 at the low end, 1 at the high end; values outside get the nearest end.
     pub(super) fn share(&self, value: f64) -> f64 {
         let share = match self.axis.scale {
             Scale::Linear => (value - self.low) / (self.high - self.low),
@@ -101,7 +101,7 @@ impl Range<'_> {
     pub(super) fn ticks(&self) -> Vec<Tick> {
         match self.axis.scale {
             Scale::Linear => {
-                // A little less and more: ends that are ticks are so after rounding, too.
+                // A tolerance, so that an end that is a tick stays one after rounding.
                 let first = (self.low / self.step - 1e-6).ceil();
                 let last = (self.high / self.step + 1e-6).floor();
                 let tick = |n: u32| Tick { value: (first + f64::from(n)) * self.step, major: true };
@@ -113,7 +113,7 @@ impl Range<'_> {
 
     fn logarithmic_ticks(&self) -> Vec<Tick> {
         let decades = (self.high / self.low).log10();
-        // Each decade, or each second, third ...: some ten texts at most.
+        // Each decade, or each second, third ...: about ten texts at most.
         let every = (decades / 9.0).ceil().max(1.0) as i32;
         let (first, last) = (self.low.log10().floor() as i32, self.high.log10().ceil() as i32);
         let is_major = |exponent: i32, digit: u32| match digit {
@@ -131,7 +131,7 @@ impl Range<'_> {
         ticks.filter(|tick| (self.low..=self.high).contains(&tick.value)).collect()
     }
 
-    /// A value as it stands beside its tick or in a tooltip, with its unit.
+    /// The text of a value beside its tick or in a tooltip, with its unit.
     pub(super) fn written(&self, value: f64) -> String {
         let unit = self.axis.unit.as_str();
         let magnitude = value.abs();
@@ -140,7 +140,7 @@ impl Range<'_> {
             "" => number(value),
             "%" => format!("{} %", number(value)),
             _ if magnitude == 0.0 => format!("0 {unit}"),
-            // Thousands of seconds are told in seconds by everybody.
+            // Thousands of seconds are written in seconds.
             "s" if magnitude >= 1.0 => format!("{} s", number(value)),
             _ => {
                 let (size, prefix) = PREFIXES.iter().find(prefixed).unwrap_or(&(1e-12, "p"));

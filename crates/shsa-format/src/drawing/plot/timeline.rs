@@ -1,11 +1,11 @@
-//! Intervals over time: one band for each source, stretches of time shaded, moments marked.
+//! Intervals over time: one band per source, shaded stretches of time, marked moments.
 
 use super::Axis;
 use super::hatched::Hatched;
 use super::ticks::Range;
 use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 
-/// What several sources say about one quantity over time, each as a band of intervals.
+/// The intervals of several sources for one quantity over time, each source as a band.
 ///
 /// ```
 /// use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
@@ -27,39 +27,39 @@ use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 /// ```
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Timeline {
-    /// What it shows, in one line.
+    /// The subject, in one line.
     pub title: String,
-    /// From when to when, in seconds; as far as the bands go when both are the same.
+    /// Begin and end in seconds; the span of the bands when both are equal.
     pub span: (f64, f64),
-    /// What is shown upwards; the axis is linear.
+    /// The vertical axis, which is linear.
     pub y: Axis,
-    /// In the order of the legend.
+    /// The bands in the order of the legend.
     pub bands: Vec<Band>,
-    /// Stretches of time, in seconds, which do not overlap.
+    /// Shaded stretches of time in seconds, which do not overlap.
     pub shaded: Vec<(f64, f64)>,
-    /// What the shaded stretches mean.
+    /// The meaning of the shaded stretches.
     pub shade: String,
     /// Moments with a name.
     pub marks: Vec<Mark>,
-    /// What else the reader must know, below the legend.
+    /// Further notes for the reader, below the legend.
     pub notes: Vec<String>,
 }
 
 /// The intervals of one source.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Band {
-    /// As in the legend.
+    /// The name in the legend.
     pub name: String,
-    /// Whether it is what the drawing is about: drawn in a warm colour, with a full line.
+    /// Whether the band is the subject of the drawing: drawn in a warm colour, with a full line.
     pub is_accused: bool,
-    /// In the order of time; where they are far apart, the band is broken.
+    /// The intervals in the order of time; the band is broken where they are far apart.
     pub slices: Vec<Slice>,
 }
 
 /// An interval at a moment.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Slice {
-    /// When, in seconds.
+    /// The time in seconds.
     pub at: f64,
     /// The lower bound.
     pub low: f64,
@@ -70,17 +70,17 @@ pub struct Slice {
 /// A moment with a name.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Mark {
-    /// When, in seconds.
+    /// The time in seconds.
     pub at: f64,
-    /// What happened, in a word or two.
+    /// The event, in one or two words.
     pub name: String,
 }
 
-/// The area of the bands; with the texts around it, the whole is some 900 pixels wide.
+/// The size of the area of the bands; with the texts around it, the drawing is about 900 pixels wide.
 const WIDTH: f64 = 800.0;
 const HEIGHT: f64 = 340.0;
 const TOP: f64 = 112.0;
-/// Where the first row of the marks' names stands; there are so many rows.
+/// The place of the first row of the names of marks, and the number of rows.
 const MARKS: f64 = 62.0;
 const MARK_ROWS: usize = 3;
 const MARK_LINE: f64 = 15.0;
@@ -88,9 +88,9 @@ const BOTTOM: f64 = 62.0;
 const LEGEND_LINE: f64 = 21.0;
 const TEXT: f64 = 13.0;
 const SMALL: f64 = 12.0;
-/// A band is broken where two slices are further apart than so many usual distances.
+/// A band is broken where two slices are further apart than this multiple of the usual distance.
 const BREAK: f64 = 3.5;
-/// Colours of the accused, and of the others.
+/// The number of colours of accused bands, and of the others.
 const WARM: usize = 2;
 const COLD: usize = 5;
 
@@ -104,7 +104,7 @@ const RULES: [Rule; 16] = [
     Rule { class: "edge", light: "fill:none;stroke-width:1.6;stroke-linejoin:round", dark: "" },
     Rule { class: "fill", light: "stroke:none;fill:currentColor;fill-opacity:.1", dark: "" },
     Rule { class: "strong", light: "stroke:none;fill:currentColor;fill-opacity:.24", dark: "" },
-    // Colours that people with any kind of colour blindness tell apart, after Okabe and Ito.
+    // Colours that readers with any kind of colour blindness can tell apart, after Okabe and Ito.
     Rule { class: "a0", light: "stroke:#c44e00;color:#c44e00", dark: "stroke:#ff9a5c;color:#ff9a5c" },
     Rule { class: "a1", light: "stroke:#b0246a;color:#b0246a", dark: "stroke:#ff86b6;color:#ff86b6" },
     Rule { class: "b0", light: "stroke:#0068a8;color:#0068a8", dark: "stroke:#5ab0f0;color:#5ab0f0" },
@@ -115,7 +115,7 @@ const RULES: [Rule; 16] = [
 ];
 
 impl Timeline {
-    /// The drawing as an SVG of its own; begins with `<svg`. Slices that are not finite are left out.
+    /// The drawing as a complete SVG, which begins with `<svg`. Slices that are not finite are left out.
     ///
     /// Time: linear in the slices.
     #[must_use]
@@ -159,7 +159,7 @@ struct View<'a> {
     timeline: &'a Timeline,
     x: Range<'a>,
     y: Range<'a>,
-    /// Of each band, the slices that have a place.
+    /// For each band, the slices that can be shown.
     slices: Vec<Vec<Slice>>,
     left: f64,
 }
@@ -188,7 +188,7 @@ impl<'a> View<'a> {
         let (low, high) =
             (all().map(|s| s.low).fold(f64::MAX, f64::min), all().map(|s| s.high).fold(f64::MIN, f64::max));
         let (low, high) = if low <= high { (low, high) } else { (0.0, 1.0) };
-        // A tenth of room, so that no band lies on the frame.
+        // 6 % of room on each side, so that no band lies on the frame.
         let room = ((high - low) * 0.06).max(high.abs().max(low.abs()) * 1e-9);
         let y = timeline.y.exact(low - room, high + room, 6.0);
         let texts = y.ticks().iter().map(|tick| width_of(&y.written(tick.value), SMALL)).fold(0.0, f64::max);
@@ -274,7 +274,7 @@ impl<'a> View<'a> {
         sheet.put(format_args!("<path class=\"shsa-edge\"{dashes} d=\"M{upper}M{lower}\"/>"));
     }
 
-    /// Lines at the marked moments, their names above, each in the first row that has room.
+    /// Lines at the marked moments, with the names above, each in the first row with room.
     fn marks(&self, sheet: &mut Sheet) {
         let mut free = [f64::MIN; MARK_ROWS];
         let mut marks: Vec<&Mark> = self.timeline.marks.iter().filter(|mark| self.has_place(mark)).collect();
@@ -282,11 +282,11 @@ impl<'a> View<'a> {
         for mark in marks {
             let (x, text) = (self.x_at(mark.at), told(mark));
             let width = width_of(&text, SMALL);
-            // At the right end the name stands left of its line.
+            // At the right end, the name stands left of its line.
             let end = self.left + WIDTH + 20.0;
             let from = if x + 5.0 + width > end { x - 5.0 - width } else { x + 5.0 };
             let Some(row) = free.iter().position(|free| *free <= from.min(x)) else {
-                // Its name would lie on another one.
+                // The name would overlap another one.
                 self.unnamed(sheet, x, &text);
                 continue;
             };
@@ -311,7 +311,7 @@ impl<'a> View<'a> {
         TIME.shows(mark.at) && (from >= to || (from..=to).contains(&mark.at))
     }
 
-    /// The names of bands and shades, and the notes; gives the height of the whole.
+    /// The names of bands and shades, and the notes; returns the height of the whole.
     fn legend(&self, sheet: &mut Sheet) -> f64 {
         let mut y = TOP + HEIGHT + BOTTOM + 8.0;
         let text = |sheet: &mut Sheet, y: f64, text: &str| {
@@ -344,12 +344,12 @@ impl<'a> View<'a> {
     }
 }
 
-/// The class of a band's inside: many witnesses that agree must not hide what the drawing is about.
+/// The class of the inside of a band: many agreeing bands must not hide the subject of the drawing.
 fn fill(band: &Band) -> &'static str {
     if band.is_accused { "shsa-strong" } else { "shsa-fill" }
 }
 
-/// A full line for what the drawing is about; the others differ without colour, too.
+/// A full line for the subject of the drawing; the other bands differ without colour, too.
 fn dashes(at: usize, is_accused: bool) -> &'static str {
     match at % 4 {
         _ if is_accused => "",
@@ -360,7 +360,7 @@ fn dashes(at: usize, is_accused: bool) -> &'static str {
     }
 }
 
-/// Slices that belong together: none much further from the next than usual.
+/// Groups of slices whose distances are not much larger than usual.
 fn pieces(slices: &[Slice]) -> impl Iterator<Item = &[Slice]> {
     let mut gaps: Vec<f64> =
         slices.iter().zip(slices.iter().skip(1)).map(|(one, next)| next.at - one.at).collect();

@@ -1,4 +1,4 @@
-//! A node with what is attached to it: a variable with its signals and needs, or a relation with its equation.
+//! A node with its attachments: a variable with its signals and needs, or a relation with its equation.
 
 use super::MOST_EQUATIONS;
 use crate::drawing::graph::{Graph, constant};
@@ -16,19 +16,19 @@ const MOST_EQUATION: f64 = 250.0;
 const ELLIPSE: f64 = 17.0;
 const BOX: f64 = 14.0;
 const EQUATION_BOX: f64 = 22.0;
-/// A tag and the room above the next one.
+/// The height of a tag, and the distance of two tags.
 const TAG: f64 = 17.0;
 const TAG_STEP: f64 = 20.0;
-/// Further signals of a variable are counted.
+/// The most signals that are drawn at a variable; the others are counted.
 const MOST_SIGNALS: usize = 6;
 
-/// A node that is ready to be placed.
+/// A node ready for layout.
 pub(super) struct Block<'a> {
     what: What<'a>,
     name: String,
-    /// Half of the body: where links end.
+    /// Half the size of the body, where links end.
     pub(super) half: (f64, f64),
-    /// All of it.
+    /// The width of the whole.
     width: f64,
 }
 
@@ -97,7 +97,7 @@ fn relation<'a>(graph: &Graph<'a>, id: RelationId) -> Block<'a> {
 }
 
 impl Block<'_> {
-    /// The room that it takes.
+    /// The room of the node.
     pub(super) fn size(&self) -> Size {
         let tags = |tags: &[Tag]| tags.len() as f64 * TAG_STEP;
         let (above, below) = match &self.what {
@@ -107,7 +107,7 @@ impl Block<'_> {
         Size { width: self.width, above: self.half.1 + above, below: self.half.1 + below }
     }
 
-    /// How far the body reaches to the side, `dy` above or below its middle.
+    /// The half width of the body, `dy` above or below its middle.
     pub(super) fn reach(&self, dy: f64) -> f64 {
         match self.what {
             What::Variable { .. } => self.half.0 * (1.0 - (dy / self.half.1).powi(2)).max(0.0).sqrt(),
@@ -194,7 +194,7 @@ impl Block<'_> {
     }
 }
 
-/// The place of a relation in the order of computation.
+/// The numbers of a relation in the order of computation.
 pub(super) fn badge(sheet: &mut Sheet, numbers: &str, (x, y): (f64, f64)) {
     let half = (width_of(numbers, SMALL) / 2.0 + 5.0).max(9.0);
     let (left, top, width) = (px(x - half), px(y - 9.0), px(2.0 * half));
@@ -232,7 +232,7 @@ impl Tag<'_> {
     }
 }
 
-/// How a signal stands.
+/// The state of a signal.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum State {
     Usual,
@@ -240,7 +240,7 @@ pub(super) enum State {
     Lost,
 }
 
-/// A pill with a dot for a signal that is there, a cross for one that is lost.
+/// A pill with a dot for an available signal, or a cross for a lost one.
 pub(super) fn signal(sheet: &mut Sheet, title: &str, text: &str, (left, y): (f64, f64), state: State) {
     let width = width_of(text, SMALL) + 26.0;
     let look = match state {
@@ -276,7 +276,7 @@ pub(super) fn signal(sheet: &mut Sheet, title: &str, text: &str, (left, y): (f64
     sheet.put(format_args!("</g>"));
 }
 
-/// A dark tag with a target: what must stay available.
+/// A dark tag with a target: a need.
 pub(super) fn need(sheet: &mut Sheet, title: &str, text: &str, (left, y): (f64, f64)) {
     let width = width_of(text, SMALL) + 26.0;
     sheet.put(format_args!(

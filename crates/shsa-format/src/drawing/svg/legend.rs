@@ -1,4 +1,4 @@
-//! What the signs mean, in a line below the drawing: only those that occur.
+//! The meaning of the signs, in a line below the drawing: only of those that occur.
 
 use super::MARGIN;
 use super::block::{State, badge, need, signal};
@@ -9,18 +9,18 @@ use crate::drawing::sheet::{Sheet, px, width_of};
 const LINE: f64 = 28.0;
 /// The room between two entries.
 const APART: f64 = 22.0;
-/// A narrow drawing still gets a legend of this width.
+/// The least width of the legend below a narrow drawing.
 const NARROW: f64 = 460.0;
 
-/// A sign and what it means.
+/// A sign and its meaning.
 struct Entry {
-    /// The room of the sign.
+    /// The width of the sign.
     width: f64,
     text: &'static str,
     draw: fn(&mut Sheet, f64, f64),
 }
 
-/// Draws the legend below a drawing of this width that ends at `top`; gives the size of both.
+/// Draws the legend below a drawing of this width that ends at `top`; returns the size of both.
 pub(super) fn draw(sheet: &mut Sheet, graph: &Graph<'_>, links: &[Link], width: f64, top: f64) -> (f64, f64) {
     let (mut x, mut y) = (MARGIN, top + LINE / 2.0);
     let mut widest = width;

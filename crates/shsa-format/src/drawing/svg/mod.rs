@@ -1,4 +1,4 @@
-//! A knowledge base as SVG: what is known on the left, what follows from it on the right.
+//! A knowledge base as SVG: known variables on the left, derived ones on the right.
 
 mod block;
 pub(super) mod route;
@@ -12,14 +12,14 @@ use shsa_core::knowledge::KnowledgeBase;
 
 /// The room around the whole.
 pub(super) const MARGIN: f64 = 16.0;
-/// Drawings of more than this nobody reads, and they take long to make.
+/// The most nodes of a drawing: with more, it is unreadable and takes long.
 const MOST_NODES: usize = 2_000;
 const MOST_LINKS: usize = 8_000;
 /// With more relations than this, equations are shown in tooltips only.
 const MOST_EQUATIONS: usize = 60;
 
-/// Colours tell nothing alone: what is provided is filled, what is chosen is thick and numbered, what is lost is
-/// dashed and crossed out.
+/// Colour carries no information alone: provided variables are filled, the chosen substitution is thick and numbered, lost
+/// signals are dashed and crossed out.
 const RULES: [Rule; 21] = [
     Rule {
         class: "variable",
@@ -66,22 +66,22 @@ const RULES: [Rule; 21] = [
     "a drawing with {count} {what} is beyond the limit of {most}: write DOT, and let Graphviz draw it (`sfdp -Tsvg`)"
 )]
 pub struct TooLarge {
-    /// What there is too much of.
+    /// The kind of element that exceeds the limit.
     pub what: &'static str,
-    /// How many of it there are.
+    /// The number of these elements.
     pub count: usize,
-    /// The most that are drawn.
+    /// The limit.
     pub most: usize,
 }
 
-/// The knowledge base as an SVG of its own; begins with `<svg`.
+/// The knowledge base as a complete SVG, which begins with `<svg`.
 ///
-/// Relations are boxes, variables ellipses (filled when provided, with a double line when constant), signals small and
-/// below their variable, needs above it; arrowheads show in which directions a relation is usable. Names that are long
-/// are cut; tooltips hold all of them. Time: that of a layered layout, below a second for 1,000 nodes.
+/// Relations are boxes, variables ellipses (filled when provided, with a double line when constant), signals small and below
+/// their variable, needs above it; arrowheads show the directions in which a relation is usable. Long names are cut; tooltips
+/// hold the full names. Time: that of a layered layout, below a second for 1,000 nodes.
 ///
 /// # Errors
-/// When there are more than 2,000 variables and relations, or so many links that nobody could follow them.
+/// When there are more than 2,000 variables and relations, or too many links to follow.
 pub fn svg(knowledge: &KnowledgeBase, marks: &Marks) -> Result<String, TooLarge> {
     let within = |what, count, most| if count > most { Err(TooLarge { what, count, most }) } else { Ok(()) };
     let nodes = knowledge.variables().len() + knowledge.relations().len();
@@ -89,7 +89,7 @@ pub fn svg(knowledge: &KnowledgeBase, marks: &Marks) -> Result<String, TooLarge>
     let graph = Graph::new(knowledge, marks);
     let mut links = graph.links();
     within("links between variables and relations", links.len(), MOST_LINKS)?;
-    // Links that are used keep their direction when a cycle must be drawn; then those that have only one.
+    // In a cycle, the chosen links keep their direction first, then those that have only one direction.
     links.sort_by_key(|link| (link.chosen.is_none(), link.makes && link.reads));
     let blocks = block::blocks(&graph);
     let sizes: Vec<Size> = blocks.iter().map(Block::size).collect();

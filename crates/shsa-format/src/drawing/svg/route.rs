@@ -1,4 +1,4 @@
-//! The links: curves through the room between columns, with arrowheads where a relation reads and where it gives.
+//! The links: curves between the columns, with arrowheads at the inputs and outputs of relations.
 
 use super::block::Block;
 use crate::drawing::graph::{Direction, Graph, Link};
@@ -8,10 +8,10 @@ use crate::drawing::sheet::{Sheet, px};
 /// The length of an arrowhead, and of that of a chosen link.
 const HEAD: f64 = 8.0;
 const CHOSEN_HEAD: f64 = 12.0;
-/// Links that end on one side of a node keep this distance if there is room.
+/// The distance of links that end on one side of a node, if there is room.
 const PORTS_APART: f64 = 9.0;
 
-/// Draws all links; the chosen ones last, so that they lie on top.
+/// Draws all links; the chosen ones come last, so that they lie on top.
 pub(super) fn draw(
     sheet: &mut Sheet,
     graph: &Graph<'_>,
@@ -34,7 +34,8 @@ pub(super) fn draw(
     }
 }
 
-/// How far above or below the middle of its node each route ends: those of one side in the order of where they go.
+/// The vertical offset of each end of a route from the middle of its node; ends on one side are in the order of their
+/// destinations.
 fn ports(
     blocks: &[Block<'_>],
     layout: &Layout,
@@ -66,7 +67,7 @@ fn draw_link(
     to: (f64, f64),
 ) {
     let (at_left, at_right) = if variable_left { (link.makes, link.reads) } else { (link.reads, link.makes) };
-    // Where a chosen link points to; a link that is usable in both directions has a smaller head at its other end.
+    // The arrowheads of a chosen link; a link that is usable in both directions has a smaller head at its other end.
     let used_left = link.chosen.map(|chosen| (chosen == Direction::Make) == variable_left);
     let (head_left, head_right) = (head_of(used_left == Some(true)), head_of(used_left == Some(false)));
     let start = if at_left { from.0 + head_left.1 - 1.0 } else { from.0 };
@@ -87,7 +88,7 @@ fn head_of(used: bool) -> (&'static str, f64) {
     if used { ("shsa-chosen-fill", CHOSEN_HEAD) } else { ("shsa-head", HEAD) }
 }
 
-/// Along the columns that it passes straight, between them in a curve.
+/// A path that is straight along the columns that it passes and curved between them.
 pub(in crate::drawing) fn path(route: &Route, from: (f64, f64), to: (f64, f64)) -> String {
     let mut path = format!("M{} {}", px(from.0), px(from.1));
     let (mut x, mut y) = (route.exit_x.max(from.0), from.1);
@@ -110,7 +111,7 @@ pub(in crate::drawing) fn path(route: &Route, from: (f64, f64), to: (f64, f64)) 
     path
 }
 
-/// A triangle with its tip at a point; `length` is positive when it points to the left.
+/// A triangle with its tip at a point; a positive `length` points to the left.
 fn head(sheet: &mut Sheet, class: &str, (x, y): (f64, f64), length: f64) {
     let (base, half) = (px(x + length), length.abs() * 0.45);
     let (top, bottom) = (px(y - half), px(y + half));

@@ -1,20 +1,20 @@
-//! The texts that a model was read from, one after the other, so that every problem is told with its file and line.
+//! The texts that a model was read from, one after the other, so that every problem is reported with its file and line.
 
 use super::{Read, Written};
 use crate::model::report::Report;
 use shsa_core::knowledge::{self, Diagnostic, Draft, Place, Severity};
 use std::collections::BTreeSet;
 
-/// Texts one after the other, so that every place belongs to one of them.
+/// Texts one after the other, so that every place belongs to one text.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Texts {
-    /// In the order of their places.
+    /// The texts in the order of their places.
     kept: Vec<Kept>,
 }
 
 #[derive(Clone, Debug)]
 struct Kept {
-    /// Where its places begin.
+    /// The begin of the places of the text.
     base: u32,
     name: String,
     text: String,
@@ -23,14 +23,14 @@ struct Kept {
 }
 
 impl Kept {
-    /// Behind its last place, which is the end of the text.
+    /// The first place after the text; the end of the text has a place of its own.
     fn end(&self) -> u32 {
         self.base.saturating_add(u32::try_from(self.text.len()).unwrap_or(u32::MAX)).saturating_add(1)
     }
 }
 
 impl Texts {
-    /// Where a text of this length fits between the others.
+    /// The begin of a free range of places for a text of this length.
     pub(super) fn room(&self, length: usize) -> u32 {
         let length = u32::try_from(length).unwrap_or(u32::MAX).saturating_add(1);
         let mut base = 0;
@@ -50,7 +50,7 @@ impl Texts {
         self
     }
 
-    /// Lets go of the texts of which nothing is left in the model.
+    /// Drops the texts to which no place of the model belongs.
     pub(super) fn forget(&mut self, draft: &Draft) {
         let used: BTreeSet<usize> = draft.places().into_iter().filter_map(|place| self.find(place)).collect();
         let mut at = 0;
@@ -64,7 +64,7 @@ impl Texts {
         self.kept.partition_point(|kept| kept.base <= place.from).checked_sub(1)
     }
 
-    /// What was found in the shape of the text that begins here, and in the model that came of it.
+    /// The problems in the shape of the text that begins at `base`, and in the resulting model.
     pub(super) fn report(&self, base: u32, shape: Vec<Diagnostic>, found: Vec<Diagnostic>) -> Report {
         let moved = |mut problem: Diagnostic| {
             problem.place.from = problem.place.from.saturating_add(base);
@@ -90,7 +90,7 @@ impl Texts {
         Report { diagnostics: located.collect() }
     }
 
-    /// At the later place, with the file and line of the earlier one as help.
+    /// The contradiction at its later place, with the file and line of the earlier one as help.
     pub(super) fn contradiction(&self, found: &knowledge::Contradiction) -> Diagnostic {
         let earlier = Diagnostic {
             severity: Severity::Error,

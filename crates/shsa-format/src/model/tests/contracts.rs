@@ -1,4 +1,4 @@
-//! Contracts: what is read, what is wrong with them, and what they give over each flow.
+//! Contracts: reading, errors, and the guarantees for each flow.
 
 use super::brief;
 use crate::model::{load, read, write};
@@ -56,7 +56,7 @@ contracts:
       time: { of: platform, time: at least 2 ms, level: SIL 2 }
 ";
 
-/// A plan for one need, and what is measured.
+/// A plan for one need, and the measured evidence.
 struct Scene {
     knowledge: KnowledgeBase,
     assurance: Assurance,
@@ -75,7 +75,7 @@ impl Scene {
         self.knowledge.needs().ids().next().unwrap()
     }
 
-    /// Every way of serving the need, by what it is called.
+    /// Every way of serving the need, by its name.
     fn ways(&self) -> Vec<(String, Way)> {
         let variable = self.knowledge.needs()[self.need()].variable;
         let found = exhaustive(&self.knowledge, variable, &Options::default(), Limits::default());
@@ -91,7 +91,7 @@ impl Scene {
         self.assurance.compose(&self.knowledge, self.need(), way)
     }
 
-    /// Everything is as it should be, but for what is told.
+    /// Evaluates with all evidence as demanded, except for the evidence that `but` gives.
     fn evaluated(
         &self,
         composition: &Composition,
@@ -124,7 +124,7 @@ impl Scene {
     }
 }
 
-/// Compares errors and warnings of a whole model, one a line.
+/// Compares errors and warnings of a whole model, one per line.
 #[track_caller]
 fn check(text: &str, expected: &str) {
     let found = brief(&load(text, "m.yaml"));
@@ -246,7 +246,7 @@ needs: { v: { max_age: 1 s, integrity: B } }
     scene.check("/w by same", &nothing, "Holds, ASIL B");
     scene.check("/x", &nothing, "Refused, no level");
     let higher = Scene::new(&text.replace("1 s, integrity: B", "1 s, integrity: C"));
-    // What is demanded is not given, and what is given is told.
+    // The demanded level is not guaranteed; the guaranteed level is reported.
     higher.check("/w by same", &nothing, "Refused, ASIL B");
 }
 

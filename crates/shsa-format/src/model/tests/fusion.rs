@@ -1,4 +1,4 @@
-//! Fusions: what is wrong with one is told where it stands, and what its states hang on.
+//! Fusions: errors are reported at their place, and the origins of states are found.
 
 use super::{brief, check, loaded};
 use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
@@ -101,7 +101,7 @@ fn what_is_computed_is_derived_from_its_inputs() {
     };
     assert_eq!(origins("fused/position"), ["/gps", "/odom"]);
     assert_eq!(origins("motion without /odom"), ["/gps"]);
-    // Odometry only tells how the position changes: the prediction begins from what was known with the satellites.
+    // Odometry gives only changes of the position: the prediction begins from a position known by satellite.
     assert_eq!(origins("motion without /gps"), ["/gps", "/odom"]);
     let prediction = knowledge.fusions()[0].predictions.iter().find(|it| it.input == 0).unwrap();
     assert!(prediction.is_anchored);

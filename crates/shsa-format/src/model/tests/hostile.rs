@@ -97,7 +97,7 @@ fn many_names_and_problems_stay_fast() {
     assert!(loaded.report.render(false).ends_with("and 19900 more\n"));
 }
 
-/// Pieces that meet the model's keys, formulas and quantities more often than random characters do.
+/// Pieces that hit the keys, formulas and quantities of models more often than random characters do.
 const PIECES: [&str; 24] = [
     "\n",
     "  ",

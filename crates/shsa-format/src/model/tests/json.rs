@@ -1,11 +1,11 @@
-//! JSON that is large, and JSON that is none.
+//! Large JSON texts and invalid JSON texts.
 
 use super::brief;
 use crate::model::{load, tree};
 use proptest::prelude::*;
 use std::fmt::Write;
 
-/// A model of so many relations, as JSON.
+/// A model with this number of relations, as JSON.
 fn large(relations: usize) -> String {
     let line = |text: &mut String, at: usize, entry: String| {
         let comma = if at == 0 { "" } else { "," };
@@ -39,7 +39,7 @@ fn large(relations: usize) -> String {
 #[test]
 fn a_large_model_is_the_same_from_json_and_from_yaml() {
     let text = large(20_000);
-    // A comment makes YAML of it.
+    // A comment makes the text YAML.
     let yaml = format!("# large\n{text}");
     let [json, yaml] = [&text, &yaml].map(|text| load(text, "large"));
     assert_eq!((brief(&json), brief(&yaml)), (String::new(), String::new()));
@@ -135,7 +135,7 @@ fn braces_and_quotes_may_be_yaml_too() {
     }
 }
 
-/// Texts of relations: of the usual form, nearly so, and not at all.
+/// Texts of relations: of the usual form, almost of it, and not at all.
 fn relation() -> impl Strategy<Value = String> {
     let word = || {
         prop::sample::select(vec![

@@ -1,4 +1,4 @@
-//! A model laid out says the same, keeps its comments, and is laid out.
+//! The layout keeps the model and its comments, and a second layout changes nothing.
 
 use crate::model::layout::laid_out;
 use crate::model::live::Written;
@@ -103,7 +103,7 @@ fn the_shipped_models_are_laid_out() {
 }
 
 proptest! {
-    /// Whatever blanks, breaks and comments are put in: laid out twice is laid out, or it is told that it is no model.
+    /// With any blanks, breaks and comments added, a second layout changes nothing, or the text is reported as no model.
     #[test]
     fn laid_out_again_it_stays(places in proptest::collection::vec((0..TIDY.len(), 0..6_usize), 0..6)) {
         let mut changed = TIDY.to_owned();

@@ -1,4 +1,4 @@
-//! Models in, knowledge bases and reports out.
+//! Loading of models: the knowledge bases and the reports.
 
 mod contracts;
 mod fusion;
@@ -12,7 +12,7 @@ mod schema;
 
 use super::{Loaded, load};
 
-/// A model with every key there is.
+/// A model with every key.
 const EVERYTHING: &str = r#"
 shsa: 1
 variables:
@@ -69,12 +69,12 @@ contracts:
 utility: norm
 "#;
 
-/// Loads a text that begins in the second line of a model.
+/// Loads a text as a model from its second line on.
 fn loaded(text: &str) -> Loaded {
     load(&format!("shsa: 1\n{text}"), "m.yaml")
 }
 
-/// One line a problem: `line:column severity: message (help)`.
+/// One line per problem: `line:column severity: message (help)`.
 fn brief(loaded: &Loaded) -> String {
     let lines = loaded.report.diagnostics.iter().map(|found| {
         let json = serde_json::to_value(found).unwrap();
@@ -85,7 +85,7 @@ fn brief(loaded: &Loaded) -> String {
     lines.collect::<Vec<_>>().join("\n")
 }
 
-/// Compares the problems of a model, whose first line is added, with what is expected, one a line.
+/// Compares the problems of a model, whose first line is added, with the expected ones, one per line.
 #[track_caller]
 fn check(text: &str, expected: &str) {
     let found = brief(&loaded(text));

@@ -1,4 +1,4 @@
-//! What a change does to a text is what it does to the model, and the rest of the text stays.
+//! A change of a text has the same effect as the change of the model, and all other text stays.
 
 use crate::model::live::{Live, Written};
 use crate::model::patch::patched;
@@ -34,7 +34,7 @@ fn after(change: &str) -> String {
     patched(written(MODEL), written(change)).unwrap_or_else(|report| panic!("{}", report.render(false)))
 }
 
-/// The lines of the model that are not in the text any more, and those that are new.
+/// The removed lines of the model and the new ones.
 fn difference(text: &str) -> String {
     let gone = MODEL
         .lines()

@@ -1,4 +1,4 @@
-//! Right models: what they become.
+//! Valid models and their knowledge bases.
 
 use super::super::tree::{self, Node, Value};
 use super::{EVERYTHING, brief, check, loaded};
@@ -125,7 +125,7 @@ needs:
     assert_eq!(knowledge.needs_named("/last"), [knowledge.needs().ids().nth(1).unwrap()]);
 }
 
-/// The same tree as JSON; what is a number there stays one.
+/// The same tree as JSON; numbers stay numbers.
 fn json(node: &Node) -> String {
     let quoted = |text: &str| serde_json::to_string(text).unwrap();
     match &node.value {
@@ -217,7 +217,7 @@ signals:
     assert!(
         (turn - core::f64::consts::TAU).abs() < 1e-12 && (heading.turn_begins() + turn / 2.0).abs() < 1e-12
     );
-    // Readings of either convention are possible.
+    // Readings of both conventions are possible.
     let range =
         loaded.knowledge.signals().iter().find(|signal| signal.name == "f").unwrap().limits.range.unwrap();
     assert!(range.contains(6.2) && range.contains(-6.2) && !range.contains(100.0));

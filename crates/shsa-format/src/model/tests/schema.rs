@@ -1,4 +1,4 @@
-//! The schema takes every model that is shipped, and refuses what the reader refuses for its keys and shapes.
+//! The schema accepts every shipped model, and refuses the keys and shapes that the reader refuses.
 
 use crate::model::tree::{self, Node, Value as Tree};
 use crate::model::{load, schema};
@@ -23,7 +23,7 @@ fn parsed(text: &str) -> Value {
     seen(&tree::read(text).root.expect("a document"))
 }
 
-/// Whether a value is what a schema says, of the words that ours uses; another one fails the test.
+/// Whether a value is valid by a schema that uses our subset of keywords; any other keyword fails the test.
 fn is_valid(schema: &Value, value: &Value) -> bool {
     let words = schema.as_object().expect("a schema is an object");
     words.iter().all(|(word, said)| match word.as_str() {

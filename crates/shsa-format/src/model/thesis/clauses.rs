@@ -1,7 +1,7 @@
-//! The words and clauses of a Prolog text, each with its place; nothing of it is ever run.
+//! The words and clauses of a Prolog text, each with its place; no clause is ever run.
 //!
-//! Read after ISO/IEC 13211-1, as far as facts need it: quoted atoms and strings with their escapes, both kinds of
-//! comments, lists. What is no fact is only passed over, up to its end.
+//! Read after ISO/IEC 13211-1 as far as facts need it: quoted atoms and strings with their escapes, both kinds of comments,
+//! lists. A clause that is no fact is skipped up to its end.
 
 use shsa_core::knowledge::{Place, Text};
 
@@ -10,12 +10,12 @@ use super::notes::Notes;
 /// A word of Prolog.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Token {
-    /// Written small or in quotes, or of signs.
+    /// In lower case, in quotes, or of signs.
     Atom(Text),
-    /// Written large, or `_`.
+    /// In upper case, or `_`.
     Variable(Text),
     Number(Text),
-    /// In double quotes, or back quotes.
+    /// In double quotes or back quotes.
     Text(Text),
     /// One of `( ) [ ] { } , |`.
     Mark(char, Place),
@@ -34,7 +34,7 @@ impl Token {
     }
 }
 
-/// The words of each clause, without its full stop; an unreadable rest is told.
+/// The words of each clause, without its full stop; an unreadable rest is reported.
 ///
 /// Time: linear in the text.
 pub(super) fn clauses(notes: &mut Notes, text: &str) -> Vec<Vec<Token>> {
@@ -88,7 +88,7 @@ struct Lexer<'a, 'n> {
     open: Vec<Token>,
 }
 
-/// Byte offsets of a text of at most `MAX_BYTES` fit.
+/// The byte offsets of a text of at most `MAX_BYTES` fit.
 fn offset(at: usize) -> u32 {
     u32::try_from(at).unwrap_or(u32::MAX)
 }
@@ -98,7 +98,7 @@ impl<'a> Lexer<'a, '_> {
         self.text.get(self.at..).unwrap_or("")
     }
 
-    /// The next bytes as a text, which are passed over.
+    /// Takes the next bytes as a text.
     fn word(&mut self, length: usize) -> Text {
         let text = self.rest().get(..length).unwrap_or("").to_owned();
         let from = self.at;
@@ -111,7 +111,7 @@ impl<'a> Lexer<'a, '_> {
         rest.find(|c| !is(c)).unwrap_or(rest.len())
     }
 
-    /// Takes one word; whether there may be more.
+    /// Takes one word; returns whether there may be more.
     fn step(&mut self) -> bool {
         let rest = self.rest();
         let Some(first) = rest.chars().next() else { return false };
@@ -148,7 +148,7 @@ impl<'a> Lexer<'a, '_> {
             let length = self.length(is_name);
             Token::Atom(self.word(length))
         } else if matches!(first, '!' | ';') {
-            // They stand alone: a full stop may follow at once.
+            // These signs stand alone: a full stop may follow at once.
             Token::Atom(self.word(1))
         } else if SIGNS.contains(first) {
             let length = self.length(|c| SIGNS.contains(c));
@@ -169,7 +169,7 @@ impl<'a> Lexer<'a, '_> {
         self.open.last().is_some_and(|token| ['(', '[', ','].iter().any(|mark| token.is_mark(*mark)))
     }
 
-    /// What stands in quotes; whether it is closed.
+    /// Takes a quoted text; returns whether it is closed.
     fn quoted(&mut self, quote: char) -> bool {
         let from = self.at;
         let Some((content, length, is_rewritten)) = unquoted(self.rest(), quote) else {

@@ -1,4 +1,4 @@
-//! Expressions of Python as formulas of ours, by recursive descent, bounded in depth and length.
+//! Python expressions as formulas of ours, by recursive descent, bounded in depth and length.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -8,7 +8,7 @@ use super::python::{Names, Translated, Trouble};
 use super::term::{Binding, Term};
 use super::tokens::{MAX_TEXT, Token};
 
-/// The deepest nesting of brackets and operators; keeps the recursion within a small stack.
+/// The deepest nesting of brackets and operators, which keeps the recursion within a small stack.
 const MAX_DEPTH: usize = 64;
 
 const ADDITIVE: [(&str, &str, Binding, Binding); 2] =
@@ -25,9 +25,9 @@ pub(super) struct Parser<'a> {
     pub(super) at: usize,
     pub(super) depth: usize,
     pub(super) names: &'a Names<'a>,
-    /// What a name stands for: an input, or what was assigned to it.
+    /// The meaning of each name: an input, or the assigned term.
     pub(super) bound: BTreeMap<String, Term>,
-    /// What was assigned to last that is not the output.
+    /// The last assignment to another name than the output.
     pub(super) last: Option<(String, Range<usize>)>,
     pub(super) result: Translated,
 }
@@ -98,7 +98,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What stands behind a whole expression.
+    /// The error for a token after a whole expression.
     pub(super) fn stray(&self) -> Trouble {
         match self.token() {
             Token::Symbol("^") => self.trouble("`^` is an exclusive or in Python: a power is written `**`"),
@@ -146,7 +146,7 @@ impl Parser<'_> {
         self.sized(Term::atom(format!("if({}, {}, {})", condition.text, then.text, other.text)))
     }
 
-    /// A term that is not too long: nested chains of comparisons would double it again and again.
+    /// A term of bounded length: nested chains of comparisons would double it repeatedly.
     pub(super) fn sized(&self, term: Term) -> Parsed {
         if term.text.len() > MAX_TEXT {
             return Err(self.trouble(format!("the formula would have more than {MAX_TEXT} bytes")));

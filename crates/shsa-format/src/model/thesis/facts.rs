@@ -8,7 +8,7 @@ use super::clauses::{Token, clauses};
 use super::notes::Notes;
 use super::sketch::{Direction, Sketch, Sketched};
 
-/// How each fact is written.
+/// The form of each fact.
 const FACTS: [(&str, usize, &str); 4] = [
     ("function", 3, "function(angle, turn, [base, radius])."),
     ("implementation", 2, "implementation(turn, \"angle.v = atan(base.v / radius.v)\")."),
@@ -16,14 +16,14 @@ const FACTS: [(&str, usize, &str); 4] = [
     ("itomOf", 2, "itomOf(base, \"/base\")."),
 ];
 
-/// What an argument of a fact is.
+/// An argument of a fact.
 enum Term {
     /// An atom, a string, or a number as it is written.
     Name(Text),
     List(Vec<Text>),
 }
 
-/// Reads all facts; wrong ones are told, and what is no fact of a knowledge base is counted.
+/// Reads all facts. Wrong facts are reported, and other clauses are counted.
 pub(super) fn sketch(notes: &mut Notes, text: &str) -> Sketch {
     let clauses = clauses(notes, text);
     let mut reader = Reader {
@@ -52,7 +52,7 @@ pub(super) fn sketch(notes: &mut Notes, text: &str) -> Sketch {
     reader.sketch
 }
 
-/// One note about all that was passed over, where the first of it stands.
+/// One note about all skipped clauses, at the first of them.
 fn tell_passed(notes: &mut Notes, passed: &BTreeMap<&'static str, (usize, Place)>) {
     let Some(place) = passed.values().map(|(_, place)| *place).min() else { return };
     let counted: Vec<String> = passed
@@ -66,7 +66,7 @@ fn tell_passed(notes: &mut Notes, passed: &BTreeMap<&'static str, (usize, Place)
 
 type Fact = (&'static str, usize, &'static str);
 
-/// The fact that a clause is, or what it is instead.
+/// The fact of a clause, or the kind of another clause.
 fn kind(clause: &[Token]) -> Result<Fact, &'static str> {
     let is = |sign: &str| clause.iter().any(|token| matches!(token, Token::Atom(text) if text.text == sign));
     let Some(Token::Atom(first)) = clause.first() else { return Err("other clause") };
@@ -90,9 +90,9 @@ fn kind(clause: &[Token]) -> Result<Fact, &'static str> {
 struct Reader<'n> {
     notes: &'n mut Notes,
     sketch: Sketch,
-    /// Where each relation stands in the sketch.
+    /// The index of each relation in the sketch.
     relations: BTreeMap<String, usize>,
-    /// The inputs of each direction, by the place of its relation and its output.
+    /// The inputs of each direction, by the index of its relation and its output.
     directions: BTreeMap<(usize, String), Vec<String>>,
     found: usize,
 }
@@ -125,7 +125,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The arguments between the parentheses; `None` when something else stands there, which is told.
+    /// The arguments between the parentheses; `None`, with a report, when the clause has another form.
     fn arguments(&mut self, clause: &[Token], help: &str) -> Option<Vec<Term>> {
         let mut terms = Vec::new();
         let mut tokens = clause.iter().skip(2).peekable();
@@ -226,7 +226,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Where the relation of a name stands; a new one has no directions yet.
+    /// The index of the relation of a name; a new relation has no directions yet.
     fn relation(&mut self, name: &Text) -> usize {
         let relations = &mut self.sketch.relations;
         *self.relations.entry(name.text.clone()).or_insert_with(|| {
@@ -235,7 +235,7 @@ impl Reader<'_> {
         })
     }
 
-    /// Its functions may come later.
+    /// The functions of the relation may follow later.
     fn implementation(&mut self, relation: &Text, code: &Text) {
         let at = self.relation(relation);
         let Some(known) = self.sketch.relations.get_mut(at) else { return };
@@ -248,7 +248,7 @@ impl Reader<'_> {
         }
     }
 
-    /// A number is a constant's value.
+    /// A number is the value of a constant.
     fn itoms(&mut self, variable: &Text, itoms: &[Text]) {
         self.sketch.variables.push(variable.clone());
         match itoms {

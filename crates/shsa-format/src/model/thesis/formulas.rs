@@ -1,4 +1,4 @@
-//! The formulas that the code of a relation may become.
+//! The candidate formulas for the code of a relation.
 
 use shsa_core::knowledge::Text;
 use std::collections::BTreeSet;
@@ -8,7 +8,7 @@ use super::notes::Notes;
 use super::python::{self, Translated, Trouble};
 use super::sketch::Direction;
 
-/// What a relation may say, the best first; nothing when it is structure only.
+/// The candidates for a relation, the best first; none for structure only.
 #[derive(Default)]
 pub(super) struct Candidates {
     pub(super) equations: Vec<Candidate>,
@@ -16,7 +16,7 @@ pub(super) struct Candidates {
     pub(super) code: Option<Text>,
     /// Variables that are read as lists.
     pub(super) vectors: BTreeSet<String>,
-    /// Outputs and inputs, to which the relation comes back when no formula will do.
+    /// The outputs and inputs, to which the relation returns when no formula is accepted.
     pub(super) structure: Option<(Vec<Text>, Vec<Text>)>,
 }
 
@@ -26,7 +26,7 @@ pub(super) struct Candidate {
     pub(super) condition: Option<Text>,
 }
 
-/// What a relation that stays structure can still do.
+/// The use of a relation that stays structure.
 pub(super) const STRUCTURE: &str = "the relation is structure only: it can be planned and analysed, not run";
 
 /// Whether a piece of code assigns to a variable.
@@ -37,7 +37,7 @@ pub(super) fn assigns(code: &Text, output: &str) -> bool {
     })
 }
 
-/// Translates the code of one direction; what cannot be is told.
+/// Translates the code of one direction; code without a translation is reported.
 pub(super) fn candidates(
     notes: &mut Notes,
     names: &Names,
@@ -91,7 +91,7 @@ impl Candidate {
 
 type Both = (Translated, Option<Translated>);
 
-/// The formula and the condition; else the text that could not be translated.
+/// The formula and the condition, or the text that could not be translated.
 fn both<'t>(
     names: &Names,
     direction: &'t Direction,
@@ -124,7 +124,7 @@ fn candidate(
     Candidate { equation, condition }
 }
 
-/// Tells of inputs that are not read, and of a time that is not taken over.
+/// Reports inputs that are not read, and a time that is not taken over.
 fn told(
     notes: &mut Notes,
     direction: &Direction,

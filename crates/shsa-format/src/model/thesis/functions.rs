@@ -1,15 +1,15 @@
-//! Functions and constants of Python that our formulas have too.
+//! Functions and constants of Python that our formulas also have.
 
 use super::term::{Binding, Term};
 
-/// What a function is called with.
+/// The arguments of a call.
 pub(super) struct Arguments {
     pub(super) terms: Vec<Term>,
-    /// Whether the only one stands for a list of numbers: it was not written out.
+    /// Whether the only argument is a name of a list of numbers, not a written list.
     pub(super) is_list: bool,
 }
 
-/// Python's names of functions of one number, and ours.
+/// Python's names of functions of one number, and our names.
 const OF_ONE: [(&str, &str); 16] = [
     ("sqrt", "sqrt"),
     ("exp", "exp"),
@@ -29,7 +29,7 @@ const OF_ONE: [(&str, &str); 16] = [
     ("floor", "floor"),
 ];
 
-/// Functions that are written out, or that take other than one number.
+/// Functions that are expanded, or that do not take exactly one number.
 const OTHERS: [&str; 16] = [
     "ceil", "log2", "radians", "deg2rad", "degrees", "rad2deg", "float", "log", "pow", "power", "square",
     "cbrt", "atan2", "arctan2", "hypot", "interval",
@@ -70,10 +70,10 @@ pub(super) fn constant(name: &str) -> Option<Term> {
     Some(Term::atom(text.to_owned()))
 }
 
-/// A function applied to its arguments, as we write it; with plain angles, radians are numbers without a unit.
+/// A call of a function in our notation; with plain angles, radians are numbers without a unit.
 ///
 /// # Errors
-/// What is wrong with it, in a line.
+/// The problem in one line.
 pub(super) fn call(name: &str, arguments: &Arguments, plain_angles: bool) -> Result<Term, String> {
     let terms = arguments.terms.as_slice();
     if let Some((_, ours)) = OF_MANY.iter().find(|(python, _)| *python == name) {
@@ -97,13 +97,13 @@ pub(super) fn call(name: &str, arguments: &Arguments, plain_angles: bool) -> Res
     }
 }
 
-/// One term to the power of another; it binds to the right here and there.
+/// One term to the power of another; both languages associate to the right.
 pub(super) fn power(base: &Term, exponent: &Term) -> Term {
     let text = format!("{}^{}", base.at_least(Binding::Atom), exponent.at_least(Binding::Sign));
     Term::new(text, Binding::Power)
 }
 
-/// An angle that was computed.
+/// A computed angle.
 fn angle(text: String, plain: bool) -> Term {
     if plain { Term::new(format!("{text} / 1 rad"), Binding::Product) } else { Term::atom(text) }
 }

@@ -1,9 +1,9 @@
-//! Knowledge bases of the thesis's public programs, read into drafts of ours.
+//! Knowledge bases of the thesis's public programs as drafts of models.
 //!
-//! Two forms, one sketch that both become: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. What has no
-//! place in our model, or no like in our formula language, is told with its place; the structure always comes over.
+//! Both forms become one sketch: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. Elements without a
+//! counterpart in our model or formula language are reported with their place; the structure is always converted.
 //!
-//! Form of the files: D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, and its public programs.
+//! Format of the files: D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, and its public programs.
 
 mod tokens;
 mod term;
@@ -31,12 +31,12 @@ use std::collections::BTreeSet;
 use super::tree::Node;
 use notes::Notes;
 
-/// A file of the thesis as a draft.
+/// The draft of a file of the thesis.
 pub(super) struct Taken {
     pub(super) draft: Draft,
-    /// Errors, and warnings about what did not come over.
+    /// Errors, and warnings about parts that were not converted.
     pub(super) problems: Vec<Diagnostic>,
-    /// Starts of texts whose spans do not count in the file, as they were translated.
+    /// The starts of translated texts, whose spans do not count in the file.
     pub(super) rewritten: BTreeSet<u32>,
 }
 

@@ -1,10 +1,10 @@
-//! Names of the thesis's files as names of ours: formulas must be able to use those of variables.
+//! Names of the thesis's files as names of ours, which formulas must be able to use.
 
 use shsa_core::expression::{Node, is_reserved, parse_expression};
 use shsa_core::knowledge::Text;
 use std::collections::{BTreeMap, BTreeSet};
 
-/// Variables by the names of the file, in the order of their first use.
+/// The variables by their names in the file, in the order of their first use.
 #[derive(Default)]
 pub(super) struct Names {
     ours: BTreeMap<String, String>,
@@ -13,7 +13,7 @@ pub(super) struct Names {
 }
 
 impl Names {
-    /// Our name of a variable; made from its own when formulas cannot use that.
+    /// Our name of a variable: its own, or a similar name when formulas cannot use that.
     pub(super) fn add(&mut self, name: &Text) -> String {
         if let Some(ours) = self.ours.get(&name.text) {
             return ours.clone();
@@ -24,12 +24,12 @@ impl Names {
         ours
     }
 
-    /// Our name of a variable that is known.
+    /// Our name of a known variable.
     pub(super) fn find(&self, name: &str) -> Option<&str> {
         self.ours.get(name).map(String::as_str)
     }
 
-    /// Every variable as it first stands in the file, with our name.
+    /// Every variable at its first place in the file, with our name.
     pub(super) fn all(&self) -> &[(Text, String)] {
         &self.order
     }
@@ -39,12 +39,12 @@ impl Names {
 #[derive(Default)]
 pub(super) struct Taken {
     names: BTreeSet<String>,
-    /// From which number on there may be free ones, so that many equal names stay cheap.
+    /// The number from which on names may be free, so that many equal names stay cheap.
     next: BTreeMap<String, u64>,
 }
 
 impl Taken {
-    /// The name itself, or with a number behind it when it is taken; it is taken then.
+    /// Takes the name itself, or the name with a number when it is taken.
     pub(super) fn unique(&mut self, name: &str) -> String {
         let mut free = name.to_owned();
         while self.names.contains(&free) {
@@ -57,7 +57,7 @@ impl Taken {
     }
 }
 
-/// The nearest name that a formula can use.
+/// The most similar name that a formula can use.
 fn legal(name: &str) -> String {
     if is_name(name) {
         return name.to_owned();

@@ -1,4 +1,4 @@
-//! Operands of Python's expressions: numbers, variables with their fields, places of lists, and calls of functions.
+//! Operands of Python expressions: numbers, variables with their fields, elements of lists, and calls of functions.
 
 use super::expression::{Parsed, Parser};
 use super::functions::{self, Arguments};
@@ -24,7 +24,7 @@ impl Parser<'_> {
         }
     }
 
-    /// What stands between `[` and `]`, as we write it.
+    /// The index between `[` and `]`, in our notation.
     fn index(&mut self) -> Result<String, Trouble> {
         let from = if self.is(":") { None } else { Some(self.place_in_list()?) };
         let text = if self.take(":") {
@@ -98,7 +98,7 @@ impl Parser<'_> {
         Err(Trouble::new(place, message))
     }
 
-    /// An input or local: itself, its `.v`, or a method of a list.
+    /// An input or a local variable: itself, its `.v`, or a method of a list.
     fn value_of(&mut self, name: &str, term: Term, place: Range<usize>) -> Parsed {
         self.result.used.extend(
             self.names
@@ -158,7 +158,7 @@ impl Parser<'_> {
         self.sized(term)
     }
 
-    /// Whether the bracket that opens here holds a comma of its own.
+    /// Whether the bracket that opens here directly contains a comma.
     fn is_tuple(&self) -> bool {
         let mut open = 0_usize;
         for (token, _) in self.tokens.iter().skip(self.at) {
@@ -178,7 +178,7 @@ impl Parser<'_> {
         false
     }
 
-    /// `[a, b]` or `(a, b)` as the only argument; `None` when more follows and nothing was read.
+    /// `[a, b]` or `(a, b)` as the only argument; `None`, with no word taken, when more follows.
     fn list(&mut self) -> Result<Option<Vec<Term>>, Trouble> {
         let before = self.at;
         let end = if self.is("[") { "]" } else { ")" };

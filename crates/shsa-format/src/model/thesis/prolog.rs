@@ -8,30 +8,30 @@ use std::fmt::Write;
 use super::names::Taken;
 use super::statements;
 
-/// A text in another form, and what of the knowledge base it does not say.
+/// A text in another form, and the parts of the knowledge base that it lacks.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Written {
-    /// The text, ending with a line feed.
+    /// The text, which ends with a line feed.
     pub text: String,
-    /// What is lost, a line each.
+    /// The losses, one per line.
     pub losses: Vec<String>,
 }
 
-/// Words that Python keeps for itself, as far as they could be names of ours.
+/// Reserved words of Python that could be names of ours.
 const KEYWORDS: [&str; 28] = [
     "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except",
     "finally", "for", "from", "global", "import", "in", "is", "lambda", "nonlocal", "pass", "raise",
     "return", "try", "while", "with", "yield",
 ];
 
-/// How many names a loss tells.
+/// The most names in the report of a loss.
 const MOST_NAMES: usize = 3;
 
-/// Writes `function/3`, `implementation/2` and `itomsOf/2`, values in SI.
+/// Writes `function/3`, `implementation/2` and `itomsOf/2`, with values in SI.
 ///
-/// The relation keeps its name for the variable before the `=` of its equation; where it is solved for others, the
-/// variable's name follows the relation's. A relation that is structure only keeps one name. A constant's value stands
-/// among its itoms. Time: linear in the knowledge base.
+/// A relation keeps its name for the variable before the `=` of its equation. For another output, the name of the variable
+/// follows the name of the relation. A relation of structure only keeps one name. The value of a constant is among its itoms.
+/// Time: linear in the knowledge base.
 #[must_use]
 pub fn write(knowledge: &KnowledgeBase) -> Written {
     let mut writer = Writer { knowledge, text: String::new(), losses: Vec::new(), taken: Taken::default() };
@@ -74,7 +74,7 @@ impl Writer<'_> {
         self.text += "\n";
     }
 
-    /// The outputs of a relation, the one that its equation names first.
+    /// The outputs of a relation, first the left side of its equation.
     fn directions(&mut self, id: RelationId) -> Vec<Direction> {
         let relation = &self.knowledge.relations()[id];
         let mut outputs = relation.outputs.clone();
@@ -94,7 +94,7 @@ impl Writer<'_> {
         directions
     }
 
-    /// Where the variable before the `=` stands among the outputs.
+    /// The index, among the outputs, of the variable before the `=`.
     fn named_output(&self, relation: &Relation) -> Option<usize> {
         let Node::Name(name) = parse_equation(&relation.text).ok()?.lhs.node else { return None };
         relation.outputs.iter().position(|&output| self.variable(output) == name)
@@ -129,7 +129,7 @@ impl Writer<'_> {
         }
     }
 
-    /// The code of one output; `None` for structure only, else why there is none.
+    /// The code of one output; `None` for structure only, an error with the reason why there is none.
     fn code(&self, relation: &Relation, output: VariableId) -> Option<Result<String, String>> {
         let formula = relation.formula(output)?;
         if relation.condition.is_some() {
@@ -193,7 +193,7 @@ impl Writer<'_> {
         let relations = knowledge.relations().iter().filter(|relation| !relation.properties.is_empty());
         lose("the properties", "relation", relations.map(|relation| relation.name.as_str()).collect());
         let signals = |is: &dyn Fn(&shsa_core::knowledge::Signal) -> bool| {
-            // What is computed is lost with its fusion.
+            // A computed signal is lost with its fusion.
             let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
             let found = measured.filter(|(_, signal)| is(signal));
             found.map(|(_, signal)| signal.name.as_str()).collect::<Vec<_>>()
@@ -248,7 +248,7 @@ fn told(kind: &str, names: &[&str]) -> String {
     text
 }
 
-/// A name as an atom, in quotes when it is not written small.
+/// A name as an atom, in quotes unless it begins in lower case.
 fn atom(name: &str) -> String {
     let mut chars = name.chars();
     let is_plain = chars.next().is_some_and(|c| c.is_ascii_lowercase())
@@ -256,7 +256,7 @@ fn atom(name: &str) -> String {
     if is_plain { name.to_owned() } else { quoted(name, '\'') }
 }
 
-/// The name of a signal: an atom, or a string as topics are.
+/// The name of a signal: an atom, or a string, as topics are.
 fn itom(name: &str) -> String {
     if atom(name) == name { name.to_owned() } else { string(name) }
 }

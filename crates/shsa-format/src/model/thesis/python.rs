@@ -1,9 +1,9 @@
-//! Formulas of the thesis's programs: Python becomes our formula language where it can.
+//! Formulas of the thesis's programs: Python code as formulas of ours, where possible.
 //!
-//! Taken over are expressions of numbers (arithmetic, comparisons, `and or not`, conditional expressions, the
-//! functions of `math` and `numpy` that we have too), `lambda`, a `def` that ends with `return`, and assignments in a
-//! row whose last one is to the output (`y = ..` or, of an itom, `y.v = ..`). What remains (loops, branches,
-//! exceptions, functions of other files) is told with its place: code is never run.
+//! Converted are expressions of numbers (arithmetic, comparisons, `and or not`, conditional expressions, the functions of `math`
+//! and `numpy` that we have too), `lambda`, a `def` that ends with `return`, and successive assignments whose last one is to the
+//! output (`y = ..` or, of an itom, `y.v = ..`). Other code (loops, branches, exceptions, functions of other files) is reported
+//! with its place. Code is never run.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -12,7 +12,7 @@ use super::expression::{Parsed, Parser, is_change};
 use super::term::Term;
 use super::tokens::{Token, tokens};
 
-/// Why a piece of Python is no formula, and where in its text.
+/// Why a piece of Python is no formula, and its place in the text.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Trouble {
     pub(super) span: Range<usize>,
@@ -25,33 +25,33 @@ impl Trouble {
     }
 }
 
-/// What a piece of Python may name.
+/// The names that a piece of Python may use.
 pub(super) struct Names<'a> {
-    /// The variable that it computes; `None` for a condition, where it is read like an input.
+    /// The computed variable; `None` for a condition, which reads it like an input.
     pub(super) output: Option<&'a str>,
-    /// What it reads, in the order of a function's parameters, and what each is called here.
+    /// The inputs in the order of the parameters of a function, with our names.
     pub(super) inputs: Vec<(&'a str, &'a str)>,
-    /// Whether angles are written as what they are to Python: plain numbers that are radians.
+    /// Whether angles are plain numbers in radians, as in Python.
     pub(super) plain_angles: bool,
 }
 
 /// A formula of ours.
 #[derive(Debug, Default, PartialEq, Eq)]
 pub(super) struct Translated {
-    /// In our language, with our names.
+    /// The formula in our language, with our names.
     pub(super) formula: String,
-    /// Our names of the inputs that it reads.
+    /// Our names of the inputs that the formula reads.
     pub(super) used: BTreeSet<String>,
-    /// Our names of those that it reads as lists.
+    /// Our names of the inputs that the formula reads as lists.
     pub(super) vectors: BTreeSet<String>,
-    /// Where it computes a time of its own: the output's `t`.
+    /// The place where the code computes the time `t` of the output.
     pub(super) time: Option<Range<usize>>,
 }
 
 /// Translates a piece of Python.
 ///
 /// # Errors
-/// The first place that has no like in our language. Time: linear in the text and in the formula, which is bounded.
+/// The first place without a counterpart in our language. Time: linear in the text and in the formula, which is bounded.
 pub(super) fn translate(code: &str, names: &Names) -> Result<Translated, Trouble> {
     let tokens = tokens(code)?;
     let bound = names.inputs.iter().map(|(name, ours)| ((*name).to_owned(), Term::atom((*ours).to_owned())));
@@ -70,7 +70,7 @@ pub(super) fn translate(code: &str, names: &Names) -> Result<Translated, Trouble
     Ok(parser.result)
 }
 
-/// Words that begin what is no straight way to one formula.
+/// Words that begin statements other than a straight way to one formula.
 pub(super) const STATEMENTS: [&str; 15] = [
     "if", "for", "while", "try", "with", "import", "from", "class", "global", "nonlocal", "assert", "del",
     "raise", "pass", "match",
@@ -103,7 +103,7 @@ impl Parser<'_> {
         }
     }
 
-    /// That the output is not computed, at what was computed last instead.
+    /// The error that the output is not computed, at the last assignment.
     fn nothing(&self) -> Trouble {
         match &self.last {
             Some((target, place)) => self.other(target, place.clone()),
@@ -116,7 +116,7 @@ impl Parser<'_> {
         Trouble::new(place, format!("this assigns to `{target}`, not to the output `{output}`"))
     }
 
-    /// `def name(parameters):`; its body follows as statements.
+    /// Takes `def name(parameters):`; its body follows as statements.
     fn definition(&mut self) -> Result<(), Trouble> {
         self.name()?;
         self.expect("(")?;
@@ -125,7 +125,7 @@ impl Parser<'_> {
         self.expect(":")
     }
 
-    /// Parameters are inputs by their names, else by their order.
+    /// Takes parameters, which are inputs by their names, else by their order.
     pub(super) fn parameters(&mut self, end: &str) -> Result<(), Trouble> {
         let mut parameters = Vec::new();
         while !self.is(end) {
@@ -148,7 +148,7 @@ impl Parser<'_> {
         Ok(())
     }
 
-    /// The value when it is the output's.
+    /// Takes a statement; returns the value when it is that of the output.
     fn statement(&mut self, has_value: bool) -> Result<Option<Term>, Trouble> {
         if let Token::Name(word) = self.token()
             && STATEMENTS.contains(&word.as_str())
@@ -174,7 +174,7 @@ impl Parser<'_> {
         self.expression().map(Some)
     }
 
-    /// The name before `=`, and the field of it.
+    /// The name before `=`, and its field.
     fn target(&self) -> Option<(String, Option<String>)> {
         let Token::Name(name) = self.token() else { return None };
         match (self.ahead(1), self.ahead(2), self.ahead(3)) {
@@ -207,7 +207,7 @@ impl Parser<'_> {
         Err(self.other(target, place))
     }
 
-    /// Passes over the formula of the output's time; the time of an input is what the engine does anyway.
+    /// Skips the formula for the time of the output; the engine uses the time of an input anyway.
     fn time(&mut self, place: Range<usize>) {
         let from = self.at;
         while !matches!(self.token(), Token::Line | Token::End) {

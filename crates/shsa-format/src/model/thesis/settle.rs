@@ -1,4 +1,4 @@
-//! What the core refuses of a translated knowledge base is left out of it and told, so that the rest can be used.
+//! Elements of a translated knowledge base that the core refuses are left out and reported, so that the rest can be used.
 
 use shsa_core::knowledge::{BodyDraft, Draft, Place, Severity, Text, build};
 use std::collections::BTreeSet;
@@ -6,7 +6,7 @@ use std::collections::BTreeSet;
 use super::formulas::{Candidates, STRUCTURE};
 use super::notes::Notes;
 
-/// What an error of the core is about.
+/// The element of an error of the core.
 #[derive(Clone, Copy)]
 enum Mark {
     Relation(usize),
@@ -17,9 +17,9 @@ enum Mark {
     Need(usize),
 }
 
-/// Tries the formulas until the core takes them; what it takes in no form is left out.
+/// Tries the formulas until the core accepts them; an element that it never accepts is left out.
 ///
-/// Time: a few times that of building the knowledge base.
+/// Time: a few times that of the construction of the knowledge base.
 pub(super) fn settle(draft: &mut Draft, mut candidates: Vec<Candidates>, notes: &mut Notes) {
     let gone = Gone::default();
     let mut settler = Settler { draft, candidates: &mut candidates, notes, gone };
@@ -58,7 +58,7 @@ impl Mark {
     }
 }
 
-/// A copy whose places say which element they belong to.
+/// A copy whose places identify the elements.
 fn marked(draft: &Draft) -> (Draft, Vec<Mark>) {
     let mut marks = Vec::new();
     let mut marked = draft.clone();
@@ -103,13 +103,13 @@ fn marked(draft: &Draft) -> (Draft, Vec<Mark>) {
 
 struct Settler<'s> {
     draft: &'s mut Draft,
-    /// In the order of the draft's relations.
+    /// The candidates in the order of the relations of the draft.
     candidates: &'s mut Vec<Candidates>,
     notes: &'s mut Notes,
     gone: Gone,
 }
 
-/// What is to be taken away when all marks of a round are dealt with.
+/// The elements to remove after all marks of a round.
 #[derive(Default)]
 struct Gone {
     relations: BTreeSet<usize>,
@@ -123,7 +123,7 @@ impl Settler<'_> {
         }
     }
 
-    /// Puts the next formula of a relation into place; whether there was one.
+    /// Installs the next formula of a relation; returns whether there was one.
     fn next_formula(&mut self, at: usize) -> bool {
         let (Some(relation), Some(candidates)) =
             (self.draft.relations.get_mut(at), self.candidates.get_mut(at))
@@ -167,7 +167,7 @@ impl Settler<'_> {
         }
     }
 
-    /// A relation loses its formula; one without a formula is left out.
+    /// A relation loses its formula; a relation without one is left out.
     fn relation(&mut self, at: usize, message: &str) {
         if self.next_formula(at) {
             return;
@@ -197,7 +197,7 @@ impl Settler<'_> {
         keep(&mut self.draft.needs, &gone.needs);
     }
 
-    /// A need loses the name under which it is published, or else is left out.
+    /// A need loses the name under which it is published; a need without one is left out.
     fn need(&mut self, at: usize, message: &str) {
         let Some(need) = self.draft.needs.get_mut(at) else { return };
         let (what, text) = match need.signal.take() {

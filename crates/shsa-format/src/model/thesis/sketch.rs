@@ -1,4 +1,4 @@
-//! What both forms of the thesis's knowledge bases say, and the draft that it becomes.
+//! The common content of both forms of the thesis's knowledge bases, and its draft.
 
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, NeedDraft, PropertyDrafts, RelationDraft, SignalDraft, Text, VariableDraft,
@@ -16,43 +16,43 @@ use super::settle;
 #[derive(Default)]
 pub(super) struct Sketch {
     pub(super) relations: Vec<Sketched>,
-    /// Variables that no relation may name.
+    /// Variables, which may occur in no relation.
     pub(super) variables: Vec<Text>,
-    /// Values of variables that never change.
+    /// Constants with their values.
     pub(super) constants: Vec<(Text, Text)>,
-    /// Variables and what carries them.
+    /// Variables with the signals that carry them.
     pub(super) signals: Vec<(Text, Text)>,
-    /// Variables that are needed, and under which name.
+    /// The needed variables, with the names under which they are published.
     pub(super) needs: Vec<(Text, Option<Text>)>,
-    /// Numbers of variables and relations: whose, which, and how much.
+    /// Numbers of variables and relations: the element, the property and the value.
     pub(super) properties: Vec<(Text, Text, Text)>,
-    /// The same of signals.
+    /// Numbers of signals: the signal, the property and the value.
     pub(super) signal_properties: Vec<(Text, Text, Text)>,
-    /// Observations a second of signals.
+    /// Signals with their rates in observations per second.
     pub(super) rates: Vec<(Text, Text)>,
 }
 
-/// A relation with all that it may produce.
+/// A relation with its directions.
 pub(super) struct Sketched {
     pub(super) name: Text,
     pub(super) directions: Vec<Direction>,
-    /// Code for all directions together.
+    /// The code for all directions together.
     pub(super) code: Option<Text>,
 }
 
-/// One variable that a relation produces.
+/// An output of a relation.
 #[derive(Clone)]
 pub(super) struct Direction {
     pub(super) output: Text,
     pub(super) inputs: Vec<Text>,
-    /// How it is computed.
+    /// The code that computes the output.
     pub(super) code: Option<Text>,
-    /// When it may be computed.
+    /// The condition of the computation.
     pub(super) constraint: Option<Text>,
 }
 
 impl Direction {
-    /// What it reads besides its output, each once.
+    /// The variables that the direction reads besides its output, each once.
     fn reads(&self) -> BTreeSet<&str> {
         self.inputs
             .iter()
@@ -62,7 +62,7 @@ impl Direction {
     }
 }
 
-/// The draft of a sketch. Time: linear in the sketch but for names and for checking what was translated.
+/// The draft of a sketch. Time: linear in the sketch, except for names and for the check of translated formulas.
 pub(super) fn taken(sketch: Sketch, mut notes: Notes) -> Taken {
     let mut maker = Maker { names: Names::default(), notes: &mut notes, candidates: Vec::new() };
     let mut draft = maker.draft(&sketch);
@@ -103,7 +103,7 @@ impl Maker<'_> {
         draft
     }
 
-    /// Our name of a variable, where it stands.
+    /// Our name of a variable, at its place.
     fn text(&self, name: &Text) -> Text {
         Text { text: self.names.find(&name.text).unwrap_or(&name.text).to_owned(), place: name.place }
     }
@@ -215,7 +215,7 @@ impl Maker<'_> {
         relations
     }
 
-    /// One relation, or one for each direction when these differ in what they read or in how they compute it.
+    /// Adds one relation, or one for each direction when these differ in their inputs or code.
     fn relation(
         &mut self,
         name: &Text,
@@ -338,7 +338,7 @@ impl Maker<'_> {
     }
 }
 
-/// Whether the directions read all the variables of the others, as those of one equation do.
+/// Whether each direction reads all variables of the others, as the directions of one equation do.
 fn is_one(directions: &[Direction]) -> bool {
     let all: BTreeSet<&str> =
         directions.iter().flat_map(|direction| &direction.inputs).map(|input| input.text.as_str()).collect();

@@ -1,4 +1,4 @@
-//! Formulas of ours as Python, for the thesis's `implementation/2`.
+//! Formulas of ours as Python code, for the thesis's `implementation/2`.
 
 use shsa_core::expression::{
     Binary, Comparison, Constant, Formula, Operation, Reduction, Shape, Symbol, Unary,
@@ -6,10 +6,10 @@ use shsa_core::expression::{
 
 use super::term::{Binding, Term};
 
-/// The formula as an expression of Python over SI values; `name` gives a variable's value.
+/// The formula as a Python expression over SI values; `name` gives the value of a variable.
 ///
 /// # Errors
-/// What of it Python's expressions do not have, in a few words. Time: linear in the formula.
+/// The part of the formula that Python expressions do not have, in a few words. Time: linear in the formula.
 pub(super) fn expression(formula: &Formula, name: &dyn Fn(Symbol) -> String) -> Result<String, String> {
     Writer { name }.term(formula).map(|term| term.text().to_owned())
 }

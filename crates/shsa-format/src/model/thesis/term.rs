@@ -1,6 +1,6 @@
-//! Parts of formulas of ours while they are translated.
+//! Parts of formulas of ours during the translation.
 
-/// How strongly the root of a text binds, as in our parser.
+/// The binding strength of the root of a text, as in our parser.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Binding {
     Or,
@@ -35,12 +35,12 @@ impl Term {
         if self.power < least { format!("({})", self.text) } else { self.text.clone() }
     }
 
-    /// The text where anything may stand.
+    /// The text for a place that accepts any binding.
     pub(super) fn text(&self) -> &str {
         &self.text
     }
 
-    /// Whether it holds a name.
+    /// Whether the term contains a name.
     pub(super) fn mentions(&self, name: &str) -> bool {
         self.text.split(|c: char| !c.is_alphanumeric() && c != '_').any(|word| word == name)
     }

@@ -1,4 +1,4 @@
-//! Python to formulas, and files of the thesis's programs to drafts of ours; the files here are our own.
+//! Python to formulas, and files in the form of the thesis to drafts; the files here are our own.
 
 mod python;
 
@@ -8,7 +8,7 @@ use proptest::prelude::*;
 use python::translated;
 use shsa_core::knowledge::Severity;
 
-/// The draft as YAML, and the problems of the loaded model, a line each.
+/// The draft as YAML, and the problems of the loaded model, one per line.
 fn taken(text: &str) -> (String, String) {
     let source = read(text, "m", None).expect("a model");
     assert_ne!(source.form, Form::Yaml, "not seen as a file of the thesis");

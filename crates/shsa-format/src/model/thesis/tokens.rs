@@ -4,23 +4,23 @@ use std::ops::Range;
 
 use super::python::Trouble;
 
-/// The longest piece of Python in bytes: formulas are short, and no longer text could become one of ours.
+/// The longest piece of Python in bytes; no longer text could become a formula of ours.
 pub(super) const MAX_TEXT: usize = 20_000;
 
 /// A word of Python.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Token {
-    /// As our formulas write it.
+    /// In the notation of our formulas.
     Number(String),
     Name(String),
     Text,
     Symbol(&'static str),
-    /// The end of a statement; not between brackets.
+    /// The end of a statement; never between brackets.
     Line,
     End,
 }
 
-/// The longer ones first.
+/// Longer symbols first.
 const SYMBOLS: [&str; 48] = [
     "**=", "//=", ">>=", "<<=", "...", "**", "//", "<<", ">>", "<=", ">=", "==", "!=", "->", "+=", "-=",
     "*=", "/=", "%=", "&=", "|=", "^=", "@=", ":=", "<", ">", "=", "+", "-", "*", "/", "%", "(", ")", "[",
@@ -44,7 +44,7 @@ pub(super) fn tokens(text: &str) -> Result<Vec<(Token, Range<usize>)>, Trouble> 
 struct Lexer<'a> {
     text: &'a str,
     at: usize,
-    /// How many brackets are open.
+    /// The number of open brackets.
     open: usize,
     found: Vec<(Token, Range<usize>)>,
 }

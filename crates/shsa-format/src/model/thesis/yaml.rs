@@ -25,7 +25,7 @@ use super::super::tree::{Node, Value};
 use super::notes::Notes;
 use super::sketch::{Direction, Sketch, Sketched};
 
-/// Whether a tree is the thesis's, not ours: it has `properties` beside its structure, or relations by outputs.
+/// Whether a tree has the thesis's form: `properties` beside its structure, or relations by outputs.
 pub(in super::super) fn is_thesis(root: &Node) -> bool {
     let Value::Map(entries) = &root.value else { return false };
     let has = |key: &str| entries.iter().any(|(name, _)| name.text == key);
@@ -35,7 +35,7 @@ pub(in super::super) fn is_thesis(root: &Node) -> bool {
         && (has("properties") || has("utils"))
 }
 
-/// Reads the tree; what is not understood is told.
+/// Reads the tree; unknown parts are reported.
 pub(super) fn sketch(notes: &mut Notes, root: &Node) -> Sketch {
     let mut reader = Reader { notes, sketch: Sketch::default(), kinds: BTreeMap::new() };
     let entries = reader.entries(root, "a mapping with `relations` and `properties`");
@@ -73,7 +73,7 @@ pub(super) fn sketch(notes: &mut Notes, root: &Node) -> Sketch {
 struct Reader<'n> {
     notes: &'n mut Notes,
     sketch: Sketch,
-    /// Which nodes of a graph are relations.
+    /// By node of a graph, whether it is a relation.
     kinds: BTreeMap<String, bool>,
 }
 
@@ -163,7 +163,7 @@ impl Reader<'_> {
         }
     }
 
-    /// `[a, b]`, or `{ a: True, b: False }`; each is carried by a signal of its own name.
+    /// `[a, b]`, or `{ a: True, b: False }`; a signal of the same name carries each variable.
     fn provided(&mut self, node: &Node) {
         if let Value::List(_) = node.value {
             for name in self.names(node, "the name of a variable") {
@@ -196,7 +196,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Names of services by variable; a number is a constant's value.
+    /// Names of services by variable; a number is the value of a constant.
     fn provision(&mut self, node: &Node) {
         for (variable, node) in self.entries(node, "variables with the names of what provides them") {
             if let Some(provided) = self.truth(node).filter(|_| !is_number(node)) {
@@ -216,7 +216,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Numbers; a name is that of a signal that does not change.
+    /// Numbers; a name is that of a constant signal.
     fn constants(&mut self, node: &Node) {
         for (variable, node) in self.entries(node, "names with their values") {
             for value in self.names(node, "a number") {
@@ -262,7 +262,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Any other property: numbers come over, texts do not.
+    /// Any other property: numbers are converted, texts are not.
     fn numbers(&mut self, key: &Text, node: &Node) {
         let mut left = 0_usize;
         for (name, node) in self.entries(node, "variables or relations with their values") {
@@ -281,7 +281,7 @@ impl Reader<'_> {
         }
     }
 
-    /// What is known of signals: a rate, and numbers.
+    /// The properties of signals: a rate, and numbers.
     fn provision_properties(&mut self, node: &Node) {
         let signals: BTreeSet<String> =
             self.sketch.signals.iter().map(|(_, name)| name.text.clone()).collect();

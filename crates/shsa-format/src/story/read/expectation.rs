@@ -259,7 +259,7 @@ impl Writer<'_, '_> {
     }
 }
 
-/// What a name that may be left away stands for; `None` when it stands for nothing, which is reported.
+/// The element of an optional name; `None` when there is no such element, which is reported.
 fn optional<T>(name: Option<Text>, find: impl FnOnce(&Text) -> Option<T>) -> Option<Option<T>> {
     match name {
         Some(name) => find(&name).map(Some),

@@ -1,4 +1,4 @@
-//! What a story lets happen: truths, what signals observe, faults, single observations and orders.
+//! The inputs of a story: true values, observations of signals, faults, single observations and orders.
 
 use super::{Writer, required};
 use crate::fault::Fault;
@@ -111,7 +111,7 @@ impl Writer<'_, '_> {
         }));
     }
 
-    /// Time between two samples: as the story says, else as the model does.
+    /// The time between two samples: from the story, else from the model.
     fn period(
         &mut self,
         name: &Text,
@@ -163,7 +163,7 @@ impl Writer<'_, '_> {
         Some(Sample { wanted, time, received: received.unwrap_or(time), value })
     }
 
-    /// What an operator orders. Whether it can be obeyed is up to the story.
+    /// An order of an operator. Whether the engine can obey it depends on the story.
     fn order(&mut self, node: &Node) -> Option<(Time, Order)> {
         let fields = self.reader.fields(node, "an order", &ORDER, "{ at: 5 s, order: forbid, signal: /a }");
         let at = self.at(node, &fields);

@@ -1,4 +1,4 @@
-//! Knowledge bases as graphs: everything is there once, marks are seen, names cannot break out.
+//! Knowledge bases as graphs: every element is drawn once, marks are visible, names cannot break out.
 
 use super::bases::{Dice, layered, model, read, substitution};
 use super::keep;

@@ -1,6 +1,6 @@
-//! Drawings are well-formed whatever they draw, say what they must, and stay the same.
+//! Drawings are well-formed for every input, contain the expected elements, and stay the same.
 //!
-//! Each is also written to Cargo's folder for what tests leave behind, to be looked at.
+//! Each drawing is also written to Cargo's folder for the output of tests, for inspection.
 
 mod xml;
 mod plot;

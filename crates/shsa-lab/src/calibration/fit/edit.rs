@@ -1,33 +1,33 @@
-//! Models changed to try something, and the model with what was found.
+//! Changes of a model: for trials, and for the result.
 
 use super::{Bounds, Parameter, Problem};
 use crate::calibration::rhythm::Rhythm;
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, Severity, SignalId, Text, build};
 use shsa_core::time::Span;
 
-/// A signal that was away for longer than its time-out although all was well gets this many times that gap.
+/// If a healthy signal was absent for longer than its timeout, the new timeout is the gap times this.
 const TIMEOUT_FACTOR: f64 = 2.0;
 
-/// A signal that said the same for longer than it may although all was well gets this many times that time.
+/// If a healthy signal was constant for longer than permitted, the new limit is that time times this.
 const HOLD_FACTOR: f64 = 2.0;
 
-/// A rate of change that is declared too small gets this many times the fastest that was seen.
+/// If the declared rate of change is too small, the new one is the fastest observed change times this.
 const RATE_FACTOR: f64 = 1.5;
 
-/// The model with errors that are tried.
+/// A model with trial errors.
 #[derive(Clone)]
 pub(super) struct Trial {
     pub(super) parameters: Vec<Parameter>,
-    /// The errors, by parameter and in its unit; `None` leaves one as the model has it.
+    /// The errors by parameter, in its unit; `None` keeps the model's error.
     pub(super) errors: Vec<Option<f64>>,
-    /// How much later each tells than the model says.
+    /// The delay of each signal beyond that of the model.
     pub(super) delays: IdVec<SignalId, Span>,
-    /// What the model says.
+    /// The delays of the model.
     pub(super) known: IdVec<SignalId, Span>,
 }
 
 impl Trial {
-    /// Without any errors.
+    /// A trial without errors.
     pub(super) fn new(parameters: &[Parameter], knowledge: &KnowledgeBase) -> Trial {
         let count = knowledge.signals().len();
         Trial {
@@ -38,7 +38,7 @@ impl Trial {
         }
     }
 
-    /// The model with these, in which no reading is refused because it comes too fast: without errors, noise would be.
+    /// The model with these errors and delays, and without limits on the rate of change: without errors, noise would exceed them.
     pub(super) fn ungated(&self, draft: &Draft) -> Draft {
         let mut draft = self.applied(draft);
         draft.signals.iter_mut().for_each(|it| it.max_rate = Some(text("none".to_owned())));
@@ -58,7 +58,7 @@ impl Trial {
     }
 }
 
-/// Builds a draft that should be right.
+/// Builds a draft that should be valid.
 pub(super) fn built(draft: &Draft) -> Result<KnowledgeBase, Problem> {
     let (knowledge, found) = build(draft);
     match found.into_iter().find(|it| it.severity == Severity::Error) {
@@ -67,7 +67,7 @@ pub(super) fn built(draft: &Draft) -> Result<KnowledgeBase, Problem> {
     }
 }
 
-/// SI for one of a signal's unit, as a difference.
+/// The SI difference of one unit of a signal.
 pub(super) fn scale(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
     knowledge.signals()[signal].unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).abs())
 }
@@ -97,14 +97,14 @@ fn set_error(draft: &mut Draft, parameter: Parameter, error: Bounds) {
     }
 }
 
-/// Sets how old a signal's content is, in milliseconds.
+/// Sets the delay of a signal, in milliseconds.
 fn set_delay(draft: &mut Draft, signal: SignalId, delay: Span) {
     let written = text(format!("{} ms", delay.seconds() * 1e3));
     draft.signals.iter_mut().skip(signal.index()).take(1).for_each(|it| it.delay = Some(written.clone()));
 }
 
-/// The model with the limits that healthy signals need: rates, and times from which on they are frozen, where there are none;
-/// time-outs and rates of change only where they are exceeded.
+/// The model with the limits that healthy signals need: rates and frozen times where none are declared; timeouts and rates of
+/// change only where they are exceeded.
 pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBase) -> Draft {
     let mut draft = draft.clone();
     let signals = draft.signals.iter_mut().zip(knowledge.signals().iter());
@@ -143,7 +143,7 @@ pub(super) fn limited(draft: &Draft, rhythms: &[Rhythm], knowledge: &KnowledgeBa
     draft
 }
 
-/// The model with the noise of signals declared where it is not: their standard deviations, by the number of the parameter.
+/// The model with the noise of signals where none is declared: their standard deviations, by the number of the parameter.
 pub(super) fn with_noise(
     mut draft: Draft,
     parameters: &[Parameter],
@@ -160,9 +160,9 @@ pub(super) fn with_noise(
     draft
 }
 
-/// A positive number with three digits, no smaller than it was.
+/// A positive number, rounded up to three digits.
 pub(super) fn rounded_up(value: f64) -> f64 {
-    // What is a little above for no other reason than its last bits need not go up by a whole digit.
+    // A tiny excess in the last bits must not round up by a whole digit.
     to_digits(value * (1.0 - 1e-9), 3, f64::ceil)
 }
 
@@ -171,7 +171,7 @@ fn to_digits(value: f64, digits: i32, round: fn(f64) -> f64) -> f64 {
         return 0.0;
     }
     let below = digits - 1 - value.log10().floor() as i32;
-    // Through its decimal form, so that it is written with these digits and no more.
+    // The decimal form guarantees that only these digits are written.
     let whole = round(value * 10.0_f64.powi(below));
     format!("{whole}e{}", -below).parse().unwrap_or(value)
 }

@@ -1,4 +1,4 @@
-//! What a calibration finds: numbers of the model, how its pairs of ways differ, and whether the numbers may be used.
+//! The results of a calibration: numbers of the model, the differences of its pairs, and whether the numbers may be used.
 
 use super::{Promise, Stretch, Verdicts, scales};
 use crate::calibration::comparison::Comparison;
@@ -9,7 +9,7 @@ use shsa_core::knowledge::{Draft, RelationId, SignalId, VariableId};
 use shsa_core::monitor::WatchedWay;
 use shsa_core::time::Span;
 
-/// A number of the model that is fitted.
+/// A fitted number of the model.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Parameter {
     /// The value error of a signal.
@@ -27,53 +27,53 @@ impl Parameter {
     }
 }
 
-/// A number of the model, fitted; all but the delay in the unit of the signal or of the relation's left side.
+/// The fitted numbers of a parameter; all but the delay are in the unit of the signal or of the relation's left side.
 #[derive(Clone, Copy, Debug)]
 pub struct Fitted {
-    /// Which.
+    /// The parameter.
     pub parameter: Parameter,
-    /// Plus-minus; `None` when nothing that holds shows it, and it stays as it is.
+    /// The error, plus-minus; `None` when no relation that holds shows it, and it stays as it is.
     pub error: Option<f64>,
-    /// How much of the error is there all the time.
+    /// The constant part of the error.
     pub offset: f64,
-    /// One deviation, of which the error has as many as the model's factor: of values and of sessions.
+    /// The deviation that the model's factor multiplies: of values and between sessions.
     pub spread: f64,
-    /// The standard deviation of the noise of a signal alone.
+    /// The standard deviation of a signal's own noise.
     pub noise: Option<f64>,
-    /// How much later the signal tells than its model says; zero where that is not believed.
+    /// The delay of the signal beyond that of its model; zero if none was accepted.
     pub delay: Span,
-    /// The smallest step of the signal that is told, whichever way it points; `None` when none was, or none was looked for.
+    /// The smallest step of the signal that is detected in both directions; `None` when none was, or none was looked for.
     pub smallest_bias: Option<f64>,
 }
 
-/// Two ways of knowing a variable, all values in SI.
+/// A pair of ways, all values in SI.
 #[derive(Clone, Debug)]
 pub struct PairFit {
-    /// What both know.
+    /// The common variable.
     pub variable: VariableId,
-    /// The relations and the signals of the slower way, whose rhythm the comparisons have.
+    /// The relations and the signals of the slower way, which sets the rate of the comparisons.
     pub one: (Vec<RelationId>, Vec<SignalId>),
-    /// Those of the other.
+    /// The relations and the signals of the other way.
     pub other: (Vec<RelationId>, Vec<SignalId>),
-    /// Comparisons in what is fitted, and in what is not.
+    /// Comparisons in the fitted part, and in the unseen part.
     pub compared: (usize, usize),
     /// The median of the first minus the second.
     pub offset: f64,
     /// The mean distance of their difference from its median.
     pub spread: f64,
-    /// That as a share of how much the first itself varies, both as means over some comparisons.
+    /// This distance as a share of the variation of the first way, both for means over several comparisons.
     pub unexplained: f64,
-    /// Whether the two are shown to tell the same: what does not hold is not fitted.
+    /// Whether the two ways are shown to tell the same; a pair that does not hold is not fitted.
     pub holds: bool,
-    /// By how much the first is later than the second, in seconds, and what share of the spread is left then; `None`
-    /// when no delay explains a part of it.
+    /// The delay of the first way relative to the second in seconds, and the remaining share of the spread; `None` when no delay
+    /// was accepted.
     pub late: Option<(f64, f64)>,
     /// How much wider the fitted errors make them: half of both widths.
     pub given: f64,
 }
 
 impl PairFit {
-    /// The signals, when both are compared themselves.
+    /// The signals, if both ways are signals.
     pub(super) fn direct(&self) -> Option<(SignalId, SignalId)> {
         let only = |(relations, signals): &(Vec<RelationId>, Vec<SignalId>)| match signals.as_slice() {
             [signal] if relations.is_empty() => Some(*signal),
@@ -83,10 +83,10 @@ impl PairFit {
     }
 }
 
-/// A model calibrated.
+/// The result of a calibration.
 #[derive(Clone, Debug)]
 pub struct Calibration {
-    /// How each signal comes, in what is fitted.
+    /// The rhythm of each signal in the fitted part.
     pub rhythms: Vec<Rhythm>,
     /// Every pair that the engine compares.
     pub pairs: Vec<PairFit>,
@@ -94,20 +94,20 @@ pub struct Calibration {
     pub fitted: Vec<Fitted>,
     /// The model with the fitted numbers.
     pub draft: Draft,
-    /// What stands behind them.
+    /// The promise that the numbers keep.
     pub promise: Promise,
-    /// What is said about the part that is not fitted with the model as it was,
+    /// The verdicts about the unseen part with the given model,
     pub before: Verdicts,
-    /// and with the fitted one.
+    /// and with the fitted model.
     pub after: Verdicts,
-    /// How long that part is, in hours.
+    /// The length of the unseen part in hours.
     pub unseen_hours: f64,
     /// Stretches that look like faults and were not fitted.
     pub unhealthy: Vec<Stretch>,
 }
 
 impl Calibration {
-    /// Why the fitted numbers must not be used; `None` when nothing speaks against them.
+    /// Why the fitted numbers must not be used; `None` when they may.
     #[must_use]
     pub fn refusal(&self) -> Option<String> {
         let (before, after) = (self.before, self.after);
@@ -134,7 +134,7 @@ impl Calibration {
     }
 }
 
-/// What one pair is, and how it differs.
+/// The facts of one pair and its differences.
 pub(super) fn pair_fit(one: &WatchedWay, other: &WatchedWay, compared: &[Vec<Comparison>]) -> PairFit {
     let side = |way: &WatchedWay| {
         let way = way.computation.way();

@@ -1,36 +1,37 @@
-//! Healthy sessions taken apart: what the witnesses of a variable agree on, what each is off by, and what is left of each value.
+//! Decomposes healthy sessions: the value on which a variable's witnesses agree, the offset of each witness, and the residual of
+//! each value.
 
 use crate::calibration::session::Session;
 use crate::order::{mean, median, variance};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId, VariableId};
 use shsa_core::observation::{Observation, RawValue};
 
-/// The agreed value of a variable is a straight line through so many values before and after a moment: the most with which
-/// what changes fast is not left of all its witnesses together.
+/// The agreed value of a variable at a moment is a straight line through this many values before and after it: the largest number
+/// with which a fast change is not a residual of all witnesses at once.
 const AROUND: [usize; 4] = [15, 7, 3, 1];
 
-/// Witnesses have something in common beside what is agreed on when their rests together have more than this share of their
-/// variance, and a signal that is alone when its rests vary more than so many times as much as its noise.
+/// Witnesses have a common residual if their residuals' covariance exceeds this share of their variance. A single signal has more
+/// than noise if the variance of its residuals exceeds that of its noise by this factor.
 const COMMON: f64 = 0.2;
 const BEYOND_NOISE: f64 = 4.0;
-/// The median distance from zero of what is normally distributed, in standard deviations.
+/// The median absolute value of a normal distribution, in standard deviations.
 const NORMAL_MEDIAN: f64 = 0.674_5;
 
-/// The values of one signal in one stretch, in its own unit.
+/// The values of one signal in one stretch, in the signal's unit.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Track {
-    /// Where its observations are in the stretch.
+    /// The indices of its observations in the stretch.
     pub(super) places: Vec<usize>,
-    /// What each tells about: seconds since the first observation of the stretch.
+    /// The time that each value is about: seconds since the first observation of the stretch.
     pub(super) times: Vec<f64>,
-    /// What the signal said,
+    /// The values of the signal,
     pub(super) values: Vec<f64>,
-    /// and what of it is neither agreed on nor an offset of the session.
+    /// and their residuals, without the agreed value and the offset of the session.
     pub(super) rests: Vec<f64>,
 }
 
 impl Track {
-    /// What is left of each value, beside that of the other's value before it.
+    /// The residual of each value, with the other track's residual before it.
     fn beside<'t>(&'t self, other: &'t Track) -> impl Iterator<Item = (f64, f64)> + 't {
         let rest = move |(time, rest): (&f64, &f64)| {
             let before = other.times.partition_point(|it| it <= time).checked_sub(1)?;
@@ -40,26 +41,26 @@ impl Track {
     }
 }
 
-/// A stretch of a session, taken apart.
+/// A decomposed stretch of a session.
 #[derive(Clone, Debug)]
 pub(super) struct Piece<'a> {
     pub(super) session: usize,
     pub(super) observations: &'a [Observation],
     pub(super) tracks: IdVec<SignalId, Track>,
-    /// How long it lasts, in seconds.
+    /// Its duration in seconds.
     pub(super) lasts: f64,
 }
 
-/// All sessions, taken apart.
+/// All sessions, decomposed.
 #[derive(Clone, Debug)]
 pub(super) struct Parts<'a> {
     pub(super) pieces: Vec<Piece<'a>>,
-    /// What each signal shows more than is agreed on, by session, in its own unit; 0 of a signal that is alone.
+    /// The offset of each signal from the agreed value, by session, in the signal's unit; 0 for a single signal.
     pub(super) offsets: Vec<IdVec<SignalId, f64>>,
 }
 
 impl<'a> Parts<'a> {
-    /// Takes sessions apart. Time: O(n log n).
+    /// Decomposes sessions. Time: O(n log n).
     pub(super) fn of(knowledge: &KnowledgeBase, sessions: &'a [Session]) -> Parts<'a> {
         let count = knowledge.signals().len();
         let mut parts = Parts {
@@ -71,7 +72,7 @@ impl<'a> Parts<'a> {
         }
         for variable in knowledge.variables().ids() {
             for around in AROUND {
-                // Once to find the offsets, once without them.
+                // The first pass finds the offsets, the second one removes them.
                 parts.agree(knowledge, variable, around);
                 parts.agree(knowledge, variable, around);
                 if !parts.is_moved(knowledge.carriers(variable)) {
@@ -82,7 +83,7 @@ impl<'a> Parts<'a> {
         parts
     }
 
-    /// Whether what is left of the values of a variable goes with the variable itself.
+    /// Whether the residuals of a variable's signals follow the variable itself.
     fn is_moved(&self, signals: &[SignalId]) -> bool {
         let own = |signal: SignalId| variance(&self.rests(signal));
         if let [alone] = *signals {
@@ -92,13 +93,13 @@ impl<'a> Parts<'a> {
             let &[one, other] = two else { return false };
             let beside = self.pieces.iter().flat_map(|it| it.tracks[one].beside(&it.tracks[other]));
             let together: Vec<f64> = beside.map(|(one, other)| one * other).collect();
-            // In units of both: the product of what they have in common.
+            // The covariance, compared with the geometric mean of both variances.
             mean(&together) > COMMON * (own(one) * own(other)).sqrt()
         })
     }
 
-    /// The variance of the noise of a signal by second differences, in which what changes slowly is not seen; by their median, as
-    /// the plant may jump now and then.
+    /// The variance of a signal's noise by second differences, which do not see slow changes; by their median, because the plant
+    /// may jump at times.
     pub(super) fn noise(&self, signal: SignalId) -> f64 {
         let second = self.pieces.iter().flat_map(|it| it.tracks[signal].values.windows(3));
         let usual = median(second.map(|it| (it[0] - 2.0 * it[1] + it[2]).abs()));
@@ -131,7 +132,7 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// Moves what is left all through a session into its offsets.
+    /// Moves the mean residual of a session into its offset.
     fn move_offsets(&mut self, signals: &[SignalId]) {
         for session in 0..self.offsets.len() {
             for &signal in signals {
@@ -146,12 +147,12 @@ impl<'a> Parts<'a> {
         }
     }
 
-    /// All that is left of the values of a signal.
+    /// All residuals of a signal.
     pub(super) fn rests(&self, signal: SignalId) -> Vec<f64> {
         self.pieces.iter().flat_map(|it| it.tracks[signal].rests.iter().copied()).collect()
     }
 
-    /// What a signal shows more than is agreed on, over all sessions.
+    /// The mean offset of a signal over all sessions.
     pub(super) fn offset(&self, signal: SignalId) -> f64 {
         mean(&self.offsets.iter().map(|it| it[signal]).collect::<Vec<f64>>())
     }
@@ -162,7 +163,7 @@ fn direction(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
     knowledge.signals()[signal].unit.as_ref().map_or(1.0, |unit| unit.to_si_difference(1.0).signum())
 }
 
-/// What zero of a signal's unit is in SI.
+/// The SI value of zero in a signal's unit.
 fn zero(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
     knowledge.signals()[signal].unit.as_ref().map_or(0.0, |unit| unit.to_si(0.0))
 }
@@ -194,7 +195,7 @@ impl<'a> Piece<'a> {
     }
 }
 
-/// The number that an observation brings, in its signal's unit.
+/// The number in a raw value, in its signal's unit.
 pub(super) fn number(value: &RawValue, scaling: Option<Scaling>) -> Option<f64> {
     let reading = match value {
         RawValue::Number(value) => *value,
@@ -204,7 +205,8 @@ pub(super) fn number(value: &RawValue, scaling: Option<Scaling>) -> Option<f64> 
     Some(scaling.map_or(reading, |it| it.value(reading))).filter(|value| value.is_finite())
 }
 
-/// Shifts what one signal said of what wraps by whole turns (SI) to what another one of the same variable said.
+/// Shifts the values of a signal that wraps by whole turns (SI), so that they lie next to those of another signal of the same
+/// variable.
 fn bring_beside(
     knowledge: &KnowledgeBase,
     tracks: &mut IdVec<SignalId, Track>,
@@ -224,7 +226,7 @@ fn bring_beside(
     tracks[other].values.iter_mut().for_each(|value| *value += by);
 }
 
-/// A value of what wraps, in the turn in which it is nearest to the one before it, or to zero.
+/// A value that wraps, in the turn in which it is nearest to the previous one, or to zero.
 fn unwrapped(value: f64, before: Option<f64>, turn: Option<f64>) -> f64 {
     turn.map_or(value, |turn| value + turn * ((before.unwrap_or(0.0) - value) / turn).round())
 }
@@ -232,7 +234,7 @@ fn unwrapped(value: f64, before: Option<f64>, turn: Option<f64>) -> f64 {
 /// A local straight line through points (W. S. Cleveland 1979, doi:10.1080/01621459.1979.10481038, with even weights).
 struct Line<'p> {
     points: &'p [(f64, f64)],
-    /// Sums of 1, time, value, time * time and time * value of all points before each.
+    /// For each point, the sums of 1, time, value, time * time and time * value over all points before it.
     sums: Vec<[f64; 5]>,
     middle: (f64, f64),
 }

@@ -1,4 +1,4 @@
-//! The one factor of a model, found with the engine itself over recordings that could have been.
+//! The one factor of a model, found by running the engine over surrogate recordings.
 
 use super::surrogate::Source;
 use super::{Fit, Problem};
@@ -8,54 +8,54 @@ use shsa_core::knowledge::{Draft, KnowledgeBase};
 use shsa_core::observation::Observation;
 use shsa_core::time::Time;
 
-/// The factor is searched for between these, in so many steps of bisection.
+/// The search range of the factor, and the number of bisection steps.
 const FACTORS: (f64, f64) = (0.8, 12.0);
 const STEPS: usize = 8;
-/// So many alarms in all surrogate hours are few.
+/// This many alarms in all surrogate hours are few.
 const FEW: usize = 3;
-/// More are not counted.
+/// Alarms beyond this number are not counted.
 const MANY: usize = 300;
-/// Surrogate time, in promised alarms.
+/// The surrogate time, in promised alarms.
 const ALARMS: f64 = 10.0;
-/// Calibrations on other hours differ: the rate that is aimed at is the promised one over this.
+/// Calibrations on other hours differ, so the search aims at the promised rate divided by this.
 const RESERVE: f64 = 5.0;
-/// A sound signal called failed is worse than a suspicion: one for so many alarms that are promised.
+/// A sound signal that fails is worse than a suspected one: at most one failure in this many promised alarms.
 const FAILED: f64 = 50_000.0;
-/// What a factor grows by for each e-fold fewer alarms, as a share of it: within these.
+/// The limits of the relative growth of the factor for e times fewer alarms.
 const SLOPES: (f64, f64) = (0.06, 0.18);
-/// Noise is declared as so many times what was found, when that costs no alarm in these series of surrogate sessions.
+/// The declared noise is the found noise times one of these, if that adds no alarm in these series of surrogate sessions.
 const NOISES: [f64; 7] = [1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0];
-/// One more of these than was enough, as other hours differ; two where no stretch lasts long enough for the detectors of noise
-/// and drift to have seen what hours hold.
+/// A margin on the sufficient multiple, because other hours differ. The second one is for recordings without a long stretch,
+/// where the detectors of noise and drift have not seen the events of hours.
 const MARGIN: f64 = 1.4;
 const MARGIN_OF_SHORT: f64 = 2.0;
-/// From so many seconds on, a stretch is long.
+/// The duration in seconds from which on a stretch is long.
 const LONG_S: f64 = 1_200.0;
 const NOISE_SERIES: [u64; 4] = [100, 101, 102, 103];
-/// No factor is followed further than this beyond one that was tried.
+/// The largest extrapolation of a factor beyond one that was tried.
 const FURTHEST: f64 = 1.85;
-/// So many pairs cost as much as all else.
+/// This many pairs double the cost of an observation.
 const PAIRS: f64 = 10.0;
-/// While new surrogate hours have more than one alarm, the factor grows by this,
+/// While new surrogate hours have more than one alarm, the factor is multiplied by this,
 const GROWS: f64 = 1.05;
-/// so many times at most.
+/// at most this many times.
 const ROUNDS: usize = 6;
 
-/// What an engine says about observations that should all be healthy.
+/// The verdicts of an engine about observations that should all be healthy.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Verdicts {
-    /// Signals called faulty: false alarms.
+    /// Signals that failed: false alarms.
     pub failed: usize,
     /// Signals suspected.
     pub suspected: usize,
-    /// Signals called silent.
+    /// Signals that became silent.
     pub silent: usize,
-    /// Moments at which a signal was suspected or called faulty.
+    /// Moments at which a signal became suspected or failed.
     pub alarms: usize,
 }
 
 impl Verdicts {
-    /// Of one engine for each stretch; ticks come when they are due.
+    /// Runs one engine for each stretch; ticks come when they are due.
     #[must_use]
     pub fn over<'o>(
         knowledge: &KnowledgeBase,
@@ -99,27 +99,28 @@ impl Verdicts {
     }
 }
 
-/// What stands behind the numbers of a calibrated model.
+/// The promise behind the numbers of a calibrated model.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Promise {
-    /// Alarms an hour at most.
+    /// The largest rate of alarms, an hour.
     pub alarms_per_hour: f64,
-    /// How many deviations every error is wide.
+    /// The factor: every error is this many deviations wide.
     pub factor: f64,
-    /// The noise of signals is declared as so many times what was found; `None` where that would cost alarms, so that only
+    /// The declared noise of signals as a multiple of the found noise; `None` if declaring noise would cost alarms, so that only
     /// bounds accuse.
     pub noise: Option<f64>,
-    /// Surrogate hours that were watched with the final numbers, which the search has not seen, and alarms in them.
+    /// Surrogate hours with the final numbers, which the search has not seen.
     pub hours: f64,
-    /// Alarms in them.
+    /// Alarms in these hours.
     pub alarms: usize,
-    /// By how much sessions differ, in standard deviations of a signal.
+    /// The deviation between sessions, in standard deviations of a signal.
     pub between: f64,
-    /// Whether that was seen: of one session it is assumed.
+    /// Whether it was measured; with one session, it is assumed.
     pub is_measured: bool,
     /// Alarms an hour that remain however wide the errors are, such as of values that change too fast; 0 for none.
     pub remaining_per_hour: f64,
-    /// How far the factor was followed beyond the hours that were watched: a rate so many times lower.
+    /// The extrapolation of the factor beyond the surrogate hours: the ratio between the lowest measured rate and the rate aimed
+    /// at.
     pub extrapolated: f64,
 }
 
@@ -132,7 +133,7 @@ struct Trials<'a, 'b> {
     hours: f64,
 }
 
-/// How often a factor alarmed.
+/// The result of a factor.
 #[derive(Clone, Copy, Debug)]
 struct Tried {
     factor: f64,
@@ -141,8 +142,8 @@ struct Tried {
 }
 
 impl Fit<'_> {
-    /// The factor that keeps the promise; `draft` gives the model with a factor, and with noise declared as so many times
-    /// what was found.
+    /// The factor that keeps the promise. `draft` gives the model with a factor, and with noise declared as a multiple of the
+    /// found noise.
     pub(super) fn promise(
         &self,
         source: &Source<'_>,
@@ -195,7 +196,7 @@ impl Fit<'_> {
     }
 }
 
-/// What a factor grows by, as a share of it, for each e-fold fewer alarms: least squares of their logarithm, weighted by them.
+/// The relative growth of the factor for e times fewer alarms: least squares of the alarms' logarithm, weighted by the alarms.
 fn slope(tried: &[Tried], floor: f64, around: f64) -> f64 {
     let is_known = |it: &&Tried| (1.0..=MANY as f64).contains(&(it.alarms - floor)) && it.factor < FACTORS.1;
     let points: Vec<(f64, f64, f64)> = tried
@@ -225,14 +226,14 @@ impl<'a, 'b> Trials<'a, 'b> {
         let observations: usize = fit.sessions.iter().map(|it| it.observations().count()).sum();
         let count = fit.sessions.len() as f64;
         let wanted = ALARMS / fit.options.alarms_per_hour / hours * count;
-        // Where more is compared, an observation costs more.
+        // With more pairs, an observation costs more.
         let cost = observations.max(1) as f64 * (1.0 + fit.pairs.len() as f64 / PAIRS);
         let affordable = fit.options.most_observations as f64 / cost * count;
         let sessions = wanted.min(affordable).ceil().clamp(4.0, 1_000.0);
         Trials { fit, source, draft, sessions: sessions as usize, hours: hours / count * sessions }
     }
 
-    /// Of some multiples of the noise that was found, the first that costs no alarm in surrogate sessions.
+    /// The first multiple of the found noise that adds no alarm in surrogate sessions, with a margin.
     fn noise(&self, factor: f64) -> Result<Option<f64>, Problem> {
         for multiple in NOISES {
             let mut costs = false;
@@ -249,7 +250,7 @@ impl<'a, 'b> Trials<'a, 'b> {
         Ok(None)
     }
 
-    /// Alarms with a factor in surrogate sessions of a series; beyond [`MANY`], as many as there would be.
+    /// The alarms with a factor in the surrogate sessions of a series; beyond [`MANY`], an extrapolation.
     fn run(&self, factor: f64, noise: Option<f64>, series: u64) -> Result<Tried, Problem> {
         let knowledge = super::edit::built(&(self.draft)(factor, noise))?;
         let (mut alarms, mut failed) = (0, 0);

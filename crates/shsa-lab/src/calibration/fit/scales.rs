@@ -1,4 +1,4 @@
-//! How far healthy signals and relations scatter: variance components of all that is compared.
+//! The deviations of healthy signals and relations: variance components of all comparisons.
 
 use super::edit;
 use super::parts::Parts;
@@ -9,52 +9,51 @@ use crate::calibration::widening::{Demand, least_widening};
 use crate::order::{median, quantile, sorted, variance, winsorised};
 use shsa_core::knowledge::{Id, IdVec, SignalId};
 
-/// The quantile at which the width of a distribution is compared with that of a normal one, and the normal one's there.
+/// The quantile at which a distribution is compared with the normal one, and the latter's value there.
 const WIDTH_AT: f64 = 0.99;
 const NORMAL_WIDTH: f64 = 2.576;
-/// Limits of that comparison.
+/// The limits of the ratio.
 const SHAPES: (f64, f64) = (0.6, 4.0);
-/// Passes over all pairs of a variable.
+/// The number of passes over all pairs of a variable.
 const PASSES: usize = 200;
-/// Signals of one kind share a variance when the largest is no more than this times the smallest.
+/// Signals of one kind share a variance if the ratio of the largest to the smallest is at most this.
 const SAME: f64 = 1.5;
-/// Two rates are of one kind up to this ratio.
+/// Two rates are of one kind if their ratio is at most this.
 const SAME_RATE: f64 = 1.1;
-/// What is assumed of how much sessions differ, in standard deviations of a signal, and how many degrees of freedom that is
-/// worth.
+/// The assumed deviation between sessions, in standard deviations of a signal, and its weight in degrees of freedom.
 const ASSUMED: (f64, f64) = (1.0, 4.0);
-/// A pair needs so many standard deviations of its difference where two equal signals give each other as many of theirs.
+/// A pair needs the standard deviation of its difference times this, because two equal signals give each other their own ones.
 const PAIR: f64 = std::f64::consts::SQRT_2;
-/// Comparisons that are taken together to see whether a relation holds.
+/// The number of comparisons in a block, by which it is checked whether a relation holds.
 const TOGETHER: usize = 31;
-/// So many of these are needed.
+/// The least number of blocks.
 const FEWEST_BLOCKS: usize = 10;
-/// Above this share of what the values themselves vary, nothing shows that two ways tell the same.
+/// Above this share of the values' own variation, nothing shows that two ways tell the same.
 pub(super) const UNEXPLAINED: f64 = 0.5;
 
-/// How far one signal scatters, in its own unit.
+/// The deviation of one signal, in the signal's unit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scale {
     /// The standard deviation.
     pub(super) deviation: f64,
-    /// How much wider than a normal distribution the values are where comparisons come to disagree.
+    /// How much wider than a normal distribution the values are at the quantile where comparisons disagree.
     pub(super) shape: f64,
 }
 
-/// What an error consists of, in the unit of its parameter.
+/// The components of an error, in the unit of its parameter.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(super) struct Share {
-    /// What is there all the time.
+    /// The constant part.
     pub(super) offset: f64,
-    /// What is multiplied by the one factor of the model.
+    /// The part that the factor of the model multiplies.
     pub(super) spread: f64,
 }
 
-/// All pairs' comparisons, by pair and then by session.
+/// The comparisons by pair, then by session.
 pub(super) type Compared = Vec<Vec<Vec<Comparison>>>;
 
 impl Fit<'_> {
-    /// How far each signal scatters.
+    /// The deviation of each signal.
     pub(super) fn scales(&self, parts: &Parts<'_>, compared: &Compared) -> IdVec<SignalId, Scale> {
         let count = self.knowledge.signals().len();
         let mut variances: IdVec<SignalId, f64> = IdVec::filled(count, |signal| parts.noise(signal));
@@ -75,8 +74,8 @@ impl Fit<'_> {
         })
     }
 
-    /// Variances of the signals of a variable from those of their differences: least squares, none below 0 (F. E. Grubbs 1948,
-    /// doi:10.1080/01621459.1948.10483261). Of two, each has half.
+    /// Variances of a variable's signals from the variances of their differences: least squares, none below 0 (F. E. Grubbs 1948,
+    /// doi:10.1080/01621459.1948.10483261). Each of two signals gets half.
     fn components(
         &self,
         variable: shsa_core::knowledge::VariableId,
@@ -115,13 +114,13 @@ impl Fit<'_> {
             }
         }
         for (signal, it) in found {
-            // A share of what it shows by itself remains: none is perfect because others are worse.
+            // A part of the signal's own variance remains: no signal is perfect because others are worse.
             let least = 0.1 * of(signal).map(|it| it.2).reduce(f64::min).unwrap_or(0.0);
             variances[signal] = it.max(least) / base(signal);
         }
     }
 
-    /// Signals of one kind, whose variances do not differ much, share one.
+    /// Gives signals of one kind a common variance, if theirs do not differ much.
     fn share_kinds(
         &self,
         parts: &Parts<'_>,
@@ -154,7 +153,7 @@ impl Fit<'_> {
         self.draft.relations.get(relation.index()).is_some_and(|it| it.error.is_some())
     }
 
-    /// By how much sessions differ, in standard deviations of each signal: what is seen of it, and what is assumed.
+    /// The deviation between sessions, in standard deviations of each signal: measured, combined with the assumed one.
     pub(super) fn between_sessions(&self, parts: &Parts<'_>, scales: &IdVec<SignalId, Scale>) -> f64 {
         let sessions = parts.offsets.len();
         let (assumed, worth) = ASSUMED;
@@ -171,10 +170,10 @@ impl Fit<'_> {
         (sum / freedom).sqrt()
     }
 
-    /// What the errors of all parameters consist of; `None` of those that nothing shows.
+    /// The components of each parameter's error; `None` if nothing shows them.
     ///
-    /// `gains` says how much wider each pair becomes by each parameter, in SI. What is not explained by the signals of a pair
-    /// is put to its relations.
+    /// `gains` are the widenings of each pair by each parameter, in SI. Relations get the part of a pair that its signals do not
+    /// explain.
     pub(super) fn shares(
         &self,
         parts: &Parts<'_>,
@@ -200,7 +199,7 @@ impl Fit<'_> {
         for (pair, (compared, gains)) in self.pairs.iter().zip(compared.iter().zip(gains)) {
             let mut own: Vec<(usize, f64)> =
                 gains.iter().copied().filter(|(at, _)| is_relation(*at)).collect();
-            // Where the model says which of them is inexact, the others are not.
+            // If the model declares some of these relations as inexact, the others are exact.
             if own.iter().any(|(at, _)| self.has_error(*at)) {
                 own.retain(|(at, _)| self.has_error(*at));
             }
@@ -235,7 +234,7 @@ impl Fit<'_> {
     }
 }
 
-/// The unit in which each parameter moves its pairs by about as much.
+/// The unit of each parameter in which its largest gain is 1.
 fn units(demands: &[Demand], count: usize) -> Vec<f64> {
     let largest = |number: usize| {
         let gains = demands.iter().flat_map(|it| it.gains.iter()).filter(|(at, _)| *at == number);
@@ -253,7 +252,7 @@ fn normalised(demands: &[Demand], count: usize) -> Vec<Demand> {
     demands.iter().map(one).collect()
 }
 
-/// The differences of a pair, without the mean of each session.
+/// The differences of a pair, minus the mean of each session.
 fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
     let of = |session: &Vec<Comparison>| {
         let all: Vec<f64> = session.iter().map(|it| it.value - it.known).collect();
@@ -263,8 +262,8 @@ fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
     compared.iter().flat_map(of).collect()
 }
 
-/// The spread of the difference of two ways as a share of how much the first varies, both as means over some comparisons;
-/// of relations between noisy signals, only these show anything.
+/// The spread of two ways' difference as a share of the first way's variation, both for means over several comparisons: for
+/// relations between noisy signals, only means show anything.
 pub(super) fn unexplained(compared: &[Vec<Comparison>]) -> f64 {
     let means = |of: fn(&Comparison) -> f64, size: usize| -> Vec<f64> {
         let blocks = compared.iter().flat_map(|session| session.chunks_exact(size));

@@ -1,4 +1,4 @@
-//! The smallest step of a signal that the whole loop tells, found by trying it.
+//! The smallest step of a signal that the whole loop detects, found by trying.
 
 use super::edit;
 use super::parts::number;
@@ -9,21 +9,21 @@ use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
-/// Moments at which a step is tried.
+/// The number of moments at which a step is tried.
 const ONSETS: i64 = 2;
-/// Doublings at most, and halvings of the interval after them.
+/// The most doublings, and the number of halvings of the interval after them.
 const DOUBLINGS: usize = 12;
 const HALVINGS: usize = 3;
-/// A step is told within so many seconds, and within so many times its signal's period.
+/// A step counts as detected within this many seconds, and within this many periods of its signal.
 const WITHIN_S: f64 = 10.0;
 const WITHIN_PERIODS: f64 = 100.0;
-/// So many observations before the end of a trial are watched at least.
+/// The least number of observations before the end of a trial.
 const BEFORE: usize = 10_000;
-/// No more observations are tried a step with.
+/// The most observations of a trial.
 const MOST_OBSERVATIONS: usize = 40_000;
 
-/// The smallest step of each signal, in its unit, that is told whichever way it points and at whichever of some moments of
-/// the longest stretch it begins; `None` where none is. Time: some dozen runs of the engine for each signal.
+/// The smallest step of each signal, in its unit, that is detected in both directions and at each of some moments of the longest
+/// stretch; `None` where none is. Time: some dozen runs of the engine for each signal.
 pub(super) fn smallest_steps(
     draft: &Draft,
     sessions: &[Session],
@@ -81,7 +81,7 @@ impl Tried<'_> {
     fn is_told(&self, signal: SignalId, step: f64) -> bool {
         let Some((begin, end)) = self.all.first().zip(self.all.last()) else { return false };
         let lasts = end.received - begin.received;
-        // It may come less often than is declared.
+        // The signal may be slower than declared.
         let count = self.all.iter().filter(|it| it.signal == signal).count().max(1);
         let declared = self.knowledge.signals()[signal].rate_hz.map_or(0.0, f64::recip);
         let period = declared.max(lasts.seconds() / count as f64);
@@ -91,7 +91,8 @@ impl Tried<'_> {
     }
 
     fn is_told_at(&self, signal: SignalId, step: f64, onset: Time, within: Span) -> bool {
-        // What was long before says nothing, but what is usual must be known: a run begins some time before the step.
+        // Values long before the step have no influence, but the engine must know the usual ones: a run begins some time before
+        // the step.
         let to = self.all.partition_point(|it| it.received < onset + within);
         let from = self.all.partition_point(|it| it.received < onset - within).min(to.saturating_sub(BEFORE));
         let mut engine = shsa_estimate::node::engine(self.knowledge.clone(), engine::Options::default());

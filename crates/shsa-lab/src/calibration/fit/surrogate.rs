@@ -1,4 +1,4 @@
-//! Recordings that could have been: sessions with what is left of their values drawn anew in blocks, beyond what was seen, too.
+//! Surrogate recordings: sessions whose residuals are drawn anew in blocks, including values beyond the observed ones.
 
 use super::parts::{Parts, Track};
 use super::tail::{Side, share_shapes};
@@ -7,42 +7,42 @@ use crate::order::quantile;
 use shsa_core::knowledge::{IdVec, KnowledgeBase, Scaling, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 
-/// A block lasts so many memories,
+/// The length of a block in memories of the residuals,
 const MEMORIES: f64 = 10.0;
-/// and holds so many values of the slowest signal at least,
+/// with at least this many values of the slowest signal,
 const FEWEST: f64 = 20.0;
-/// but is no longer than this share of the longest stretch.
+/// and at most this share of the longest stretch.
 const LONGEST: f64 = 0.25;
-/// Of a signal that is alone, what leaves its own course by more than so many deviations may as well be the plant that jumps: it
-/// stays where it was.
+/// A residual of a single signal beyond this many deviations may be a jump of the plant, so it stays in place.
 const JUMPS: f64 = 6.0;
-/// Correlations below this are forgotten.
+/// Smaller correlations count as none.
 const FORGOTTEN: f64 = 0.1;
-/// No longer memory is looked for.
+/// The longest memory in values.
 const MOST_MEMORY: usize = 200;
 
-/// What surrogate sessions are drawn from.
+/// The source from which surrogate sessions are drawn.
 pub(super) struct Source<'a> {
     parts: &'a Parts<'a>,
-    /// Both tails of each signal: below, above.
+    /// The tails of each signal's residuals: below, above.
     tails: IdVec<SignalId, [Side; 2]>,
-    /// By how much the offset of each signal differs from session to session, in its unit.
+    /// The deviation of each signal's offset between sessions, in its unit.
     pub(super) between: IdVec<SignalId, f64>,
-    /// What each reading is rounded to, in its unit; 0 where it is not.
+    /// The quantum of each signal's readings, in its unit; 0 for none.
     quanta: IdVec<SignalId, f64>,
-    /// How a reading becomes a value in its signal's unit.
+    /// The scaling of each signal's readings.
     scalings: IdVec<SignalId, Option<Scaling>>,
-    /// What is larger than this is not drawn anew, in its unit; below 0 of a signal that is not fitted, which stays as it was.
+    /// The largest residual that is drawn anew, in the signal's unit; negative for a signal that is not fitted, and stays
+    /// unchanged.
     largest: IdVec<SignalId, f64>,
-    /// How long a block is, in seconds.
+    /// The length of a block in seconds.
     block_s: f64,
 }
 
-/// What is left of the values of each signal, by piece, in one drawing.
+/// The residuals of each signal, by piece, in one drawing.
 type Rests = Vec<IdVec<SignalId, Vec<f64>>>;
 
 impl<'a> Source<'a> {
-    /// `between` is a standard deviation for each signal that is fitted.
+    /// `between` is a standard deviation for each fitted signal.
     pub(super) fn new(
         knowledge: &KnowledgeBase,
         parts: &'a Parts<'a>,
@@ -77,12 +77,12 @@ impl<'a> Source<'a> {
         Source { parts, tails, between, quanta, scalings, largest, block_s }
     }
 
-    /// How long the longest stretch lasts, in seconds.
+    /// The duration of the longest stretch in seconds.
     pub(super) fn longest_s(&self) -> f64 {
         longest_s(self.parts)
     }
 
-    /// The observations of one session that could have been, by stretch. Time: O(n log n).
+    /// The observations of one surrogate session, by stretch. Time: O(n log n).
     pub(super) fn drawn(&self, session: usize, chance: &mut Chance) -> Vec<Vec<Observation>> {
         let rests = self.rests(chance);
         let sessions = self.parts.offsets.len() as f64;
@@ -104,7 +104,7 @@ impl<'a> Source<'a> {
         .collect()
     }
 
-    /// Where each block of a stretch is taken from: the piece and a moment of it.
+    /// The source of each block of a stretch: the piece and a moment in it.
     fn blocks(&self, lasts: f64, chance: &mut Chance) -> Vec<(usize, f64)> {
         let count = (lasts / self.block_s).ceil().max(1.0) as usize;
         let room: Vec<f64> = self.parts.pieces.iter().map(|it| (it.lasts - self.block_s).max(1e-9)).collect();
@@ -151,7 +151,7 @@ impl<'a> Source<'a> {
         }
     }
 
-    /// What is left of all values, with tails drawn anew: the largest excess is where the largest one was.
+    /// All residuals, with their tails drawn anew: the largest drawn excess replaces the largest observed one.
     fn rests(&self, chance: &mut Chance) -> Rests {
         let drawn = IdVec::filled(self.tails.len(), |signal: SignalId| {
             let [below, above] = &self.tails[signal];
@@ -187,7 +187,7 @@ fn longest_s(parts: &Parts<'_>) -> f64 {
     parts.pieces.iter().map(|it| it.lasts).fold(0.0, f64::max)
 }
 
-/// Moves a reading by so much in its signal's unit, in which it stays a whole multiple.
+/// Changes a reading by an amount in its signal's unit; the reading stays a multiple of its quantum.
 fn move_by(reading: &mut RawValue, by: f64, quantum: f64, scaling: Option<Scaling>) {
     let moved = |reading: f64| {
         let value = scaling.map_or(reading, |it| it.value(reading)) + by;
@@ -202,7 +202,7 @@ fn move_by(reading: &mut RawValue, by: f64, quantum: f64, scaling: Option<Scalin
     }
 }
 
-/// What the readings of a signal are whole multiples of; 0 where nearly all of them differ.
+/// The quantum of a signal's readings; 0 if nearly all of them differ.
 pub(super) fn quantum(parts: &Parts<'_>, signal: SignalId) -> f64 {
     let values = parts.pieces.iter().flat_map(|it| it.tracks[signal].values.iter().copied());
     let mut sorted = crate::order::sorted(values);
@@ -215,13 +215,13 @@ pub(super) fn quantum(parts: &Parts<'_>, signal: SignalId) -> f64 {
     steps.reduce(f64::min).filter(|step| *step > 0.0).unwrap_or(0.0)
 }
 
-/// The usual time between two values of a signal, in seconds; 0 without two.
+/// The median time between two values of a signal in seconds; 0 for fewer than two.
 pub(super) fn period(parts: &Parts<'_>, signal: SignalId) -> f64 {
     let gaps = parts.pieces.iter().flat_map(|it| it.tracks[signal].times.windows(2));
     quantile(&crate::order::sorted(gaps.map(|pair| pair[1] - pair[0])), 0.5).unwrap_or(0.0)
 }
 
-/// How many values it takes until what is left of one says nothing about the next.
+/// The number of values after which residuals are independent.
 fn memory(parts: &Parts<'_>, signal: SignalId) -> f64 {
     let product = |lag: usize| {
         let of = |it: &super::parts::Piece<'_>| {

@@ -1,24 +1,24 @@
-//! Tails of what is left of the values of a signal: what is rarer than anything that was seen, with what is not known of it.
+//! Tails of a signal's residuals: values rarer than any observed one, including their uncertainty.
 
 use crate::calibration::chance::Chance;
 
-/// Values beyond this quantile, to either side, are the tail.
+/// The tail begins at this quantile, on either side.
 const FROM: f64 = 0.95;
-/// Fewer clusters in a tail tell nothing about its shape.
+/// With fewer clusters, a tail tells nothing about its shape.
 const FEWEST: usize = 8;
-/// Shapes between bounded and so heavy that there is no variance.
+/// The range of shapes: from bounded to so heavy that there is barely a variance.
 const SHAPES: (f64, f64) = (-0.4, 0.45);
-/// What a signal says about its own shape counts like what all say together where it has so many clusters.
+/// With this many clusters, the signal's own shape has the same weight as the common shape.
 const OWN: f64 = 50.0;
 
-/// One side of what is left of the values of one signal.
+/// One tail of a signal's residuals.
 #[derive(Clone, Debug)]
 pub(super) struct Side {
-    /// Beyond this, positive.
+    /// The positive threshold of the tail.
     pub(super) from: f64,
     /// The mean excess over it.
     scale: f64,
-    /// How many clusters of excesses there are: those closer than the memory are one.
+    /// The number of clusters of excesses: excesses closer than the memory form one cluster.
     clusters: f64,
     /// The shape of a generalised Pareto distribution, and its standard error.
     shape: f64,
@@ -28,7 +28,7 @@ pub(super) struct Side {
 }
 
 impl Side {
-    /// Of values whose sign has been turned so that the tail is above; `memory` in values.
+    /// The tail of values whose sign was turned so that the tail is above; `memory` is in values.
     pub(super) fn of(values: &[f64], memory: f64) -> Side {
         let sorted = crate::order::sorted(values.iter().copied());
         let from = crate::order::quantile(&sorted, FROM).unwrap_or(0.0).max(0.0);
@@ -39,8 +39,8 @@ impl Side {
         Side { from, scale, clusters, shape, error, excesses }
     }
 
-    /// As many excesses as were seen, ascending: drawn with a scale and a shape that could be the true ones (A. McNeil, R. Frey
-    /// 2000, doi:10.1016/S0927-5398(00)00012-8).
+    /// As many excesses as were observed, ascending, drawn with a scale and a shape that are consistent with the observed ones
+    /// (A. McNeil, R. Frey 2000, doi:10.1016/S0927-5398(00)00012-8).
     pub(super) fn drawn(&self, chance: &mut Chance) -> Vec<f64> {
         if self.scale <= 0.0 {
             return self.excesses.clone();
@@ -74,7 +74,7 @@ fn weighted_moments(ascending: &[f64], clusters: f64) -> (f64, f64) {
     (shape.clamp(SHAPES.0, SHAPES.1), 1.0 / clusters.sqrt())
 }
 
-/// Lets sides that say little about their shapes take what all say together: exponential, unless all say otherwise by two
+/// Gives tails with little evidence about their shape the common shape: exponential, unless the common estimate differs by two
 /// standard errors.
 pub(super) fn share_shapes<'s>(sides: impl Iterator<Item = &'s mut Side>) {
     let mut sides: Vec<&mut Side> = sides.filter(|it| it.excesses.len() >= FEWEST).collect();

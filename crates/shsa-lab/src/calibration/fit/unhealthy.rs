@@ -1,4 +1,4 @@
-//! Stretches in which one of two ways leaves the other, as no other stretch does: a fault in what should be healthy.
+//! Finds stretches in which one of two ways deviates as in no other stretch: a fault in data that should be healthy.
 
 use super::PairFit;
 use super::scales::Compared;
@@ -7,40 +7,40 @@ use crate::order::median;
 use shsa_core::knowledge::SignalId;
 use shsa_core::time::{Span, Time};
 
-/// Blocks that a session is cut into, at most,
+/// The most blocks of a session,
 const MOST_BLOCKS: i64 = 64;
-/// and comparisons in each, at least.
+/// with at least this many comparisons in each.
 const COMPARISONS: i64 = 16;
-/// In a stretch like that, two ways are apart by more than this many times the most of all other time.
+/// In an unhealthy stretch, two ways differ by more than this many times their largest difference in all other time.
 const TIMES: f64 = 5.0;
 
-/// No more than one in so many blocks may look like that: what is more frequent is no exception.
+/// At most one block in this many may be unhealthy: frequent deviations are no exception.
 const ONE_IN: usize = 10;
 
-/// Fewer blocks say nothing about what is usual.
+/// Fewer blocks do not tell what is usual.
 const FEWEST_BLOCKS: usize = 20;
 
-/// A time of what is fitted that is not taken as healthy.
+/// An unhealthy stretch of the fitted part.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stretch {
     /// The session, from 0.
     pub session: usize,
-    /// Since when, by reception.
+    /// The first reception.
     pub from: Time,
-    /// Until when, this moment excluded.
+    /// The end, exclusive, by reception.
     pub to: Time,
-    /// The signals of the way that leaves what it says otherwise.
+    /// The signals of the way that leaves its usual values.
     pub signals: Vec<SignalId>,
-    /// How far it is from the other way, in SI.
+    /// Its largest difference to the other way, SI.
     pub apart: f64,
-    /// How far the two are apart at most in all other time, in SI.
+    /// The largest difference in all other time, SI.
     pub usual: f64,
 }
 
-/// The stretches of a session that look like faults; those of several pairs that meet are one.
+/// The unhealthy stretches of a session; overlapping ones of several pairs are joined.
 ///
-/// A manoeuvre moves both ways; what is left out is only where one way says what it never says otherwise, or varies
-/// as it never does, and the other does not.
+/// A manoeuvre moves both ways. A stretch is unhealthy only if one way has values, or a variation, that it never has otherwise,
+/// and the other way has not.
 pub(super) fn unhealthy(pairs: &[PairFit], compared: &Compared, session: usize) -> Vec<Stretch> {
     let of = |(pair, compared): (&PairFit, &Vec<Vec<Comparison>>)| {
         compared.get(session).map_or(Vec::new(), |compared| unhealthy_of(pair, compared))
@@ -96,7 +96,7 @@ fn unhealthy_of(pair: &PairFit, compared: &[Comparison]) -> Vec<Stretch> {
     let apart = odd.iter().map(|block| block.apart).fold(0.0, f64::max);
     let stretch = |block: &&Block| Stretch {
         session: 0,
-        // A block more on either side: it may have begun there, or not yet have ended.
+        // The fault may have begun in the block before, or last into the block after.
         from: block.from - length,
         to: block.from + length.times(2),
         signals: signals.clone(),
@@ -106,14 +106,14 @@ fn unhealthy_of(pair: &PairFit, compared: &[Comparison]) -> Vec<Stretch> {
     odd.iter().map(stretch).collect()
 }
 
-/// What two ways said in a block of time.
+/// The values of two ways in a block of time.
 #[derive(Clone, Copy, Debug)]
 struct Block {
     from: Time,
-    /// The second largest distance of two values: a single one is a matter of tails.
+    /// The second largest difference: a single large one is a matter of tails.
     apart: f64,
     largest: f64,
-    /// The lowest and highest values of the one and of the other way.
+    /// The lowest and the highest value of the one way, and of the other.
     value: (f64, f64),
     known: (f64, f64),
 }
@@ -127,7 +127,7 @@ impl Block {
     }
 }
 
-/// The blocks of comparisons, of ways that differ by `middle` all the time, and how long each is.
+/// Divides comparisons into blocks, for ways with the median difference `middle`; returns the blocks and their length.
 fn blocks(compared: &[Comparison], middle: f64) -> (Vec<Block>, Span) {
     let ends = compared.first().zip(compared.last());
     let Some((first, last)) = ends else { return (Vec::new(), Span(1)) };
@@ -151,8 +151,8 @@ fn blocks(compared: &[Comparison], middle: f64) -> (Vec<Block>, Span) {
     (blocks, length)
 }
 
-/// The blocks that are no part of the rest: the fewest that are furthest apart, each run of them with one that is by far
-/// further apart than all others are; `None` when there are none, or more than `most`.
+/// The outlying blocks: the smallest number of most different blocks such that each run of them contains one far above all other
+/// blocks. `None` when there are none, or more than `most`.
 fn odd(blocks: &[Block], most: usize) -> Option<Vec<bool>> {
     let mut order: Vec<usize> = (0..blocks.len()).collect();
     order.sort_by(|&one, &other| blocks[other].apart.total_cmp(&blocks[one].apart));
@@ -169,8 +169,8 @@ fn odd(blocks: &[Block], most: usize) -> Option<Vec<bool>> {
     Some(grown(blocks, blocks[order[count]].apart, most))
 }
 
-/// Which blocks are further apart than `usual`, with those beside them that fade in and out: while the furthest of all
-/// others is next to one of them.
+/// The blocks above `usual`, extended by neighbours in which the deviation fades in and out: as long as the largest of the other
+/// blocks is next to one of them.
 fn grown(blocks: &[Block], usual: f64, most: usize) -> Vec<bool> {
     let mut is_odd: Vec<bool> = blocks.iter().map(|block| block.apart > usual).collect();
     let mut count = is_odd.iter().filter(|odd| **odd).count();

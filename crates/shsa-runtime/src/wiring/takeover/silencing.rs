@@ -1,4 +1,4 @@
-//! The way into the place of a source: it is silenced, and its name is watched until it is quiet.
+//! The first stages of a takeover: the source is silenced, and its name is watched until it is quiet.
 
 use super::stage::Stage;
 use super::{Takeover, seconds};
@@ -8,7 +8,7 @@ use shsa_bridge::Bridge;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::{Span, Time};
 
-/// For how many periods of its signal a name must be quiet, where the wiring sets no time.
+/// The number of periods of its signal for which a name must be quiet, where the wiring sets no time.
 const PERIODS: f64 = 5.0;
 
 /// The shortest and the longest time for which a name must be quiet, where the wiring sets none.
@@ -17,7 +17,7 @@ const CHECK: (Span, Span) = (Span::from_millis(100), Span::from_millis(10_000));
 /// The time for which a name must be quiet where its signal has neither rate nor timeout.
 const CHECK_USUAL: Span = Span::from_millis(1_000);
 
-/// A source that is not quiet after so many times the check does not obey.
+/// A source that is not quiet after this many times the check ignores the action.
 pub(super) const PATIENCE: i64 = 3;
 
 impl Takeover {
@@ -57,7 +57,7 @@ impl Takeover {
         }
     }
 
-    /// Takes the name when it has become quiet, or refuses when it stays loud for too long.
+    /// Takes the name when it has become quiet; waits for the next attempt when it stays loud for too long.
     pub(super) fn look(&mut self, heard: Option<Time>, count: u64, now: Time, source: &str) {
         let action = describe(&self.settings.silence);
         if now - heard.unwrap_or(self.since) >= self.check {

@@ -1,32 +1,32 @@
-//! How far a takeover is, what it has to know, and what it tells.
+//! The stages of a takeover, its inputs and its notes.
 
 use crate::wiring::action::Job;
 use shsa_core::time::Time;
 
-/// Something to be told.
+/// A note to tell.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super::super) struct Note {
     /// `silenced`, `refused`, `returning`, `returned`.
     pub(in super::super::super) kind: &'static str,
-    /// Why, in words.
+    /// The reason.
     pub(in super::super::super) because: String,
 }
 
-/// The state of the need, as far as its takeover has to know.
+/// The state of the need, as an input of its takeover.
 #[derive(Clone, Copy, Debug)]
 pub(in super::super::super) struct Situation<'a> {
     pub(in super::super::super) now: Time,
     /// Whether the source is not trusted.
     pub(in super::super::super) is_bad: bool,
-    /// Whether something else serves the need.
+    /// Whether something other than the source serves the need.
     pub(in super::super::super) is_served: bool,
-    /// Whether the need is ours to serve.
+    /// Whether this instance serves the need.
     pub(in super::super::super) is_ours: bool,
-    /// What serves the need.
+    /// The source that serves the need.
     pub(in super::super::super) source: &'a str,
 }
 
-/// How often each of these has happened since the beginning.
+/// How often each event has happened since the beginning.
 #[derive(Clone, Copy, Debug, Default)]
 pub(in super::super::super) struct Counts {
     pub(in super::super::super) silenced: u64,
@@ -34,7 +34,7 @@ pub(in super::super::super) struct Counts {
     pub(in super::super::super) returned: u64,
 }
 
-/// How far a takeover is.
+/// The stage of a takeover.
 #[derive(Debug)]
 pub(super) enum Stage {
     /// The source publishes itself.
@@ -45,11 +45,11 @@ pub(super) enum Stage {
         heard: Option<Time>,
         count: u64,
     },
-    /// The name is ours.
+    /// This instance publishes under the name.
     Taken,
-    /// The name is ours until the source is heard again.
+    /// The source is let back; its name is served until the source is heard again.
     Restoring(Job),
-    /// The attempt has failed, or the source is back: the source is looked at again at `until`.
+    /// The attempt has failed, or the source is back: nothing is done before `until`.
     Waiting {
         until: Time,
     },

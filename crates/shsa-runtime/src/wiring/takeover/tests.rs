@@ -1,4 +1,4 @@
-//! The stages of a takeover, at a bus in memory with real commands.
+//! The stages of a takeover, on a bus in memory with real commands.
 
 use super::*;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
@@ -20,7 +20,7 @@ needs:
   speed: { signal: /healed/speed, max_age: 1 s }
 ";
 
-/// A takeover at a bus in memory, and a source and a consumer at the same one.
+/// A takeover on a bus in memory, with a source and a consumer.
 struct Bench {
     takeover: Takeover,
     bus: MemoryBus,
@@ -49,7 +49,7 @@ impl Bench {
         Bench { takeover, bus, healer, consumer, now: Time(0), is_bad: true, is_served: true, is_ours: true }
     }
 
-    /// One that knows what the source's messages look like.
+    /// A bench whose takeover knows the source's messages.
     fn taught(wiring: &str) -> Bench {
         let mut bench = Bench::new(wiring);
         let message = bench.message(r#"{"id": 7, "speed": 36.0}"#);
@@ -62,7 +62,7 @@ impl Bench {
         Message::new("robot/wheel".into(), self.now, payload)
     }
 
-    /// Lets time pass, in steps of 10 ms.
+    /// Advances the time in steps of 10 ms.
     fn pass(&mut self, milliseconds: i64) {
         for _ in 0..milliseconds / 10 {
             self.now = self.now + Span::from_millis(10);
@@ -77,7 +77,7 @@ impl Bench {
         self.takeover.step(&situation, &mut self.healer, None);
     }
 
-    /// Waits, in real time, until an action has ended.
+    /// Waits in real time until an action has ended.
     fn settle(&mut self) -> &'static str {
         for _ in 0..2_000 {
             self.step();
@@ -97,7 +97,7 @@ impl Bench {
         assert_eq!(self.takeover.stage(), "taken", "{:?}", self.takeover.last);
     }
 
-    /// What a consumer of the name gets when the need is served with 5 m/s.
+    /// The message that a consumer of the name gets when the need is served with 5 m/s.
     fn serve(&mut self) -> Option<String> {
         let validity = Validity { from: self.now, to: self.now };
         let publication = Publication {
@@ -138,7 +138,7 @@ fn a_silenced_source_is_replaced_by_messages_like_its_own() {
     assert_eq!(bench.serve(), None);
     bench.take();
     bench.check_told("silenced", "wheel was silenced by the command true");
-    // In the unit of the source, with what else its messages hold.
+    // The value is in the unit of the source; the other fields are kept.
     assert_eq!(bench.serve().unwrap(), r#"{"id": 7, "speed": 18}"#);
     assert_eq!(bench.takeover.counts().silenced, 1);
 }
@@ -174,7 +174,7 @@ fn an_action_that_fails_is_told_with_its_reason_and_the_pause_doubles() {
     bench.pass(1_000);
     assert_eq!(bench.settle(), "waiting");
     bench.check_told("refused", "tried again in 2.0 s");
-    // What is trusted again does not have to be silenced any more.
+    // A source that is trusted again is not silenced.
     bench.is_bad = false;
     bench.pass(10);
     assert_eq!(bench.takeover.stage(), "watching");
@@ -206,7 +206,7 @@ fn there_are_never_two() {
     assert_eq!(bench.serve(), None, "at once");
     bench.check_told("returned", "its name is left to it at once");
     assert_eq!(bench.takeover.counts().returned, 1);
-    // Still not trusted: after its time it is silenced again.
+    // The source is still not trusted: after the pause it is silenced again.
     bench.pass(30_000);
     assert_eq!(bench.settle(), "checking");
 }

@@ -1,4 +1,4 @@
-//! The way back: a source that was silenced may publish again.
+//! The last stages of a takeover: lets a silenced source publish again.
 
 use super::Takeover;
 use super::stage::{Situation, Stage};
@@ -7,7 +7,7 @@ use shsa_bridge::Bridge;
 use shsa_core::time::Time;
 
 impl Takeover {
-    /// An operator gives the name back; whether it was taken.
+    /// Lets the source back by an operator's order; returns whether the name was taken.
     pub(in super::super::super) fn order_back(&mut self) -> bool {
         let is_taken = !matches!(self.stage, Stage::Watching | Stage::Waiting { .. });
         self.is_ordered_back |= is_taken;
@@ -26,9 +26,9 @@ impl Takeover {
         }
     }
 
-    /// Nothing takes the name any more, as the model has changed: lets the source back. Whether that is over.
+    /// Lets the source back after a change of the model that removed the takeover; returns whether this is done.
     pub(in super::super::super) fn leave(&mut self, now: Time, bridge: &mut dyn Bridge) -> bool {
-        // What is under way ends first.
+        // A running action ends first.
         if let Stage::Silencing(job) | Stage::Restoring(job) = &self.stage {
             let Some(outcome) = job.outcome() else { return false };
             match &self.stage {

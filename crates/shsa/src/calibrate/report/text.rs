@@ -20,7 +20,7 @@ impl Report<'_> {
         parts.join("\n\n")
     }
 
-    /// What the numbers rest on.
+    /// The promise of the calibration.
     pub(in super::super) fn promised(&self) -> String {
         let promise = self.found.promise;
         let sessions = if promise.is_measured {
@@ -45,7 +45,7 @@ impl Report<'_> {
         )
     }
 
-    /// What the part that was not fitted says.
+    /// The results in the test part.
     pub(in super::super) fn tested(&self) -> String {
         let told =
             |it: Verdicts| format!("{} failed, {} suspected, {} silent", it.failed, it.suspected, it.silent);
@@ -68,7 +68,7 @@ impl Report<'_> {
         )
     }
 
-    /// What should be known besides the numbers.
+    /// Remarks about the calibration.
     pub(in super::super) fn remarks(&self) -> Vec<String> {
         let pairs = self.found.pairs.iter().filter_map(|pair| self.remark(pair));
         let promise = self.found.promise;
@@ -101,7 +101,7 @@ impl Report<'_> {
             .collect()
     }
 
-    /// Limits of the model that healthy data exceed, and new ones.
+    /// Limits of the model that healthy data exceed, and the new limits.
     fn limits(&self) -> Vec<String> {
         let (old, new) = (self.draft, &self.found.draft);
         let text = |it: &Option<Text>| it.as_ref().map_or_else(|| "none".to_owned(), |it| it.text.clone());
@@ -222,7 +222,7 @@ impl Report<'_> {
         show::table(&head, self.found.fitted.iter().map(row).collect())
     }
 
-    /// The smallest faults of each signal that are seen, by kind.
+    /// The smallest detected faults of each signal, by kind.
     fn faults(&self, smallest: &Smallest) -> String {
         let kinds = smallest.kinds();
         let row = |(id, signal): (SignalId, &Signal)| {
@@ -241,7 +241,7 @@ impl Report<'_> {
         format!("{}\n{table}", show::wrapped(&moments, 0))
     }
 
-    /// What should be known of a pair; `None` when nothing.
+    /// The remark about a pair, if there is one.
     pub(in super::super) fn remark(&self, pair: &PairFit) -> Option<String> {
         let name = self.pair(pair);
         if pair.compared.0 == 0 {
@@ -280,7 +280,7 @@ impl Report<'_> {
         paint(if is_well { Paint::Green } else { Paint::Red }, &show::wrapped(&text, 0))
     }
 
-    /// What was not fitted although nobody said so.
+    /// Stretches that were not fitted because they look unhealthy.
     pub(in super::super) fn unhealthy(&self) -> Vec<String> {
         let told = |it: &Stretch| {
             let names: Vec<&str> = it.signals.iter().map(|signal| self.signal(*signal)).collect();
@@ -301,7 +301,7 @@ fn optional(value: Option<f64>) -> String {
     value.map_or_else(|| "-".to_owned(), number)
 }
 
-/// An error as a model writes it.
+/// An error in the notation of a model.
 fn bounds(bounds: Option<&Bounds>) -> String {
     match bounds {
         None => "-".to_owned(),

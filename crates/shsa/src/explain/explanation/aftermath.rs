@@ -1,4 +1,4 @@
-//! What came of a decision: later decisions about the signal, its end, and the needs that it served.
+//! The consequences of a decision: later decisions about the signal, its verdict at the end, and its needs.
 
 use super::super::inquiry::{is_about, is_accusation};
 use super::{Explanation, Item, MOST_LISTED, item};
@@ -13,7 +13,7 @@ use shsa_format::words;
 use std::collections::BTreeSet;
 
 impl<'a> Explanation<'a> {
-    /// The decisions about the signal after the one that is explained, and how it stands at the end.
+    /// The decisions about the signal after the explained one, and its verdict at the end.
     pub(super) fn aftermath(&self) -> Vec<Item> {
         let mut items: Vec<Item> = Vec::new();
         if let Some(later) = &self.inquiry.later {
@@ -35,7 +35,7 @@ impl<'a> Explanation<'a> {
         items
     }
 
-    /// Decisions about the signal after the one that is explained, with their numbers from 0.
+    /// Decisions about the signal after the explained one, with their numbers from 0.
     pub(in super::super) fn later_events(&self) -> impl Iterator<Item = (usize, &'a Event)> {
         let (run, signal) = (&self.inquiry.run, &self.inquiry.signal);
         let time = self.time();
@@ -93,7 +93,7 @@ impl<'a> Explanation<'a> {
         told.iter().take(MOST_LISTED).map(shown).collect()
     }
 
-    /// What was decided about needs because of the signal, until the episode is over.
+    /// Decisions about needs because of the signal, until the episode ends.
     pub(in super::super) fn need_events(&self) -> Vec<(usize, &'a KnowledgeBase, &'a Event)> {
         if !self.is_accused() {
             return Vec::new();

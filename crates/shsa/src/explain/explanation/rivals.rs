@@ -1,4 +1,4 @@
-//! Who else it could have been, and what would have cleared the signal.
+//! The rivals: other signals that may be faulty instead; and what would have cleared the signal.
 
 use super::super::words::listed;
 use super::{Item, MOST_LISTED, Testimony, item};
@@ -12,11 +12,11 @@ use shsa_format::text::counted;
 use shsa_format::words;
 use std::collections::BTreeSet;
 
-/// No rival is likelier than another when only their number matters.
+/// An equal probability for every rival, because only their number matters here.
 const EQUAL_PRIOR: f64 = 0.01;
 
 impl<'a> Testimony<'a> {
-    /// Signals that nothing tells from the accused.
+    /// Signals that no evidence tells from the accused.
     pub(super) fn untold(&self) -> Vec<&'a Rival> {
         self.evidence().rivals.iter().filter(|rival| rival.explains_all()).collect()
     }
@@ -28,7 +28,7 @@ impl<'a> Testimony<'a> {
         items
     }
 
-    /// Whether another signal could be to blame alone, and why not.
+    /// Whether another signal alone could be faulty, and why not.
     fn rival(&self, rival: &Rival) -> Item {
         let (name, signal) = (self.words.signal(rival.signal), self.signal);
         let text = match (rival.verdict, rival.explains_all()) {
@@ -52,7 +52,7 @@ impl<'a> Testimony<'a> {
         Item { text, notes }
     }
 
-    /// How many other signals would have to be faulty if the accused one were sound.
+    /// The number of other signals that would have to be faulty if the accused one were sound.
     fn without(&self) -> Option<String> {
         let sets = &self.evidence().otherwise;
         if sets.is_empty() || sets.iter().any(SignalSet::is_empty) {
@@ -84,7 +84,7 @@ impl<'a> Testimony<'a> {
         })
     }
 
-    /// What would have told the signal from the others, or spoken for it.
+    /// The evidence that would have told the signal from the others, or spoken for it.
     pub(in super::super) fn would_clear(&self) -> Vec<String> {
         let (evidence, signal) = (self.evidence(), self.signal);
         if self.conflicts().next().is_none() {
@@ -113,7 +113,7 @@ impl<'a> Testimony<'a> {
         lines
     }
 
-    /// Which comparisons more would have had to agree, so that another signal explained the rest as well.
+    /// The further agreements with which another signal alone would have explained the rest as well.
     fn nearest_rival(&self) -> Option<String> {
         let rivals = self.evidence().rivals.iter().filter(|rival| rival.verdict != Verdict::Failed);
         let nearest = rivals.min_by_key(|rival| rival.not_in.len())?;
@@ -128,7 +128,7 @@ impl<'a> Testimony<'a> {
         ))
     }
 
-    /// Comparisons that are in the model and would have told the signal from others, had they had anything to say.
+    /// Comparisons of the model that would have told the signal from others, if they had had a result.
     fn unheard(&self, untold: &[&Rival]) -> Vec<String> {
         let of_signal = self.evidence().comparisons.iter().filter(|each| {
             let is_unknown = each.relationship == ResidualState::Unknown && each.bears_witness;

@@ -1,4 +1,4 @@
-//! What a report shows of a replay: kept while it goes by, so that what is kept stays small however long it takes.
+//! The data for the drawings of a report, recorded during a replay; their size does not depend on its length.
 
 mod thinned;
 mod recorder;

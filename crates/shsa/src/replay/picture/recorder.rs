@@ -1,5 +1,5 @@
-//! Looks on while a run goes by, and keeps what is drawn of it. What it keeps does not grow with the length of the run, but for
-//! the changes of what serves the needs, of which there are at most so many.
+//! Observes a run and records the data for its drawings. Their size does not grow with the length of the run, except for a
+//! bounded number of changes of the needs' sources.
 
 use super::thinned::{Stretches, Thinned};
 use crate::bands::{Giver, Watched};
@@ -14,27 +14,27 @@ use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Run;
 use shsa_format::words;
 
-/// So many ways of knowing a variable are kept.
+/// The most ways of a variable that are recorded.
 const MOST_WAYS: usize = 32;
-/// So many changes of a need's source are kept, and so many explanations of accusations.
+/// The most changes of a need's source, and the most explained accusations, that are recorded.
 const MOST_CHANGES: usize = 2_000;
 const MOST_EXPLAINED: usize = 200;
 
-/// How a need was served.
+/// The record of a need.
 pub(in crate::replay) struct NeedRecord {
-    /// The name under which it is published.
+    /// The published name.
     pub(in crate::replay) signal: String,
     pub(in crate::replay) variable: String,
     max_age: Span,
     last: Option<(Time, Quality)>,
-    /// For how long a value was there that was not too old.
+    /// The total time with a fresh value.
     served: Span,
     pub(in crate::replay) values: Thinned,
     pub(in crate::replay) good: Stretches,
     pub(in crate::replay) substitute: Stretches,
     pub(in crate::replay) uncertain: Stretches,
     pub(in crate::replay) outages: Stretches,
-    /// What served it from when on.
+    /// The sources with the times of their beginning.
     pub(in crate::replay) sources: Vec<(Time, Option<String>)>,
     pub(in crate::replay) more_sources: usize,
 }
@@ -65,7 +65,7 @@ impl NeedRecord {
         }
     }
 
-    /// Nothing was published until `now`; before the first value nothing has been there since `began`.
+    /// Accounts for the time until `now` without a publication; before the first value, there has been no value since `began`.
     fn pass(&mut self, now: Time, began: Time) {
         let Some((last, quality)) = self.last else {
             if began < now {
@@ -96,40 +96,40 @@ impl NeedRecord {
         }
     }
 
-    /// The share of a run in which a value was there that was not too old.
+    /// The share of a run with a fresh value.
     pub(in crate::replay) fn availability(&self, duration: Span) -> f64 {
         if duration > Span::ZERO { self.served.seconds() / duration.seconds() } else { 1.0 }
     }
 }
 
-/// The values of one way of knowing.
+/// The values of one way.
 pub(in crate::replay) struct WayRecord {
     pub(in crate::replay) name: String,
     /// The signals that it rests on.
     pub(in crate::replay) rests_on: Vec<String>,
-    /// `None` while the model of the moment does not have it.
+    /// `None` while the present model lacks the way.
     giver: Option<Giver>,
     last: Option<Time>,
     pub(in crate::replay) values: Thinned,
 }
 
-/// What was known of a variable, in all ways that were watched.
+/// The record of a variable: its monitored ways.
 pub(in crate::replay) struct VariableRecord {
     pub(in crate::replay) name: String,
     pub(in crate::replay) ways: Vec<WayRecord>,
-    /// Ways that there are beside these.
+    /// The number of further ways.
     pub(in crate::replay) more_ways: usize,
     pub(in crate::replay) conflicts: Stretches,
     watched: Vec<Watched>,
-    /// Of a variable that wraps: where the latest value was drawn.
+    /// For a variable that wraps: the last drawn value.
     beside: Option<Interval>,
 }
 
-/// What is kept of a run.
+/// The record of a run.
 pub(in crate::replay) struct Recorder {
     pub(in crate::replay) needs: Vec<NeedRecord>,
     pub(in crate::replay) variables: Vec<VariableRecord>,
-    /// Which event was explained, and how.
+    /// The explained events, with their explanations.
     pub(in crate::replay) explained: Vec<(usize, Vec<Section>)>,
     eras: Option<usize>,
     events: usize,
@@ -148,7 +148,7 @@ impl Recorder {
         }
     }
 
-    /// Takes in what is new: call it after each input, with how many of the run's publications it has seen.
+    /// Takes in what is new; call it after each input, with the number of publications already taken in.
     pub(in crate::replay) fn look(&mut self, run: &Run, publications: usize) {
         if self.eras.replace(run.past.len()) != Some(run.past.len()) {
             self.first = self.first.min(run.first);
@@ -174,13 +174,13 @@ impl Recorder {
         }
     }
 
-    /// The run is over.
+    /// Ends the record.
     pub(in crate::replay) fn end(&mut self, run: &Run) {
         let first = self.first.min(run.first);
         self.needs.iter_mut().for_each(|need| need.pass(run.last, first));
     }
 
-    /// Another model, whose needs and ways have other numbers; what has the same name goes on.
+    /// Follows another model, whose needs and ways have other numbers; records with the same name continue.
     fn follow(&mut self, known: &KnowledgeBase, run: &Run) {
         for need in known.needs().iter() {
             if !self.needs.iter().any(|it| it.signal == need.signal) {
@@ -215,7 +215,7 @@ impl Recorder {
     }
 }
 
-/// Who spoke for and against the signal of an event, where the model of the event is still there.
+/// The evidence for and against the signal of an event, if the present model still has the signal.
 fn explanation(run: &Run, known: &KnowledgeBase, event: &Event) -> Option<Vec<Section>> {
     let signal = run.engine.knowledge().signal(&known.signals()[event.signal?].name)?;
     let evidence = run.engine.evidence(signal, event.time);
@@ -235,7 +235,7 @@ impl VariableRecord {
         let monitor = run.engine.monitor();
         let mut ways: Vec<_> =
             (0..).map(WayIndex).zip(monitor.ways()).filter(|(_, way)| way.variable() == variable).collect();
-        // What is said directly comes before what is computed.
+        // Direct signals come before computed ways.
         ways.sort_by_key(|(_, way)| way.computation.way().direct().is_none());
         let is_of_it = |index: WayIndex| ways.iter().any(|(it, _)| *it == index);
         let pairs = monitor.residuals().iter().enumerate().filter(|(_, pair)| is_of_it(pair.way));

@@ -1,26 +1,27 @@
-//! Series and stretches that stay small however long they get, and keep what matters: extremes, and every gap that is drawn.
+//! Series and stretches of bounded size. They keep the extremes, and every gap that a drawing shows.
 
 use crate::bands::joined;
 use shsa_core::interval::Interval;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drawing::Slice;
 
-/// A series has at most so many buckets: more than a drawing has pixels.
+/// The most buckets of a series: more than a drawing has pixels.
 const BUCKETS: usize = 1_024;
 /// The first width of a bucket.
 const FINEST: Span = Span::from_millis(1);
-/// So many stretches are kept apart.
+/// The most stretches that are kept.
 const STRETCHES: usize = 1_024;
 
-/// Intervals over time. Where they are too many, two neighbours become one, again and again, which holds both: no extreme is lost.
+/// Intervals over time. When there are too many, every two neighbours are merged into one that contains both, so no extreme is
+/// lost.
 pub(in crate::replay) struct Thinned {
     from: Option<Time>,
     width: Span,
-    /// What was said in each width of time from the first on; `None` where nothing was.
+    /// The values in each width of time from the first one on; `None` if there is none.
     buckets: Vec<Option<Bucket>>,
 }
 
-/// What was said in a stretch of time.
+/// The values in a stretch of time.
 #[derive(Clone, Copy, Debug, PartialEq)]
 struct Bucket {
     first: Time,
@@ -45,10 +46,10 @@ impl Thinned {
         Thinned { from: None, width: FINEST, buckets: Vec::new() }
     }
 
-    /// Takes in what was said about a moment. Amortised O(1).
+    /// Takes in a value at a time. Amortised O(1).
     pub(in crate::replay) fn push(&mut self, at: Time, value: Interval) {
         let from = *self.from.get_or_insert(at);
-        // What is told late belongs to the first bucket at the earliest.
+        // A value from before the first bucket is counted in it.
         let since = (at - from).max(Span::ZERO);
         while since.0 / self.width.0 >= BUCKETS as i64 {
             self.halve();
@@ -84,7 +85,7 @@ impl Thinned {
     }
 }
 
-/// Stretches of time. Where they are too many, those that are close together become one.
+/// Stretches of time. When there are too many, close ones are joined.
 pub(in crate::replay) struct Stretches {
     all: Vec<Validity>,
     slack: Span,
@@ -109,7 +110,7 @@ impl Stretches {
         }
     }
 
-    /// Apart and ascending.
+    /// The stretches, disjoint and ascending.
     pub(in crate::replay) fn get(&self) -> Vec<Validity> {
         joined(self.all.clone(), self.slack)
     }

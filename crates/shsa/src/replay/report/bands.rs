@@ -1,4 +1,4 @@
-//! The bands of a need: all ways of knowing its variable over the whole replay, and what was published.
+//! The bands of a need: all ways of its variable over the whole replay, and the published values.
 
 use super::Part;
 use crate::replay::picture::{NeedRecord, VariableRecord, WayRecord};
@@ -8,10 +8,10 @@ use shsa_format::drawing::{Axis, Band, Mark, Timeline};
 use shsa_format::text::counted;
 use std::collections::BTreeSet;
 
-/// So many ways that rest on a signal that was accused, and so many others, are drawn: more cannot be told apart.
+/// The most ways that are drawn, of those that rest on an accused signal and of others: more cannot be told apart in a drawing.
 const MOST_ACCUSED: usize = 2;
 const MOST_OTHERS: usize = 4;
-/// So many moments are marked.
+/// The most marks.
 const MOST_MARKS: usize = 12;
 
 pub(super) fn chart(part: &Part<'_>, need: &NeedRecord, variable: &VariableRecord) -> Timeline {
@@ -61,7 +61,7 @@ fn accused<'r>(part: &Part<'r>) -> BTreeSet<&'r str> {
     events.filter_map(|(known, event)| Some(&*known.signals()[event.signal?].name)).collect()
 }
 
-/// What was decided about the need, or about a signal that a way of knowing it rests on.
+/// Decisions about the need, or about a signal of one of its ways.
 fn marks(part: &Part<'_>, need: &NeedRecord, variable: &VariableRecord) -> Vec<Mark> {
     let matters = |signal: &str| variable.ways.iter().any(|way| way.rests_on.iter().any(|it| it == signal));
     part.run

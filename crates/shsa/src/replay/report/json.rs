@@ -1,4 +1,4 @@
-//! What a replay found, as one JSON object.
+//! The results of a replay as one JSON object.
 
 use super::needs::NeedReport;
 use super::{Part, Report, difference_from_si, verdict};
@@ -63,7 +63,7 @@ impl Report<'_> {
         part.reloads().map(reload).collect()
     }
 
-    /// One of several sessions, with what stood at its end.
+    /// One of several sessions, with its state at the end.
     fn session_json(&self, at: usize, part: &Part<'_>) -> Option<Value> {
         let number = self.number(at)?;
         let because =
@@ -101,7 +101,7 @@ impl Report<'_> {
         (self.knowledge.need_name(report.id).to_owned(), value)
     }
 
-    /// Counts over sessions, and the verdict at the end of the last.
+    /// Counts over sessions, and the verdict at the end of the last one.
     fn signal_json(&self, signal: SignalId, parts: &[Part<'_>]) -> (String, Value) {
         let name = &self.knowledge.signals()[signal].name;
         let counts = self.counts(name, parts);

@@ -1,4 +1,4 @@
-//! How needs were served in a replay, and how far their values are off from those of a run without faults.
+//! How needs were served in a replay, and the errors of their values relative to a run without faults.
 
 use super::Part;
 use shsa_core::engine::{Publication, PublishedValue, Quality};
@@ -7,21 +7,21 @@ use shsa_core::time::{Span, Time};
 use shsa_format::drive::Run;
 use shsa_format::words;
 
-/// How a need was served.
+/// The record of a need.
 #[derive(Clone)]
 pub(super) struct NeedReport {
     pub(super) id: NeedId,
     pub(super) published: u64,
     pub(super) longest_gap: Span,
-    /// Whether no value was older than the need allows, to the end.
+    /// Whether there was always a value within the need's greatest age.
     pub(super) met: bool,
     pub(super) source: Option<String>,
     pub(super) widest: f64,
-    /// How far its values are off from those of the run without the injected faults.
+    /// The error relative to the run without the injected faults.
     pub(super) error: Option<Difference>,
 }
 
-/// How far the values of one run are off from those of another one.
+/// The error of one run's values relative to another run.
 #[derive(Clone, Copy, Default)]
 pub(super) struct Difference {
     count: u64,
@@ -46,7 +46,7 @@ impl Difference {
 pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_several: bool) -> NeedReport {
     let run = part.run;
     let of_name = |(_, known): &(NeedId, &Need)| known.signal == need.signal;
-    // A session may end before the change of the model that brought the need.
+    // A session may end before the change of the model that added the need.
     let Some((own, _)) = run.engine.knowledge().needs().enumerate().find(of_name) else {
         let (published, longest_gap, widest) = (0, Span::ZERO, 0.0);
         return NeedReport { id, published, longest_gap, met: true, source: None, widest, error: None };
@@ -54,7 +54,7 @@ pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_se
     let status = run.engine.need_status(own);
     let to_end = status.last.map_or(run.last - run.first, |last| run.last - last);
     let longest_gap = status.longest_gap.max(to_end);
-    // Of several sessions one may be over before anything is due.
+    // With several sessions, one may end before any value is due.
     let is_over = status.published == 0 && is_one_of_several && part.duration() <= need.max_age;
     NeedReport {
         id,
@@ -87,9 +87,9 @@ pub(super) fn together(needs_of: &[Vec<NeedReport>], at: usize) -> Option<NeedRe
     }))
 }
 
-/// The published scalars of a need, by the name under which it is published: when, and the middle of the value.
+/// The published scalars of a need, by its published name: time, and midpoint of the value.
 fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)> + 'r {
-    // The middle of an uncertain value is nothing that anybody is told.
+    // The midpoint of an uncertain value is no estimate.
     let of_need = |known: &KnowledgeBase, publication: &Publication| {
         known.needs()[publication.need].signal == need.signal && publication.quality != Quality::Uncertain
     };
@@ -101,7 +101,7 @@ fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)>
     )
 }
 
-/// Root mean square and largest difference to the value that stood at the same moment.
+/// The root mean square and the largest difference to the reference value in force at the same time.
 fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64)]) -> Option<Difference> {
     let mut sum = Difference::default();
     for (time, value) in values {

@@ -1,4 +1,4 @@
-//! What a replay found, as one page for the browser: no script, and nothing from anywhere else.
+//! The results of a replay as one page for the browser, without scripts and external resources.
 
 use super::bands::chart;
 use super::needs::NeedReport;
@@ -15,7 +15,7 @@ use shsa_format::text::counted;
 use shsa_format::words;
 use std::fmt::Write;
 
-/// So many events are listed, and so many changes of what serves a need.
+/// The most events, and the most changes of a need's source, that are listed.
 const MOST_EVENTS: usize = 2_000;
 const MOST_CHANGES: usize = 100;
 
@@ -24,7 +24,7 @@ const NEEDS: &str = "What had to be known, and how much of the time it was: a va
 const SIGNALS: &str = "Every input, how often it came, and when it was not trusted.";
 const EVENTS: &str = "Every decision, with what spoke for and against it.";
 
-/// How a need may be served, and how a signal may be accused: the looks of their strips.
+/// The looks of the strips: how a need is served, and how a signal is accused.
 const SERVED: [(Look, &str); 4] = [
     (Look::Good, "from its own source"),
     (Look::Substitute, "from a substitute"),
@@ -34,7 +34,7 @@ const SERVED: [(Look, &str); 4] = [
 const ACCUSED: [(Look, &str); 3] =
     [(Look::Substitute, "silent"), (Look::Doubtful, "suspected"), (Look::Bad, "failed")];
 
-/// How a page was made.
+/// The inputs of a page.
 pub(in crate::replay) struct Made {
     /// The name of the model's file.
     pub(in crate::replay) model: String,
@@ -42,7 +42,7 @@ pub(in crate::replay) struct Made {
     pub(in crate::replay) text: String,
     /// The SHA-256 of its bytes, in hexadecimal digits.
     pub(in crate::replay) hash: String,
-    /// The command, as one may copy it into a shell.
+    /// The command, ready for a shell.
     pub(in crate::replay) command: String,
 }
 
@@ -52,7 +52,7 @@ pub(in crate::replay) struct Page<'a> {
 }
 
 impl Page<'_> {
-    /// The page; `recorders` has one for each part.
+    /// Writes the page; `recorders` has one entry for each part.
     pub(in crate::replay) fn write(&self, recorders: &[Recorder], made: &Made) -> String {
         let title = escaped(&made.model);
         let lead = format!(
@@ -182,7 +182,7 @@ impl Page<'_> {
     }
 }
 
-/// A verdict with a sign, so that it is told without colour, too.
+/// A verdict with a sign, so that it does not depend on colour.
 fn signed(verdict: &str) -> String {
     let (class, sign) = match verdict {
         "healthy" => ("yes", "✓"),
@@ -194,7 +194,7 @@ fn signed(verdict: &str) -> String {
     format!("<span class=\"{class}\">{sign} {verdict}</span>")
 }
 
-/// When a need was served, and how.
+/// When and how a need was served.
 fn served(part: &Part<'_>, record: &NeedRecord) -> String {
     let of = |stretches: Vec<Validity>, (look, name): (Look, &'static str)| {
         let begins = part.run.first;
@@ -217,7 +217,7 @@ fn served(part: &Part<'_>, record: &NeedRecord) -> String {
     strip(&pieces, part.duration().seconds(), &label) + &key(&SERVED)
 }
 
-/// What served a need, and from when to when.
+/// The sources of a need, with their times.
 fn sources(part: &Part<'_>, record: &NeedRecord) -> String {
     let end = part.run.last;
     let ends = record.sources.iter().skip(1).map(|(at, _)| *at).chain([end]);
@@ -245,7 +245,7 @@ fn sources(part: &Part<'_>, record: &NeedRecord) -> String {
     )
 }
 
-/// The stretches in which a signal was accused; of each event, until the next one about it.
+/// The stretches in which a signal was accused: each event lasts until the next one about the signal.
 fn accused(part: &Part<'_>, name: &str) -> Vec<Piece> {
     let is_about = |known: &KnowledgeBase, event: &Event| {
         event.signal.is_some_and(|signal| known.signals()[signal].name == name)
@@ -271,7 +271,7 @@ fn accused(part: &Part<'_>, name: &str) -> Vec<Piece> {
     about.iter().zip(ends).filter_map(piece).collect()
 }
 
-/// Every decision; of an accusation, who spoke for it and against it.
+/// Every decision; for an accusation, with the evidence for and against it.
 fn decisions(part: &Part<'_>, recorder: &Recorder) -> String {
     let all = part.run.events.len();
     if all == 0 {
@@ -337,7 +337,7 @@ fn model(made: &Made) -> String {
     )
 }
 
-/// With four significant digits.
+/// A value with four significant digits.
 fn rounded(value: f64) -> String {
     let digits = if value == 0.0 || !value.is_finite() { 0.0 } else { 3.0 - value.abs().log10().floor() };
     format!("{value:.*}", digits.clamp(0.0, 9.0) as usize)

@@ -1,14 +1,14 @@
-//! Strips: what stood from when to when, as a row of pieces as wide as its page.
+//! Strips: states over time, as a row of pieces.
 
 use shsa_format::drawing::escaped;
 use std::fmt::Write;
 
-/// A strip is so many units wide; it is stretched to the width of its page.
+/// The width of a strip in units; it is stretched to the width of its page.
 const WIDTH: f64 = 1_000.0;
-/// What is shorter is drawn so wide, so that it is seen.
+/// The least width of a piece, so that it is visible.
 const LEAST: f64 = 1.5;
 
-/// How a piece looks: what is worse is drawn over what is better, and is told apart by its height, too.
+/// The look of a piece. A worse one is drawn over a better one, and differs in height, too.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Look {
     Good,
@@ -18,7 +18,7 @@ pub(super) enum Look {
 }
 
 impl Look {
-    /// The class, and how far from the top it begins; of 12.
+    /// The class, and the distance from the top, in twelfths.
     fn drawn(self) -> (&'static str, u8) {
         match self {
             Look::Good => ("good", 0),
@@ -29,7 +29,7 @@ impl Look {
     }
 }
 
-/// A stretch of seconds, and what stood in it.
+/// A stretch in seconds with its state.
 pub(super) struct Piece {
     pub(super) from: f64,
     pub(super) to: f64,
@@ -37,7 +37,7 @@ pub(super) struct Piece {
     pub(super) name: String,
 }
 
-/// A strip over `length` seconds; `label` says in words what it shows.
+/// A strip over `length` seconds; `label` describes its content.
 pub(super) fn strip(pieces: &[Piece], length: f64, label: &str) -> String {
     let mut drawn = String::new();
     let place = |at: f64| (at / length.max(1e-9)).clamp(0.0, 1.0) * WIDTH;
@@ -59,7 +59,7 @@ pub(super) fn strip(pieces: &[Piece], length: f64, label: &str) -> String {
     )
 }
 
-/// What the looks of a strip mean.
+/// The legend of the looks.
 pub(super) fn key(looks: &[(Look, &str)]) -> String {
     let sample = |&(look, name): &(Look, &str)| {
         let (class, top) = look.drawn();

@@ -1,4 +1,4 @@
-//! What a replay found, as text for people.
+//! The results of a replay as text.
 
 use super::{Part, Report, difference_from_si, verdict};
 use crate::show::{self, Paint};
@@ -46,7 +46,7 @@ impl Report<'_> {
             .collect();
         for (time, file) in part.reloads() {
             let word = show::paint(Paint::Bold, &format!("{:<11}", "reloaded"));
-            // What follows from the change is told after it.
+            // Events caused by the change follow it.
             let at = lines.partition_point(|(told, _)| *told < time);
             lines.insert(at, (time, format!("{}  {word} {file}", text(time))));
         }
@@ -121,7 +121,7 @@ impl Report<'_> {
         show::table(&head, rows)
     }
 
-    /// How the ways of knowing what is needed have run: which one would take over, and why.
+    /// The ways of the needed variables with their figures: which one would take over, and why.
     fn ways_text(&self) -> Option<String> {
         let is_needed =
             |variable: VariableId| self.knowledge.needs().iter().any(|need| need.variable == variable);

@@ -1,14 +1,14 @@
-//! Which faults come when: drawn from a seed.
+//! The random faults of a sequence, by seed.
 
 use crate::world::{Fault, Kind, Setting, Target};
 
-/// Around a lie the two others are whole and heard for so long, which is a probation and a second: two sensors of which one lies tell
-/// nobody which.
+/// For this long around a wrong value of one wheel, the two others must be sound and received: a probation plus a second. Two
+/// sensors that disagree do not tell which one is wrong.
 const WITNESSES: f64 = 6.0;
-/// Between two faults of one thing.
+/// The time between two faults of the same target.
 const BREATH: f64 = 0.5;
 
-/// Whether a fault may follow those that began before it.
+/// Whether a fault may follow the earlier ones.
 fn may_follow(faults: &[Fault], fault: &Fault) -> bool {
     faults.iter().all(|before| {
         let of_wheels = [before, fault].iter().all(|it| matches!(it.target, Target::Wheel(_)));
@@ -21,10 +21,10 @@ fn may_follow(faults: &[Fault], fault: &Fault) -> bool {
     })
 }
 
-/// How long the run heard its sensors between two moments; less than nothing where the second is before the first.
+/// How long the run received its sensors between two times; negative if the second is before the first.
 fn heard(faults: &[Fault], from: f64, until: f64) -> f64 {
     let deaf = faults.iter().filter(|fault| matches!(fault.target, Target::Broker | Target::Run));
-    // It takes a second until the connection is there again.
+    // The connection is restored within a second.
     let deaf = deaf.map(|fault| (fault.until.min(until) + 1.0 - fault.from.max(from)).max(0.0));
     until - from - deaf.sum::<f64>()
 }
@@ -57,8 +57,8 @@ impl Setting {
     }
 }
 
-/// The faults of a sequence that begin within a time, by their beginnings. One sensor of three, which is drawn, may be false; all
-/// may be absent, or say things twice.
+/// The faults that begin within a time, in order. Only one of the three sensors, chosen at random, may be wrong; all may be
+/// absent or repeat messages.
 pub(super) fn faults(dice: &mut Dice, span: f64) -> Vec<Fault> {
     let bad = Target::Wheel(dice.below(3) as usize);
     let (mut faults, mut at): (Vec<Fault>, f64) = (Vec::new(), 0.0);

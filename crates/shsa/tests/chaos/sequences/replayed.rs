@@ -1,11 +1,11 @@
-//! Whether a run's journal replays to what the run has decided.
+//! Whether the replay of a run's journal gives the run's decisions.
 
 use crate::world::Remains;
 use serde_json::Value;
 use std::path::Path;
 use std::process::Command;
 
-/// What is told of the run itself, and not decided by an engine.
+/// Kinds of events of the run itself, which no engine decides.
 const NOTED: [&str; 11] = [
     "absent",
     "backlog",
@@ -20,7 +20,7 @@ const NOTED: [&str; 11] = [
     "undelivered",
 ];
 
-/// The decisions of engines, each as a line.
+/// The decisions of engines, one line each.
 pub(super) fn lines(decisions: &[Value]) -> Vec<String> {
     let decided = decisions.iter().filter(|it| !NOTED.contains(&it["kind"].as_str().unwrap()));
     let field = |decision: &Value, name: &str| decision[name].as_str().unwrap_or_default().to_owned();
@@ -29,7 +29,7 @@ pub(super) fn lines(decisions: &[Value]) -> Vec<String> {
         .collect()
 }
 
-/// All that was told, each as a line with its time.
+/// All events with their times, one line each.
 pub(super) fn story(decisions: &[Value]) -> String {
     let begun = decisions.first().and_then(|it| it["time_ns"].as_i64()).unwrap_or(0);
     let text = |decision: &Value, name: &str| decision[name].as_str().unwrap_or_default().to_owned();
@@ -41,7 +41,7 @@ pub(super) fn story(decisions: &[Value]) -> String {
     decisions.iter().map(line).collect()
 }
 
-/// Replays a file of a journal: its decisions, as lines.
+/// The decisions in a replay of a journal's file, as lines.
 fn of_file(model: &str, journal: &Path) -> Result<Vec<String>, String> {
     let replay =
         Command::new(env!("CARGO_BIN_EXE_shsa")).args(["replay", "--json", model]).arg(journal).output();
@@ -51,11 +51,11 @@ fn of_file(model: &str, journal: &Path) -> Result<Vec<String>, String> {
     Ok(lines(report["events"].as_array().ok_or("no events")?))
 }
 
-/// How many decisions of a run come again when its journal is replayed, and how many there were; of a journal of several files, as
-/// there is a hole, the first one counts.
+/// How many decisions of a run its journal's replay repeats, and how many there were. A journal of several files has a hole, so
+/// only the first file is compared.
 ///
 /// # Errors
-/// What is not the same.
+/// The difference.
 pub(super) fn same(remains: &Remains) -> Result<(usize, usize), String> {
     let decided = lines(&remains.decisions);
     let journals = remains.journals();

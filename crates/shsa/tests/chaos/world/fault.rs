@@ -1,8 +1,8 @@
-//! What can break, and how.
+//! The faults: their targets and kinds.
 
 use std::fmt;
 
-/// What breaks.
+/// The target of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Target {
     Wheel(usize),
@@ -12,7 +12,7 @@ pub(crate) enum Target {
     Disk,
 }
 
-/// How it breaks; with an amount where a sensor wants one.
+/// The kind of a fault; with an amount if a sensor needs one.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum Kind {
     Killed,
@@ -23,13 +23,13 @@ pub(crate) enum Kind {
 }
 
 impl Kind {
-    /// Whether a sensor says what is not so, with a good face.
+    /// Whether a sensor publishes wrong but plausible values.
     pub(crate) fn is_a_lie(self) -> bool {
         matches!(self, Kind::Told("bias" | "drift" | "freeze", _))
     }
 }
 
-/// A fault, and from when until when it lasts, seconds.
+/// A fault with its beginning and end, seconds.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Fault {
     pub(crate) target: Target,
@@ -39,7 +39,7 @@ pub(crate) struct Fault {
 }
 
 impl Fault {
-    /// A fault of a sensor by an order to it.
+    /// A fault of a sensor, made by an order to the sensor.
     pub(crate) fn told(wheel: usize, order: &'static str, amount: f64, (from, until): (f64, f64)) -> Fault {
         Fault { target: Target::Wheel(wheel), kind: Kind::Told(order, amount), from, until }
     }

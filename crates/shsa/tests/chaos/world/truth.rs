@@ -1,4 +1,4 @@
-//! What the consumer was given, against what was true: every reading tells in its last decimals when it was measured.
+//! Compares the consumer's values with the truth: the last decimals of every reading tell the time of its measurement.
 
 use serde_json::Value;
 
@@ -8,12 +8,12 @@ const LOW: f64 = 10.0;
 const SLOPE: f64 = 2.0;
 /// Readings tell their time modulo this, seconds.
 const TURN: f64 = 100.0;
-/// Two sensors agree that are off by less than their errors, and the speed's `max_rate` between two readings, allow; and readings
-/// are rounded.
+/// The largest error of a value without a fault: two sensors can agree although they differ by the sum of their errors, plus the
+/// change that `max_rate` allows between two readings, plus rounding.
 const ALLOWED: f64 = 2.0 * 0.5 + 6.0 * 0.05 + 0.03;
-/// The need's greatest age, and what a busy machine may keep a message waiting on its way, seconds.
+/// The need's greatest age, plus the time that a busy machine may delay a message, seconds.
 const ON_ITS_WAY: f64 = 2.0;
-/// So many good values in a row are no accident.
+/// This many good values in a row are no accident.
 const LASTING: usize = 50;
 
 fn speed(at: f64) -> f64 {
@@ -21,13 +21,13 @@ fn speed(at: f64) -> f64 {
     LOW + SLOPE * phase.min(PERIOD - phase)
 }
 
-/// A value at the consumer.
+/// A value received by the consumer.
 #[derive(Clone, Debug)]
 pub(crate) struct Seen {
     pub(crate) at: f64,
     value: f64,
     quality: String,
-    /// What the broker took for a message at that time.
+    /// The broker's delay of a message at that time.
     lag: f64,
 }
 
@@ -46,20 +46,20 @@ impl Seen {
         self.is_good() || self.quality == "UncertainSubstituteValue"
     }
 
-    /// When it was measured.
+    /// The time of its measurement.
     fn measured(&self) -> f64 {
         let told = (self.value * 1e7).round().rem_euclid(1e5) / 1e3;
         self.at - (self.at - told).rem_euclid(TURN)
     }
 
-    /// How far off it was when it was measured.
+    /// Its error at the time of measurement.
     fn lie(&self) -> f64 {
         (self.value - speed(self.measured())).abs()
     }
 
-    /// How far it is from all that was true lately.
+    /// Its distance from the nearest recent truth.
     fn stale(&self) -> f64 {
-        // To the run, and to the consumer.
+        // The broker delays a message twice: to the run, and to the consumer.
         let way = ON_ITS_WAY + 2.0 * self.lag;
         let lately = (0..=200).map(|part| self.at - way * f64::from(part) / 200.0);
         lately.map(|at| (self.value - speed(at)).abs()).fold(f64::MAX, f64::min)
@@ -78,25 +78,25 @@ impl Seen {
     }
 }
 
-/// What became of a sequence at the consumer.
+/// The consumer's result of a sequence.
 #[derive(Debug)]
 pub(crate) struct Judgement {
     pub(crate) values: usize,
-    /// Of those that went out as served: how many were wrong, and how many of before.
+    /// The number of wrong and of outdated values that were published as served.
     pub(crate) off: [usize; 2],
-    /// The longest time without a value, from the first fault until served for good, seconds.
+    /// The longest time without a value, from the first fault until the need was served permanently, seconds.
     pub(crate) gap: f64,
-    /// Good ones that were not true.
+    /// Values with quality good that were not true.
     pub(crate) wrong: Vec<String>,
-    /// Those of who stood in that were not true.
+    /// Values of substitutes that were not true.
     pub(crate) wrong_substitutes: Vec<String>,
-    /// How slow the broker was, seconds.
+    /// The longest delay of the broker, seconds.
     pub(crate) slowest: f64,
-    /// From the last fault's end until served for good, seconds.
+    /// From the last fault's end until the need was served permanently, seconds.
     pub(crate) recovery: Option<f64>,
 }
 
-/// Judges what was seen; the last fault was over at `last`.
+/// Judges the values; the last fault ended at `last`.
 pub(crate) fn judged(seen: &[Seen], begun: f64, last: f64) -> Judgement {
     let untrue = |is_good: bool| {
         let served = seen.iter().filter(|it| it.is_served() && it.is_good() == is_good && !it.is_true());

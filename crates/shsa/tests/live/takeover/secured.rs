@@ -1,4 +1,4 @@
-//! A broker that throws the client of a failed source out, and lets it in again.
+//! A broker that disconnects the client of a failed source, and admits it again.
 
 use super::{SUBSTITUTE, Scene, check_taken, takeover, wait_for};
 use crate::broker::Broker;
@@ -8,7 +8,7 @@ use serde_json::json;
 use std::fs;
 use std::process::Command;
 
-/// Of every client but the consumer of nothing.
+/// The password of every client that has one.
 pub(super) const PASSWORD: &str = "not a secret in a test";
 
 /// A broker whose clients can be disabled.
@@ -73,7 +73,7 @@ fn a_client_that_the_broker_throws_out_is_replaced_and_let_in_again_by_order() {
     check_taken(&mut consumer);
     assert!(!run.get("/state").1.to_string().contains(PASSWORD));
 
-    // It was repaired, and the operator vouches for it.
+    // The wheel was repaired, and the operator clears it.
     scene.wheel.order(&json!({ "value": 10.1 }));
     let (status, answer) = run.order(Some(TOKEN), r#"{"order": "clear", "signal": "wheel"}"#);
     assert_eq!(status, 200, "{answer}");

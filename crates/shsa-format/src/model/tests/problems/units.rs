@@ -1,4 +1,4 @@
-//! What is wrong with units, scales and amounts of a model.
+//! Errors in the units, scales and amounts of a model.
 
 use super::super::check;
 

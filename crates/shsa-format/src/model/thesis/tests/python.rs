@@ -1,8 +1,8 @@
-//! Code of Python becomes formulas, or what is no formula is named.
+//! Python code becomes formulas, or the reason is reported.
 
 use super::super::python::{Names, translate};
 
-/// Translates code of a relation that computes `y` from `a`, `b`, `xs` and, called so here, `min_` (there `min`).
+/// Translates the code of a relation that computes `y` from `a`, `b`, `xs` and `min_`, which the code calls `min`.
 pub(super) fn translated(code: &str) -> String {
     let inputs = vec![("a", "a"), ("b", "b"), ("xs", "xs"), ("dt", "dt_")];
     let names = Names { output: Some("y"), inputs, plain_angles: false };

@@ -30,7 +30,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Edges go from a node to the nodes that it feeds.
+    /// Reads the edges, each from a node to the nodes that it feeds.
     pub(super) fn graph(&mut self, node: &Node) {
         let mut order: Vec<Text> = Vec::new();
         let mut found: BTreeMap<String, (Vec<Text>, Vec<Text>)> = BTreeMap::new();
