@@ -80,6 +80,21 @@ impl Provenance {
     pub fn new(quality: Quality, source: impl Into<String>) -> Provenance {
         Provenance { quality, source: source.into(), admission: None }
     }
+
+    /// Names and texts, as they stand beside a value.
+    pub(crate) fn properties(&self) -> Vec<(String, String)> {
+        let mut all = vec![
+            ("quality", self.quality.name().to_owned()),
+            ("status", self.quality.code().to_string()),
+            ("source", self.source.clone()),
+        ];
+        if let Some(Admission { ground, level, rank }) = &self.admission {
+            all.push(("admitted", ground.name().to_owned()));
+            all.extend(level.clone().map(|level| ("level", level)));
+            all.push(("rank", rank.to_string()));
+        }
+        all.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
+    }
 }
 
 /// On which ground safety contracts let a value go out, and the integrity level that is given with it.
@@ -102,5 +117,33 @@ impl Admission {
             None => text.push_str("null"),
         }
         let _cannot_fail = write!(text, r#","rank":{}"#, self.rank);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::payload::Writer;
+    use shsa_core::time::Time;
+
+    #[test]
+    fn an_envelope_tells_the_level() {
+        let admission = |level: Option<&str>, rank| Admission {
+            ground: Ground::Degraded,
+            level: level.map(str::to_owned),
+            rank,
+        };
+        let check = |admission, expected: &str| {
+            let provenance = Provenance { admission: Some(admission), ..Provenance::new(Quality::Good, "a") };
+            let written = Writer::envelope().write(None, Time(0), &provenance).unwrap().unwrap();
+            let text = String::from_utf8(written.to_vec()).unwrap();
+            assert!(text.ends_with(expected), "{text}");
+            serde_json::from_str::<serde_json::Value>(&text).unwrap();
+        };
+        check(
+            admission(Some("ASIL B"), 3),
+            r#""source":"a","admitted":"degraded","level":"ASIL B","rank":3}"#,
+        );
+        check(admission(None, 0), r#""source":"a","admitted":"degraded","level":null,"rank":0}"#);
     }
 }

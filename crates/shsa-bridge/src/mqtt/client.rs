@@ -6,7 +6,7 @@
 use super::options::{Delivery, Options, Presence, Version};
 use super::outbox::Publication;
 use crate::clock::Uptime;
-use crate::{Admission, BridgeError, PublisherId};
+use crate::{BridgeError, PublisherId};
 use bytes::Bytes;
 use rumqttc::v5::mqttbytes::v5::RetainForwardRule::{OnEverySubscribe, OnNewSubscribe};
 use rumqttc::{NetworkOptions, QoS, Transport, v5};
@@ -210,14 +210,7 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         ("stamp_ns".into(), publication.stamp.0.to_string()),
     ];
     if let Some(provenance) = &publication.provenance {
-        user_properties.push(("quality".into(), provenance.quality.name().into()));
-        user_properties.push(("status".into(), provenance.quality.code().to_string()));
-        user_properties.push(("source".into(), provenance.source.clone()));
-        if let Some(Admission { ground, level, rank }) = &provenance.admission {
-            user_properties.push(("admitted".into(), ground.name().into()));
-            user_properties.extend(level.clone().map(|level| ("level".into(), level)));
-            user_properties.push(("rank".into(), rank.to_string()));
-        }
+        user_properties.extend(provenance.properties());
     }
     let seconds = |until: Uptime| until.saturating_duration_since(Uptime::now()).as_secs() + 1;
     let expires = |until| u32::try_from(seconds(until)).unwrap_or(u32::MAX);

@@ -3,8 +3,8 @@
 //! A comparison of two ways shows a fault of `s` and isolates it from one of `t` when the ways depend on `s` differently and
 //! neither rests on `t`. So a choice of ways isolates, for each ordered pair `(s, t)`, if among its ways without `t` there are
 //! two kinds with regard to `s`. Counting 1 for the first kind and 1 for the second gives the rank of a matroid for each pair. So
-//! their sum, the [gain](Choice) to maximise here, is monotone and submodular. The greedy choice of `k` ways reaches at least `1
-//! - (1 - 1/k)^k`, over 63 %, of the highest sum of any `k` ways (Nemhauser, Wolsey and Fisher 1978, doi:10.1007/BF01588971). It
+//! their sum, the [gain](Choice) to maximise here, is monotone and submodular. The greedy choice of `k` ways reaches at
+//! least `1 - (1 - 1/k)^k`, over 63 %, of the highest sum of any `k` ways (Nemhauser, Wolsey and Fisher 1978, doi:10.1007/BF01588971). It
 //! isolates all that can be isolated with at most `1 + ln(largest gain)` times the smallest number of ways (Wolsey 1982,
 //! doi:10.1007/BF02579435). One exception: where signals also reach ways through different relations, kinds may not be
 //! transitive, and the bounds are not proven. "No fault" counts as one more `t`, so that detectability counts, too.

@@ -1,5 +1,4 @@
-//! Calibrates a model: finds errors with which the whole loop keeps its promise on surrogate recordings, and tests them on an
-//! unseen part.
+//! Calibrates a model: finds errors with which the whole loop keeps its promise, and tests them on an unseen part.
 
 mod found;
 mod edit;
@@ -17,8 +16,7 @@ pub use unhealthy::Stretch;
 
 use crate::calibration::comparison::Watched;
 use crate::calibration::delay::{self, Delay};
-use crate::calibration::rhythm::Rhythm;
-use crate::calibration::session::Session;
+use crate::calibration::{rhythm::Rhythm, session::Session};
 use crate::curve::Curve;
 use crate::order::median;
 use edit::Trial;
