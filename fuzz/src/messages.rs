@@ -44,7 +44,7 @@ pub fn run(bytes: &[u8]) {
 fn take_over(message_type: &str, path: &str, bytes: &[u8]) {
     let mut writer = Writer::like(field(path), SIZE_LIMIT).expect("they follow the grammar");
     writer.learn_message(&message(message_type, bytes));
-    let provenance = Provenance { quality: Quality::Substitute, source: String::new() };
+    let provenance = Provenance::new(Quality::Substitute, "");
     let one = RawValue::Number(1.0);
     let Ok(Some(written)) = writer.write(Some(&one), Time(0), &provenance) else { return };
     let mut reader = Reader::new(&[field(path)], SIZE_LIMIT * 2).expect("they follow the grammar");
