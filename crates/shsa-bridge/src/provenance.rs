@@ -94,6 +94,15 @@ pub struct Admission {
 }
 
 impl Admission {
+    /// What tells it, by name; no level where none is given.
+    #[cfg(feature = "mqtt")]
+    pub(crate) fn words(&self) -> impl Iterator<Item = (String, String)> + use<> {
+        let Admission { ground, level, rank } = self;
+        let rest = [("admitted", ground.name().to_owned()), ("rank", rank.to_string())];
+        let level = level.clone().map(|level| ("level", level));
+        rest.into_iter().chain(level).map(|(name, word)| (name.to_owned(), word))
+    }
+
     /// The members of a JSON object that tell it, each after a comma.
     pub(crate) fn push_members(&self, text: &mut String) {
         let _cannot_fail = write!(text, r#","admitted":"{}","level":"#, self.ground.name());
@@ -102,5 +111,33 @@ impl Admission {
             None => text.push_str("null"),
         }
         let _cannot_fail = write!(text, r#","rank":{}"#, self.rank);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::payload::Writer;
+    use shsa_core::time::Time;
+
+    #[test]
+    fn an_envelope_tells_the_level() {
+        let admission = |level: Option<&str>, rank| Admission {
+            ground: Ground::Degraded,
+            level: level.map(str::to_owned),
+            rank,
+        };
+        let check = |admission, expected: &str| {
+            let provenance = Provenance { admission: Some(admission), ..Provenance::new(Quality::Good, "a") };
+            let written = Writer::envelope().write(None, Time(0), &provenance).unwrap().unwrap();
+            let text = String::from_utf8(written.to_vec()).unwrap();
+            assert!(text.ends_with(expected), "{text}");
+            serde_json::from_str::<serde_json::Value>(&text).unwrap();
+        };
+        check(
+            admission(Some("ASIL B"), 3),
+            r#""source":"a","admitted":"degraded","level":"ASIL B","rank":3}"#,
+        );
+        check(admission(None, 0), r#""source":"a","admitted":"degraded","level":null,"rank":0}"#);
     }
 }

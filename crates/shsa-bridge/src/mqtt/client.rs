@@ -212,11 +212,7 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         user_properties.push(("quality".into(), provenance.quality.name().into()));
         user_properties.push(("status".into(), provenance.quality.code().to_string()));
         user_properties.push(("source".into(), provenance.source.clone()));
-        if let Some(Admission { ground, level, rank }) = &provenance.admission {
-            user_properties.push(("admitted".into(), ground.name().into()));
-            user_properties.extend(level.clone().map(|level| ("level".into(), level)));
-            user_properties.push(("rank".into(), rank.to_string()));
-        }
+        user_properties.extend(provenance.admission.iter().flat_map(Admission::words));
     }
     let seconds = |until: Uptime| until.saturating_duration_since(Uptime::now()).as_secs() + 1;
     let expires = |until| u32::try_from(seconds(until)).unwrap_or(u32::MAX);

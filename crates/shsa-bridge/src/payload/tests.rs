@@ -1,10 +1,9 @@
 //! What is read of payloads and written into them, one line a case; and any bytes against the JSON of `serde_json`.
 
 use super::*;
-use crate::{Admission, Message, Payload, Provenance, Quality};
+use crate::{Message, Payload, Provenance, Quality};
 use proptest::prelude::*;
 use serde_json::Value;
-use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::source::{Field, StampField};
@@ -175,24 +174,6 @@ fn values_that_were_never_encoded_are_passed_on() {
     let mut readable = Vec::new();
     reader.read(&message, |index, reading| readable.push((index, reading.is_ok())));
     assert_eq!(readable, [(0, true), (1, true), (2, false)]);
-}
-
-#[test]
-fn an_envelope_tells_the_level() {
-    let admission = |level: Option<&str>, rank| Admission {
-        ground: Ground::Degraded,
-        level: level.map(str::to_owned),
-        rank,
-    };
-    let check = |admission, expected: &str| {
-        let provenance = Provenance { admission: Some(admission), ..Provenance::new(Quality::Good, "a") };
-        let written = Writer::envelope().write(None, Time(0), &provenance).unwrap().unwrap();
-        let text = String::from_utf8(written.to_vec()).unwrap();
-        assert!(text.ends_with(expected), "{text}");
-        serde_json::from_str::<serde_json::Value>(&text).unwrap();
-    };
-    check(admission(Some("ASIL B"), 3), r#""source":"a","admitted":"degraded","level":"ASIL B","rank":3}"#);
-    check(admission(None, 0), r#""source":"a","admitted":"degraded","level":null,"rank":0}"#);
 }
 
 fn written(mut writer: Writer, pattern: &str, value: Option<&RawValue>) -> String {
