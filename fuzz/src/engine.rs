@@ -1,6 +1,9 @@
 //! The engine: for any inputs in any order, it keeps its promises about time, trust and values, and its results are reproducible.
 
+mod contracts;
+
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
+use contracts::{CERTIFIED, Known};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject, Ticks};
 use shsa_core::interval::Interval;
@@ -52,7 +55,7 @@ pub(crate) static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
         assert!(loaded.report.ok(), "{}", loaded.report.render(false));
         loaded.knowledge
     };
-    [CORNERS, CAR, ROVER, QUAD, HUSKY].iter().map(knowledge).collect()
+    [CORNERS, CAR, ROVER, QUAD, HUSKY, CERTIFIED].iter().map(knowledge).collect()
 });
 
 /// The most steps of an input, so that it stays within the driver's time.
@@ -165,7 +168,7 @@ fn order(knowledge: &KnowledgeBase, about: usize, what: u8, how: u8) -> Order {
         _ => Subject::Signal(nth(signals().collect(), about)),
     };
     let need = || nth(knowledge.needs().iter().map(|need| need.signal.clone()).collect(), usize::from(how));
-    match what % 6 {
+    match what % 9 {
         0 | 1 => Order::Forbid(subject()),
         2 => Order::Allow(subject()),
         3 => {
@@ -175,6 +178,9 @@ fn order(knowledge: &KnowledgeBase, about: usize, what: u8, how: u8) -> Order {
             Order::Force { need: need(), source: nth(sources, about) }
         }
         4 => Order::Release(need()),
+        kind @ 6.. => {
+            contracts::order(knowledge, kind - 6, about, how).unwrap_or_else(|| Order::Clear(subject()))
+        }
         _ => Order::Clear(subject()),
     }
 }
@@ -216,6 +222,7 @@ pub(crate) struct Run<'a> {
     knowledge: &'a KnowledgeBase,
     engine: Engine,
     now: Time,
+    known: Known,
     said: Vec<String>,
 }
 
@@ -227,7 +234,7 @@ impl Run<'_> {
 
     /// A run of an engine of this knowledge base at this time.
     pub(crate) fn new(knowledge: &KnowledgeBase, engine: Engine, now: Time) -> Run<'_> {
-        Run { knowledge, engine, now, said: Vec::new() }
+        Run { knowledge, engine, now, known: Known::default(), said: Vec::new() }
     }
 
     /// The outputs for the inputs, with the ticks that are due between them.
@@ -260,6 +267,7 @@ impl Run<'_> {
     }
 
     fn take(&mut self, input: Input, time: Time) {
+        self.known.hear(&input);
         self.engine.handle(input);
         self.now = self.now.max(time);
         while let Some(output) = self.engine.poll() {
@@ -279,6 +287,7 @@ impl Run<'_> {
             publication.time <= self.now && publication.validity.from <= publication.validity.to,
             "{publication:?}"
         );
+        self.known.check(self.knowledge, publication);
         let age = publication.time - publication.validity.to;
         assert!(age <= need.max_age, "{age:?} old: {publication:?}");
         match &publication.value {
@@ -328,7 +337,7 @@ impl Run<'_> {
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let well = [255, 5, 144, 144];
-    let steps: [&[[u8; 4]]; 7] = [
+    let steps: [&[[u8; 4]]; 8] = [
         &[well, well, well],
         &[well, [160, 5, 144, 240], [160, 5, 144, 240], well],
         &[well, well, [7, 15, 144, 0], well, [1, 5, 144, 0], [1, 13, 2, 0], well],
@@ -361,7 +370,9 @@ pub fn seeds() -> Vec<Vec<u8>> {
             [162, 19, 144, 2],
             well,
         ],
+        // Told, overridden for a time, and denied.
+        &[well, [128, 5, 7, 0], well, [128, 5, 6, 100], well, [3, 5, 20, 0], well, [128, 5, 8, 0], well],
     ];
-    let models = 0..5_u8;
+    let models = 0..6_u8;
     models.flat_map(|model| steps.map(|steps| [&[model][..], steps.as_flattened()].concat())).collect()
 }

@@ -81,19 +81,15 @@ impl Provenance {
         Provenance { quality, source: source.into(), admission: None }
     }
 
-    /// Names and texts, as they stand beside a value.
-    pub(crate) fn properties(&self) -> Vec<(String, String)> {
-        let mut all = vec![
+    /// The names and texts that stand beside a value on MQTT.
+    pub(crate) fn words(&self) -> impl Iterator<Item = (String, String)> + '_ {
+        let own = [
             ("quality", self.quality.name().to_owned()),
             ("status", self.quality.code().to_string()),
             ("source", self.source.clone()),
         ];
-        if let Some(Admission { ground, level, rank }) = &self.admission {
-            all.push(("admitted", ground.name().to_owned()));
-            all.extend(level.clone().map(|level| ("level", level)));
-            all.push(("rank", rank.to_string()));
-        }
-        all.into_iter().map(|(name, text)| (name.to_owned(), text)).collect()
+        let own = own.into_iter().map(|(name, text)| (name.to_owned(), text));
+        own.chain(self.admission.iter().flat_map(Admission::words))
     }
 }
 
@@ -109,6 +105,15 @@ pub struct Admission {
 }
 
 impl Admission {
+    /// What tells it, by name; no level where none is given.
+    #[cfg(feature = "mqtt")]
+    pub(crate) fn words(&self) -> impl Iterator<Item = (String, String)> + use<> {
+        let Admission { ground, level, rank } = self;
+        let rest = [("admitted", ground.name().to_owned()), ("rank", rank.to_string())];
+        let level = level.clone().map(|level| ("level", level));
+        rest.into_iter().chain(level).map(|(name, word)| (name.to_owned(), word))
+    }
+
     /// The members of a JSON object that tell it, each after a comma.
     pub(crate) fn push_members(&self, text: &mut String) {
         let _cannot_fail = write!(text, r#","admitted":"{}","level":"#, self.ground.name());

@@ -8,10 +8,7 @@ use bytes::Bytes;
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
 use shsa_bridge::zenoh::{Mode, Options, Presence, Secret, ZenohBridge};
-use shsa_bridge::{
-    Admission, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Provenance, Quality,
-};
-use shsa_core::assurance::Ground;
+use shsa_bridge::{Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::path::{Path, PathBuf};
@@ -176,26 +173,22 @@ fn an_independent_client_is_heard_and_hears() {
     assert_eq!((received.stamp, received.quality), (None, None));
     assert_eq!(received.message_type.as_deref(), Some("std/number"));
 
-    let admission = Some(Admission { ground: Ground::Warned, level: None, rank: 0 });
-    let provenance =
-        Provenance { admission, ..Provenance::new(Quality::Substitute, "odom through travelled") };
+    let ground = shsa_core::assurance::Ground::Warned;
+    let admission = Some(shsa_bridge::Admission { ground, level: None, rank: 0 });
+    let provenance = Provenance { admission, ..Provenance::new(Quality::Substitute, "odom") };
     let message = Outgoing { provenance: Some(&provenance), ..Outgoing::new("dmin", Time(7), number(0.25)) };
     bridge.publish(message).unwrap();
     let heard = peer.next_with("key");
-    assert_eq!((&heard["key"], &heard["encoding"]), (&json!("dmin"), &json!("application/json")));
-    assert_eq!(heard["hex"], json!("302e3235"));
+    assert_eq!(["key", "encoding", "hex"].map(|it| &heard[it]), ["dmin", "application/json", "302e3235"]);
     let beside: Value = serde_json::from_slice(&unhex(heard["attachment"].as_str().unwrap())).unwrap();
-    assert_eq!(beside["stamp_ns"], json!(7));
-    assert_eq!(beside["quality"], json!("UncertainSubstituteValue"));
-    assert_eq!(beside["publisher"], json!(bridge.publisher().to_string()));
-    assert_eq!(beside["source"], json!("odom through travelled"));
-    let admission = (&beside["admitted"], &beside["level"], &beside["rank"]);
-    assert_eq!(admission, (&json!("warned"), &Value::Null, &json!(0)));
+    let told =
+        ["stamp_ns", "quality", "publisher", "source", "admitted", "level", "rank"].map(|it| &beside[it]);
+    let own = bridge.publisher().to_string();
+    assert_eq!(json!(told), json!([7, "UncertainSubstituteValue", own, "odom", "warned", null, 0]));
 }
 
 fn unhex(digits: &str) -> Vec<u8> {
-    let pairs = (0..digits.len()).step_by(2);
-    pairs.map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap()).collect()
+    (0..digits.len()).step_by(2).map(|at| u8::from_str_radix(&digits[at..at + 2], 16).unwrap()).collect()
 }
 
 #[test]

@@ -210,7 +210,7 @@ fn properties(publication: &Publication, publisher: PublisherId) -> v5::mqttbyte
         ("stamp_ns".into(), publication.stamp.0.to_string()),
     ];
     if let Some(provenance) = &publication.provenance {
-        user_properties.extend(provenance.properties());
+        user_properties.extend(provenance.words());
     }
     let seconds = |until: Uptime| until.saturating_duration_since(Uptime::now()).as_secs() + 1;
     let expires = |until| u32::try_from(seconds(until)).unwrap_or(u32::MAX);
