@@ -2,8 +2,13 @@
 
 use crate::models::{self, System};
 use shsa_core::engine::{Engine, EventKind, Input, Options, Output};
-use shsa_core::knowledge::Id;
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{
+    Asked, Condition, Contract, Contracts, EvidenceSource, Given, Id, IdVec, Measure, Party, Policy, Subject,
+    Watched,
+};
 use shsa_core::observation::RawValue;
+use shsa_core::statement::{Level, Statement};
 
 /// The cost and the outputs of a run.
 #[derive(Debug, Default, PartialEq)]
@@ -88,6 +93,60 @@ fn ten_thousand_signals() {
     assert_eq!(handle(&mut engine, system.inputs(0, 2)).events, []);
     let cost = handle(&mut engine, system.inputs(2, 3));
     assert_eq!(cost, Cost { observations: 300_000, ..Cost::default() });
+}
+
+/// A contract that demands nothing and guarantees nothing yet.
+fn contract(name: &str, subject: Subject) -> Contract {
+    Contract {
+        name: name.to_owned(),
+        subject,
+        runs_on: None,
+        gives: Vec::new(),
+        asks: Vec::new(),
+        evidence: Vec::new(),
+        policy: Policy::default(),
+    }
+}
+
+/// The car under contract: each sensor gives its speed at ASIL B while its newest value is at most 0.3 s old, and the need
+/// demands that.
+fn car_under_contract() -> System {
+    let car = models::car();
+    let scale = Contracts::default().scales().named("asil").unwrap();
+    let speed = || Statement {
+        service: "speed".to_owned(),
+        level: Some(Level { scale, rank: 3 }),
+        properties: Vec::new(),
+    };
+    let fresh = |signal| Watched {
+        name: "fresh".to_owned(),
+        source: EvidenceSource::Signal(signal, Measure::Age),
+        within: Some(Interval::new(0.0, 0.3)),
+        max_age: None,
+    };
+    let mut rows = IdVec::new();
+    for (id, signal) in car.knowledge.signals().enumerate() {
+        rows.push(Contract {
+            evidence: vec![fresh(id)],
+            gives: vec![Given {
+                name: "speed".to_owned(),
+                statement: speed(),
+                when: Condition::Watched(0),
+                redundant: None,
+            }],
+            ..contract(&signal.name, Subject::Signal(id))
+        });
+    }
+    let need = car.knowledge.needs().ids().next().unwrap();
+    let of = Party::Provider(car.knowledge.variable("speed").unwrap());
+    let asks = vec![Asked { name: "speed".to_owned(), statement: speed(), of }];
+    rows.push(Contract { asks, ..contract("display", Subject::Need(need)) });
+    System { knowledge: car.knowledge.clone().with_contracts(Contracts::new(rows)), ..car }
+}
+
+#[test]
+fn a_car_under_contract() {
+    check(&car_under_contract(), 10_260, 2_000);
 }
 
 #[test]
