@@ -82,6 +82,7 @@ impl Provenance {
     }
 
     /// The names and texts that stand beside a value on MQTT.
+    #[cfg(feature = "mqtt")]
     pub(crate) fn words(&self) -> impl Iterator<Item = (String, String)> + '_ {
         let own = [
             ("quality", self.quality.name().to_owned()),
