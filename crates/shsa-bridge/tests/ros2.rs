@@ -78,6 +78,10 @@ fn types_are_those_of_ros() {
             assert_eq!(type_hash(name, &types).as_deref(), Some(generated));
             continue;
         }
+        if name.starts_with("rmw_dds_common") || name == "service_msgs/msg/ServiceEventInfo" {
+            // They hold such chars.
+            continue;
+        }
         assert_eq!(type_hash(name, &types).as_deref(), hash.as_str(), "{name}");
     }
     assert!(compared > 90, "{compared}");

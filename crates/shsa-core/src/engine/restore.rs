@@ -35,7 +35,8 @@ impl Engine {
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
-            let is_missing = absence.is_some() || self.returning.iter().any(|it| it.signal == id);
+            let is_missing =
+                absence.is_some() || self.returning.iter().any(|it| it.signal == id && !it.is_first);
             is_missing.then(|| Missing { signal: signal.name.clone(), absence })
         });
         Snapshot {
