@@ -19,7 +19,6 @@ use crate::calibration::comparison::Watched;
 use crate::calibration::delay::{self, Delay};
 use crate::calibration::rhythm::Rhythm;
 use crate::calibration::session::Session;
-use crate::curve::Curve;
 use crate::order::median;
 use edit::Trial;
 use found::pair_fit;
@@ -269,7 +268,7 @@ impl<'a> Fit<'a> {
         let knowledge = edit::built(&trial.ungated(self.draft))?;
         let longest = self.sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
         let watched = Watched::over(&knowledge, self.ways, longest.map(Vec::as_slice));
-        let curves: Vec<Curve> = watched.outputs.iter().map(|outputs| delay::curve(outputs)).collect();
+        let curves: Vec<_> = watched.outputs.iter().map(|outputs| delay::curve(outputs)).collect();
         let pairs = watched.monitor.residuals().iter().zip(&watched.comparisons);
         let late = pairs.map(|(pair, comparisons)| {
             let period = watched.sides(pair).0.computation.timing().period.unwrap_or(Span::ZERO);
