@@ -1,13 +1,14 @@
 //! `shsa-bench oracle`: compares our answers with recorded ones, one by one.
 //!
-//! A file is JSON with its `format`; each reader describes its own ([`search`], [`monitor`], [`assurance`], [`fusion`]).
-//! Recordings are given as a folder ([`formats`]).
+//! A file is JSON with its `format`; what the formats hold stands at the readers ([`search`], [`monitor`], [`assurance`],
+//! [`fusion`], [`planted`]). Of recordings a folder is given ([`formats`]).
 
 mod search;
 mod monitor;
 mod certificates;
 mod assurance;
 mod fusion;
+mod planted;
 mod formats;
 
 pub(crate) use formats::{Recorded, recorded};
@@ -52,6 +53,8 @@ enum Kind {
     Fusion,
     /// What certificates give under evidence, and why not more (shsa-assurance-golden-1), one answer a case and a step.
     Assurance,
+    /// Relations that are learned from systems with planted ones (shsa-planted-1), one answer a relation, planted or wrong.
+    Planted,
     /// Recordings of every format (`expected.json` in the folder and those below it), one answer a count and a field.
     Formats,
 }
@@ -104,6 +107,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             (Kind::Assurance, "shsa-assurance-golden-1") => {
                 assurance::compare(&read(path, &text)?, &mut compared)?;
             }
+            (Kind::Planted, "shsa-planted-1") => planted::compare(&read(path, &text)?, &mut compared)?,
             (kind, format) => {
                 let kind = format!("{kind:?}").to_lowercase();
                 anyhow::bail!("{}: `{format}` is no format of {kind}", path.display());

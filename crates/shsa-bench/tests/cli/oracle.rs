@@ -84,6 +84,26 @@ const FUSION: &str = r#"{ "format": "shsa-fusion-oracle-1", "linear": [ {
 } ], "particle": [], "nonlinear": [], "out_of_sequence": [], "gating": [], "masking": [], "intervals": [],
 "moving": [], "recursive_average": [], "weighted_by_confidence": [] }"#;
 
+/// A product, planted with its VARIABLES, a signal that only follows at first, and one that is a copy.
+const PLANTED: &str = r#"{ "format": "shsa-planted-1", "systems": [ {
+    "id": "small", "seed": 5, "duration_s": 200,
+    "variables": [
+        { "name": "x1", "unit": "V", "make": { "kind": "wander", "mean": 24, "sd": 4, "from_hz": 0.02, "to_hz": 0.2 } },
+        { "name": "x2", "unit": "A", "make": { "kind": "levels", "low": 5, "high": 25, "hold_s": 8, "tau_s": 1 } },
+        { "name": "x3", "unit": "W", "make": { "kind": "product", "of": ["x1", "x2"], "by": 1 } },
+        { "name": "x4", "unit": "V", "make": { "kind": "until", "of": ["x1"], "share": 0.5 } }
+    ],
+    "files": [{ "name": "fast", "rate_hz": 20, "jitter": 0.1 }, { "name": "slow", "rate_hz": 5, "jitter": 0 }],
+    "signals": [
+        { "name": "s1", "variable": "x1", "file": "fast", "noise": { "kind": "gaussian", "size": 0.05 } },
+        { "name": "s2", "variable": "x2", "file": "slow", "noise": { "kind": "uniform", "size": 0.1 } },
+        { "name": "s3", "variable": "x3", "file": "fast", "noise": { "kind": "quantised", "size": 2 } },
+        { "name": "s4", "variable": "x4", "file": "fast", "noise": { "kind": "drift", "size": 0.05, "tau_s": 3 } },
+        { "name": "s1_copy", "variable": "x1", "file": "fast", "copy_of": "s1", "by": 2, "plus": 1 }
+    ],
+    "relations": [{ "id": "r1", "kind": "product", "variables": VARIABLES, "formula": "x3 = x1 x2" }]
+} ] }"#;
+
 #[track_caller]
 fn check(kind: &str, text: &str, status: i32, expected: &str) {
     let folder = Folder::with(&[("recorded.json", text.as_bytes())]);
@@ -101,6 +121,9 @@ fn equal_answers_are_counted_and_others_are_shown() {
     check("fusion", &FUSION.replace("STATE", "2.0"), 0, "2 of 2 equal\n");
     let other = "1 of 2 equal\nsmall step 0: state 0 is 2, not 2.5\n";
     check("fusion", &FUSION.replace("STATE", "2.5"), 1, other);
+    check("planted", &PLANTED.replace("VARIABLES", r#"["x1", "x2", "x3"]"#), 0, "1 of 1 equal\n");
+    let other = "0 of 2 equal\nsmall: s3 = s1 * s2: bloated\nsmall r1: product not found: x3 = x1 x2\n";
+    check("planted", &PLANTED.replace("VARIABLES", r#"["x1", "x3"]"#), 1, other);
 }
 
 #[test]
