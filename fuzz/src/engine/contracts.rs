@@ -73,6 +73,8 @@ pub(super) fn order(knowledge: &KnowledgeBase, kind: u8, about: usize, how: u8) 
 /// What was ordered about contracts, as a reader of the orders knows it.
 #[derive(Default)]
 pub(super) struct Known {
+    /// The latest time of all inputs: an order with an older time counts from then.
+    now: Option<Time>,
     /// By the name of the need: until when.
     overridden: BTreeMap<String, Time>,
     checked: BTreeSet<String>,
@@ -80,11 +82,13 @@ pub(super) struct Known {
 
 impl Known {
     pub(super) fn hear(&mut self, input: &Input) {
-        let Input::Order { time, order } = input else { return };
+        let now = self.now.map_or(input.time(), |now| now.max(input.time()));
+        self.now = Some(now);
+        let Input::Order { order, .. } = input else { return };
         match order {
             Order::Override { need, lasts, .. } => {
                 let until = self.overridden.entry(need.clone()).or_insert(Time::MIN);
-                *until = (*until).max(*time + *lasts);
+                *until = (*until).max(now + *lasts);
             }
             Order::Attest { evidence, holds: true } => _ = self.checked.insert(evidence.clone()),
             Order::Attest { evidence, holds: false } => _ = self.checked.remove(evidence),
@@ -108,8 +112,7 @@ impl Known {
             Ground::Met | Ground::Lapsing => true,
             Ground::Degraded => policy == Policy::Degrade && level.is_some(),
             Ground::Warned => policy == Policy::Warn,
-            // An order that comes with an older time counts from the engine's present.
-            Ground::Overridden => until.is_some(),
+            Ground::Overridden => until.is_some_and(|until| publication.time < *until),
         };
         assert!(is_allowed, "{publication:?} under {policy:?}, overridden until {until:?}");
         let is_checked = !self.checked.is_empty();
