@@ -1,5 +1,5 @@
-//! Experiments with recordings: calibrates a model's numbers, rates a model by campaigns of faults, and finds the smallest
-//! detectable faults.
+//! Experiments with recordings: calibrates a model's numbers, rates a model by campaigns of faults, finds the smallest
+//! detectable faults, and learns relations between signals.
 
 mod order;
 mod curve;

@@ -349,7 +349,7 @@ impl Judge {
 
     /// Takes all evidence in. Complexity: O(restless pairs) while nothing is in conflict and nobody is accused; else that of
     /// [`explain`](super::candidates::explain), and of [`probabilities`](super::candidates::probabilities) for each part in
-    /// which something is decided.
+    /// which something is decided; both again, a few times at most, after a decision.
     pub fn review(&mut self, evidence: &impl Testimony, now: Time) -> Vec<Decision> {
         self.next_review = None;
         let mut review = Review { judge: self, evidence, now, decisions: Vec::new() };

@@ -45,16 +45,7 @@ const VALUES: [&str; 11] = [
 ];
 
 /// The keys of [`VALUES`] that limit the values.
-const LIMITS: [&str; 8] = [
-    "values",
-    "longest_gap",
-    "largest_jump",
-    "largest_error",
-    "largest_width",
-    "quality",
-    "level",
-    "admitted",
-];
+const LIMITS: &[&str] = VALUES.split_at(1).1.split_at(8).0;
 
 impl Writer<'_, '_> {
     pub(super) fn expectation(&mut self, node: &Node) -> Option<Expectation> {
