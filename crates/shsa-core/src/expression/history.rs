@@ -2,6 +2,9 @@
 //!
 //! A sample that follows the last kept one too closely is not kept, so that the memory covers the whole window at any rate.
 //! Samples without a value are not kept. Evaluations at the time of the last one or before it change nothing.
+//!
+//! Where the argument was missing for longer than it usually is between two samples, nothing is known of that time: what
+//! would have to look into it has no value.
 
 use alloc::vec::Vec;
 
@@ -9,6 +12,9 @@ use super::number::Number;
 use super::operation::{Binary, Constant, Operation};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
+
+/// What is so many times as long as the usual time between two samples is a gap: single samples may be missing.
+const USUAL_STEPS: i64 = 3;
 
 /// The most samples that one operator keeps.
 const MAX_SAMPLES: usize = 2048;
@@ -134,6 +140,24 @@ impl<N: Number> History<N> {
         self.samples.get(if place < count { place } else { place - count }).filter(|_| number < count)
     }
 
+    /// The time that usually passes between two samples: the middle one of the last three times.
+    fn usual_step(&self, now: Time) -> Span {
+        let kept = (1..=3).map_while(|back| self.numbered(self.samples.len().checked_sub(back)?));
+        let mut later = now;
+        let mut steps = [Span::MAX; 3];
+        for (step, sample) in steps.iter_mut().zip(kept) {
+            *step = later - middle(sample.at);
+            later = middle(sample.at);
+        }
+        let [one, other, third] = steps;
+        one.min(other).max(one.max(other).min(third))
+    }
+
+    /// Whether a time within which there is no sample is longer than the usual ones.
+    fn is_gap(&self, length: Span, now: Time) -> bool {
+        length > self.usual_step(now).times(USUAL_STEPS)
+    }
+
     /// The mean rate of change since the sample whose age is nearest to the window, and at least half of it.
     fn derivative(&self, value: N, at: Validity, window: Span) -> Recalled<N> {
         let now = middle(at);
@@ -143,7 +167,11 @@ impl<N: Number> History<N> {
         let candidates = [older.checked_sub(1), Some(older)];
         let candidates = candidates.into_iter().flatten().filter_map(|number| self.numbered(number));
         let old = candidates.filter(is_old).min_by_key(|sample| (age(sample) - window).abs());
-        let Some(old) = old else { return Recalled { value: N::MISSING, since: None } };
+        let is_near = |sample: &&Sample<N>| {
+            let beyond = age(sample) - window;
+            beyond <= Span(window.0 / 2) || !self.is_gap(beyond, now)
+        };
+        let Some(old) = old.filter(is_near) else { return Recalled { value: N::MISSING, since: None } };
         let change = value.binary(Binary::Sub, old.value);
         let time = N::constant(elapsed(old.at, at));
         Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
@@ -167,10 +195,16 @@ impl<N: Number> History<N> {
         let after = Some(first_ones(&|time| time < latest)).filter(|after| *after < count);
         let (Some(before), Some(nominal), Some(after)) = (before, nominal, after) else { return N::MISSING };
         let Some(nominal) = numbered(nominal) else { return N::MISSING };
+        let between = |(one, other): (&Sample<N>, &Sample<N>)| middle(other.at) - middle(one.at);
+        let length = numbered(before).zip(numbered(after)).map_or(Span::MAX, between);
+        if self.is_gap(length - at.length(), middle(at)) {
+            return N::MISSING;
+        }
         (before..=after).filter_map(numbered).fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
-    /// The mean of the values within the window, including the present one; missing before the first window is over.
+    /// The mean of the values within the window, including the present one; missing before the first window is over, and where
+    /// values of its begin are.
     fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
         let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
         let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
@@ -181,6 +215,11 @@ impl<N: Number> History<N> {
             self.first_ones(|sample| age(sample) >= window),
             self.first_ones(|sample| age(sample) > Span::ZERO),
         );
+        let first = self.numbered(from).filter(|_| from < to).map_or(Span::ZERO, age);
+        let missing = window - first;
+        if missing > Span(window.0 / 4) && self.is_gap(missing, middle(at)) {
+            return N::MISSING;
+        }
         let within = (from..to).filter_map(|number| self.numbered(number));
         let add =
             |(sum, count): (N, f64), sample: &Sample<N>| (sum.binary(Binary::Add, sample.value), count + 1.0);

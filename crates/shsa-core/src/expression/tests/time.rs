@@ -136,6 +136,44 @@ fn moving_means_forget_what_is_older_than_their_window() {
     assert!(both.contains(2.0) && both.contains(4.0) && both.width() < 2.0 + 1e-9, "{both:?}");
 }
 
+/// The times at which an operator has a value, of a sample every 0.1 s but for those from 2 s to 8 s.
+fn known_around_a_gap(text: &str) -> std::vec::Vec<f64> {
+    let program = compiled(text, 9);
+    let mut state = program.new_state(0, 10.0);
+    let times = (0..=100).map(|step| f64::from(step) / 10.0).filter(|time| !(2.0..8.0).contains(time));
+    let mut is_known = |time: f64| {
+        program.evaluate(&mut state, &[Value::Scalar(time)], at(time), None).value.scalar() == time
+    };
+    let mut found: std::vec::Vec<f64> = times.filter(|&time| is_known(time)).collect();
+    found.retain(|time| *time >= 8.0);
+    found
+}
+
+#[test]
+fn nothing_is_known_of_a_gap() {
+    for (text, first) in [
+        ("derivative(x, 1 s) * 0 s + x", 8.5),
+        ("delay(x, 1 s) * 0 + x", 9.0),
+        ("moving_mean(x, 1 s) * 0 + x", 8.7),
+    ] {
+        assert_eq!(known_around_a_gap(text).first(), Some(&first), "{text}");
+    }
+}
+
+#[test]
+fn single_missing_samples_are_no_gap() {
+    for text in ["derivative(x, 1 s)", "delay(x, 1 s) / 1 s", "moving_mean(x, 1 s) / 1 s"] {
+        let program = compiled(text, 9);
+        let mut state = program.new_state(0, 1.0);
+        for second in [0, 1, 2, 3, 5, 6, 7, 9, 10, 12] {
+            let time = f64::from(second);
+            let found: f64 =
+                program.evaluate(&mut state, &[Value::Scalar(time)], at(time), None).value.scalar();
+            assert_eq!(found.is_nan(), second == 0, "{text} at {time}");
+        }
+    }
+}
+
 #[test]
 fn evaluations_out_of_order_change_nothing() {
     let texts = [
