@@ -45,6 +45,7 @@ mod check;
 mod check_call;
 mod check_operator;
 mod checked;
+mod bounds;
 mod solve;
 mod program;
 mod compile;

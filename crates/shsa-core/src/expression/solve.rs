@@ -11,7 +11,6 @@ use core::f64::consts::{FRAC_PI_2, PI};
 
 use super::checked::check_equation;
 use super::formula::{Formula, Shape, whole_power};
-use super::number::Number;
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::{Problem, Severity};
 use super::simplify::simplified;
@@ -290,24 +289,7 @@ impl Solver<'_> {
 
     /// The bounds of a formula, from the declared ranges of its variables.
     fn bounds(&self, formula: &Formula) -> Interval {
-        let below: Vec<Interval> = formula.arguments().iter().map(|argument| self.bounds(argument)).collect();
-        match (formula.operation(), below.as_slice()) {
-            (Operation::Constant(constant), _) => constant.bounds,
-            (Operation::Symbol(symbol) | Operation::Previous(symbol), _) => {
-                self.scope.kind(symbol).range.unwrap_or(Interval::ENTIRE)
-            }
-            (Operation::Unary(unary), [of]) => of.unary(unary),
-            (Operation::Binary(binary), [left, right]) => left.binary(binary, *right),
-            (Operation::Within(bounds), [of]) => of.intersection(bounds.bounds),
-            (Operation::Select, [_, then, other]) => Interval::hull(*then, *other),
-            (Operation::Reduce(Reduction::Norm), _) | (Operation::Elapsed, _) => NOT_NEGATIVE,
-            (Operation::Index, [of, _]) | (Operation::Delay(_) | Operation::Slice(..), [of]) => *of,
-            (
-                Operation::Reduce(Reduction::Min | Reduction::Max | Reduction::Mean | Reduction::Median),
-                [of],
-            ) => *of,
-            _ => Interval::ENTIRE,
-        }
+        formula.bounds(&|symbol| self.scope.kind(symbol).range)
     }
 }
 

@@ -7,10 +7,11 @@ use super::{
 };
 use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
+use crate::expression::Symbol;
 use crate::knowledge::{
     Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
-use crate::substitution::Way;
+use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
@@ -110,7 +111,7 @@ pub const ALL_PAIRS: usize = 32;
 pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
 
 /// The pairs to compare: all pairs of each variable with few ways; some pairs where there are [many](ALL_PAIRS). The same signals
-/// and relations are compared only once, in whichever variable. No way is left out. Two ways that rest on the same signals are
+/// and relations are compared only once: in the first variable in which the values tell most. No way is left out. Two ways that rest on the same signals are
 /// compared only where one of them has a relation with a declared prior probability of a fault: the comparison is about that
 /// relation.
 ///
@@ -135,6 +136,10 @@ pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(
         }
     }
     pairs.sort_unstable();
+    let openness: Vec<usize> = ways.iter().map(|(way, _)| openness(knowledge, way)).collect();
+    let of = |at: usize| openness.get(at).copied().unwrap_or(0);
+    // In `z = v^2`, a comparison of two `v` overlooks every `z` that is too large; one of two `z` does not.
+    pairs.sort_by_key(|&(at, after)| of(at) + of(after));
     let mut seen = BTreeSet::new();
     pairs.retain(|&(at, after)| match (ways.get(at), ways.get(after)) {
         (Some(&one), Some(&other)) => {
@@ -142,7 +147,21 @@ pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(
         }
         _ => false,
     });
+    pairs.sort_unstable();
     pairs
+}
+
+/// In how many places the formulas of a way leave its value open, although its signals were exact.
+fn openness(knowledge: &KnowledgeBase, way: &Way) -> usize {
+    let range = |symbol: Symbol| {
+        let variable = knowledge.variables().find(VariableId::from_index(symbol.0 as usize));
+        variable.and_then(|variable| variable.constant.or(variable.range))
+    };
+    let of_step = |step: &Step| {
+        let formula = knowledge.relations()[step.relation].formula(step.output);
+        formula.map_or(0, |formula| formula.open_places(&range))
+    };
+    way.substitution.steps.iter().map(of_step).sum()
 }
 
 /// Whether two ways of one variable, each with the signals that it rests on, can contradict each other.

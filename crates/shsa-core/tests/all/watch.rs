@@ -4,9 +4,10 @@ use shsa_core::analysis::{self, Analysis, analyze};
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options, WatchBudget};
 use shsa_core::knowledge::{
-    BodyDraft, Bounds, Draft, KnowledgeBase, RelationDraft, Severity, SignalDraft, SignalSet, SourceParts,
-    Text, VariableDraft, build,
+    BodyDraft, Bounds, Draft, Id, KnowledgeBase, RelationDraft, Severity, SignalDraft, SignalId, SignalSet,
+    SourceParts, Text, VariableDraft, build,
 };
+use shsa_core::monitor::Residual;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeSet;
@@ -245,4 +246,46 @@ fn signals_from_one_source_share_their_verdict() {
     }
     let verdicts: Vec<Verdict> = knowledge.signals().ids().map(|id| engine.verdict(id)).collect();
     assert_eq!(verdicts, [Verdict::Failed, Verdict::Failed, Verdict::Healthy, Verdict::Healthy]);
+}
+
+/// The variables in which signal `s0` is compared.
+fn compared_in(knowledge: &KnowledgeBase) -> BTreeSet<String> {
+    let engine = engine(knowledge, WatchBudget::default());
+    let signal = knowledge.signal("s0").unwrap();
+    let monitor = engine.monitor();
+    let variable = |pair: &Residual| monitor.way(pair.way).unwrap().variable();
+    monitor.pairs_of(signal).map(|pair| knowledge.variables()[variable(pair)].name.clone()).collect()
+}
+
+#[test]
+fn the_same_evidence_is_compared_where_it_tells_most() {
+    let all = ["s0: z", "s1: v", "s2: w"];
+    let check = |equation: &str, range: Option<(&str, &str)>, expected: &str| {
+        let mut draft = draft(&["v", "w", "z"], &[equation], &all);
+        draft.variables[1].range = range.map(|(least, most)| (text(least), text(most)));
+        assert_eq!(compared_in(&built(&draft)), [expected.to_owned()].into(), "{equation}");
+    };
+    // Of these, every variable is as good: the first one.
+    check("z = v + w", None, "v");
+    check("z = v * w", Some(("1", "2")), "v");
+    // By a root of either sign, or by a division by what may be zero, values that are too large agree with everything.
+    check("z = hypot(v, w)", None, "z");
+    check("z = v^2 + w", None, "w");
+    check("z = v * w", None, "z");
+}
+
+#[test]
+fn a_square_that_is_too_large_is_told() {
+    let knowledge = built(&draft(&["v", "z"], &["z = v^2"], &["s0: z", "s1: v", "s2: v"]));
+    let mut engine = engine(&knowledge, WatchBudget::default());
+    for step in 0..60_i64 {
+        for (at, value) in [if step < 30 { 9.0 } else { 30.0 }, 3.0, 3.0].into_iter().enumerate() {
+            let now = Time(step * 100_000_000 + at as i64);
+            let signal = SignalId::from_index(at);
+            let value = RawValue::Number(value);
+            engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
+        }
+    }
+    let verdicts = ["s0", "s1", "s2"].map(|name| engine.verdict(knowledge.signal(name).unwrap()));
+    assert_eq!(verdicts, [Verdict::Failed, Verdict::Healthy, Verdict::Healthy]);
 }
