@@ -330,7 +330,11 @@ impl Judge {
         let before = self.state_of(component);
         if before.record.verdict == Some(Verdict::Failed) {
             let record = Record { unproven: false, ..before.record };
-            self.put(component, ComponentState { record, clean_since: None, quiet_since: None, ..before });
+            let (clean_since, quiet_since) = (None, None);
+            self.put(
+                component,
+                ComponentState { record, clean_since, quiet_since, accused: Some(now), ..before },
+            );
             return before.record.unproven;
         }
         let record = Record {

@@ -159,6 +159,14 @@ impl Residual {
         self.trend.last_share() > CLOSE
     }
 
+    /// Whether a comparison has disagreed of late, or a trend is an alarm. A conflict of disagreements that came again and again is
+    /// remembered for longer.
+    #[must_use]
+    pub fn is_fresh(&self, now: Time) -> bool {
+        let lately = self.window.lifetime().max(self.trend.span());
+        self.trend.tendency().is_alarm() || self.disagreement.is_none_or(|last| now - last.time <= lately)
+    }
+
     /// How long a conflict takes to show after a fault has begun.
     #[must_use]
     pub fn latency(&self) -> Span {

@@ -90,6 +90,8 @@ const RECURS_AMONG: f64 = 64.0;
 const RECURS_OVER: Span = Span::from_millis(5_000);
 /// until they are half as many. Less than this is none.
 const FEW: f64 = 0.01;
+/// No more are counted than this multiple of what is enough.
+const MOST_REMEMBERED: f64 = 1.5;
 
 /// Fewer disagreements of noisy values may be chance: noises with long tails have two outliers one after the other once in some
 /// hundred hours, but hardly three.
@@ -192,6 +194,8 @@ impl Window {
             self.outliers = 0.0;
         }
         let enough = FEWEST_RECURRING.max(RECURRING * self.memory);
+        // However often it was, it is over when it has not come again for some time.
+        self.outliers = self.outliers.min(MOST_REMEMBERED * enough);
         self.recurs = self.outliers >= if self.recurs { 0.5 * enough } else { enough };
     }
 
@@ -325,6 +329,20 @@ mod tests {
         assert_eq!(window("+++"), (ResidualState::Conflict, true));
         assert_eq!(window("+.-+"), (ResidualState::Conflict, true));
         assert_eq!(window("+++..."), (ResidualState::Undecided, false));
+    }
+
+    #[test]
+    fn what_came_again_and_again_is_over_when_it_comes_no_more() {
+        let mut window = Window::new(Debounce::default(), Some(Span::from_millis(1_000)), Span::ZERO);
+        let said = |window: &mut Window, second: i32, disagrees: bool| {
+            window.record(disagrees, false, Time::from_seconds(f64::from(second)));
+            window.said()
+        };
+        for second in 0..400 {
+            said(&mut window, second, second % 3 == 0);
+        }
+        let over = (400..1000).find(|&second| said(&mut window, second, false) == ResidualState::Agree);
+        assert!(over.is_some_and(|second| (460..480).contains(&second)), "{over:?}");
     }
 
     #[test]

@@ -48,7 +48,9 @@ impl<T: Testimony> Review<'_, T> {
             rivals: &rivals,
             only_just,
         };
-        let cases: Vec<Case> = parts.iter().map(|part| Case::new(conflicts, part)).collect();
+        // A conflict that is only remembered goes on to speak against whom it has accused, and accuses nobody else.
+        let cases = parts.iter().map(|part| Case::new(conflicts, part));
+        let cases: Vec<Case> = cases.filter(|case| self.is_fresh(case)).collect();
         for case in &cases {
             for &component in &case.certain {
                 if !self.is_spared(component, case) {
@@ -60,6 +62,13 @@ impl<T: Testimony> Review<'_, T> {
         for case in &cases {
             self.suspect(case);
         }
+    }
+
+    /// Whether one of the conflicts of a part has shown of late.
+    fn is_fresh(&self, case: &Case<'_>) -> bool {
+        let accused = case.accused();
+        let mut fresh = case.conflicts.pairs.iter().filter(|pair| pair.is_fresh(self.now));
+        fresh.any(|pair| rests_on_any(self.evidence, pair, &accused))
     }
 
     /// Whether something is blamed for what it shares only, and an independent witness agrees with it.

@@ -3,8 +3,9 @@
 //! * What comparisons have accused is trusted again when the comparisons that have spoken against it agree, one of them at
 //!   least, and no other disagrees, for the probation time. Where something else has been found to be faulty that is in all of
 //!   them, nothing speaks against it any more: it is trusted at once.
-//! * What its own readings have convicted needs a witness that agrees, or must have come back to where it could have got
-//!   to from its last reading that was sound. Once comparisons have contradicted it, only they can clear it.
+//! * What its own readings have convicted needs a witness that has agreed since, or must have come back to where it could have
+//!   got to from its last reading that was sound. Once comparisons have contradicted it, only they can clear it. Who looks at
+//!   its changes alone is no witness that it is back.
 //! * Where nothing speaks against it any more and nothing for it, it is unproven: nobody knows. It may serve where nothing else
 //!   is left, and what it gives is uncertain. What has failed by comparisons does not: it is contradicted, though nobody
 //!   repeats it.
@@ -26,8 +27,9 @@ pub(super) const MOST_GROUNDS: usize = 64;
 enum Weighed {
     /// A comparison speaks against it, or may yet, or its readings do.
     Against(Option<Ground>),
-    /// Nothing speaks against it, and nothing for it.
-    Silent,
+    /// Nothing speaks against it, and nothing for it. Whether all that has spoken against it agrees again, but looks at its changes
+    /// alone.
+    Silent { is_appeased: bool },
     /// What has spoken against it agrees again.
     For(Proof),
     /// What else has failed explains all that has spoken against it.
@@ -38,6 +40,8 @@ enum Weighed {
 #[derive(Default)]
 struct Grounds {
     agree: usize,
+    /// Those that agree, but would agree beside a lasting offset as well.
+    appeased: usize,
     silent: usize,
     explained: usize,
     /// Whether another one bears witness.
@@ -62,7 +66,7 @@ impl<T: Testimony> Review<'_, T> {
             }
             let decision = match self.weigh(component) {
                 Weighed::Against(ground) => self.hear_against(component, ground),
-                Weighed::Silent => self.hear_nothing(component),
+                Weighed::Silent { is_appeased } => self.hear_nothing(component, is_appeased),
                 Weighed::For(proof) => self.hear_for(component, proof, &culprits),
                 Weighed::Groundless => Some(self.acquit(component)),
             };
@@ -86,8 +90,9 @@ impl<T: Testimony> Review<'_, T> {
         was_unproven.then_some(Decision::Contradicted(component))
     }
 
-    fn hear_nothing(&mut self, component: Component) -> Option<Decision> {
-        let is_contradicted = self.judge.grounds.get(&component).is_some_and(|grounds| !grounds.is_empty());
+    fn hear_nothing(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
+        let grounds = self.judge.grounds.get(&component);
+        let is_contradicted = !is_appeased && grounds.is_some_and(|grounds| !grounds.is_empty());
         let state_of = self.judge.standings.get_mut(&component)?;
         state_of.clean_since = None;
         let since = *state_of.quiet_since.get_or_insert(self.now);
@@ -172,7 +177,7 @@ impl<T: Testimony> Review<'_, T> {
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if has_returned() => Weighed::For(Proof::Return),
-            () => Weighed::Silent,
+            () => Weighed::Silent { is_appeased: grounds.appeased > 0 && grounds.silent == 0 },
         }
     }
 
@@ -180,6 +185,12 @@ impl<T: Testimony> Review<'_, T> {
     fn count(&self, component: Component) -> Result<Grounds, Option<Ground>> {
         let Review { evidence, now, .. } = *self;
         let known = self.judge.grounds.get(&component);
+        // What a witness has said of the time before says nothing about the fault.
+        let accused = self.judge.state_of(component).accused;
+        let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
+        // What has jumped is off for as long as it stays there, though its changes are right.
+        let is_home = is_home(evidence, component);
+        let tells = |pair: &Residual| is_home || shows_size(evidence, pair, component);
         let mut found = Grounds::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
@@ -194,9 +205,11 @@ impl<T: Testimony> Review<'_, T> {
             }
             match pair.relationship(now) {
                 ResidualState::Unknown => found.silent += usize::from(is_ground),
-                ResidualState::Agree if is_ground => found.agree += 1,
+                ResidualState::Agree if is_ground && tells(pair) => found.agree += 1,
+                ResidualState::Agree if is_ground => found.appeased += 1,
                 ResidualState::Agree => {
-                    found.witnessed |= self.judge.bears_witness(evidence, pair, component)
+                    found.witnessed |=
+                        has_seen(pair) && tells(pair) && self.judge.bears_witness(evidence, pair, component);
                 }
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ground)),
@@ -242,6 +255,14 @@ fn pairs_of(evidence: &impl Testimony, component: Component) -> impl Iterator<It
     let all = signal.is_none().then(|| evidence.pairs()).into_iter().flatten();
     let all = all.filter(move |pair| rests_on(evidence, pair, component));
     signal.into_iter().flat_map(|signal| evidence.pairs_of(signal)).chain(all)
+}
+
+/// Whether a pair would show a lasting offset of a signal: how its value changes does not.
+fn shows_size(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+    let Component::Signal(signal) = component else { return true };
+    let shows =
+        |index| evidence.way(index).is_some_and(|way| way.is_sized_by(signal) && !way.computation.is_rate());
+    shows(pair.way) || shows(pair.other)
 }
 
 /// Whether what a pair says depends on the size of a signal, or on a relation.
