@@ -7,6 +7,9 @@ use super::operation::{Binary, Operation, Reduction};
 use crate::interval::Interval;
 use alloc::vec::Vec;
 
+/// What holds several inverses.
+const EITHER: Operation = Operation::Reduce(Reduction::Either);
+
 const NOT_NEGATIVE: Interval = Interval::new(0.0, f64::INFINITY);
 
 /// The declared range of a variable, SI; `None` where every value is possible.
@@ -41,11 +44,17 @@ impl Formula {
     #[must_use]
     pub fn open_places(&self, range: Range<'_>) -> usize {
         let is_open = match (self.operation(), self.arguments()) {
-            (Operation::Reduce(Reduction::Either), _) => true,
+            (EITHER, _) => true,
             (Operation::Binary(Binary::Div), [_, divisor]) => divisor.bounds(range).contains(0.0),
             _ => false,
         };
         let below = self.arguments().iter().map(|argument| argument.open_places(range));
         usize::from(is_open) + below.sum::<usize>()
+    }
+
+    /// Whether exact arguments may leave several values: of several inverses, say. Complexity: O(nodes).
+    #[must_use]
+    pub fn has_branches(&self) -> bool {
+        self.operation() == EITHER || self.arguments().iter().any(Formula::has_branches)
     }
 }

@@ -7,7 +7,7 @@ use super::{
 };
 use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
-use crate::expression::Symbol;
+use crate::expression::{Formula, Symbol};
 use crate::knowledge::{
     Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
@@ -157,11 +157,17 @@ fn openness(knowledge: &KnowledgeBase, way: &Way) -> usize {
         let variable = knowledge.variables().find(VariableId::from_index(symbol.0 as usize));
         variable.and_then(|variable| variable.constant.or(variable.range))
     };
-    let of_step = |step: &Step| {
-        let formula = knowledge.relations()[step.relation].formula(step.output);
-        formula.map_or(0, |formula| formula.open_places(&range))
-    };
-    way.substitution.steps.iter().map(of_step).sum()
+    formulas(knowledge, way).map(|formula| formula.open_places(&range)).sum()
+}
+
+/// Whether a formula of a way has several inverses.
+fn has_branches(knowledge: &KnowledgeBase, way: &Way) -> bool {
+    formulas(knowledge, way).any(Formula::has_branches)
+}
+
+fn formulas<'k>(knowledge: &'k KnowledgeBase, way: &'k Way) -> impl Iterator<Item = &'k Formula> {
+    let of_step = |step: &Step| knowledge.relations()[step.relation].formula(step.output);
+    way.substitution.steps.iter().filter_map(of_step)
 }
 
 /// Whether two ways of one variable, each with the signals that it rests on, can contradict each other.
@@ -329,10 +335,12 @@ fn pair(
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
     let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
     let window = Window::new(options.debounce, timing.period, lag);
+    let has_branches = [slow.1, fast.1].iter().any(|way| has_branches(knowledge, way.computation.way()));
     Residual {
         way: way_index(slow.0),
         other: way_index(fast.0),
         signals,
+        has_branches,
         window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,

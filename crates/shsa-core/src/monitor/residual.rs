@@ -33,6 +33,8 @@ pub struct Residual {
     pub other: WayIndex,
     /// The signals that both ways rest on: one of these is faulty when the two disagree.
     pub signals: SignalSet,
+    /// Whether a way is an inverse with several branches: it agrees barely also where nothing is wrong.
+    pub has_branches: bool,
     /// The recent comparisons.
     pub window: Window,
     /// The trend over many comparisons.
@@ -156,7 +158,7 @@ impl Residual {
     /// Whether the last comparison agrees so barely that the next one may disagree.
     #[must_use]
     pub fn is_close(&self) -> bool {
-        self.trend.last_share() > CLOSE
+        !self.has_branches && self.trend.last_share() > CLOSE
     }
 
     /// Whether a comparison has disagreed of late, or a trend is an alarm. A conflict of disagreements that came again and again is
