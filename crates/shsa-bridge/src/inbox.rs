@@ -7,8 +7,7 @@ mod absence;
 
 pub use absence::Absence;
 
-use crate::backlog::Backlog;
-use crate::{Clock, Message};
+use crate::{Clock, Message, backlog::Backlog};
 use absence::Attendance;
 use std::cmp::Reverse;
 use std::collections::{BTreeMap, BinaryHeap};
