@@ -225,7 +225,7 @@ impl Computation {
         self.trigger.is_some_and(|signal| knowledge.signals()[signal].holds) && !self.is_windowed()
     }
 
-    /// Whether its output is a difference quotient, or made of one: it tells how something changes, over a window.
+    /// Whether its output is a difference quotient, or made of one: a change over a window.
     #[must_use]
     pub fn is_rate(&self) -> bool {
         self.is_rate

@@ -46,7 +46,7 @@ impl Substitution {
         Some(Substitution { sink, steps: order.steps, sources: order.sources.into_iter().collect() })
     }
 
-    /// Whether the substitution goes on from the last value of its own sink, as dead reckoning does: it says nothing new about
+    /// Whether the substitution goes on from the last value of its own sink, as dead reckoning does: it has nothing new about
     /// the sink, so it is no witness, and it serves only where no other source can.
     #[must_use]
     pub fn continues_itself(&self, knowledge: &KnowledgeBase) -> bool {

@@ -1,15 +1,15 @@
 //! The value of a history at a moment without an observation, with a bound instead of a guess.
 //!
-//! Where the model bounds how fast the plant changes, the sample whose time is nearest says so much, grown by what can happen
-//! in between. Where it does not, only what lies between two samples is known: the hull of both neighbours. What comes after
-//! the newest sample is then not known yet, and is never extrapolated. Where a value stands until the next one, what was said
-//! last is known at every moment.
+//! Where the model bounds the rate of change, the sample with the nearest time gives the value, widened by the possible change in
+//! between. Without such a bound, only moments between two samples have a value: the hull of both neighbours. A moment after the
+//! newest sample has no value yet, and nothing is extrapolated. Where a value stands until the next one, the last value holds at
+//! every moment.
 
 use super::history::{History, Reach, Reading, Sample};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
-/// The number of recent samples that tell how the plant behaves.
+/// The number of recent samples that show how the plant behaves.
 const LATELY: usize = 3;
 
 /// The knowledge about the value at a moment.
@@ -17,9 +17,9 @@ const LATELY: usize = 3;
 pub enum Known {
     /// An interval that holds the true value, SI.
     Value(Interval),
-    /// Not known yet: a later sample may tell.
+    /// Not known yet: a later sample may give the value.
     Later,
-    /// Not known, and no later sample will tell.
+    /// Not known, and no later sample will give the value.
     Never,
 }
 

@@ -126,7 +126,7 @@ impl Gate {
     }
 
     /// Whether the readings are where the last sound one could have got to.
-    pub(super) fn is_home(&self) -> bool {
+    pub(super) fn has_returned(&self) -> bool {
         let leaves = |pace: Pace| {
             let ends = self.anchor.zip(self.next);
             ends.and_then(|(anchor, next)| pace.jump(self.beside(anchor, next), next))
@@ -232,7 +232,7 @@ mod tests {
             let validity = Validity::at(Time::from_seconds(seconds));
             gate.measure(Sample { validity, value: Interval::new(value - 1.0, value + 1.0) });
             gate.turn();
-            gate.is_home()
+            gate.has_returned()
         };
         readings.iter().map(|value| of(&mut gate, *value)).collect()
     }

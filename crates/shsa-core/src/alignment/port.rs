@@ -196,8 +196,8 @@ impl Port {
     /// Whether the last reading before a jump could have got to the present ones at the largest rate of change; also true without
     /// a jump.
     #[must_use]
-    pub fn is_home(&self) -> bool {
-        self.gate.is_home()
+    pub fn has_returned(&self) -> bool {
+        self.gate.has_returned()
     }
 
     /// Accepts the present level of the readings, and forgets earlier jumps.
@@ -238,7 +238,7 @@ impl Port {
         }
     }
 
-    /// Whether a reading says again what stands, and is not yet the next answer: then it tells nothing about its own moment.
+    /// Whether a reading repeats the standing value before the next answer is due: then it is no evidence about its own moment.
     fn is_repeated(&self, signal: &Signal, sample: Sample) -> bool {
         let since = self.scalars.newest(0).filter(|newest| newest.value == sample.value);
         let since = since.map(|newest| sample.validity.to - newest.validity.to);

@@ -37,7 +37,7 @@ pub enum Acceptance {
     Newest,
     /// Kept among older ones, as it came out of order.
     Reordered,
-    /// Not kept: it says again what stands, before the next answer is due.
+    /// Not kept: the observation repeats the standing value before the next answer is due.
     Repeated,
     /// Dropped: the same value with the same validity is there.
     Duplicate,

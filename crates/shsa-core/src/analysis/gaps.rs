@@ -118,7 +118,7 @@ fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Compone
     }
 }
 
-/// The faults, and pairs of faults, that the structure could tell and the comparisons do not.
+/// The faults that the structure could detect, and the pairs of faults that it could isolate, where the comparisons do not.
 fn untold(
     knowledge: &KnowledgeBase,
     structure: &Structure,

@@ -102,7 +102,7 @@ pub struct Analysis {
     pub needs: IdVec<NeedId, Tolerance>,
     /// Useful additions, the best first.
     pub additions: Vec<Addition>,
-    /// Faults that the structure could tell and no comparison does, with the obstacles.
+    /// Faults that the structure could detect or isolate and no comparison does, with the obstacles.
     pub gaps: Vec<Gap>,
     /// The limits that were reached.
     pub limited: Vec<Limited>,

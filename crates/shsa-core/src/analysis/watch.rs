@@ -18,11 +18,11 @@ pub struct Watch {
     pub exact: bool,
     /// Operations a second for computing and comparing the watched ways, by the declared rates.
     pub cost: f64,
-    /// Faults that only the ways left out could tell.
+    /// Faults that only the ways left out could detect or isolate.
     pub hidden: Vec<Hidden>,
 }
 
-/// A fault of a signal that only the ways left out could tell.
+/// A fault of a signal that only the ways left out could detect or isolate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Hidden {
     /// The faulty signal.
@@ -55,7 +55,7 @@ pub(super) fn watched(
     all.filter(|watch| watch.possible > 1).collect()
 }
 
-/// The faults that more ways would tell and the comparisons of all variables do not; undetected faults first.
+/// The faults that more ways would detect or isolate and the comparisons of all variables do not; undetected faults first.
 fn hidden(knowledge: &KnowledgeBase, faults: &Faults, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
     let untold = |(signal, within_reach): (SignalId, SignalSet)| {
         let within_reach = knowledge.with_same(within_reach);

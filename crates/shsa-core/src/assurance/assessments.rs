@@ -1,6 +1,6 @@
-//! The ways that may serve one need, each with its certificates composed, under the evidence of now.
+//! The ways that may serve one need, each with its composed certificates, under the current evidence.
 //!
-//! Evidence that several ways rest on is read once. What changes is derived again by itself; nothing is allocated for that.
+//! Evidence on which several ways rest is read once. Only what rests on changed evidence is derived again, without allocating.
 
 mod assessed;
 mod decision;
@@ -19,23 +19,23 @@ use alloc::vec::Vec;
 use assessed::Assessed;
 use core::borrow::Borrow;
 
-/// How often certificates are evaluated to find out why something is refused.
+/// How many evaluations of certificates the search for the reasons of a refusal may take.
 const MOST_EVALUATIONS: usize = 1_000;
 
-/// What is known of a piece of evidence at a moment.
+/// The truth of a piece of evidence at a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Reading {
-    /// Whether it is so.
+    /// Whether the evidence is true.
     pub truth: Truth,
-    /// When the passing of time alone may change that; [`Time::MAX`] where it does not.
+    /// When the passing of time alone may change the truth; [`Time::MAX`] where it cannot.
     pub until: Time,
 }
 
 impl Reading {
-    /// Nothing is known.
+    /// The reading of evidence of which nothing is known.
     pub const UNKNOWN: Reading = Reading::lasting(Truth::Unknown);
 
-    /// What time alone does not change.
+    /// A reading that time alone does not change.
     #[must_use]
     pub const fn lasting(truth: Truth) -> Reading {
         Reading { truth, until: Time::MAX }
@@ -45,56 +45,56 @@ impl Reading {
 /// Reads a piece of evidence of a contract, while a way serves the need.
 pub type Read<'r> = &'r (dyn Fn(ContractId, &Watched, &Way) -> Reading + Sync);
 
-/// What contracts say of the ways that may serve a need. By default nothing is demanded, and everything is admitted.
+/// The contracts' verdicts on the ways that may serve a need. By default nothing is demanded, and every way is admitted.
 #[derive(Debug, Default)]
 pub struct Assessments(Option<Box<Demanded>>);
 
-/// An operator lets out what a contract refuses.
+/// The order of an operator that lets values out which a contract refuses.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Override {
-    /// Until when.
+    /// When the override ends.
     pub until: Time,
-    /// Why, in the operator's words.
+    /// The operator's reason, in the operator's words.
     pub because: String,
 }
 
-/// How far those who observe the system trust a way, whatever contracts say; the best first.
+/// How far the diagnosis trusts a way, whatever contracts say; the best first.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Trust {
-    /// It is.
+    /// All that the way rests on is trusted.
     Trusted,
-    /// Its signals have just come back.
+    /// Signals of the way have just come back.
     Returning,
-    /// Nothing speaks against it any more, and nothing for it.
+    /// No evidence accuses the way any more, and none supports it.
     Unproven,
-    /// It may be wrong, or is asked about by order only.
+    /// The way may be wrong, or is considered only because of an order.
     Doubted,
 }
 
-/// What a need demands, and who gives it.
+/// The demands of a need, and the ways that may meet them.
 #[derive(Debug)]
 struct Demanded {
     need: NeedId,
     policy: Policy,
-    /// For how long what was met may be unknown.
+    /// For how long demands that were met may become unknown before the way is refused.
     grace: Span,
     ways: Vec<Assessed>,
     pieces: Vec<Piece>,
-    /// Where the way stands that serves the need.
+    /// The index of the way that serves the need.
     running: Option<usize>,
     overridden: Option<Override>,
-    /// When something changes though nothing comes; [`Time::MAX`] where nothing does.
+    /// When an admission changes without an input; [`Time::MAX`] where none does.
     due: Time,
 }
 
-/// A way that does not meet what is demanded.
+/// A way that does not meet the demands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Refused {
     /// The way.
     pub way: Way,
-    /// Of which kind the reason is.
+    /// The kind of the reason.
     pub verdict: Verdict,
-    /// Minimal sets of what would have to change, of which one would do.
+    /// Minimal sets of demands and evidence that would have to change; one of the sets is enough.
     pub lacking: Vec<Vec<Lacking>>,
 }
 
@@ -103,15 +103,15 @@ pub struct Refused {
 struct Piece {
     contract: ContractId,
     watched: Watched,
-    /// The way that it is about.
+    /// The index of the way that the evidence is about; `None` for evidence that is not about one way.
     of: Option<usize>,
     reading: Reading,
-    /// Where it stands in the certificates of ways.
+    /// The ways whose certificates use the evidence, with its id in each.
     places: Vec<(usize, EvidenceId)>,
 }
 
 impl Piece {
-    /// Whether it may have changed: its signal has spoken, its time has come, or nothing tells when it does.
+    /// Whether the evidence may have changed: its signal has a new value, its time has come, or no input announces its changes.
     fn is_due(&self, has_spoken: &dyn Fn(SignalId) -> bool, now: Time) -> bool {
         match self.watched.source {
             EvidenceSource::Signal(
@@ -122,7 +122,8 @@ impl Piece {
         }
     }
 
-    /// Whether it is the same: what two contracts measure alike is one piece, what is told them is not.
+    /// Whether two pieces are the same. Two contracts that measure alike share a piece; an operator's statement belongs to one
+    /// contract.
     fn is(&self, contract: ContractId, watched: &Watched, of: Option<usize>) -> bool {
         let own = &self.watched;
         let is_told = own.source == EvidenceSource::Told;
@@ -133,7 +134,7 @@ impl Piece {
 }
 
 impl Assessments {
-    /// Of a need, no way of which is known yet.
+    /// The assessments of a need, without a way yet.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, assurance: Option<&Assurance>, need: NeedId) -> Assessments {
         let demanding = assurance.filter(|assurance| assurance.demands(need));
@@ -151,15 +152,15 @@ impl Assessments {
         }))
     }
 
-    /// Whether anything is demanded.
+    /// Whether the need demands anything.
     #[must_use]
     pub fn is_demanding(&self) -> bool {
         self.0.is_some()
     }
 
-    /// What may serve now; `None` where a contract forbids it, or where the way was not asked about.
+    /// Admits a way; `None` where a contract refuses it, or where the way was not considered.
     ///
-    /// Complexity: linear in the ways that were asked about.
+    /// Complexity: linear in the considered ways.
     pub fn admit<W: Borrow<Way>>(&self, way: W) -> Option<Assured<'_, W>> {
         let admitted = match &self.0 {
             None => Admitted::default(),
@@ -168,28 +169,28 @@ impl Assessments {
         Some(Assured::new(way, admitted))
     }
 
-    /// The verdict on a way that was asked about.
+    /// The assessment of a considered way; `None` for any other.
     #[must_use]
     pub fn assessment(&self, way: &Way) -> Option<Assessment> {
         self.0.as_ref()?.of(way).map(|assessed| assessed.assessment)
     }
 
-    /// Why a way does not meet what is demanded: the minimal sets of what would have to change; `None` where it does, or was not
-    /// asked about.
+    /// Why a way does not meet the demands, by minimal sets of what would have to change. `None` where the way meets them, or was
+    /// not considered.
     #[must_use]
     pub fn refused(&self, way: &Way) -> Option<Refused> {
         self.0.as_ref()?.of(way).filter(|it| it.assessment.verdict != Verdict::Holds).map(Assessed::refused)
     }
 
-    /// Whether it is not known of some way whether it meets what is demanded.
+    /// Whether the verdict on some way is open, because evidence is unknown.
     #[must_use]
     pub fn is_any_open(&self) -> bool {
         let is_open = |it: &Assessed| it.assessment.verdict == Verdict::Open;
         self.0.as_ref().is_some_and(|demanded| demanded.ways.iter().any(is_open))
     }
 
-    /// These ways, the best first, are those that would serve: of those before the first that meets what is demanded it is news
-    /// when they do not.
+    /// Stores which ways would serve the need, the best first. Each refusal of a way before the first that meets the demands is
+    /// reported.
     pub fn prefer(&mut self, ways: &[Way]) {
         let Some(demanded) = &mut self.0 else { return };
         demanded.ways.iter_mut().for_each(|it| it.is_preferred = false);
@@ -203,8 +204,8 @@ impl Assessments {
         }
     }
 
-    /// Preferred ways that do not meet what is demanded, each once when that begins, and not again before it has been `calm`; of
-    /// what is not known, when that has lasted too long.
+    /// The preferred ways that do not meet the demands and have to be reported. A refusal is reported once when it begins, and
+    /// not again within `calm`; an open verdict is reported once it has lasted too long.
     pub fn untold(&mut self, calm: Span, now: Time) -> Vec<Refused> {
         let Some(demanded) = &mut self.0 else { return Vec::new() };
         let grace = demanded.grace;
@@ -220,13 +221,13 @@ impl Assessments {
         demanded.ways.iter_mut().filter_map(untold).collect()
     }
 
-    /// How an operator has overridden the contract.
+    /// The operator's override of the contract; `None` where there is none.
     #[must_use]
     pub fn overridden(&self) -> Option<&Override> {
         self.0.as_ref()?.overridden.as_ref()
     }
 
-    /// What is refused goes out all the same for a time, at the level that it has; whether anything is demanded at all.
+    /// Lets refused ways be admitted for a time, at the level that they have. Returns whether the need demands anything.
     pub fn override_by(&mut self, order: Override, now: Time) -> bool {
         let Some(demanded) = &mut self.0 else { return false };
         demanded.overridden = Some(order);
@@ -234,21 +235,21 @@ impl Assessments {
         true
     }
 
-    /// What is refused is refused again.
+    /// Ends the override.
     pub fn withdraw_override(&mut self) {
         self.0.iter_mut().for_each(|demanded| demanded.overridden = None);
     }
 
-    /// Which way serves the need from now on.
+    /// Sets the way that serves the need.
     pub fn run(&mut self, way: Option<&Way>) {
         if let Some(demanded) = &mut self.0 {
             demanded.running = way.and_then(|way| demanded.place(way));
         }
     }
 
-    /// Asks about ways: composes the certificates of those that are new. [`Assessments::settle`] must follow.
+    /// Considers ways: composes the certificates of new ones. [`Assessments::settle`] must follow.
     ///
-    /// Complexity: that of composing; the evidence of all ways is indexed anew where one is new.
+    /// Complexity: that of composing; with a new way, the evidence of all ways is indexed anew.
     pub fn consider<'w>(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -270,15 +271,15 @@ impl Assessments {
         }
     }
 
-    /// Decides while nothing is known of any evidence.
+    /// Decides while all evidence is unknown.
     pub fn begin(&mut self, knowledge: &KnowledgeBase) {
         let Some(demanded) = &mut self.0 else { return };
         demanded.index(knowledge);
         demanded.admit_all(Time::MIN);
     }
 
-    /// Goes on from before a change of the knowledge base: what met its demands then and is not known to now goes on for as long as
-    /// that may be unknown. `way` is what served then, and what it is called now.
+    /// Takes over from before a change of the knowledge base. A way that met its demands before, and whose evidence is unknown
+    /// now, goes on for as long as its evidence may be unknown. `way` is the way that served, with its old and its new ids.
     pub fn go_on(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -294,13 +295,13 @@ impl Assessments {
         let old = before.0.as_ref().and_then(|demanded| demanded.of(old));
         let has_held =
             |it: &Assessed| it.admitted.is_some_and(|it| matches!(it.ground, Ground::Met | Ground::Lapsing));
-        // Where nothing was demanded before, nothing was missing.
+        // Without demands before the change, nothing was unmet.
         let (has_held, open_since) = old.map_or((true, None), |it| (has_held(it), it.open_since));
         let running = demanded.running.and_then(|at| demanded.ways.get_mut(at));
         running.into_iter().for_each(|it| (it.has_held, it.open_since) = (has_held, open_since));
     }
 
-    /// Forgets the ways that were not asked about since the last time, but for the one that serves.
+    /// Drops the ways that were not considered since the last call, except the one that serves.
     pub fn forget(&mut self) {
         self.0.iter_mut().for_each(|demanded| demanded.forget());
     }
@@ -312,15 +313,15 @@ impl Assessments {
         demanded.follow(&|_| true, read, now);
     }
 
-    /// Reads the evidence that may have changed: of signals that have spoken, and what time changes. Whether a way is admitted
-    /// otherwise than before.
+    /// Reads the evidence that may have changed: that of signals with new values, and evidence that time changes. Returns whether
+    /// the admission of a way has changed.
     ///
     /// Complexity: linear in the pieces of evidence, and in what rests on those that have changed; allocates nothing.
     pub fn follow(&mut self, has_spoken: &dyn Fn(SignalId) -> bool, read: Read<'_>, now: Time) -> bool {
         self.0.as_mut().is_some_and(|demanded| demanded.follow(has_spoken, read, now))
     }
 
-    /// When something changes though nothing comes.
+    /// When an admission may change without an input.
     #[inline]
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {

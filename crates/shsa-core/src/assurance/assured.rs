@@ -1,28 +1,28 @@
-//! What contracts admit at a moment. Only this module makes it, and nothing else can be started.
+//! The admission of a way by contracts at a moment. Only this module makes one, and only an admitted way can be started.
 
 use crate::statement::Level;
 use core::marker::PhantomData;
 
-/// Why something may go out.
+/// Why a way is admitted.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Ground {
-    /// Nothing is demanded.
+    /// The need demands nothing.
     #[default]
     Undemanded,
-    /// What is demanded is met.
+    /// The demands are met.
     Met,
-    /// It was met until evidence became unknown, for no longer than a value of the need may be old.
+    /// The demands were met until evidence became unknown, for no longer than a value of the need may be old.
     Lapsing,
-    /// It is not met; the policy `degrade` lets the highest level go out that is given.
+    /// The demands are not met; the policy `degrade` admits the ways with the highest level.
     Degraded,
-    /// It is not met; the policy `warn` only tells so.
+    /// The demands are not met; the policy `warn` only reports that.
     Warned,
-    /// It is not met; an operator has overridden it for a time.
+    /// The demands are not met; an operator has overridden them for a time.
     Overridden,
 }
 
 impl Ground {
-    /// Every ground.
+    /// All grounds.
     pub const ALL: [Ground; 6] = [
         Ground::Undemanded,
         Ground::Met,
@@ -32,7 +32,7 @@ impl Ground {
         Ground::Overridden,
     ];
 
-    /// What it is called in files.
+    /// The name of the ground in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -46,17 +46,17 @@ impl Ground {
     }
 }
 
-/// On which ground something may go out, and the level that is given with it.
+/// The ground of an admission, and the level that is given with it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Admitted {
-    /// Why it may.
+    /// The ground.
     pub ground: Ground,
-    /// The level that certificates give now, never more; `None` where they give none, or nothing is demanded.
+    /// The level that the certificates give now, never a higher one; `None` where they give none, or nothing is demanded.
     pub level: Option<Level>,
 }
 
 impl Admitted {
-    /// What rests on both: the weaker ground, and the lower level where both give one of the same scale.
+    /// The admission of what rests on both: the weaker ground, and the lower level where both have one of the same scale.
     #[must_use]
     pub fn weaker(self, other: Admitted) -> Admitted {
         let lower = |one: Level, other: Level| (one.scale == other.scale).then(|| one.min(other));
@@ -65,17 +65,17 @@ impl Admitted {
     }
 }
 
-/// Something that contracts admit now, under the knowledge and the evidence of this moment.
+/// A value that contracts admit now, under the knowledge and the evidence of this moment.
 ///
-/// It borrows from the [`Assessments`](super::Assessments) that admit it, so it is gone before evidence can change. Nobody else
-/// makes one:
+/// It borrows from the [`Assessments`](super::Assessments) that admit it, so that it ends before evidence can change. No other
+/// code can make one:
 ///
 /// ```compile_fail,E0451
 /// use shsa_core::assurance::{Admitted, Assured};
 /// let by_hand = Assured { value: "a way", admitted: Admitted::default(), now: core::marker::PhantomData };
 /// ```
 ///
-/// What is not assured cannot be started:
+/// A way that is not assured cannot be started:
 ///
 /// ```compile_fail,E0308
 /// use shsa_core::{alignment::Port, knowledge::*, service::Service, substitution::Way};
@@ -84,7 +84,7 @@ impl Admitted {
 /// }
 /// ```
 ///
-/// and what was assured before the evidence changed cannot, either:
+/// and a way that was assured before the evidence changed cannot be started either:
 ///
 /// ```compile_fail,E0502
 /// use shsa_core::{alignment::Port, assurance::Assessments, knowledge::*, service::Service, substitution::Way};
@@ -95,7 +95,7 @@ impl Admitted {
 /// }
 /// ```
 ///
-/// while the same in the other order can:
+/// while a way that is assured afterwards can be:
 ///
 /// ```
 /// use shsa_core::{alignment::Port, assurance::Assessments, knowledge::*, service::Service, substitution::Way};
@@ -113,18 +113,18 @@ pub struct Assured<'now, T> {
 }
 
 impl<T> Assured<'_, T> {
-    /// For [`Assessments`](super::Assessments) alone.
+    /// Only [`Assessments`](super::Assessments) calls this.
     pub(super) fn new(value: T, admitted: Admitted) -> Self {
         Assured { value, admitted, now: PhantomData }
     }
 
-    /// On which ground, and at which level.
+    /// The ground and the level of the admission.
     #[must_use]
     pub fn admitted(&self) -> Admitted {
         self.admitted
     }
 
-    /// What is admitted, to be started at once: it is assured no longer.
+    /// The admitted value, to be started at once: it is no longer assured.
     #[must_use]
     pub fn into_value(self) -> T {
         self.value

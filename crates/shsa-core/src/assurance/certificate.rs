@@ -18,19 +18,19 @@ id! {
     pub EvidenceId
 }
 
-/// Whether a service is an application or what applications run on.
+/// Whether a service is an application or a platform.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ServiceKind {
-    /// Of the horizontal direction: it gives and takes information.
+    /// Horizontal direction: an application gives and takes information.
     Application,
-    /// Of the vertical direction: it grants time, memory, isolation.
+    /// Vertical direction: a platform grants applications time, memory, isolation.
     Platform,
 }
 
-/// Something that has a certificate.
+/// An application or a platform with a certificate.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Service {
-    /// As files name it.
+    /// The name in files.
     pub name: String,
     /// Application or platform.
     pub kind: ServiceKind,
@@ -39,11 +39,11 @@ pub struct Service {
 /// A statement that holds on a condition.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Guarantee {
-    /// As files name it.
+    /// The name in files.
     pub name: String,
-    /// Whose it is.
+    /// The service that gives the guarantee.
     pub service: ServiceId,
-    /// What is guaranteed.
+    /// The guaranteed statement.
     pub statement: Statement,
     /// The condition, over demands and evidence of the same service.
     pub when: Tree,
@@ -61,34 +61,34 @@ pub enum Quantifier {
 /// A statement that is asked of others.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Demand {
-    /// As files name it.
+    /// The name in files.
     pub name: String,
-    /// Who asks.
+    /// The service that makes the demand.
     pub service: ServiceId,
-    /// What is demanded.
+    /// The demanded statement.
     pub statement: Statement,
-    /// Who is asked: where the information, or the resource, comes from now.
+    /// The services that are asked: those from which the information, or the resource, comes now.
     pub of: Vec<ServiceId>,
-    /// How many of them must meet it.
+    /// How many of these services must meet the demand.
     pub quantifier: Quantifier,
 }
 
-/// What a service itself observes at run time.
+/// An observation that a service makes itself at run time.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Evidence {
-    /// As files name it.
+    /// The name in files.
     pub name: String,
-    /// Whose it is.
+    /// The service that makes the observation.
     pub service: ServiceId,
-    /// Where what is measured must lie, in the unit in which it is measured; `None` where it is simply so or not.
+    /// The range of the measured value, in the unit of the measurement; `None` where the evidence is true or false.
     pub within: Option<Interval>,
-    /// For how long an observation counts; `None` is for ever.
+    /// For how long an observation counts; `None`: for ever.
     pub max_age: Option<Span>,
 }
 
 impl Evidence {
-    /// What a measurement says: true when all of it lies in the range, false when none of it does. Without a range a
-    /// measurement says nothing.
+    /// The truth by a measurement: true when all of it lies in the range, false when none of it does. Without a range a
+    /// measurement decides nothing.
     #[must_use]
     pub fn truth(&self, measured: Interval) -> Truth {
         self.within.map_or(Truth::Unknown, |range| statement::truth(measured, range))
@@ -98,11 +98,11 @@ impl Evidence {
 /// A condition. It has no negation, so that what holds only grows with what is assumed to hold.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Tree {
-    /// All of them; of none it holds.
+    /// All parts hold; true of no parts.
     All(Vec<Tree>),
-    /// One of them; of none it does not hold.
+    /// One of the parts holds; false of no parts.
     Any(Vec<Tree>),
-    /// So many of them.
+    /// At least this many of the parts hold.
     AtLeast(u32, Vec<Tree>),
     /// A demand is met.
     Demand(DemandId),
@@ -118,15 +118,15 @@ impl Tree {
 /// All certificates of a system, before they are composed: rows that refer to each other by id.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Certificates {
-    /// Of the levels.
+    /// The scales of the levels.
     pub scales: Scales,
-    /// Who has a certificate.
+    /// The services that have a certificate.
     pub services: IdVec<ServiceId, Service>,
-    /// What they give.
+    /// The guarantees of all services.
     pub guarantees: IdVec<GuaranteeId, Guarantee>,
-    /// What they ask.
+    /// The demands of all services.
     pub demands: IdVec<DemandId, Demand>,
-    /// What they observe.
+    /// The evidence of all services.
     pub evidence: IdVec<EvidenceId, Evidence>,
 }
 
@@ -151,9 +151,9 @@ pub enum Problem {
 pub const MAX_DEPTH: u32 = 64;
 
 impl Certificates {
-    /// Everything that is wrong with them, guarantees first.
+    /// Everything that is wrong with the certificates, guarantees first.
     ///
-    /// Time: linear in their size.
+    /// Time: linear in the size of the certificates.
     #[must_use]
     pub fn problems(&self) -> Vec<Problem> {
         let guarantees = self.guarantees.enumerate().filter_map(|(id, row)| self.of_guarantee(id, row));

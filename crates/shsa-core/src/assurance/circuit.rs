@@ -17,20 +17,20 @@ id! {
     pub(super) ComponentId
 }
 
-/// What rests on what.
+/// Which nodes rest on which.
 #[derive(Clone, Debug)]
 pub(super) struct Circuit {
-    /// How many children must hold; for evidence nobody asks.
+    /// How many children must hold; without meaning for evidence.
     pub(super) needed: IdVec<NodeId, u32>,
-    /// On what a node rests, once for each time that it does.
+    /// The nodes on which a node rests, with repetitions.
     pub(super) children: Rows<NodeId, NodeId>,
-    /// What rests on a node, once for each time that it does.
+    /// The nodes that rest on a node, with repetitions.
     pub(super) parents: Rows<NodeId, NodeId>,
-    /// Where a node belongs.
+    /// The component of each node.
     pub(super) component: IdVec<NodeId, ComponentId>,
-    /// Who belongs to it.
+    /// The nodes of each component.
     pub(super) members: Rows<ComponentId, NodeId>,
-    /// Whether a node of it rests on itself, by whatever way.
+    /// Whether a node of the component rests on itself, directly or through others.
     pub(super) is_cyclic: IdVec<ComponentId, bool>,
     evidence: usize,
     guarantees: usize,
@@ -46,7 +46,7 @@ struct Builder<'c> {
 }
 
 impl Circuit {
-    /// Of certificates without problems.
+    /// The circuit of certificates without problems.
     ///
     /// Time: linear in the certificates and in the pairs of a demand with a guarantee of a service that it asks.
     pub(super) fn new(certificates: &Certificates) -> Circuit {
@@ -101,12 +101,12 @@ impl Circuit {
         NodeId::from_index(self.evidence + self.guarantees + id.index())
     }
 
-    /// The evidence that a node is.
+    /// The evidence of a node; `None` for another node.
     pub(super) fn evidence_of(&self, node: NodeId) -> Option<EvidenceId> {
         (node.index() < self.evidence).then(|| EvidenceId::from_index(node.index()))
     }
 
-    /// The demand that a node is; `demands` is how many there are.
+    /// The demand of a node; `None` for another node. `demands` is the number of demands.
     pub(super) fn demand_of(&self, node: NodeId, demands: usize) -> Option<DemandId> {
         let index = node.index().checked_sub(self.evidence + self.guarantees)?;
         (index < demands).then(|| DemandId::from_index(index))
@@ -129,7 +129,7 @@ impl Builder<'_> {
         }
     }
 
-    /// The node of a part of a condition.
+    /// The node for a part of a condition.
     fn part(&mut self, tree: &Tree) -> NodeId {
         let certificates = self.certificates;
         match tree {
@@ -165,7 +165,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Each guarantee of a service that meets the demand is a child.
+    /// Adds each guarantee of a service that meets the demand as a child.
     fn offered(&mut self, node: NodeId, service: ServiceId, demand: &Demand) {
         let evidence = self.certificates.evidence.len();
         for &id in self.offers.row(service) {

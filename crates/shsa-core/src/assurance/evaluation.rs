@@ -1,4 +1,4 @@
-//! Which guarantees and demands hold under the evidence of now, and what would have to change.
+//! Which guarantees and demands hold under the current evidence, and what would have to change.
 
 use super::certificate::{Certificates, DemandId, EvidenceId, GuaranteeId, Problem, Quantifier};
 use super::circuit::{Circuit, NodeId};
@@ -10,7 +10,7 @@ use crate::statement::Level;
 use crate::time::Time;
 use alloc::vec::Vec;
 
-/// Certificates that are composed: who can meet whose demands is settled.
+/// Composed certificates: which guarantees can meet which demands is settled.
 #[derive(Clone, Debug)]
 pub struct System {
     certificates: Certificates,
@@ -23,7 +23,7 @@ impl System {
     /// Time: linear in the certificates and in the pairs of a demand with a guarantee of a service that it asks.
     ///
     /// # Errors
-    /// Everything that is wrong with the certificates.
+    /// All problems of the certificates.
     pub fn new(certificates: Certificates) -> Result<System, Vec<Problem>> {
         let problems = certificates.problems();
         if !problems.is_empty() {
@@ -33,13 +33,13 @@ impl System {
         Ok(System { certificates, circuit })
     }
 
-    /// What was composed.
+    /// The certificates.
     #[must_use]
     pub fn certificates(&self) -> &Certificates {
         &self.certificates
     }
 
-    /// The guarantees that meet a demand, whether they hold or not; of one service after the other, as it asks them.
+    /// The guarantees that meet a demand, whether they hold or not: one asked service after the other.
     pub fn matches(&self, demand: DemandId) -> impl Iterator<Item = GuaranteeId> {
         let (row, all) = (&self.certificates.demands[demand], &self.certificates.guarantees);
         let offered =
@@ -47,29 +47,28 @@ impl System {
         offered.filter(|(_, given)| given.statement.meets(&row.statement)).map(|(id, _)| id)
     }
 
-    /// What may be given of what a demand with a level asks, whatever the level: guarantees of the same scale.
-    pub(super) fn rungs(&self, demand: DemandId) -> impl Iterator<Item = (DemandId, GuaranteeId, Level)> {
-        let rungs = self.ladder(demand).into_iter().flatten();
-        rungs.map(move |(given, level)| (demand, given, level))
+    /// The guarantees that could meet a demand with a level if the level were left aside: those with a level of the same scale.
+    pub(super) fn graded(&self, demand: DemandId) -> impl Iterator<Item = (DemandId, GuaranteeId, Level)> {
+        let graded = self.graded_by_service(demand).into_iter().flatten();
+        graded.map(move |(given, level)| (demand, given, level))
     }
 
-    /// Guarantees that say what a demand asks, whatever their level, of each service that is asked; those with a level of
-    /// the same scale.
-    fn ladder(&self, demand: DemandId) -> Vec<Vec<(GuaranteeId, Level)>> {
+    /// The guarantees that state what a demand asks, with any level of the same scale; one list for each asked service.
+    fn graded_by_service(&self, demand: DemandId) -> Vec<Vec<(GuaranteeId, Level)>> {
         let row = &self.certificates.demands[demand];
         let Some(asked) = row.statement.level else { return Vec::new() };
-        let rung = |(id, given): (GuaranteeId, &super::Guarantee)| {
+        let row_of = |(id, given): (GuaranteeId, &super::Guarantee)| {
             let level = given.statement.level.filter(|level| level.scale == asked.scale)?;
             given.statement.says(&row.statement).then_some((id, level))
         };
         let of =
             |service| self.certificates.guarantees.enumerate().filter(move |(_, it)| it.service == service);
-        row.of.iter().map(|&service| of(service).filter_map(rung).collect()).collect()
+        row.of.iter().map(|&service| of(service).filter_map(row_of).collect()).collect()
     }
 }
 
 impl Default for System {
-    /// Of nobody.
+    /// The system without certificates.
     fn default() -> System {
         let certificates = Certificates::default();
         System { circuit: Circuit::new(&certificates), certificates }
@@ -79,18 +78,18 @@ impl Default for System {
 /// Whether a guarantee can be given, or a demand is met, and if not, of which kind the reason is.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// It holds.
+    /// The guarantee holds, or the demand is met.
     Holds,
-    /// It would hold if all that is unknown were true.
+    /// It would hold if all unknown evidence were true.
     Open,
-    /// Nothing contradicts it, but it rests on itself.
+    /// No evidence contradicts it, but it rests on itself.
     Circular,
-    /// Neither.
+    /// None of the other three.
     Refused,
 }
 
 impl Verdict {
-    /// What it is called in files.
+    /// The name of the verdict in files.
     #[must_use]
     pub fn name(self) -> &'static str {
         match self {
@@ -114,28 +113,28 @@ pub enum Leaf {
 /// A level that evidence could give.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Higher {
-    /// Above the one that is given now.
+    /// The level, above the one that is given now.
     pub level: Level,
-    /// Minimal sets of evidence that would give it.
+    /// Minimal sets of evidence that would give the level.
     pub repairs: Sets<EvidenceId>,
 }
 
-/// What holds in a system now. Evidence is unknown until it is told.
+/// The guarantees and demands of a system that hold now. Evidence is unknown until it is set.
 #[derive(Clone, Debug)]
 pub struct Evaluation {
     truth: IdVec<EvidenceId, Truth>,
     /// When an observation ceases to count.
     until: IdVec<EvidenceId, Time>,
-    /// What follows from true evidence.
+    /// The nodes that follow from true evidence.
     least: FixedPoint,
-    /// What would follow if what is unknown were true.
-    hoped: FixedPoint,
-    /// What nothing derives the failure of is in the greatest fixed point: this derives failures.
+    /// The nodes that would follow if unknown evidence were true.
+    possible: FixedPoint,
+    /// The nodes whose failure is derived; the greatest fixed point has all others.
     failing: FixedPoint,
 }
 
 impl Evaluation {
-    /// Of a system of which nothing is known yet.
+    /// The evaluation of a system whose evidence is all unknown.
     ///
     /// Time and space: linear in the circuit. All later changes of evidence allocate nothing.
     #[must_use]
@@ -150,7 +149,7 @@ impl Evaluation {
             truth: IdVec::filled(count, |_| Truth::False),
             until: IdVec::filled(count, |_| Time::MAX),
             least: FixedPoint::new(circuit, circuit.needed.clone()),
-            hoped: FixedPoint::new(circuit, circuit.needed.clone()),
+            possible: FixedPoint::new(circuit, circuit.needed.clone()),
             failing: FixedPoint::new(circuit, IdVec::filled(circuit.needed.len(), fails)),
         };
         for evidence in system.certificates.evidence.ids() {
@@ -161,14 +160,14 @@ impl Evaluation {
         evaluation
     }
 
-    /// Tells what evidence is from now on.
+    /// Sets the truth of a piece of evidence.
     ///
     /// Time: linear in what rests on it, at most; no allocation.
     pub fn set(&mut self, system: &System, evidence: EvidenceId, truth: Truth) {
         self.set_all(system, core::iter::once((evidence, truth)));
     }
 
-    /// Tells of several at once what they are from now on.
+    /// Sets the truth of several pieces of evidence at once.
     pub fn set_all(&mut self, system: &System, changes: impl Iterator<Item = (EvidenceId, Truth)>) {
         for (evidence, truth) in changes {
             self.until[evidence] = Time::MAX;
@@ -177,7 +176,7 @@ impl Evaluation {
         self.settle(system);
     }
 
-    /// Tells what was measured at a time; it counts as long as the evidence says.
+    /// Sets evidence by a measurement at a time. The measurement counts for the evidence's `max_age`.
     pub fn observe(&mut self, system: &System, evidence: EvidenceId, measured: Interval, at: Time) {
         let row = &system.certificates.evidence[evidence];
         self.put(system, evidence, row.truth(measured));
@@ -196,7 +195,7 @@ impl Evaluation {
         self.settle(system);
     }
 
-    /// The last moment at which nothing that is known now is too old; `None` if nothing ever is.
+    /// The last moment at which no known evidence is too old; `None` if none ever is.
     #[must_use]
     pub fn deadline(&self) -> Option<Time> {
         self.until.iter().copied().min().filter(|&until| until < Time::MAX)
@@ -206,17 +205,17 @@ impl Evaluation {
         self.truth[evidence] = truth;
         let (circuit, node) = (&system.circuit, system.circuit.evidence_node(evidence));
         self.least.set(circuit, node, truth.is_true());
-        self.hoped.set(circuit, node, !truth.is_false());
+        self.possible.set(circuit, node, !truth.is_false());
         self.failing.set(circuit, node, !truth.is_true());
     }
 
     fn settle(&mut self, system: &System) {
         self.least.settle(&system.circuit);
-        self.hoped.settle(&system.circuit);
+        self.possible.settle(&system.circuit);
         self.failing.settle(&system.circuit);
     }
 
-    /// What evidence is now.
+    /// The truth of a piece of evidence now.
     #[must_use]
     pub fn truth(&self, evidence: EvidenceId) -> Truth {
         self.truth[evidence]
@@ -234,7 +233,7 @@ impl Evaluation {
         self.verdict(system.circuit.demand_node(demand))
     }
 
-    /// Whether a guarantee is in the greatest fixed point: to compare, never to answer with.
+    /// Whether a guarantee is in the greatest fixed point. For comparisons in tests: no decision may rest on it.
     #[must_use]
     pub fn is_consistent(&self, system: &System, guarantee: GuaranteeId) -> bool {
         !self.failing.holds(system.circuit.guarantee_node(guarantee))
@@ -243,7 +242,7 @@ impl Evaluation {
     fn verdict(&self, node: NodeId) -> Verdict {
         if self.least.holds(node) {
             Verdict::Holds
-        } else if self.hoped.holds(node) {
+        } else if self.possible.holds(node) {
             Verdict::Open
         } else if !self.failing.holds(node) {
             Verdict::Circular
@@ -252,7 +251,7 @@ impl Evaluation {
         }
     }
 
-    /// Minimal sets of unmet leaves of a guarantee's own condition that would make it true, all else being as it is.
+    /// Minimal sets of unmet leaves of a guarantee's own condition that would make the condition true, with the rest unchanged.
     ///
     /// At most `most` evaluations.
     #[must_use]
@@ -275,8 +274,8 @@ impl Evaluation {
         })
     }
 
-    /// Minimal sets of evidence that is not true which would make a guarantee hold if it were, and minimal sets that prevent
-    /// it even if all other evidence were true.
+    /// Minimal sets of evidence that would make a guarantee hold if it were true, and minimal sets of evidence that prevent the
+    /// guarantee even if all other evidence were true.
     ///
     /// At most `most` evaluations of what it rests on for each; exponential in the evidence without that bound.
     #[must_use]
@@ -317,8 +316,9 @@ impl Evaluation {
         (repairs.map(evidence), causes.map(evidence))
     }
 
-    /// The highest level of a demand's scale that is given now by type and properties, its own level left aside; of several
-    /// services that must all give, the least. `None`: nothing is given, the demand has no level or asks nobody.
+    /// The highest level of a demand's scale that is given now by guarantees with the demanded type and properties; the level of
+    /// the demand itself does not matter. Of several services that must all give a level, the lowest counts. `None`: no level is
+    /// given, the demand has no level, or it asks no service.
     #[must_use]
     pub fn highest(&self, system: &System, demand: DemandId) -> Option<Level> {
         highest(system, demand, &self.least)
@@ -327,7 +327,7 @@ impl Evaluation {
     /// As [`Evaluation::highest`], if all that is unknown were true.
     #[must_use]
     pub fn highest_if_unknown_true(&self, system: &System, demand: DemandId) -> Option<Level> {
-        highest(system, demand, &self.hoped)
+        highest(system, demand, &self.possible)
     }
 
     /// The levels above the highest that evidence could give, the lowest first.
@@ -339,9 +339,9 @@ impl Evaluation {
         let Some(asked) = row.statement.level.filter(|_| !row.of.is_empty()) else { return Vec::new() };
         let levels = system.certificates.scales.get(asked.scale).map_or(0, |scale| scale.levels.len() as u32);
         let first = self.highest(system, demand).map_or(0, |level| level.rank + 1);
-        let ladder = system.ladder(demand);
+        let graded = system.graded_by_service(demand);
         let level = |rank| {
-            let goal = goal(system, &ladder, row.quantifier, rank);
+            let goal = goal(system, &graded, row.quantifier, rank);
             let (repairs, _) = self.why_not(system, &goal, most);
             Higher { level: Level { scale: asked.scale, rank }, repairs }
         };
@@ -351,30 +351,30 @@ impl Evaluation {
 }
 
 fn highest(system: &System, demand: DemandId, point: &FixedPoint) -> Option<Level> {
-    let best = |rungs: Vec<(GuaranteeId, Level)>| {
-        let given = rungs.into_iter().filter(|&(id, _)| point.holds(system.circuit.guarantee_node(id)));
+    let best = |graded: Vec<(GuaranteeId, Level)>| {
+        let given = graded.into_iter().filter(|&(id, _)| point.holds(system.circuit.guarantee_node(id)));
         given.map(|(_, level)| level).max()
     };
-    let of_each = system.ladder(demand).into_iter().map(best);
+    let of_each = system.graded_by_service(demand).into_iter().map(best);
     match system.certificates.demands[demand].quantifier {
         Quantifier::Any => of_each.flatten().max(),
-        // One that gives nothing is below all others.
+        // A service that gives no level is below all others.
         Quantifier::All => of_each.min().flatten(),
     }
 }
 
-/// What must hold for a demand to be met at a rank: of each group one.
+/// The goal of a demand that is met at a rank: one node of each group.
 fn goal(
     system: &System,
-    ladder: &[Vec<(GuaranteeId, Level)>],
+    graded: &[Vec<(GuaranteeId, Level)>],
     quantifier: Quantifier,
     rank: u32,
 ) -> Vec<Vec<NodeId>> {
-    let high = |rungs: &Vec<(GuaranteeId, Level)>| {
-        let high = rungs.iter().filter(|(_, level)| level.rank >= rank);
+    let high = |graded: &Vec<(GuaranteeId, Level)>| {
+        let high = graded.iter().filter(|(_, level)| level.rank >= rank);
         high.map(|&(id, _)| system.circuit.guarantee_node(id)).collect::<Vec<_>>()
     };
-    let groups: Vec<Vec<NodeId>> = ladder.iter().map(high).collect();
+    let groups: Vec<Vec<NodeId>> = graded.iter().map(high).collect();
     match quantifier {
         Quantifier::Any => Vec::from([groups.concat()]),
         Quantifier::All => groups,

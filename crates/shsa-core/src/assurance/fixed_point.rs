@@ -1,7 +1,8 @@
-//! The least set of nodes that holds, kept up to date as evidence changes.
+//! The least set of nodes that hold, kept up to date as evidence changes.
 //!
-//! What holds is derived from evidence, never from itself: a component of nodes that rest on each other is derived anew from
-//! what lies outside of it whenever anything outside ceases to hold, so that no derivation outlives its ground. All else is counted.
+//! Each node that holds is derived from evidence, never from itself. A component of nodes that rest on each other is derived anew
+//! from the nodes outside of it whenever one of these ceases to hold, so that no derivation outlives what it rests on. All other
+//! nodes only count their children that hold.
 
 use super::circuit::{Circuit, ComponentId, NodeId};
 use crate::knowledge::{Id, IdVec};
@@ -15,18 +16,18 @@ pub(super) struct FixedPoint {
     /// How many children hold.
     count: IdVec<NodeId, u32>,
     holds: IdVec<NodeId, bool>,
-    /// Components to look at again, a bit each.
+    /// The components to derive again, one bit each.
     pending: Vec<u64>,
-    /// Those of them into which something came that holds no longer.
+    /// The pending components of which an input has ceased to hold.
     shrunk: Vec<u64>,
-    /// Nodes of one component that hold newly.
+    /// The nodes of one component that have come to hold.
     queue: Vec<NodeId>,
-    /// What the members of one component were before.
+    /// Which members of one component held before.
     before: Vec<bool>,
 }
 
 impl FixedPoint {
-    /// While no source holds. `needed` are the thresholds of the nodes of `circuit`.
+    /// The fixed point while no source holds. `needed` has the thresholds of the nodes of `circuit`.
     pub(super) fn new(circuit: &Circuit, needed: IdVec<NodeId, u32>) -> FixedPoint {
         let components = circuit.is_cyclic.len();
         let largest = circuit.is_cyclic.ids().map(|id| circuit.members.row(id).len()).max().unwrap_or(0);
@@ -57,7 +58,7 @@ impl FixedPoint {
         }
     }
 
-    /// Derives again what rests on what has changed.
+    /// Derives again all nodes that rest on changed sources.
     ///
     /// Time: linear in the edges of the components of which an input has changed, plus a word for each 64 components.
     pub(super) fn settle(&mut self, circuit: &Circuit) {
@@ -79,7 +80,7 @@ impl FixedPoint {
         match members {
             [only] if !circuit.is_cyclic[component] => {
                 let holds = self.count[*only] >= self.needed[*only];
-                // A source is what it was set to.
+                // A source keeps the value that it was set to.
                 if circuit.evidence_of(*only).is_none() && holds != self.holds[*only] {
                     self.holds[*only] = holds;
                     self.pass_on(circuit, *only, holds);
@@ -90,7 +91,7 @@ impl FixedPoint {
         }
     }
 
-    /// Derives what follows beyond what holds: nothing that came in was lost.
+    /// Derives further nodes beyond those that hold: no input of the component has ceased to hold.
     fn derive_more(&mut self, circuit: &Circuit, component: ComponentId, members: &[NodeId]) {
         self.queue.clear();
         for &member in members {
@@ -105,7 +106,7 @@ impl FixedPoint {
         }
     }
 
-    /// Takes everything back that rests on the component itself, and derives from outside.
+    /// Withdraws all nodes that rest on the component itself, and derives the component from its inputs.
     fn derive_anew(&mut self, circuit: &Circuit, component: ComponentId, members: &[NodeId]) {
         self.before.clear();
         self.before.extend(members.iter().map(|&member| self.holds[member]));
@@ -132,7 +133,7 @@ impl FixedPoint {
         }
     }
 
-    /// Tells parents within the component, and queues those that hold by it.
+    /// Counts a node at its parents within the component, and queues the parents that hold by it.
     fn count_inside(&mut self, circuit: &Circuit, component: ComponentId, node: NodeId, holds: bool) {
         for &parent in circuit.parents.row(node) {
             if circuit.component[parent] != component {
@@ -175,7 +176,7 @@ fn mark(set: &mut [u64], component: ComponentId) {
     }
 }
 
-/// Takes a component out; whether it was in it.
+/// Takes a component out of the set; returns whether the set had it.
 fn take(set: &mut [u64], component: ComponentId) -> bool {
     let bit = 1 << (component.index() % 64);
     let Some(bits) = set.get_mut(component.index() / 64) else { return false };

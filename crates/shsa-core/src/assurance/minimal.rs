@@ -1,9 +1,9 @@
 //! Minimal sets of leaves that make a goal hold, and minimal sets that prevent it.
 //!
 //! A circuit without negation is a monotone function of its leaves. Its minimal true sets (**repairs**) and the minimal sets
-//! without which it is false (**causes**) are each other's hitting sets. Causes are found by a hitting-set tree in breadth
-//! (Reiter 1987, doi:10.1016/0004-3702(87)90062-2) whose labels are repairs, found by evaluating and made minimal by leaving
-//! leaves out; repairs are then the hitting sets of the causes.
+//! without which it is false (**causes**) are the minimal hitting sets of each other. A hitting-set tree in breadth (Reiter 1987,
+//! doi:10.1016/0004-3702(87)90062-2) finds the causes. Its labels are repairs: evaluation finds a true set, and leaving leaves
+//! out makes the set minimal. The repairs are then the hitting sets of the causes.
 
 use super::circuit::{Circuit, NodeId};
 use crate::knowledge::{Id, IdVec, id};
@@ -15,7 +15,7 @@ use alloc::vec::Vec;
 pub struct Sets<T> {
     /// Ascending by size, then by their elements.
     pub sets: Vec<Vec<T>>,
-    /// Whether these are all; else the bound of work was reached, and each is one but there may be more.
+    /// Whether the list is complete. If not, the bound of work was reached: each set is minimal, but there may be more.
     pub is_complete: bool,
 }
 
@@ -26,14 +26,14 @@ impl<T> Sets<T> {
     }
 }
 
-/// What a node is to a question.
+/// The role of a node in a question.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// As it is, and not asked about.
+    /// The node holds, or does not, and is not asked about.
     Fixed(bool),
-    /// Asked about.
+    /// The node is asked about.
     Leaf,
-    /// Follows from its children.
+    /// The node follows from its children.
     Inner,
 }
 
@@ -42,17 +42,17 @@ id! {
     pub(super) Local
 }
 
-/// What makes a goal hold: of each group one node.
+/// A goal, of which one node of each group must hold, and all nodes on which it rests.
 pub(super) struct Question {
     needed: IdVec<Local, u32>,
     children: IdVec<Local, Vec<Local>>,
     parents: IdVec<Local, Vec<Local>>,
-    /// Nodes that hold anyway.
+    /// The nodes that hold anyway.
     given: Vec<Local>,
     /// Ascending by their node.
     leaves: Vec<(Local, NodeId)>,
     goal: Vec<Vec<Local>>,
-    /// The order in which nodes were derived, from 1; 0: not.
+    /// The order in which nodes were derived, counted from 1; 0: not derived.
     order: IdVec<Local, u32>,
     count: IdVec<Local, u32>,
     queue: Vec<Local>,
@@ -62,7 +62,7 @@ pub(super) struct Question {
 type Leaves = Vec<usize>;
 
 impl Question {
-    /// About all that the goal rests on; time: linear in the whole circuit.
+    /// A question about all nodes on which the goal rests. Time: linear in the whole circuit.
     pub(super) fn new(circuit: &Circuit, goal: &[Vec<NodeId>], role: impl Fn(NodeId) -> Role) -> Question {
         let mut local: IdVec<NodeId, Option<Local>> = IdVec::filled(circuit.needed.len(), |_| None);
         let mut nodes: IdVec<Local, NodeId> = IdVec::new();
@@ -185,7 +185,7 @@ impl Question {
         self.goal.iter().all(|group| group.iter().any(|&node| self.order[node] != 0))
     }
 
-    /// Leaves from which the last evaluation derived the goal: of each node as many children as it needs, the first ones.
+    /// The leaves from which the last evaluation derived the goal: for each node as many children as it needs, the first ones.
     fn support(&self) -> Leaves {
         let first = |nodes: &[Local], many: usize| {
             let mut derived: Vec<Local> =
@@ -216,17 +216,17 @@ enum Found {
     TooMuch,
 }
 
-/// What is known of a set that may hit all.
+/// The answer to the question whether a set hits all sets.
 enum Label {
-    /// A set that it does not hit.
+    /// A set that is not hit.
     Set(Leaves),
-    /// It hits all.
+    /// All sets are hit.
     Hit,
     /// The bound was reached.
     TooMuch,
 }
 
-/// All minimal sets that hit whatever `label` comes up with, at most `most` looked at; and whether these are all.
+/// All minimal sets that hit each set of `label`, after trying at most `most`; and whether these are all.
 fn hitting_sets(most: usize, mut label: impl FnMut(&[usize]) -> Label) -> (Vec<Leaves>, bool) {
     let mut found: Vec<Leaves> = Vec::new();
     let mut seen: BTreeSet<Leaves> = BTreeSet::new();

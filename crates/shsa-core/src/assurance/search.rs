@@ -1,4 +1,4 @@
-//! Contracts inside the search for substitutions: what they cannot admit is pruned, and what is found is admitted.
+//! Contracts inside the search for substitutions: branches that contracts cannot admit are pruned, and each answer is admitted.
 
 use super::assessments::Read;
 use super::{Assurance, Verdict};
@@ -8,27 +8,28 @@ use crate::substitution::{Step, Substitution, Way};
 use alloc::vec::Vec;
 use core::fmt;
 
-/// How many choices of signals of one substitution are asked about.
+/// How many choices of signals are tried for one substitution.
 const MOST_CHOICES: usize = 256;
 
-/// What contracts admit for a need under the evidence of now.
+/// The ways that contracts admit for a need under the current evidence.
 pub struct Search<'a> {
     knowledge: &'a KnowledgeBase,
     assurance: &'a Assurance,
     need: NeedId,
     read: Read<'a>,
-    /// What may not be used, ascending.
+    /// Signals that may not be used, ascending.
     lost: &'a [SignalId],
-    /// What nothing admissible rests on.
+    /// Signals and relations on which no admissible way rests.
     barred: (SignalSet, RelationSet),
-    /// Variables that nothing admissible gives.
-    hopeless: IdVec<VariableId, bool>,
+    /// Variables that no admissible way gives.
+    unobtainable: IdVec<VariableId, bool>,
 }
 
 impl<'a> Search<'a> {
-    /// Looks at each signal and relation once; `lost` signals (ascending) are not used.
+    /// Prepares a search; `lost` signals (ascending) are not used.
     ///
-    /// Complexity: that of [`Assurance::barred`], and O(model) for each step on the longest way to a variable that nothing gives.
+    /// Complexity: that of [`Assurance::barred`], and O(model) for each step on the longest way to a variable that no admissible
+    /// way gives.
     #[must_use]
     pub fn new(
         knowledge: &'a KnowledgeBase,
@@ -42,19 +43,20 @@ impl<'a> Search<'a> {
         let nothing = Way { substitution: nothing, signals: Vec::new() };
         let truth = |contract, watched: &Watched| read(contract, watched, &nothing).truth;
         let barred = assurance.barred(knowledge, need, truth);
-        let hopeless = IdVec::filled(knowledge.variables().len(), |_| true);
-        let mut search = Search { knowledge, assurance, need, read, lost, barred, hopeless };
-        search.find_hope();
+        let unobtainable = IdVec::filled(knowledge.variables().len(), |_| true);
+        let mut search = Search { knowledge, assurance, need, read, lost, barred, unobtainable };
+        search.find_obtainable();
         search
     }
 
-    /// Finds what can be given at all: by a signal that is not barred, or by a relation of whose inputs all can.
-    fn find_hope(&mut self) {
+    /// Finds the variables that can be obtained at all: by a signal that is not barred, or by a relation whose inputs can all be
+    /// obtained.
+    fn find_obtainable(&mut self) {
         let mut has_changed = true;
         while core::mem::take(&mut has_changed) {
             for variable in self.knowledge.variables().ids() {
-                if self.hopeless[variable] && self.gives(variable) {
-                    self.hopeless[variable] = false;
+                if self.unobtainable[variable] && self.gives(variable) {
+                    self.unobtainable[variable] = false;
                     has_changed = true;
                 }
             }
@@ -80,10 +82,10 @@ impl<'a> Search<'a> {
 
     fn may_take(&self, step: &Step) -> bool {
         let relation = &self.knowledge.relations()[step.relation];
-        !self.barred.1.contains(step.relation) && relation.needs(step.output).all(|it| !self.hopeless[it])
+        !self.barred.1.contains(step.relation) && relation.needs(step.output).all(|it| !self.unobtainable[it])
     }
 
-    /// Whether a way is admitted: its certificates hold under the evidence of now.
+    /// Whether a way is admitted: its certificates hold under the current evidence.
     #[must_use]
     pub fn admits_way(&self, way: &Way) -> bool {
         if way.inputs().any(|signal| self.barred.0.contains(signal)) {

@@ -91,7 +91,7 @@ impl Input {
         if self.is_trigger {
             return Known::or_never(port.scalar_exactly_at(moment));
         }
-        // An input that is told late is waited for.
+        // An input that is reported late is waited for.
         port.scalar_about(moment, self.reach(self.max_gap(port) - self.delay))
     }
 

@@ -15,7 +15,7 @@
 //! * [`BOTH_SIDED`] for each agreement of which both ways rest on different faulty components: two faults rarely err alike. A
 //!   component may affect both of its ways alike, which is no evidence;
 //! * [`BY_CONDITION`] when some conflict is met only by components that a relation's condition reads: a wrong value there may
-//!   let a relation count where it does not hold. A condition that still holds says nothing about the size of its inputs, so
+//!   let a relation count where it does not hold. A condition that still holds is no evidence of the size of its inputs, so
 //!   an agreement does not count for them.
 //!
 //! Conflicts that share components, directly or through others, form one [`Part`]; components without a conflict count as sound.
@@ -240,7 +240,7 @@ fn parts(comparisons: &[Comparison]) -> Vec<Vec<Component>> {
     parts.into_iter().map(|part| part.into_iter().collect()).collect()
 }
 
-/// Each signal of a part as an explanation by itself: there are too many faults to tell.
+/// Each signal of a part as an explanation by itself: there are too many faults to enumerate.
 fn everyone(components: &[Component]) -> Vec<Candidate> {
     let signals = components.iter().filter(|component| matches!(component, Component::Signal(_)));
     signals.map(|&component| Candidate { components: Vec::from([component]), weight: 0.0 }).collect()

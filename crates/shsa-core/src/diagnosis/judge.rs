@@ -1,16 +1,16 @@
 //! The verdict on each signal and relation over time: suspect, failed, and trusted again.
 //!
-//! * A component has **failed** when it belongs to every explanation that is probable enough beside the best one, whatever the
-//!   comparisons will say that are still undecided or only just agree.
-//! * A component of some of these explanations is **suspect**, once the comparisons that may still decide have had their time,
-//!   which is bounded.
-//! * Signals with a common cause are blamed together where the cause explains the conflicts. A component that shares a cause
-//!   with one that has just failed is blamed before others.
+//! * A component has **failed** when it belongs to every explanation that is probable enough beside the best one. The comparisons
+//!   that are undecided or only just agree cannot change that, whatever their outcome.
+//! * A component of some of these explanations is **suspect**. The judge first waits, for a bounded time, for the comparisons
+//!   that may still decide.
+//! * Signals with a common cause are blamed together where the cause explains the conflicts. A component that shares a cause with
+//!   one that has just failed is blamed before others.
 //! * A conflict that a failed component explains is no evidence about other components.
-//! * [`recovery`] is how a component is trusted again.
+//! * [`recovery`] describes how a component is trusted again.
 //! * Without a comparison there is no verdict: unknown is not healthy.
 
-mod testimony;
+mod evidence_view;
 mod verdict;
 mod evidence;
 mod case;
@@ -29,17 +29,17 @@ use alloc::vec::Vec;
 use evidence::Priors;
 
 pub use evidence::rests_on;
+pub use evidence_view::EvidenceView;
 pub use orders::Record;
-pub use testimony::Testimony;
 pub use verdict::{Blame, Decision, JudgeOptions, Proof, Verdict};
 
-/// Probation doubles at most so often: with 5 s, to 5 minutes.
+/// How often the probation doubles at most: a probation of 5 s grows to 5 minutes.
 const MOST_RELAPSES: u32 = 6;
 
 /// A signal that is accused again within this many of its probations has relapsed.
 const RELAPSE_PROBATIONS: i64 = 4;
 
-/// A decision changes what the evidence means for others: the evidence is taken in again, at most so often at one moment.
+/// How often the evidence of one moment is reviewed at most. A decision changes what the evidence means for other components.
 const MOST_ROUNDS: usize = 4;
 
 /// A comparison, by its slower and its faster way.
@@ -47,45 +47,45 @@ type Ground = (WayIndex, WayIndex);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct ComponentState {
-    /// What outlasts a restart.
+    /// The part of the state that outlasts a restart.
     record: Record,
-    /// Since when all evidence speaks for it.
+    /// Since when all evidence supports the component.
     clean_since: Option<Time>,
-    /// Since when nothing speaks against it.
+    /// Since when no evidence accuses the component.
     quiet_since: Option<Time>,
-    /// When it was accused, and for which common cause.
+    /// When the component was accused, and for which common cause.
     accused: Option<Time>,
     cause: Option<CauseId>,
-    /// The operator vouches for it.
+    /// Whether the operator vouches for the component.
     cleared_by_operator: bool,
 }
 
-/// Decides on signals and relations from what it is [told](Testimony) of the comparisons.
+/// Decides on signals and relations from a view of the [evidence](EvidenceView).
 #[derive(Debug)]
 pub struct Judge {
     options: JudgeOptions,
     priors: Arc<Priors>,
-    /// What stands for each signal and all that it is derived from.
+    /// For each signal, the witnesses of the signals that it is derived from, and its own.
     origins: IdVec<SignalId, SignalSet>,
-    /// What stands for each signal and all without which it is lost.
+    /// For each signal, the witnesses of the signals without which it is lost, and its own.
     foundations: IdVec<SignalId, SignalSet>,
-    /// Of everything that was ever accused.
-    standings: BTreeMap<Component, ComponentState>,
-    /// The comparisons that have spoken against what is accused, by their two ways.
+    /// The state of each component that was ever accused.
+    states: BTreeMap<Component, ComponentState>,
+    /// The comparisons that have disagreed with an accused component, by their two ways.
     grounds: BTreeMap<Component, BTreeSet<Ground>>,
-    /// What nothing may rest on, by order.
+    /// The components that an operator has forbidden: nothing may rest on them.
     forbidden: BTreeSet<Component>,
-    /// What has failed by its verdict or is forbidden: comparisons with it say nothing about others.
+    /// The components that have failed by their verdicts or are forbidden: comparisons with them are no evidence about others.
     discounted: BTreeSet<Component>,
-    /// Signals whose own readings have shown a fault since the last review, ascending.
+    /// The signals whose own readings have shown a fault since the last review, ascending.
     failed_by_detector: BTreeSet<Component>,
-    /// When to look again without a change of evidence.
+    /// When the next review is due without a change of evidence.
     next_review: Option<Time>,
     /// The comparisons that a suspicion waits for.
     awaited: Vec<Awaited>,
 }
 
-/// A comparison that may yet decide, by its place among all pairs.
+/// A comparison that may still decide, by the index of its pair.
 #[derive(Clone, Copy, Debug)]
 struct Awaited {
     pair: usize,
@@ -94,7 +94,7 @@ struct Awaited {
 }
 
 impl Judge {
-    /// For the signals and relations of a knowledge base.
+    /// Makes a judge for the signals and relations of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase, options: JudgeOptions) -> Judge {
         Judge {
@@ -106,7 +106,7 @@ impl Judge {
             foundations: IdVec::filled(knowledge.signals().len(), |signal| {
                 knowledge.as_witnesses(knowledge.foundations(signal))
             }),
-            standings: BTreeMap::new(),
+            states: BTreeMap::new(),
             grounds: BTreeMap::new(),
             forbidden: BTreeSet::new(),
             discounted: BTreeSet::new(),
@@ -116,29 +116,30 @@ impl Judge {
         }
     }
 
-    /// Goes on with the verdicts before a change of the knowledge base. `inheritance` says which comparisons
-    /// go on: a verdict that no such comparison could ever clear is dropped, and so is that on a signal which means
-    /// something else now. That on a relation goes on while there are comparisons that rest on it. Gives whose verdicts
-    /// were dropped, and whether each is described anew.
+    /// Takes over the verdicts from before a change of the knowledge base. `inheritance` says which comparisons go on. The
+    /// verdict on a signal is dropped when no comparison that goes on could clear it, or when the signal has another meaning now.
+    /// The verdict on a relation goes on while comparisons rest on the relation. Returns the components whose verdicts were
+    /// dropped, each with whether its description has changed.
     pub fn inherit(
         &mut self,
         old: &Judge,
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         lineage: &Lineage,
         inheritance: &Inheritance,
     ) -> Vec<(Component, bool)> {
         self.next_review = old.next_review;
-        // The pairs have other places now: any evidence makes the review that finds the awaited ones again.
+        // The change gives pairs other indices. An index that no pair has makes the next evidence start a review, which finds the
+        // awaited pairs again.
         self.awaited.extend(old.awaited.first().map(|it| Awaited { pair: usize::MAX, ..*it }));
         let mut dropped = Vec::new();
-        for (&component, state_of) in &old.standings {
+        for (&component, state) in &old.states {
             let id = match component {
                 Component::Signal(id) => id,
                 Component::Relation(id) => {
                     let Some(same) = lineage.relation(id).map(Component::Relation) else { continue };
                     match evidence.pairs().iter().any(|pair| rests_on(evidence, pair, same)) {
-                        true => self.put(same, *state_of),
-                        false if state_of.record.verdict.is_some() => dropped.push((same, false)),
+                        true => self.put(same, *state),
+                        false if state.record.verdict.is_some() => dropped.push((same, false)),
                         false => {}
                     }
                     continue;
@@ -148,17 +149,17 @@ impl Judge {
             let Some(namesake) = lineage.namesake(id) else { continue };
             match lineage.signal(id) {
                 Some(signal)
-                    if state_of.record.verdict.is_none()
-                        || state_of.record.failed_by_detector
+                    if state.record.verdict.is_none()
+                        || state.record.failed_by_detector
                         || inheritance.compared.contains(signal) =>
                 {
-                    self.put(Component::Signal(signal), *state_of);
-                    if state_of.record.failed_by_detector && !inheritance.is_whole {
-                        // What contradicted it may be gone.
+                    self.put(Component::Signal(signal), *state);
+                    if state.record.failed_by_detector && !inheritance.is_whole {
+                        // The comparison that contradicted the signal may be gone.
                         self.next_review = Some(Time::MIN);
                     }
                 }
-                same if state_of.record.verdict.is_some() => {
+                same if state.record.verdict.is_some() => {
                     dropped.push((Component::Signal(namesake), same.is_none()));
                 }
                 _ => {}
@@ -182,30 +183,29 @@ impl Judge {
         }
     }
 
-    /// When [`Judge::review`] must be called although no relationship has changed.
+    /// When [`Judge::review`] must be called although no residual has changed its state.
     #[must_use]
     pub fn next_review(&self) -> Option<Time> {
         self.next_review
     }
 
-    /// Whether a comparison that a suspicion waits for has been made since the last review: [`Judge::review`] must be called,
-    /// although no relationship has changed. Complexity: O(comparisons that are waited for), none in most systems.
+    /// Whether a comparison that a suspicion waits for has been made since the last review. If so, [`Judge::review`] must be
+    /// called although no residual has changed its state. Complexity: O(awaited comparisons), none in most systems.
     #[must_use]
-    pub fn has_heard(&self, evidence: &impl Testimony) -> bool {
+    pub fn has_awaited_comparison(&self, evidence: &impl EvidenceView) -> bool {
         let pairs = evidence.pairs();
         self.awaited.iter().any(|it| pairs.get(it.pair).is_none_or(|pair| pair.made != it.made))
     }
 
-    /// Whether neither a signal nor anything that it is derived from is suspect, failed or forbidden; an estimator leaves out what
-    /// is.
+    /// Whether neither a signal nor its origins are suspect, failed or forbidden. An estimator leaves out the inputs that are.
     #[must_use]
     pub fn trusts(&self, signal: SignalId) -> bool {
         self.trusts_all()
             || self.foundations[signal].iter().all(|origin| self.may_use(Component::Signal(origin)))
     }
 
-    /// Whether a signal may serve where nothing else is left: it and all that it is derived from are trusted, or at least
-    /// nothing speaks against them any more.
+    /// Whether a signal may serve where nothing else is left: the signal and its origins are trusted, or at least no evidence
+    /// accuses them any more.
     #[must_use]
     pub fn tolerates(&self, signal: SignalId) -> bool {
         let is_tolerable = |origin: SignalId| {
@@ -216,7 +216,7 @@ impl Judge {
         self.trusts_all() || self.foundations[signal].iter().all(is_tolerable)
     }
 
-    /// Whether a way rests on nothing that is suspect, failed or forbidden.
+    /// Whether a way rests on no component that is suspect, failed or forbidden.
     #[must_use]
     pub fn trusts_way(&self, way: &WatchedWay) -> bool {
         let mut steps = way.computation.way().substitution.steps.iter();
@@ -226,21 +226,20 @@ impl Judge {
     }
 
     fn trusts_all(&self) -> bool {
-        self.standings.is_empty() && self.forbidden.is_empty()
+        self.states.is_empty() && self.forbidden.is_empty()
     }
 
     fn may_use(&self, component: Component) -> bool {
         self.accusation(component).is_none() && !self.forbidden.contains(&component)
     }
 
-    /// Relations that are suspect, failed or forbidden, ascending: nothing may rest on them. When `tolerant`, without those
-    /// that nothing speaks against any more.
+    /// The relations that are suspect, failed or forbidden, ascending: nothing may rest on them. When `tolerant`, without the
+    /// unproven ones, which no evidence accuses any more.
     #[must_use]
     pub fn distrusted_relations(&self, tolerant: bool) -> Vec<RelationId> {
-        let is_accused = |state_of: &ComponentState| {
-            state_of.record.verdict.is_some() && !(tolerant && state_of.record.unproven)
-        };
-        let accused = self.standings.iter().filter(|(_, state_of)| is_accused(state_of));
+        let is_accused =
+            |state: &ComponentState| state.record.verdict.is_some() && !(tolerant && state.record.unproven);
+        let accused = self.states.iter().filter(|(_, state)| is_accused(state));
         let all: BTreeSet<Component> =
             accused.map(|(component, _)| *component).chain(self.forbidden.iter().copied()).collect();
         let relation = |component| match component {
@@ -256,33 +255,33 @@ impl Judge {
         self.accusation(Component::Signal(signal)) == Some(Verdict::Failed)
     }
 
-    /// Since when all evidence has spoken for a signal that is suspect or failed.
+    /// Since when all evidence has supported a signal that is suspect or failed.
     #[must_use]
     pub fn clean_since(&self, signal: SignalId) -> Option<Time> {
         self.state_of(Component::Signal(signal)).clean_since
     }
 
     fn state_of(&self, component: Component) -> ComponentState {
-        self.standings.get(&component).copied().unwrap_or_default()
+        self.states.get(&component).copied().unwrap_or_default()
     }
 
-    fn put(&mut self, component: Component, state_of: ComponentState) {
-        self.standings.insert(component, state_of);
-        if state_of.record.verdict.is_none() {
+    fn put(&mut self, component: Component, state: ComponentState) {
+        self.states.insert(component, state);
+        if state.record.verdict.is_none() {
             self.grounds.remove(&component);
         }
-        match state_of.record.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
+        match state.record.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
             true => self.discounted.insert(component),
             false => self.discounted.remove(&component),
         };
     }
 
-    /// Suspect or failed.
+    /// The verdict on a component that is suspect or failed; `None` for any other.
     fn accusation(&self, component: Component) -> Option<Verdict> {
-        self.standings.get(&component).and_then(|state_of| state_of.record.verdict)
+        self.states.get(&component).and_then(|state| state.record.verdict)
     }
 
-    /// How long all evidence must speak for a signal before it is trusted again; each relapse doubles it.
+    /// How long all evidence must support a signal before it is trusted again; each relapse doubles the time.
     #[must_use]
     pub fn probation_of(&self, signal: SignalId) -> Span {
         self.probation(self.state_of(Component::Signal(signal)).record.relapses)
@@ -292,7 +291,7 @@ impl Judge {
         self.options.probation.times(1 << relapses.min(MOST_RELAPSES))
     }
 
-    /// How often in a row something has been accused soon after it was trusted again, when it is accused now.
+    /// How often in a row a component was accused soon after it was trusted again, counting an accusation now.
     fn relapses(&self, component: Component, now: Time) -> u32 {
         let before = self.state_of(component);
         let soon =
@@ -304,9 +303,9 @@ impl Judge {
         }
     }
 
-    /// What is thought of a signal now.
+    /// The verdict on a signal now.
     #[must_use]
-    pub fn verdict(&self, signal: SignalId, evidence: &impl Testimony, now: Time) -> Verdict {
+    pub fn verdict(&self, signal: SignalId, evidence: &impl EvidenceView, now: Time) -> Verdict {
         let witnessed = || {
             evidence.pairs_of(signal).any(|pair| {
                 pair.relationship(now) == ResidualState::Agree
@@ -323,8 +322,9 @@ impl Judge {
         }
     }
 
-    /// A signal's own readings show that it is faulty, so that what it is compared with is not to blame. It is trusted again
-    /// after its readings and every comparison with it have spoken for it for the probation time. Whether that is news.
+    /// Fails a signal whose own readings show a fault, so that its comparisons blame no other component. The signal is trusted
+    /// again after its readings and all its comparisons have supported it for the probation time. Returns whether the verdict is
+    /// new.
     pub fn fail_by_detector(&mut self, signal: SignalId, now: Time) -> bool {
         let component = Component::Signal(signal);
         let before = self.state_of(component);
@@ -351,10 +351,10 @@ impl Judge {
         true
     }
 
-    /// Takes all evidence in. Complexity: O(restless pairs) while nothing is in conflict and nobody is accused; else that of
-    /// [`explain`](super::candidates::explain), and of [`probabilities`](super::candidates::probabilities) for each part in
-    /// which something is decided; both again, a few times at most, after a decision.
-    pub fn review(&mut self, evidence: &impl Testimony, now: Time) -> Vec<Decision> {
+    /// Reviews all evidence. Complexity: O(restless pairs) while no pair is in conflict and no component is accused. Else that of
+    /// [`explain`](super::candidates::explain), and that of [`probabilities`](super::candidates::probabilities) for each part
+    /// with a decision; both are repeated a few times at most, after a decision.
+    pub fn review(&mut self, evidence: &impl EvidenceView, now: Time) -> Vec<Decision> {
         self.next_review = None;
         let mut review = Review { judge: self, evidence, now, decisions: Vec::new() };
         for _ in 0..MOST_ROUNDS {
@@ -376,7 +376,7 @@ impl Judge {
     }
 }
 
-/// The judge at work: all evidence of one moment, and what is decided by it.
+/// A review in progress: all evidence of one moment, and the decisions so far.
 struct Review<'e, T> {
     judge: &'e mut Judge,
     evidence: &'e T,
@@ -384,8 +384,8 @@ struct Review<'e, T> {
     decisions: Vec<Decision>,
 }
 
-/// What a signal says now, when it is a number.
-fn said(evidence: &impl Testimony, component: Component) -> Option<Interval> {
+/// The current value of a signal, SI; `None` when it is no number, or the component is no signal.
+fn said(evidence: &impl EvidenceView, component: Component) -> Option<Interval> {
     let Component::Signal(signal) = component else { return None };
     evidence.said(signal)
 }

@@ -4,4 +4,4 @@ pub mod candidates;
 mod judge;
 
 pub use candidates::Component;
-pub use judge::{Blame, Decision, Judge, JudgeOptions, Proof, Record, Testimony, Verdict, rests_on};
+pub use judge::{Blame, Decision, EvidenceView, Judge, JudgeOptions, Proof, Record, Verdict, rests_on};

@@ -22,7 +22,7 @@ pub(super) struct Contracts {
     /// Signals with an observation since evidence was last read, and whether each signal has one.
     spoken: Vec<SignalId>,
     has_spoken: IdVec<SignalId, bool>,
-    /// Evidence that operators have told.
+    /// Evidence from operators.
     pub(super) attested: Attested,
 }
 
@@ -167,7 +167,7 @@ impl Engine {
     }
 }
 
-/// The names of the evidence that an operator can tell.
+/// The names of the evidence that an operator can give.
 fn attestable(knowledge: &KnowledgeBase) -> Vec<String> {
     let of = |contract: &Contract| {
         let told = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);

@@ -135,7 +135,7 @@ pub(super) struct Scene<'a> {
 }
 
 impl Scene<'_> {
-    /// Whether a pair is in conflict, and speaks against a component.
+    /// Whether a pair is in conflict, and accuses a component.
     fn is_against(&self, pair: &Residual, about: Component) -> bool {
         pair.relationship(self.now) == ResidualState::Conflict
             && self.judge.speaks_against(self.monitor, pair, about)

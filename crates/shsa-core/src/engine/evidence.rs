@@ -52,7 +52,7 @@ pub struct Comparison {
     pub relationship: ResidualState,
     /// How many of the recent comparisons disagree, and how many there are.
     pub counts: (u32, u32),
-    /// What the comparisons say together where each of them agrees, and how much more, SI, `own` has said on average.
+    /// The tendency of the comparisons where each of them agrees, and the mean excess of `own`, SI.
     pub together: Option<(Tendency, f64)>,
     /// When the present disagreement began; `None` when there is none.
     pub onset: Option<Time>,
@@ -245,7 +245,7 @@ impl Rival {
 }
 
 impl Evidence {
-    /// The variable in which most speaks against the signal, its own one first; the signal's own when nothing does.
+    /// The variable with the most conflicts of the signal, its own one first; the signal's own when nothing does.
     #[must_use]
     pub fn variable(&self, knowledge: &KnowledgeBase) -> VariableId {
         let own = knowledge.signals()[self.signal].variable;

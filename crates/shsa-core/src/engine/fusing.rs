@@ -16,7 +16,7 @@ use alloc::boxed::Box;
 pub struct Measurements {
     /// Measurements that count.
     pub used: u64,
-    /// Measurements heard before.
+    /// Measurements that had been received before.
     pub duplicate: u64,
     /// Measurements older than the estimator can go back.
     pub too_late: u64,
@@ -37,7 +37,7 @@ pub struct Heard<'o> {
     pub observation: &'o Observation,
     /// Whether the monitor has accepted the observation: a refused observation is no measurement.
     pub is_kept: bool,
-    /// Whether it says again what stands: no new measurement either, but nothing is wrong with it.
+    /// Whether the observation repeats the last one before a new answer is due: no new measurement, and no fault.
     pub is_repeated: bool,
     /// Whether its signal may be used now.
     pub is_trusted: bool,

@@ -1,6 +1,7 @@
-//! What the engine measures for contracts: rate, age, width, value, agreement, availability and verdict of signals and sources.
+//! The quantities that the engine measures for contracts: rate, age, width, value, agreement, availability and verdict of signals
+//! and sources.
 //!
-//! Nothing is remembered here: a reading follows from the state of monitor and judge, so it is right after a change of the model,
+//! This module stores nothing: a reading follows from the state of monitor and judge, so it is right after a change of the model,
 //! too.
 
 use crate::assurance::Reading;
@@ -14,7 +15,7 @@ use crate::time::{Span, Time, Validity};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 
-/// Evidence that somebody has told, by the contract and its name there: `speed/installed`.
+/// Evidence from operators, by the contract and its name there: `speed/installed`.
 pub(super) type Attested = BTreeMap<String, bool>;
 
 /// A rate is measured over this many gaps between values.
@@ -25,7 +26,7 @@ pub(super) struct Instruments<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) monitor: &'a Monitor,
     pub(super) judge: &'a Judge,
-    /// Evidence that operators have told, where there are contracts.
+    /// Evidence from operators, where there are contracts.
     pub(super) attested: Option<&'a Attested>,
     pub(super) now: Time,
 }

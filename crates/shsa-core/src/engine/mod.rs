@@ -72,12 +72,12 @@ pub struct Engine {
     waiting: bool,
     /// Silences and returns since the last settling.
     changes: Vec<Change>,
-    /// Signals that have spoken after a silence, until their probation is over.
+    /// Signals that give values again after a silence, until the end of their probation.
     returning: Vec<Return>,
     probation: Span,
     /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
     unheard: Vec<SignalId>,
-    /// The accusations that stand, as they were told.
+    /// The accusations in force, as events have reported them.
     accusations: BTreeMap<Component, Accusation>,
     options: Options,
     /// Who computes the signals that are fused.
@@ -210,7 +210,7 @@ impl Engine {
         self.monitor.detectors().fault(signal)
     }
 
-    /// What a signal is accused of now, as it was told.
+    /// The accusation of a signal now, as an event has reported it.
     #[must_use]
     pub fn accusation(&self, signal: SignalId) -> Option<&Accusation> {
         self.accusations.get(&Component::Signal(self.knowledge.witness(signal)))
@@ -227,7 +227,8 @@ impl Engine {
         self.providers.find(need).into_iter().flat_map(Provider::ways)
     }
 
-    /// What somebody else could compute for a need: `None` while nothing serves it, or a signal does by itself.
+    /// The computation of a need that another process could do; `None` while nothing serves the need, or a signal serves it
+    /// directly.
     #[must_use]
     pub fn delegation(&self, need: NeedId) -> Option<Delegation<'_>> {
         self.providers.find(need)?.delegation()
@@ -315,8 +316,8 @@ impl Engine {
         }
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
-        let review_due =
-            self.judge.next_review().is_some_and(|due| due <= now) || self.judge.has_heard(&self.monitor);
+        let review_due = self.judge.next_review().is_some_and(|due| due <= now)
+            || self.judge.has_awaited_comparison(&self.monitor);
         let mut trust_changed = self.report_findings(now);
         trust_changed |= self.report_changes(now);
         if evidence_changed || review_due || trust_changed || is_intervention {
@@ -349,7 +350,7 @@ impl Engine {
         }
     }
 
-    /// Lets every need look again at what may serve it; `order` says why, when it is by order.
+    /// Chooses the source of every need again; `order` is the reason where an operator's order caused this.
     fn replan(&mut self, now: Time, order: Option<Reason>) {
         let (providers, outputs, situation) = self.situation(now, order);
         for provider in providers.iter_mut() {
@@ -357,7 +358,7 @@ impl Engine {
         }
     }
 
-    /// The needs, where they tell things, and what they choose by.
+    /// The needs, the queue of outputs, and the situation by which needs choose.
     fn situation(
         &mut self,
         now: Time,

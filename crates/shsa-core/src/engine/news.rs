@@ -1,4 +1,4 @@
-//! Tells what has changed in the trust of signals and relations at a moment: faults, silences, returns, verdicts.
+//! Reports changes of the trust in signals and relations at a moment: faults, silences, returns, verdicts.
 
 use super::message::Output;
 use super::{Engine, events};
@@ -8,8 +8,8 @@ use crate::monitor::{Absence, Finding};
 use crate::time::Time;
 use alloc::vec::Vec;
 
-/// A signal that has spoken after a silence. Until its probation is over it serves only where nothing else can, unless the
-/// silence was that before its first value: then it has never failed.
+/// A signal that gives values again after a silence. Until the end of its probation it serves only where nothing else can. A
+/// signal that was silent before its first value needs no probation, as it has never failed.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Return {
     pub(super) signal: SignalId,
@@ -18,7 +18,7 @@ pub(super) struct Return {
 }
 
 impl Engine {
-    /// Tells of signals whose own readings show a fault; whether anything has changed.
+    /// Reports signals whose own readings show a fault; returns whether anything has changed.
     pub(super) fn report_findings(&mut self, now: Time) -> bool {
         let findings = self.monitor.detectors().findings();
         for Finding { signal, fault } in findings {
@@ -35,7 +35,7 @@ impl Engine {
         !findings.is_empty()
     }
 
-    /// Tells of silence, and of returns once their probation is over; whether there was any.
+    /// Reports silences, and returns after their probation; returns whether there were any.
     pub(super) fn report_changes(&mut self, now: Time) -> bool {
         if self.changes.is_empty() && self.returning.is_empty() {
             return false;
@@ -52,12 +52,12 @@ impl Engine {
                         since: now,
                         is_first: change.is_first,
                     });
-                    // A need that nothing serves takes it at once.
+                    // A need that nothing serves takes the signal at once.
                     changed = true;
                 }
-                // Told already, but what has trusted it meanwhile for want of better must let it go.
+                // The absence was reported before; ways that relied on the returning signal must change.
                 Some(_) if until_now.is_some() => changed = true,
-                // It has failed already: that its values became impossible, too, is no news.
+                // The signal has failed already: impossible values are no news.
                 Some(Absence::Invalid | Absence::OutOfRange) if self.judge.has_failed(change.signal) => {
                     changed = true
                 }
@@ -76,7 +76,7 @@ impl Engine {
         let mut returned: Vec<SignalId> = self.returning.iter().filter(over).map(|it| it.signal).collect();
         returned.sort_unstable();
         self.returning.retain(|it| !returned.contains(&it.signal));
-        // Of a signal that is not trusted, the judge tells when it is again.
+        // The judge reports when an untrusted signal is trusted again.
         for &signal in returned.iter().filter(|signal| self.judge.trusts(**signal)) {
             let event = events::returned(&self.knowledge, signal, self.probation, now);
             self.outputs.push_back(Output::Event(event));
@@ -84,13 +84,13 @@ impl Engine {
         !returned.is_empty()
     }
 
-    /// Lets the judge look at all evidence, and tells what it has decided; whether it was anything.
+    /// Lets the judge review all evidence, and reports the decisions; returns whether there were any.
     pub(super) fn review(&mut self, now: Time) -> bool {
         let decisions = self.judge.review(&self.monitor, now);
         let Engine { knowledge, monitor, judge, accusations, outputs, .. } = self;
         let scene = events::Scene { knowledge, monitor, judge, now };
         for decision in &decisions {
-            // Of what is suspect already, and of relations, the needs that it serves tell.
+            // The events of the needs report this.
             if let Decision::Unproven(component, _) | Decision::Contradicted(component) = decision
                 && !matches!(*component, Component::Signal(signal) if judge.has_failed(signal))
             {

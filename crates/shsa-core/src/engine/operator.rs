@@ -24,7 +24,7 @@ impl Refusal {
         Refusal { reason: reason.into(), help: help.into() }
     }
 
-    /// The refusal of an unknown name: `reason` says what is missing.
+    /// The refusal of an unknown name: `reason` gives what is missing.
     pub(super) fn unknown<'a>(
         reason: Reason,
         name: &str,

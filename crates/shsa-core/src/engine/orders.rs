@@ -1,4 +1,4 @@
-//! Carries out operators' orders: what nothing may rest on, what must serve a need, what is cleared.
+//! Carries out operators' orders: what is forbidden, what must serve a need, what is cleared.
 
 use super::message::Output;
 use super::operator::{Refusal, already, find_need};
@@ -16,12 +16,11 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Engine {
-    /// Obeys an operator at a moment; what came before it is taken together first. What follows from it is told as
-    /// always, by events that name the order.
+    /// Carries out an order at a moment, after all earlier inputs. Events report the consequences, and name the order.
     ///
     /// # Errors
-    /// When it cannot be obeyed: the name is unknown, or there is nothing to do. Then nothing has changed, and a
-    /// [`Refused`](super::EventKind::Refused) is among the outputs, too, so that it stands where decisions stand.
+    /// When the order cannot be carried out: a name is unknown, or there is nothing to do. Then nothing changes, and the outputs
+    /// have a [`Refused`](super::EventKind::Refused), so that the refusal is recorded with the decisions.
     pub fn order(&mut self, order: &Order, at: Time) -> Result<(), Refusal> {
         self.advance(at);
         if self.waiting {
@@ -41,7 +40,7 @@ impl Engine {
         }
     }
 
-    /// The orders in force: what is forbidden, by file order, then what needs are tied to.
+    /// The orders in force: what is forbidden, in file order, then the sources to which needs are tied.
     #[must_use]
     pub fn standing_orders(&self) -> Vec<Order> {
         let knowledge = &self.knowledge;
@@ -54,7 +53,7 @@ impl Engine {
         forbidden.chain(about_contracts).chain(forced).collect()
     }
 
-    /// Does what an order says to itself, and gives the reason for what follows from it.
+    /// Carries out an order, and returns the reason for its consequences.
     fn obey(&mut self, order: &Order, now: Time) -> Result<Option<Reason>, Refusal> {
         match order {
             Order::Forbid(subject) => match self.judge.forbid(self.usable(subject)?) {
@@ -123,7 +122,7 @@ impl Engine {
         }
     }
 
-    /// Ties a need to a source, or sets it free.
+    /// Ties a need to a source, or ends that.
     fn serve(&mut self, need: NeedId, way: Option<Way>, now: Time) {
         let (providers, outputs, situation) = self.situation(now, Some(Reason::ChoosesItself));
         let provider = &mut providers[need];
@@ -134,8 +133,8 @@ impl Engine {
         outputs.extend(event.map(Output::Event));
     }
 
-    /// The way of serving a need that has this description. A search among what the text can name: nothing else is looked
-    /// at, so that also those are found that are no good or are looked behind.
+    /// The way of serving a need with this description. The search covers all ways with the elements of the text, so that it also
+    /// finds ways that are not good enough for a plan.
     pub(super) fn source(&self, need: NeedId, text: &str) -> Result<Way, Refusal> {
         let Engine { knowledge, graph, .. } = self;
         let need_described = &knowledge.needs()[need];
@@ -188,7 +187,7 @@ impl Engine {
         }
     }
 
-    /// Drops what speaks against a component; whether anything did. An operator cannot clear what gives no value.
+    /// Clears a component, and returns whether it was accused. An operator cannot clear a signal that gives no value.
     fn clear_by_operator(&mut self, component: Component) -> bool {
         let signal = match component {
             Component::Signal(signal) => Some(signal),
@@ -221,8 +220,8 @@ impl Engine {
         }
     }
 
-    /// Keeps the orders of the engine before a change or a restart, where what they name is there; tells of the others.
-    /// Needs are tied without a switch: that is up to those that go on. `elapsed` is how much of their time is over.
+    /// Takes over the orders in force before a change or a restart, as far as their names exist, and reports the others. Needs
+    /// are tied without a switch, which the caller makes. `elapsed` is the time since the orders were stored.
     pub(super) fn keep_orders(&mut self, orders: &[Order], elapsed: Span, now: Time) {
         for order in orders {
             let kept = match order {
@@ -246,7 +245,7 @@ impl Engine {
         }
     }
 
-    /// Tells of what cannot be done.
+    /// Reports what cannot be done.
     pub(super) fn refuse(&mut self, what: Reason, refusal: Refusal, now: Time) {
         let event = events::refused(Reasons::from(what).then(Joint::Namely, refusal.reasons()), now);
         self.outputs.push_back(Output::Event(event));

@@ -1,9 +1,9 @@
-//! A new knowledge base takes over while the engine runs: what it leaves alone goes on without a gap.
+//! A new knowledge base takes over while the engine runs: unchanged parts continue without a gap.
 //!
-//! The new engine is set up as at the beginning, and every stage then takes over what is still the same, matched by names:
-//! the ports of signals that mean the same, the recent comparisons of ways that compute the same, the verdicts that
-//! rest on such comparisons, the orders in force, silences and probations, what serves each need, and the plans for its losses.
-//! So nothing of the old knowledge base stays, and nothing grows with the number of changes.
+//! The new engine is set up as at the beginning. Every stage then takes over what is the same, matched by names: the ports of
+//! signals with the same meaning, the recent comparisons of ways with the same computation, the verdicts that rest on such
+//! comparisons, the orders in force, silences and probations, the source of each need, and the plans for its losses. Nothing of
+//! the old knowledge base stays, and nothing grows with the number of changes.
 
 use super::message::Output;
 use super::news::Return;
@@ -16,14 +16,14 @@ use crate::time::{Span, Time};
 use alloc::collections::BTreeMap;
 
 impl Engine {
-    /// Takes a new knowledge base over at a moment; what came before it is taken together first.
+    /// Replaces the knowledge base at a moment, after all earlier inputs.
     ///
-    /// An [`Output::Reloaded`] stands between the outputs that speak with the ids of the old knowledge base and those
-    /// that speak with the ids of the new one. A signal, relation or need of the same name that says the same goes on as if
-    /// nothing had happened. A signal that is described anew is judged anew; a verdict is dropped when no comparison that
-    /// speaks about its signal goes on. A need whose source the change takes away is served by the next best at once.
+    /// An [`Output::Reloaded`] stands between the outputs with the ids of the old knowledge base and those with the ids of the
+    /// new one. An unchanged signal, relation or need of the same name continues as if nothing had happened. A changed signal is
+    /// judged anew, and a verdict is dropped when no comparison of its signal continues. Where the change takes a need's source
+    /// away, the next best serves the need at once.
     ///
-    /// Complexity: that of [`Engine::new`] without the plans that last, and O(n log n) in what is taken over.
+    /// Complexity: that of [`Engine::new`] without the plans that continue, and O(n log n) in what is taken over.
     pub fn reload(&mut self, knowledge: KnowledgeBase, at: Time) {
         self.advance(at);
         if self.waiting {

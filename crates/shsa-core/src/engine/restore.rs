@@ -1,7 +1,7 @@
-//! A new engine goes on from the snapshot of an earlier one, in which everything is kept by name.
+//! A new engine continues from the snapshot of an earlier one, in which everything has its name.
 //!
-//! A new engine has no evidence yet, and the absence of evidence is no reason to trust what had failed. So verdicts, silences,
-//! orders and sources go on. An accusation ends by evidence that the new engine has gathered itself, never by a restart.
+//! A new engine has no evidence, and the absence of evidence is no reason to trust a failed component. So verdicts, silences,
+//! orders and sources continue. An accusation ends by evidence that the new engine has gathered itself, never by a restart.
 
 use super::Engine;
 use super::message::Output;
@@ -22,14 +22,14 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Engine {
-    /// What must outlast the process. O(signals + pairs + what was ever accused); allocates.
+    /// The state that must outlast the process. O(signals + pairs + accusations so far); allocates.
     #[must_use]
     pub fn snapshot(&self) -> Snapshot {
         let subject = |component| Subject::of(&self.knowledge, component);
         let verdicts =
             self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, mut record)| {
-                // What the readings before the jump allow is forgotten.
-                record.contradicted |= record.failed_by_detector && !self.is_home(component);
+                // The snapshot has no readings from before the jump, so a return cannot be recognised later.
+                record.contradicted |= record.failed_by_detector && !self.has_returned(component);
                 let accusation = self.accusations.get(&component).cloned();
                 Remembered { subject: subject(component), record, accusation }
             });
@@ -49,8 +49,8 @@ impl Engine {
         }
     }
 
-    fn is_home(&self, component: Component) -> bool {
-        !matches!(component, Component::Signal(signal) if !self.monitor.ports()[signal].is_home())
+    fn has_returned(&self, component: Component) -> bool {
+        !matches!(component, Component::Signal(signal) if !self.monitor.ports()[signal].has_returned())
     }
 
     fn trending(&self, pair: &Residual) -> Option<Trending> {
@@ -76,13 +76,13 @@ impl Engine {
         }
     }
 
-    /// Goes on from what was known before a restart, before anything else is put in. What has nothing to stand for in
-    /// this knowledge base is told as [`Refused`](super::EventKind::Refused); a need whose source may not be used any
-    /// more is served by another one, which is told, too.
+    /// Restores the state from before a restart; must be called before any input. [`Refused`](super::EventKind::Refused) reports
+    /// the names that this knowledge base does not have. Where a need's source may not be used any more, another one serves it,
+    /// and an event reports that, too.
     ///
-    /// An accusation stands until new evidence has spoken for the accused as long as its probation says. A signal
-    /// that was silent stays so until it speaks, and one that had just come back begins its probation anew. Times after `at`
-    /// (the clock was set back) count as `at`.
+    /// An accusation stands until new evidence has supported the accused for its probation. A silent signal stays silent until it
+    /// gives a value, and a signal that had just returned begins its probation again. Times after `at` (the clock was set back)
+    /// count as `at`.
     pub fn restore(&mut self, snapshot: &Snapshot, at: Time) {
         self.advance(at);
         if self.waiting {
@@ -107,7 +107,7 @@ impl Engine {
             let event = providers[need].resume(&resumption(served, now), &situation);
             outputs.extend(event.map(Output::Event));
         }
-        // Needs that are new, and those whose source is not what it was chosen from.
+        // New needs, and those whose source is no longer among the candidates.
         self.replan(now, None);
         self.settle_after(true);
     }
@@ -131,7 +131,7 @@ impl Engine {
         }
     }
 
-    /// Ways that are not watched any more, or compared the other way round, begin anew.
+    /// Ways that are no longer observed, or compared in the other order, begin anew.
     fn recall_trends(&mut self, trends: &[Trending], now: Time) {
         let named = |(at, way): (usize, &WatchedWay)| {
             let variable = self.knowledge.variables()[way.variable()].name.clone();
@@ -148,10 +148,10 @@ impl Engine {
     }
 
     fn miss(&mut self, missing: &Missing, now: Time) {
-        // A signal that is gone is missed by nobody.
+        // Nothing depends on a signal that is not in the knowledge base any more.
         let Some(signal) = self.knowledge.signal(&missing.signal) else { return };
         match missing.absence {
-            // Without a timeout, silence is nothing to wait for the end of.
+            // Without a timeout, nothing would end the silence.
             Some(Absence::Silent) if self.knowledge.signals()[signal].timeout.is_none() => {}
             Some(absence) => self.monitor.expect_absent(signal, absence),
             None => self.returning.push(Return { signal, since: now, is_first: false }),
@@ -166,7 +166,7 @@ fn signal_of(component: Component) -> Option<SignalId> {
     }
 }
 
-/// Whether anything stands, or may become a relapse.
+/// Whether the record has a verdict, or may become a relapse.
 fn is_worth(record: &Record) -> bool {
     record.verdict.is_some() || record.cleared.is_some()
 }

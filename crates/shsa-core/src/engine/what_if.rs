@@ -1,4 +1,4 @@
-//! What would serve the needs if signals were lost: the answers that an engine acts on, for whoever asks before it happens.
+//! What would serve the needs if signals were lost: the answers that an engine would act on, before the loss happens.
 
 use super::ready_sources::ReadySources;
 use super::ways::{Lost, Source};
@@ -7,7 +7,7 @@ use crate::plan::Graph;
 use crate::substitution::Way;
 use alloc::vec::Vec;
 
-/// A knowledge base with what stands ready for its needs. It hears nothing and decides nothing; contracts are not asked.
+/// A knowledge base with the ready sources of its needs. It takes no inputs and makes no decisions; contracts are left out.
 #[derive(Debug)]
 pub struct WhatIf {
     knowledge: KnowledgeBase,
@@ -16,7 +16,7 @@ pub struct WhatIf {
 }
 
 impl WhatIf {
-    /// Plans ahead as an engine does. Complexity: a search for each need and each signal that matters to it, counted.
+    /// Plans ahead as an engine does. Complexity: a search for each need and each signal that matters to it, within limits.
     #[must_use]
     pub fn new(knowledge: KnowledgeBase) -> WhatIf {
         let graph = Graph::new(&knowledge);
@@ -24,7 +24,7 @@ impl WhatIf {
         WhatIf { knowledge, graph, ready_sources }
     }
 
-    /// What it is about.
+    /// The knowledge base.
     #[must_use]
     pub fn knowledge(&self) -> &KnowledgeBase {
         &self.knowledge
@@ -36,8 +36,8 @@ impl WhatIf {
         self.ready_sources.matters(self.knowledge.needs()[need].variable)
     }
 
-    /// The ways that could serve a need without these signals, and without what is derived from them, best first, each with its
-    /// utility. Complexity: O(log of what stands ready), or that of one search.
+    /// The ways that could serve a need without these signals and without all that is derived from them, best first, each with
+    /// its utility. Complexity: O(log of the ready sources), or that of one search.
     #[must_use]
     pub fn ways(&self, need: NeedId, lost: &[SignalId]) -> Vec<(Way, f64)> {
         let lost = Lost { signals: self.ready_sources.with_derived(lost), relations: Vec::new() };

@@ -243,7 +243,7 @@ impl Checker<'_> {
                 let mut weight = first.typed.weight;
                 for one in pairs {
                     weight = self.same_zero(span, name, first, one);
-                    // a quantity in K tells less about the zero of the others than a temperature does
+                    // a quantity in K determines the zero of the others less than a temperature does
                     first = if first.typed.weight == weight { first } else { one };
                 }
                 weight

@@ -367,7 +367,7 @@ impl Monitor {
 pub struct Observed {
     /// Whether the observation was accepted.
     pub kept: bool,
-    /// Whether it says again what stands.
+    /// Whether the observation repeats the standing value.
     pub repeated: bool,
     /// The signal had been absent until now.
     pub change: Option<Change>,

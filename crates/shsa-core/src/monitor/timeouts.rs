@@ -1,4 +1,4 @@
-//! Watches each signal alone for silence and for values that are impossible.
+//! Observes each signal for silence and for impossible values.
 
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
 use crate::time::{Span, Time};
@@ -6,53 +6,53 @@ use crate::time::{Span, Time};
 /// Why a signal gives no usable value now.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Absence {
-    /// Nothing has come for longer than its timeout.
+    /// No message has come for longer than the timeout.
     Silent,
-    /// Something comes, but for longer than its timeout nothing of it was a value.
+    /// Messages have come, but for longer than the timeout none had a value.
     Invalid,
-    /// Values come, but for longer than its timeout none of them was possible.
+    /// Values have come, but for longer than the timeout none was possible.
     OutOfRange,
 }
 
-/// When a signal last said something.
+/// When a signal last gave a value.
 #[derive(Clone, Copy, Debug)]
 struct Voice {
     timeout: Option<Span>,
     heard: Option<Time>,
     valid: Option<Time>,
-    /// What was wrong with all that came after that.
+    /// The problem of all messages after the last possible value.
     wrong: Option<Absence>,
     absence: Option<Absence>,
-    /// It was absent before the start and has not spoken since.
+    /// Whether the signal was absent before the start and has given no value since.
     was_absent: bool,
-    /// When it came under watch, where that was after the start.
+    /// When the observation of the signal began, where that was after the start.
     since: Option<Time>,
 }
 
-/// A change in what a signal says.
+/// A change between a signal's absence and presence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Change {
     /// The signal.
     pub signal: SignalId,
-    /// Why it gives nothing now; `None` when it is back.
+    /// Why the signal gives no usable value now; `None` when it is back.
     pub absence: Option<Absence>,
-    /// When it last gave a possible value; `None` when it never did.
+    /// When the signal last gave a possible value; `None` when it never did.
     pub last_valid: Option<Time>,
-    /// Whether it gives its first possible value: it does not come back from anything.
+    /// Whether this is the signal's first possible value: then it returns from no absence.
     pub is_first: bool,
 }
 
-/// Watches every signal for silence.
+/// The timeouts of all signals.
 #[derive(Clone, Debug)]
 pub struct Timeouts {
     voices: IdVec<SignalId, Voice>,
     start: Option<Time>,
-    /// No timeout runs out before this: a lower bound, so that not every observation looks at every signal.
+    /// A lower bound of the next timeout, so that not every observation checks every signal.
     quiet_until: Time,
 }
 
 impl Timeouts {
-    /// For the signals of a knowledge base.
+    /// Timeouts for the signals of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Timeouts {
         let voice = |signal| Voice {
@@ -71,8 +71,8 @@ impl Timeouts {
         }
     }
 
-    /// Goes on from the watch before a change: who has spoken from the same source is remembered, the others are under watch
-    /// from now on.
+    /// Takes over from before a change of the knowledge base: signals with the same source keep their last values, and the
+    /// observation of the others begins now.
     pub fn inherit(&mut self, old: &Timeouts, lineage: &Lineage, now: Time) {
         self.start = old.start;
         self.voices.iter_mut().for_each(|voice| voice.since = Some(now));
@@ -87,7 +87,7 @@ impl Timeouts {
         self.quiet_until = present.map(|voice| voice.deadline(voice.last(start))).min().unwrap_or(Time::MAX);
     }
 
-    /// A signal was absent before the start; it counts as that until it speaks.
+    /// Marks a signal as absent before the start; it stays absent until it gives a value.
     pub(super) fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
         self.voices[signal].absence = Some(absence);
         self.voices[signal].was_absent = true;
@@ -99,9 +99,9 @@ impl Timeouts {
         self.voices[signal].valid.is_some()
     }
 
-    /// A signal has delivered something, and what is wrong with it when it is not a possible value. Gives the change when the
-    /// signal was absent until now.
-    // Once for every observation or comparison, from two places: by a hint alone it would be called.
+    /// Notes a message of a signal, with its problem when it has no possible value. Returns the change when the signal was absent
+    /// until now.
+    // Called for every observation from two places: `inline` alone would not inline it.
     #[inline(always)]
     pub fn hear(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
         if self.start.is_none() {
@@ -122,12 +122,12 @@ impl Timeouts {
         let last_valid = voice.valid.replace(now);
         voice.absence.take()?;
         let is_first = last_valid.is_none() && !core::mem::take(&mut voice.was_absent);
-        // It may fall silent again before the bound that was computed without it.
+        // The signal may fall silent again before the bound that was computed without it.
         self.quiet_until = self.quiet_until.min(voice.deadline(now));
         Some(Change { signal, absence: None, last_valid, is_first })
     }
 
-    /// Whether a signal says nothing usable now.
+    /// Why a signal gives no usable value now; `None` when it gives one.
     #[must_use]
     pub fn absence(&self, signal: SignalId) -> Option<Absence> {
         self.voices[signal].absence
@@ -139,7 +139,7 @@ impl Timeouts {
         self.start.map(|_| self.quiet_until).filter(|until| *until < Time::MAX)
     }
 
-    /// Looks for timeouts that have run out. O(1) while none can have, else O(signals).
+    /// Reports the timeouts that have expired. O(1) while none can have, else O(signals).
     pub fn pass(&mut self, now: Time, mut report: impl FnMut(Change)) {
         let start = *self.start.get_or_insert(now);
         if now < self.quiet_until {
@@ -167,12 +167,12 @@ impl Timeouts {
 }
 
 impl Voice {
-    /// When it last gave a possible value, or came under watch.
+    /// When the signal last gave a possible value, or when its observation began.
     fn last(&self, start: Time) -> Time {
         self.valid.or(self.since).unwrap_or(start)
     }
 
-    /// The first moment at which it has been silent for too long since `last`; `Time::MAX` when it never is.
+    /// The first moment at which the signal is silent for too long since `last`; `Time::MAX` when it never is.
     fn deadline(&self, last: Time) -> Time {
         self.timeout.map_or(Time::MAX, |timeout| last + timeout + Span(1))
     }

@@ -1,13 +1,12 @@
-//! The recent comparisons of two ways, or moments of a signal: how many of how many disagree, and since when.
+//! The recent comparisons of two ways, or the recent readings of a signal: how many of them disagree, and since when.
 
 use crate::time::{Span, Time};
 
-/// How many comparisons are remembered, and how many of them must disagree.
+/// How many comparisons are kept, and how many of them must disagree.
 ///
-/// The window lasts at least [`Debounce::span`] and holds at least [`Debounce::least`] comparisons, so that a fast
-/// pair is not condemned by a bump of a few milliseconds and a slow one not after minutes. Of just as many as must
-/// disagree, two come one after the other and to the same side: what is wrong lasts, while outliers of a noise with long
-/// tails come whenever they do.
+/// The window lasts at least [`Debounce::span`] and holds at least [`Debounce::least`] comparisons, so that a bump of a few
+/// milliseconds does not accuse a fast pair, and a slow pair is not accused only after minutes. At least two of the disagreements
+/// must follow each other to the same side: a fault lasts, while outliers of a noise with long tails are single.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Debounce {
     /// The shortest window in time.
@@ -36,7 +35,7 @@ impl Debounce {
     }
 }
 
-/// What the recent comparisons of a pair, or the recent values of a signal, say.
+/// The state of a pair by its recent comparisons, or of a signal by its recent readings.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum ResidualState {
     /// Nothing to compare, or nothing recent: no evidence.
@@ -53,42 +52,49 @@ pub enum ResidualState {
 #[derive(Clone, Copy, Debug)]
 pub struct Window {
     bits: u64,
-    /// Of the disagreements, those to the same side as one right before them.
+    /// The disagreements that follow another one to the same side, as bits.
     lasting: u64,
-    /// To which side the last one was: whether the slower way says more.
+    /// The side of the last disagreement: whether the slower way has the larger value.
     is_above: bool,
     compared: u32,
     n: u32,
     k: u32,
-    /// So many disagreements are no chance.
+    /// From this number on, disagreements are no chance.
     surely: u32,
     /// Time of the first disagreement in the present window.
     onset: Time,
-    /// The same of the first of the conflicts that have followed each other closely, and when the last one was.
+    /// The time of the first disagreement in a series of conflicts that follow each other closely, and the time of the last one.
     recurs_since: Time,
     last_conflict: Option<Time>,
     last: Option<Time>,
-    /// Time between comparisons: as declared, else as last seen.
+    /// The time between comparisons: as declared, else that of the last two.
     period: Span,
     declared: bool,
     span: Span,
-    /// How long a comparison counts as evidence: by the period and the span.
+    /// How long a comparison counts as evidence, by the period and the span.
     lifetime: Span,
-    /// How long after an event the slower way tells all of it.
+    /// How long after an event its full effect is in the slower way.
     lag: Span,
-    /// How many disagreements there were of late, among so many comparisons; whether they come again and again.
+    /// The decaying count of single disagreements, over how many comparisons it decays, and whether disagreements recur.
     outliers: f64,
     memory: f64,
     recurs: bool,
 }
 
-/// Single disagreements that come again and again are a conflict, too, although most comparisons agree: when they are this
-/// share of them, and as many as this, within so many comparisons, over at least so long: a bad road is over then.
+/// Recurring single disagreements are a conflict, too, although most comparisons agree, when they have at least this share of
+/// the comparisons. The conflict ends at half that share.
 const RECURRING: f64 = 0.04;
+
+/// The fewest recurring disagreements that are a conflict.
 const FEWEST_RECURRING: f64 = 4.5;
+
+/// The fewest comparisons of which the share is taken.
 const RECURS_AMONG: f64 = 64.0;
+
+/// The shortest time over which the share is taken: a bad road is over then.
 const RECURS_OVER: Span = Span::from_millis(5_000);
-/// until they are half as many. Less than this is none.
+
+/// A smaller decaying count of single disagreements is zero.
 const FEW: f64 = 0.01;
 /// No more are counted than this multiple of what is enough.
 const MOST_REMEMBERED: f64 = 1.5;
@@ -101,8 +107,8 @@ const FEWEST_OF_NOISE: u32 = 3;
 const STALE_PERIODS: i64 = 6;
 
 impl Window {
-    /// For comparisons that come about every `period` (learnt where it is not declared) and tell of an event after
-    /// `lag`.
+    /// A window for comparisons every `period` (learnt where it is not declared), in which the full effect of an event shows
+    /// after `lag`.
     #[must_use]
     pub fn new(debounce: Debounce, period: Option<Span>, lag: Span) -> Window {
         let (n, k) = debounce.window(period.unwrap_or(debounce.span));
@@ -130,13 +136,14 @@ impl Window {
         }
     }
 
-    /// The same where values are noise: a disagreement is no proof then, so two outliers may come together.
+    /// The window for values with noise. A disagreement is no proof then, as two outliers may follow each other.
     #[must_use]
     pub fn of_noise(self) -> Window {
         Window { surely: self.k.max(FEWEST_OF_NOISE.min(self.n)), ..self }
     }
 
-    /// Goes on with the comparisons of the same pair before a change; whether it does: only when both windows are as long.
+    /// Takes over the comparisons of the same pair before a change, if both windows have the same length; returns whether they
+    /// have.
     pub fn inherit(&mut self, old: &Window) -> bool {
         let (own, other) = ((self.n, self.k, self.declared), (old.n, old.k, old.declared));
         let is_same = own == other
@@ -148,7 +155,7 @@ impl Window {
         is_same
     }
 
-    /// Takes a comparison in: whether it disagrees, and whether the slower way says more. What the window said before, now.
+    /// Adds a comparison: whether it disagrees, and whether the slower way has the larger value. Returns the state before, now.
     // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub fn record(&mut self, disagrees: bool, is_above: bool, now: Time) -> ResidualState {
@@ -184,7 +191,7 @@ impl Window {
         before
     }
 
-    /// Counts single disagreements over many comparisons. One that lasts is one: the window tells of it.
+    /// Counts single disagreements over many comparisons. A lasting disagreement counts once: the window shows it.
     #[cold]
     fn count(&mut self, disagrees: bool) {
         self.outliers -= self.outliers / self.memory;
@@ -199,12 +206,12 @@ impl Window {
         self.recurs = self.outliers >= if self.recurs { 0.5 * enough } else { enough };
     }
 
-    /// Whether something in it has disagreed of late, or has done so again and again.
+    /// Whether a recent comparison disagrees, or disagreements recur.
     pub(super) fn is_restless(&self) -> bool {
         self.bits != 0 || self.recurs
     }
 
-    /// Forgets all comparisons.
+    /// Drops all comparisons.
     pub fn forget(&mut self) {
         (self.bits, self.lasting) = (0, 0);
         self.compared = 0;
@@ -213,7 +220,7 @@ impl Window {
         (self.outliers, self.recurs) = (0.0, false);
     }
 
-    /// Its comparisons are in conflict; one that comes again within `memory` is the same.
+    /// Notes that the comparisons are in conflict; a conflict that follows within `memory` continues the series.
     pub(super) fn note_conflict(&mut self, now: Time, memory: Span) {
         if self.last_conflict.is_none_or(|last| now - last > memory) {
             self.recurs_since = self.onset;
@@ -221,7 +228,7 @@ impl Window {
         self.last_conflict = Some(now);
     }
 
-    /// What the window says now.
+    /// The state now.
     #[must_use]
     pub fn relationship(&self, now: Time) -> ResidualState {
         match self.last {
@@ -231,10 +238,10 @@ impl Window {
         }
     }
 
-    /// What the window says at the moment of its last comparison.
+    /// The state at the last comparison.
     pub(super) fn said(&self) -> ResidualState {
         match self.bits {
-            // Most often, and without a count.
+            // The most frequent case, without counting bits.
             0 if !self.recurs => ResidualState::Agree,
             bits if self.recurs || bits.count_ones() > self.k => ResidualState::Conflict,
             bits if bits.count_ones() == self.k && (self.lasting != 0 || self.k == 1) => {
@@ -244,7 +251,7 @@ impl Window {
         }
     }
 
-    /// Whether its disagreements are no chance.
+    /// Whether the disagreements are no chance.
     pub(super) fn is_sure(&self) -> bool {
         self.recurs || self.bits.count_ones() >= self.surely
     }
@@ -261,12 +268,12 @@ impl Window {
         self.onset
     }
 
-    /// When the first of the conflicts began that have followed each other closely.
+    /// When the first conflict of the present series began.
     pub(super) fn recurs_since(&self) -> Time {
         self.recurs_since
     }
 
-    /// The time between comparisons: as declared, else as last seen.
+    /// The time between comparisons: as declared, else that of the last two.
     pub(super) fn period(&self) -> Span {
         self.period
     }
@@ -305,7 +312,7 @@ fn lifetime(period: Span, span: Span) -> Span {
 mod tests {
     use super::*;
 
-    /// What a window of 2 of 4 says after these comparisons, one a second: `+` and `-` disagree, to either side.
+    /// The state of a window of 2 of 4 after these comparisons, one a second: `+` and `-` are disagreements to either side.
     fn said(comparisons: &str) -> ResidualState {
         let mut window = Window::new(Debounce::default(), Some(Span::from_millis(1_000)), Span::ZERO);
         for (second, it) in comparisons.chars().enumerate() {

@@ -350,7 +350,7 @@ impl BestFirst<'_> {
 impl Iterator for BestFirst<'_> {
     type Item = (Substitution, f64);
 
-    /// The next best substitution and its utility; after `None`, [`BestFirst::stop`] tells the reason.
+    /// The next best substitution and its utility; after `None`, [`BestFirst::stop`] gives the reason.
     fn next(&mut self) -> Option<Self::Item> {
         let mut answer = self.blank();
         self.next_into(&mut answer).map(|utility| (answer, utility))

@@ -68,7 +68,7 @@ pub struct Clause {
 pub struct Reasons(Vec<Clause>);
 
 impl Reasons {
-    /// A reason in words of somebody else.
+    /// A reason in words from outside.
     #[must_use]
     pub fn told(words: impl Into<String>) -> Reasons {
         Reasons::from(Reason::Told { words: words.into() })

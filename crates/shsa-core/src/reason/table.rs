@@ -357,9 +357,9 @@ reasons! {
     };
     /// The contract of a need is no longer overridden.
     "override-over" OverrideOver { need: String = "The need." };
-    /// An operator has told that evidence is true.
+    /// An operator has stated that evidence is true.
     "attested" Attested { evidence: String = "The contract and the evidence." };
-    /// An operator has told that evidence is false.
+    /// An operator has stated that evidence is false.
     "denied" Denied { evidence: String = "The contract and the evidence." };
     /// An order cannot be obeyed.
     "cannot-obey" CannotObey { order: Order = "The order." };
@@ -377,7 +377,7 @@ reasons! {
     "override-needs" OverrideNeeds;
     /// The contract of the need must be overridden first.
     "override-first" OverrideFirst;
-    /// No contract has this evidence for an operator to tell.
+    /// No contract has this evidence for an operator to state.
     "no-evidence" NoEvidence { name: String = "What was named." };
     /// There is no such signal.
     "no-signal" NoSignal { name: String = "What was named." };
@@ -428,7 +428,7 @@ reasons! {
     /// There is nothing to clear.
     "nothing-to-clear" NothingToClear;
 
-    // Words of somebody else.
+    // Words from outside.
     /// Words that were read from a state or a journal of an earlier version.
     "told" Told { words: String = "The words." };
 }

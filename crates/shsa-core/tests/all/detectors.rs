@@ -188,7 +188,7 @@ proptest! {
             reading.2 = number;
         });
         let run = Run::of(&readings);
-        // A timeout of the same signal may be told first, or drop later readings.
+        // A timeout of the same signal may be reported first, or drop later readings.
         let expected = first_fault(&readings);
         let failed = run.events(EventKind::Failed);
         let found = failed.iter().find(|event| shows_readings(event));

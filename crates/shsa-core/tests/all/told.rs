@@ -23,7 +23,7 @@ struct Phase {
     is_restart: bool,
 }
 
-/// The reasons that tell an operator's order.
+/// The reasons that name an operator's order.
 const ORDERED: [&str; 9] = [
     "better-allowed",
     "chooses-itself",

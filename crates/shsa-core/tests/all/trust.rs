@@ -79,14 +79,6 @@ impl Run {
         }
     }
 
-    /// Ends the process, and goes on in a new one from what it kept.
-    fn restart(&mut self, now: i64) {
-        let snapshot = self.engine.snapshot();
-        self.engine = Engine::new(self.engine.knowledge().clone(), Options::default());
-        self.engine.restore(&snapshot, Time(now));
-        self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
-    }
-
     fn events(&self, kind: EventKind) -> Vec<&Event> {
         let of_kind = |event: &&Event| event.kind == kind && event.signal.is_some();
         self.outputs.iter().filter_map(event).filter(of_kind).collect()
@@ -162,25 +154,11 @@ fn members() -> impl Strategy<Value = Vec<Member>> {
 
 /// A minute and a half of the system, with `fault` added to the faulty signal from 30 to 50 s.
 fn run(members: &[Member], liar: usize, fault: f64, max_rate: Option<&str>) -> Run {
-    run_with_restart(members, liar, fault, max_rate, None)
-}
-
-/// The same with a restart before a step.
-fn run_with_restart(
-    members: &[Member],
-    liar: usize,
-    fault: f64,
-    max_rate: Option<&str>,
-    restart: Option<usize>,
-) -> Run {
     let described: Vec<_> = members.iter().map(|(_, from, shares)| (from.clone(), shares.clone())).collect();
     let mut run = Run::new(knowledge(&described, max_rate));
     for step in 0..180 {
         let now = step as i64 * PERIOD;
         run.pass(now);
-        if restart == Some(step) {
-            run.restart(now);
-        }
         for (number, (errs, ..)) in members.iter().enumerate() {
             let is_faulty = number == liar && (60..100).contains(&step);
             run.give(number, now, now, 20.0 + errs.at(number, step) + if is_faulty { fault } else { 0.0 });
@@ -212,28 +190,6 @@ proptest! {
         for number in 0..members.len() {
             let verdict = run.engine.verdict(SignalId::from_index(number));
             prop_assert!(verdict <= Verdict::Healthy, "s{} is {:?} 40 s after the fault", number, verdict);
-        }
-        let (last, quality) = run.last_quality().unwrap();
-        prop_assert_eq!((last >= Time(179 * PERIOD), quality), (true, Quality::Good));
-    }
-
-    #[test]
-    fn a_restart_in_the_middle_fails_no_sound_one_and_all_are_trusted_again(
-        members in members(),
-        liar in 0..4_usize,
-        restart in 58..125_usize,
-        is_limited in any::<bool>(),
-    ) {
-        let liar = liar % members.len();
-        let run = run_with_restart(&members, liar, 6.0, is_limited.then_some("0.5"), Some(restart));
-        let is_told = run.accused().contains(&SignalId::from_index(liar));
-        prop_assert!(is_told, "the liar is not told: {:?}", run.accused());
-        for event in run.events(EventKind::Failed) {
-            prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{:?}", event.because);
-        }
-        for number in 0..members.len() {
-            let verdict = run.engine.verdict(SignalId::from_index(number));
-            prop_assert!(verdict <= Verdict::Healthy, "s{} is {:?} after the fault", number, verdict);
         }
         let (last, quality) = run.last_quality().unwrap();
         prop_assert_eq!((last >= Time(179 * PERIOD), quality), (true, Quality::Good));

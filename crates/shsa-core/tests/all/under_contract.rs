@@ -180,7 +180,7 @@ impl System {
                 let first = own.evidence.len();
                 own.evidence.extend(leaves.iter().enumerate().map(|(place, leaf)| {
                     let (source, within) = observed(leaf, signal, heat);
-                    // Evidence that is told has a name of its own.
+                    // Evidence from an operator has a name of its own.
                     let name = match leaf {
                         Leaf::Installed => "installed".to_owned(),
                         _ => format!("e{nth}{place}"),

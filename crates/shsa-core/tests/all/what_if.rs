@@ -1,4 +1,4 @@
-//! What is left when signals are lost, told before they are.
+//! The predicted sources after losses of signals, before the losses.
 
 use crate::analysis::{WITHOUT_ADDITIONS, is_known, losses, random_model};
 use crate::models::{System, car, climber, rover};

@@ -13,10 +13,10 @@ pub enum RecordingError {
     Unreadable {
         /// The file.
         file: PathBuf,
-        /// What the system said.
+        /// The system's error.
         reason: io::Error,
     },
-    /// Neither its extension nor its first bytes tell the format.
+    /// Neither the extension nor the first bytes of the file determine the format.
     #[error("{}: not a recording that is known here; known are: {}", file.display(), format::known())]
     UnknownFormat {
         /// The file.
@@ -28,17 +28,17 @@ pub enum RecordingError {
         /// The folder.
         folder: PathBuf,
     },
-    /// The format is known, and the part of this program that reads it was left out.
+    /// The format is known, but its reader is not in this build.
     #[error("{}: this is a {name}, which this program was built without: build it with the feature '{feature}'", file.display())]
     SwitchedOff {
         /// The file.
         file: PathBuf,
         /// The format.
         name: &'static str,
-        /// The feature.
+        /// The feature with the reader.
         feature: &'static str,
     },
-    /// The format is known and not read here; another program can turn it into one that is.
+    /// The format is known and not read here; another program can convert it.
     #[error("{}: {what} is not read here: {how}", file.display())]
     Convert {
         /// The file.
@@ -51,16 +51,16 @@ pub enum RecordingError {
     /// Definitions of messages cannot be read.
     #[error("{0}")]
     Definitions(MessageError),
-    /// A source that means several topics.
+    /// A source that fits several topics.
     #[error("{}: signal {signal}: '{topic}' means several: {}; write one of them", file.display(), choices.join(", "))]
     AmbiguousTopic {
         /// The file.
         file: PathBuf,
-        /// The signal that asks.
+        /// The signal with the source.
         signal: String,
-        /// The topic as asked for.
+        /// The topic in the source.
         topic: String,
-        /// What it could be.
+        /// The topics that fit.
         choices: Vec<String>,
     },
     /// A source text that does not follow the grammar.
@@ -81,16 +81,16 @@ pub enum RecordingError {
         /// The most that can be read.
         most: usize,
     },
-    /// More than one column fits.
+    /// A source that fits several columns.
     #[error("{}: signal {signal}: '{column}' fits several columns: {}; write one in full", file.display(), columns.join(", "))]
     AmbiguousColumn {
         /// The file.
         file: PathBuf,
-        /// The signal that asks.
+        /// The signal with the source.
         signal: String,
-        /// The column's name as asked for.
+        /// The column in the source.
         column: String,
-        /// The columns that it fits.
+        /// The columns that fit.
         columns: Vec<String>,
     },
     /// A table has no column that looks like the time.
@@ -103,7 +103,7 @@ pub enum RecordingError {
     NoTime {
         /// The file.
         file: PathBuf,
-        /// What was looked for.
+        /// The columns that were looked for.
         problem: String,
         /// The table's columns.
         columns: Vec<String>,

@@ -1,4 +1,4 @@
-//! From messages to samples: which topics and fields are wanted, and when they were stamped.
+//! From messages to samples: which topics and fields are wanted, and which stamp counts.
 
 use super::fields::{Locator, Unlocated};
 use super::gathered::Gathered;
@@ -10,20 +10,20 @@ use shsa_message::span::time_unit;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-/// Finds what is wanted in the messages of one file.
+/// Extracts the wanted signals from the messages of one file.
 pub(super) struct Extraction<'a, 'g> {
     wants: &'a [Want<'a>],
     gathered: &'g mut Gathered,
     file: PathBuf,
     naming: Naming,
     topics: Vec<Vec<Extract<'a>>>,
-    /// For each wanted signal the topics that it means; more than one are an error.
+    /// For each wanted signal the topics that its source fits; more than one are an error.
     choices: BTreeMap<usize, Vec<String>>,
-    /// Why the file cannot be read as it is asked for.
+    /// Why the file cannot be read as requested.
     error: Option<RecordingError>,
 }
 
-/// How a source says which topic it means.
+/// How sources name a topic of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Naming {
     /// By the topic's name.
@@ -40,12 +40,12 @@ struct Extract<'a> {
     value: Locator,
     clock: Clock,
     conditions: Vec<(Locator, &'a str)>,
-    /// How many messages there were.
+    /// The number of messages so far.
     count: i64,
     oddities: Oddities,
 }
 
-/// Values that are none.
+/// Cells of a table that are no numbers.
 #[derive(Default)]
 struct Oddities {
     /// The field.
@@ -55,20 +55,20 @@ struct Oddities {
     first: Option<String>,
 }
 
-/// What stamps a message.
+/// The clock that stamps a message.
 enum Clock {
     Received,
     Published,
-    /// What the format says, else the first of these that is in the message, else the reception.
+    /// The stamp of the format, else the first of these fields that the message has, else the time of reception.
     Own(Vec<Locator>),
-    /// This field, of which one step is so long.
+    /// A field, with the length of one step.
     Field(Locator, Option<Span>),
-    /// Its number, one step for each.
+    /// The number of the message, with the length of one step.
     Row(Span),
 }
 
 impl<'a, 'g> Extraction<'a, 'g> {
-    /// Of the file that is being gathered.
+    /// An extraction from the current file of `gathered`.
     pub(super) fn new(
         wants: &'a [Want<'a>],
         gathered: &'g mut Gathered,
@@ -79,10 +79,10 @@ impl<'a, 'g> Extraction<'a, 'g> {
         Extraction { wants, gathered, file, naming, topics, choices, error: None }
     }
 
-    /// All of the file was told.
+    /// Ends the file.
     ///
     /// # Errors
-    /// When a source means several topics of the file.
+    /// When a source fits several topics of the file.
     pub(super) fn finish(self) -> Result<(), RecordingError> {
         if let Some(error) = self.error {
             return Err(error);
@@ -102,7 +102,7 @@ impl<'a, 'g> Extraction<'a, 'g> {
     }
 }
 
-/// What a signal asks for of a topic; `None`: its own time is in a field that is not there.
+/// The extraction of a signal from a topic; `None` where the signal's own time is in a missing field.
 fn extract<'a>(
     want: &'a Want<'a>,
     topic: &Topic<'_>,
@@ -130,12 +130,12 @@ fn extract<'a>(
     Ok(Extract { want, value, clock, conditions, count: 0, oddities })
 }
 
-/// The filters of a source; a signal that is named as a whole has none.
+/// The filters of a source; none for a signal that is named as a whole.
 fn conditions_of<'w>(want: &'w Want<'_>, naming: Naming) -> &'w [(String, String)] {
     if naming == Naming::Signal { &[] } else { &want.source.filters }
 }
 
-/// Says which cells of a table were taken as missing.
+/// Reports which cells of a table were taken as missing.
 fn tell_oddities(topics: &[Vec<Extract<'_>>], gathered: &mut Gathered) {
     let mut told: Vec<String> = Vec::new();
     for Oddities { field, empty, not_numbers, first } in topics.iter().flatten().map(|it| &it.oddities) {
@@ -154,7 +154,7 @@ fn tag<'t>(topic: &Topic<'t>, name: &str) -> Option<&'t str> {
     topic.tags.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
 }
 
-/// Whether a source means this topic, as far as its name and its tags tell.
+/// Whether a source fits this topic, by its name and tags.
 fn is_meant(want: &Want<'_>, topic: &Topic<'_>, file: &Path, naming: Naming) -> bool {
     let is_named = match naming {
         Naming::File => want.source.is_of_file(file),
@@ -187,7 +187,7 @@ fn clock_of(want: &Want<'_>, topic: &Topic<'_>) -> Result<Clock, Unlocated> {
     })
 }
 
-/// The unit of time that a column's header tells.
+/// The unit of time in a column's header.
 fn unit_of_time(fields: &Fields, locator: &Locator) -> Option<Span> {
     let (Fields::Named(fields), Locator::Named(at, _)) = (fields, locator) else { return None };
     let field = fields.get(*at)?;
@@ -195,7 +195,7 @@ fn unit_of_time(fields: &Fields, locator: &Locator) -> Option<Span> {
 }
 
 impl<'a> Extraction<'a, '_> {
-    /// Notes that a signal cannot be found in a topic, or that it could be several.
+    /// Notes that the field of a signal is missing in a topic, or that several fields fit.
     fn unlocated(&mut self, want: &Want<'_>, topic: &Topic<'_>, field: &str, wrong: Unlocated) {
         let file = self.file.clone();
         let signal = want.signal.to_owned();
@@ -337,7 +337,7 @@ impl Extract<'_> {
 }
 
 impl Oddities {
-    /// Counts what is no number; `None`: there is nothing.
+    /// Counts a cell that is no number; `None` is an empty cell.
     fn see(&mut self, text: Option<String>) {
         match text {
             None => self.empty += 1,

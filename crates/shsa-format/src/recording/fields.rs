@@ -1,4 +1,4 @@
-//! One field of a topic's messages: found by its path once, then read in each message.
+//! One field of a topic's messages: its path is resolved once, then the field is read in each message.
 
 use super::names::{self, Fit};
 use super::topic::{Body, Field, Fields, Value};
@@ -13,15 +13,15 @@ use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
 use shsa_message::stamp;
 use shsa_message::zone::Zone;
 
-/// Where the fields of a message's header usually say when it was stamped.
+/// The fields of a message's header that usually have its stamp.
 const STAMPS: [&str; 2] = ["header.stamp", "timestamp"];
 
-/// Why there is no way to a field.
+/// Why a field cannot be located.
 #[derive(Debug)]
 pub(super) struct Unlocated {
-    /// What is wrong.
+    /// The problem.
     pub(super) problem: String,
-    /// Where several fields fit, all of them.
+    /// All fields that fit, where there are several.
     pub(super) choices: Vec<String>,
 }
 
@@ -31,23 +31,23 @@ impl From<String> for Unlocated {
     }
 }
 
-/// The way to one field.
+/// The place of one field in the messages of a topic.
 pub(super) enum Locator {
-    /// The value of this number, or an element of its list.
+    /// The field of this index, or an element of its list.
     Named(usize, Option<usize>),
-    /// The member of a JSON value.
+    /// A member of a JSON value.
     Json(Vec<Step>),
-    /// The field of a message of ROS.
+    /// A field of a ROS message.
     Ros(Layout, Plan),
-    /// The field of a message of Protocol Buffers.
+    /// A field of a Protocol Buffers message.
     Protobuf(protobuf::Plan),
 }
 
 impl Fields {
-    /// The way to the field at a path; of the path `data` also to the only field there is.
+    /// Locates the field at a path. The path `data` also fits the only field of a message.
     ///
     /// # Errors
-    /// Says what is wrong with the path, and what there is instead.
+    /// The problem with the path, and the fields that exist.
     pub(super) fn locate(&self, path: &str) -> Result<Locator, Unlocated> {
         match self {
             Fields::Named(fields) => named(fields, path).map(|(at, element)| Locator::Named(at, element)),
@@ -64,7 +64,7 @@ impl Fields {
         }
     }
 
-    /// The way to the stamp in the header of the messages; `None` where they have none.
+    /// The places of the stamp in the header of the messages; `None` where there is none.
     pub(super) fn header_stamp(&self) -> Option<Vec<Locator>> {
         match self {
             Fields::Json | Fields::Protobuf(..) => {
@@ -79,7 +79,7 @@ impl Fields {
     }
 }
 
-/// The field of a name: in full, without its unit, in whichever letter case, or as an element of a list.
+/// The field with a name: the full name, else the name without its unit, else in any letter case, else as an element of a list.
 fn named(fields: &[Field], path: &str) -> Result<(usize, Option<usize>), Unlocated> {
     let names: Vec<String> = fields.iter().map(|field| field.name.clone()).collect();
     let find = |path: &str| match names::column_of(&names, path) {
@@ -103,7 +103,7 @@ fn named(fields: &[Field], path: &str) -> Result<(usize, Option<usize>), Unlocat
     Err(format!("no field '{path}'{}", names::hint(path, names.iter().map(String::as_str))).into())
 }
 
-/// `q[2]` and `q.2`: a list and the number of one of its elements.
+/// `q[2]` and `q.2`: a list and the index of an element.
 fn element(path: &str) -> Option<(&str, usize)> {
     let (list, index) = match path.strip_suffix(']') {
         Some(open) => open.rsplit_once('[')?,
@@ -112,7 +112,7 @@ fn element(path: &str) -> Option<(&str, usize)> {
     Some((list, index.trim().parse().ok()?))
 }
 
-/// What is wrong with a field of a message.
+/// The problem of a message type as the problem of a field.
 fn said(problem: MessageError) -> Unlocated {
     let problem = match problem {
         MessageError::NoIndex { index, name, .. } => {
@@ -129,7 +129,7 @@ fn said(problem: MessageError) -> Unlocated {
 }
 
 impl Locator {
-    /// Whether there can be a number at the end of the way.
+    /// Whether the field can be a number.
     pub(super) fn can_be_number(&self) -> bool {
         match self {
             Locator::Ros(_, plan) => matches!(plan.target, Target::Primitive(_) | Target::Time),
@@ -138,7 +138,7 @@ impl Locator {
         }
     }
 
-    /// Whether what is there can be compared with a text: a number, a text, a list of texts.
+    /// Whether the field can be compared with a text: a number, a text, a list of texts.
     pub(super) fn can_be_compared(&self) -> bool {
         match self {
             Locator::Ros(_, plan) => match plan.target {
@@ -150,7 +150,7 @@ impl Locator {
         }
     }
 
-    /// The value of the field, or of one element of its list; `None` when there is none, or it is no number.
+    /// The value of the field, or of one element of its list; `None` when it is missing or no number.
     pub(super) fn value(&self, body: Body<'_>, element: Option<usize>) -> Option<RawValue> {
         match (self, body) {
             (Locator::Named(at, own), Body::Values(values)) => of_named(values.get(*at)?, element.or(*own)),
@@ -164,7 +164,7 @@ impl Locator {
         }
     }
 
-    /// The text of the field; `None` when there is none, or it is no text.
+    /// The text of the field; `None` when it is missing or no text.
     pub(super) fn text(&self, body: Body<'_>) -> Option<String> {
         match (self, body) {
             (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
@@ -185,7 +185,7 @@ impl Locator {
         }
     }
 
-    /// The field as a stamp, where a step of a number is so long; `None` as in [`Locator::value`], and for a message's zero.
+    /// The field as a stamp; `step` is the unit of a number. `None` as in [`Locator::value`], and for zero in a message.
     pub(super) fn stamp(&self, body: Body<'_>, step: Option<Span>) -> Option<Time> {
         let stamp = match (self, body) {
             (Locator::Named(at, None), Body::Values(values)) => match *values.get(*at)? {
@@ -215,11 +215,12 @@ impl Locator {
             },
             _ => return None,
         };
-        // In a message zero means that nobody has stamped it; in a table it is a time.
+        // Zero in a message means that it was not stamped; in a table zero is a time.
         (stamp.0 != 0 || matches!(self, Locator::Named(..))).then_some(stamp)
     }
 
-    /// Where the field says what is asked: `Some(None)` for one value that does, of a list the first element that does.
+    /// Compares the field with a text: `Some(None)` where its one value is equal; for a list, the index of the first equal
+    /// element.
     pub(super) fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
         match (self, body) {
             (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
@@ -242,7 +243,7 @@ impl Locator {
     }
 }
 
-/// A number, or a date and a time; without a zone in UTC.
+/// A stamp from a number, or from a date and a time, in UTC where the text has no zone.
 fn text_stamp(text: &str, step: Option<Span>) -> Option<Time> {
     let moment = || moment(text, DateOrder::YearMonthDay, &Zone::default()).map(|moment| moment.time);
     stamp::number(text.trim(), step).map(|(time, _)| time).or_else(moment)
@@ -279,9 +280,9 @@ fn of_named(value: &Value<'_>, element: Option<usize>) -> Option<RawValue> {
     }
 }
 
-/// Where a JSON text has the member at some steps.
+/// The place of the member at these steps in a JSON text.
 fn json_at(text: &str, steps: &[Step]) -> Option<Place> {
-    /// Nodes are how many steps lead to them.
+    /// A node is the number of matched steps that lead to it.
     struct At<'a>(&'a [Step], Option<Place>);
     impl Visitor for At<'_> {
         type Node = usize;
@@ -312,7 +313,7 @@ fn of_json(text: &str, place: Place, element: Option<usize>) -> Option<RawValue>
     let mut items: Vec<Option<f64>> = Vec::new();
     match (place.kind, element) {
         (Kind::List, _) => elements(text, place, |_, item| {
-            // Null is how JSON writes not-a-number.
+            // JSON writes not-a-number as null.
             items.push(if item.kind == Kind::Null { Some(f64::NAN) } else { json_number(text, item) });
             true
         }),
@@ -334,7 +335,7 @@ fn json_number(text: &str, place: Place) -> Option<f64> {
     }
 }
 
-/// A number, a text, or an object of seconds and nanoseconds.
+/// A stamp from a number, a text, or an object of seconds and nanoseconds.
 fn json_stamp(text: &str, steps: &[Step], step: Option<Span>) -> Option<Time> {
     let place = json_at(text, steps)?;
     let member = |names: &[&str]| {

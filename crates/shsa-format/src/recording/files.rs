@@ -1,4 +1,5 @@
-//! The files of a recording: found in folders, told apart by format, opened; those that are packed as a whole are unpacked first.
+//! The files of a recording: found in folders, identified by format, opened. Files that are compressed as a whole are
+//! decompressed first.
 
 use super::RecordingError;
 use super::format::{self, HEAD, Row};
@@ -16,7 +17,7 @@ pub(super) struct File {
     pub(super) row: &'static Row,
 }
 
-/// What standard input held, in a file that has no name: it can be read once only, and some formats must be read twice.
+/// The content of standard input, in a file without a name: it can be read only once, and some formats must be read twice.
 static STANDARD_INPUT: OnceLock<fs::File> = OnceLock::new();
 
 /// The file of a path, from its beginning; `-` is standard input.
@@ -37,10 +38,10 @@ fn opened(path: &Path) -> io::Result<fs::File> {
     Ok(again)
 }
 
-/// The files that are meant: of folders those of known endings, part 2 before part 10.
+/// The files to read; for a folder its files of known endings, part 2 before part 10.
 ///
 /// # Errors
-/// When a file cannot be opened, or its format is not known.
+/// When a file cannot be opened, or its format is unknown.
 pub(super) fn files_of(paths: &[PathBuf]) -> Result<Vec<File>, RecordingError> {
     let mut files = Vec::new();
     for path in paths {
@@ -66,7 +67,7 @@ fn files_in(folder: &Path) -> Result<Vec<PathBuf>, RecordingError> {
     Ok(files)
 }
 
-/// A name in parts, of which numbers sort by their value: `bag_10` behind `bag_2`.
+/// A name in parts for sorting, with numbers by their value: `bag_10` after `bag_2`.
 fn counted(name: &str) -> Vec<(String, Option<u64>)> {
     let mut parts = vec![(String::new(), None)];
     for character in name.chars() {
@@ -100,10 +101,10 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
     format_of(&without_packing(file), &unpack::unpack("zstd", &head, HEAD).bytes)
 }
 
-/// The format of a file of this name that begins so.
+/// The format of a file with this name and these first bytes.
 ///
 /// # Errors
-/// When it is not known, to be converted, or switched off.
+/// When the format is unknown, has to be converted, or is switched off.
 pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
     if let Some((what, how)) = format::conversion(head) {
         return Err(RecordingError::Convert { file: file.into(), what, how });
@@ -118,16 +119,16 @@ pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, Record
     }
 }
 
-/// `bag.db3.zstd` without the last ending.
+/// The name without the ending of a compression: `bag.db3` of `bag.db3.zstd`.
 fn without_packing(file: &Path) -> PathBuf {
     let is_packed = file.extension().is_some_and(|ending| ending == "zstd" || ending == "zst");
     if is_packed { file.with_extension("") } else { file.to_owned() }
 }
 
-/// The bytes of a file; of one that is packed, those of its content, for which a file is made that has no name.
+/// The content of a file. A compressed file is decompressed into a file without a name.
 ///
 /// # Errors
-/// When it cannot be opened or unpacked.
+/// When the file cannot be opened or decompressed.
 pub(super) fn open(file: &Path) -> Result<Box<dyn Input>, RecordingError> {
     let open = || -> io::Result<fs::File> {
         let mut opened = opened(file)?;

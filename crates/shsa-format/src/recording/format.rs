@@ -1,11 +1,12 @@
-//! The formats of recordings: one table of what they are called, how their files end and begin, and whether they can be read here.
+//! The formats of recordings in one table: their names, the endings and the first bytes of their files, and whether they can be
+//! read.
 
 use super::can::{asc, blf, candump};
 use super::extraction::Naming;
 use super::{dataflash, influx, mcap, mdf, nmea, parquet, rosbag, signalk, sqlite, ulog};
 use std::path::Path;
 
-/// How recordings are written.
+/// The format of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Format {
     /// MCAP.
@@ -20,11 +21,11 @@ pub enum Format {
     DataFlash,
     /// Logs of ArduPilot as text.
     DataFlashText,
-    /// Frames of a CAN bus, by tools of Vector.
+    /// Frames of a CAN bus, written by Vector's tools.
     Blf,
-    /// The same as text.
+    /// Frames of a CAN bus, written by Vector's tools as text.
     Asc,
-    /// Frames of a CAN bus, by `candump`.
+    /// Frames of a CAN bus, written by `candump`.
     Candump,
     /// ASAM MDF 4.
     Mdf,
@@ -36,32 +37,32 @@ pub enum Format {
     SignalK,
     /// InfluxDB line protocol.
     Influx,
-    /// Observations, one a line.
+    /// Observations, one per line.
     JsonLines,
     /// Tables of text.
     Csv,
 }
 
-/// What is known of a format.
+/// The properties of a format.
 #[derive(Clone, Copy, Debug)]
 pub struct Row {
     /// The format.
     pub format: Format,
-    /// What it is called.
+    /// The name of the format.
     pub name: &'static str,
-    /// How its files end; several formats may share an ending.
+    /// The endings of its files; formats may share an ending.
     pub endings: &'static [&'static str],
-    /// The feature of this crate that reads it; `None`: it is always read.
+    /// The feature of this crate that reads the format; `None`: it is always read.
     pub feature: Option<&'static str>,
     /// Whether that feature is on.
     pub is_on: bool,
-    /// How sources name its topics.
+    /// How sources name topics of the format.
     pub(super) naming: Naming,
-    /// Whether a file that begins so is of this format for certain.
+    /// Whether a file with these first bytes certainly has this format.
     is: fn(&[u8]) -> bool,
 }
 
-/// All formats. Of those that a file could begin with, the first one is meant.
+/// All formats. Where several fit the first bytes of a file, the first one counts.
 pub const FORMATS: &[Row] = &[
     Row {
         format: Format::Mcap,
@@ -209,23 +210,22 @@ pub const FORMATS: &[Row] = &[
     },
 ];
 
-/// What a file that begins so is called and how it is converted, where it is of a format that is not read here.
+/// The name of a format that is not read here, and how to convert it, by the first bytes of a file.
 pub(super) fn conversion(head: &[u8]) -> Option<(&'static str, &'static str)> {
     let how = "convert it to MDF 4 with Python's asammdf: MDF('old.mdf').convert('4.10').save('new.mf4')";
     mdf::OLD_MAGICS.iter().any(|magic| head.starts_with(magic)).then_some(("MDF 3 and before", how))
 }
 
-/// How many bytes of a file tell its format.
+/// How many first bytes of a file decide its format.
 pub(super) const HEAD: u64 = 4_096;
 
-/// The format of a file with this name that begins so: the first bytes decide where they can, else the ending; `None` when neither
-/// does.
+/// The format of a file by its first bytes where they are decisive, else by the ending of its name; `None` when neither decides.
 pub(super) fn format_of(name: &Path, head: &[u8]) -> Option<&'static Row> {
     if let Some(certain) = FORMATS.iter().find(|row| (row.is)(head)) {
         return Some(certain);
     }
     match by_ending(name) {
-        // Cut within its first line, or something else.
+        // A bag that is cut within its first line, or another file.
         Some(row) if row.format == Format::Bag => rosbag::MAGIC.starts_with(head).then_some(row),
         None => {
             let first = head.iter().find(|byte| !byte.is_ascii_whitespace());
@@ -235,13 +235,13 @@ pub(super) fn format_of(name: &Path, head: &[u8]) -> Option<&'static Row> {
     }
 }
 
-/// The first format whose files end so.
+/// The first format with the ending of this file.
 pub(super) fn by_ending(file: &Path) -> Option<&'static Row> {
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     FORMATS.iter().find(|row| row.endings.contains(&ending.as_str()))
 }
 
-/// `JSON lines (.jsonl, .ndjson, .json), ...`: what is known, for errors.
+/// The known formats for errors: `JSON lines (.jsonl, .ndjson, .json), ...`.
 pub(super) fn known() -> String {
     let told = |row: &Row| {
         let endings: Vec<String> = row.endings.iter().map(|ending| format!(".{ending}")).collect();

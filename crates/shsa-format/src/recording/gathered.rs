@@ -1,4 +1,4 @@
-//! What readers hand over: samples, counts and warnings of all files, and the final order.
+//! The results of the readers: samples, counts and warnings of all files, and the final order.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -12,51 +12,51 @@ use super::stamps::Stamps;
 use super::stream::Surveyed;
 use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, clock, names};
 
-/// Samples handed over at once.
+/// The samples that are handed over together.
 pub(super) type Batch = Result<Vec<Sample>, RecordingError>;
 
-/// How many samples are handed over at once.
+/// The size of a batch.
 const BATCH: usize = 4_096;
 
-/// What becomes of the samples.
+/// The use of the samples.
 pub(super) enum Destination {
-    /// They are kept, all of them.
+    /// All samples are kept.
     Kept,
-    /// Only their order is looked at.
+    /// Only the order of the samples is examined.
     Surveyed(Surveyed),
     /// They go to another thread.
     Sent(SyncSender<Batch>),
 }
 
-/// A recording in the making.
+/// A recording under construction.
 pub(super) struct Gathered {
     recording: Recording,
     destination: Destination,
     streams: Vec<Stream>,
     file: PathBuf,
-    /// How many files have been begun.
+    /// The number of files so far.
     files: usize,
-    /// What the files before held; without samples where these are not kept.
+    /// The pieces of earlier files; without samples where these are not kept.
     pieces: Vec<Piece>,
-    /// What the current one holds, where samples are not kept.
+    /// The piece of the current file, where samples are not kept.
     piece: Piece,
     damages: usize,
     last_untold: Option<Warning>,
     names: BTreeSet<String>,
-    /// For each file the signals whose time is that of reception, as their stamps are none.
+    /// For each file the signals that take the time of reception, because their stamps are unusable.
     unstamped: Vec<BTreeSet<usize>>,
 }
 
-/// So many damaged places of a file are told one by one, and the last.
+/// How many damaged places of a file are reported singly, besides the last.
 const DAMAGES_TOLD: usize = 3;
 
-/// What must be remembered of a signal from one sample to the next.
+/// The state of a signal between two samples.
 struct Stream {
     signal: String,
     only_changes: bool,
-    /// Whether the source says where the stamp is: then it is believed.
+    /// Whether the source names the stamp: then the stamp is trusted.
     is_stamp_chosen: bool,
-    /// Whether the current file says so: then, too.
+    /// Whether the current file declares its stamps: then they are trusted, too.
     is_believed: bool,
     last_value: Option<RawValue>,
     stamps: Stamps,
@@ -64,7 +64,7 @@ struct Stream {
 }
 
 impl Gathered {
-    /// Nothing yet of what is wanted.
+    /// An empty recording of the wanted signals.
     pub(super) fn new(wants: &[Want<'_>], destination: Destination) -> Gathered {
         let stream = |want: &Want<'_>| Stream {
             signal: want.signal.to_owned(),
@@ -93,23 +93,23 @@ impl Gathered {
         }
     }
 
-    /// As a survey has found them, the signals of the only file whose stamps are none.
+    /// Sets the signals of the only file whose stamps are unusable, as a survey has found them.
     pub(super) fn without_stamps(mut self, signals: BTreeSet<usize>) -> Gathered {
         self.unstamped = vec![signals];
         self
     }
 
-    /// What [`Gathered::without_stamps`] takes, for each file.
+    /// The argument of [`Gathered::without_stamps`] for each file.
     pub(super) fn unstamped(&self) -> &[BTreeSet<usize>] {
         &self.unstamped
     }
 
-    /// All that follows is of this file.
+    /// Begins a file.
     pub(super) fn begin(&mut self, file: &Path) {
         self.file = file.into();
         self.files += 1;
         for stream in &mut self.streams {
-            // Another file may be another recording, of which the first value counts.
+            // Another file may be another recording, in which the first value counts.
             stream.last_value = None;
             stream.stamps = Stamps::default();
             stream.is_believed = false;
@@ -119,17 +119,17 @@ impl Gathered {
         }
     }
 
-    /// The file that is being read.
+    /// The current file.
     pub(super) fn file(&self) -> &Path {
         &self.file
     }
 
-    /// The file's name without folders.
+    /// The name of the current file without folders.
     pub(super) fn file_name(&self) -> String {
         self.file.file_name().unwrap_or_default().to_string_lossy().into_owned()
     }
 
-    /// A wanted signal is found in the current file, in this column or field.
+    /// Notes that the current file has a wanted signal, in this column or field.
     pub(super) fn found_in(&mut self, wanted: usize, part: &str) {
         let place = format!("{}: {part}", self.file_name());
         let places = self.recording.found.get_mut(wanted).map(|found| &mut found.places);
@@ -138,21 +138,21 @@ impl Gathered {
         }
     }
 
-    /// The stamps of a wanted signal in the current file are what it says they are.
+    /// Trusts the stamps of a wanted signal in the current file.
     pub(super) fn believe(&mut self, wanted: usize) {
         if let Some(stream) = self.streams.get_mut(wanted) {
             stream.is_believed = true;
         }
     }
 
-    /// A row or message had no number for this signal.
+    /// Counts a row or message without a number for this signal.
     pub(super) fn missing(&mut self, wanted: usize) {
         if let Some(found) = self.recording.found.get_mut(wanted) {
             found.missing += 1;
         }
     }
 
-    /// One value, in the order of the file.
+    /// Adds a value, in the order of the file.
     pub(super) fn sample(&mut self, wanted: usize, time: Time, received: Time, value: RawValue) {
         let (Some(stream), Some(found)) =
             (self.streams.get_mut(wanted), self.recording.found.get_mut(wanted))
@@ -185,7 +185,7 @@ impl Gathered {
         }
     }
 
-    /// Hands over what there is. Who does not listen any more needs nothing.
+    /// Hands over the current batch. When the receiver has gone, the samples are dropped.
     pub(super) fn send(&mut self) {
         if let Destination::Sent(receiver) = &self.destination {
             let batch = std::mem::replace(&mut self.recording.samples, Vec::with_capacity(BATCH));
@@ -201,13 +201,13 @@ impl Gathered {
         }
     }
 
-    /// Something to know, at a place of the current file.
+    /// Adds a warning about a place of the current file.
     pub(super) fn warn(&mut self, place: Place, message: impl Into<String>) {
         let warning = Warning { file: self.file.clone(), place, message: message.into() };
         self.recording.warnings.push(warning);
     }
 
-    /// A part of the current file is lost.
+    /// Adds a damage: a part of the current file is lost.
     pub(super) fn damaged(&mut self, place: Place, message: impl Into<String>) {
         self.recording.degraded = true;
         self.damages += 1;
@@ -218,7 +218,7 @@ impl Gathered {
         }
     }
 
-    /// The current file is at its end: says how much of it is lost, and takes it apart where its clock was set.
+    /// Ends the current file: reports how much of it is lost, and splits it where its clock was set.
     pub(super) fn end(&mut self) {
         self.judge_stamps();
         match self.destination {
@@ -237,7 +237,7 @@ impl Gathered {
         self.damages = 0;
     }
 
-    /// Takes the reception for the time of signals whose stamps are of no use, and says so.
+    /// Replaces unusable stamps by times of reception, with a warning for each signal.
     fn judge_stamps(&mut self) {
         let mut flaws: BTreeMap<String, Vec<String>> = BTreeMap::new();
         let mut unstamped = BTreeSet::new();
@@ -285,18 +285,18 @@ impl Gathered {
         self.pieces.extend(pieces);
     }
 
-    /// The pieces in sessions; those without a sample are in none.
+    /// The sessions of the pieces; pieces without samples are left out.
     fn groups(&mut self, wants: &[Want<'_>]) -> Vec<Group> {
         self.pieces.retain(|piece| !piece.extents.is_empty());
         groups(std::mem::take(&mut self.pieces), wants)
     }
 
-    /// A name of the current file that might have been meant by one that is not found.
+    /// Keeps a name of the current file as a hint for a signal that is not found.
     pub(super) fn know(&mut self, name: &str) {
         self.names.insert(name.to_owned());
     }
 
-    /// A wanted signal should be in the current file, and is not.
+    /// Notes that the current file should have a wanted signal and does not.
     pub(super) fn absent(&mut self, want: &Want<'_>, reason: &str) {
         self.warn(Place::Whole, format!("signal {}: {reason}", want.signal));
         if let Some(stream) = self.streams.get_mut(want.index) {
@@ -304,8 +304,8 @@ impl Gathered {
         }
     }
 
-    /// Puts the samples into sessions, in these into the order of their reception, and says what was not found. Whether there
-    /// is one session only is told, too, as without samples the recording has none.
+    /// Sorts the samples into sessions, and within each by reception, and reports missing signals. Also returns whether there is
+    /// one session only, as a recording without samples has no sessions.
     pub(super) fn finish(mut self, wants: &[Want<'_>]) -> (Recording, bool) {
         for want in wants {
             if let Some(remark) = self.remark(want) {
@@ -346,7 +346,7 @@ impl Gathered {
         self.recording.sessions.push(Session { samples, recording, part, origin, span, files, because });
     }
 
-    /// What should be known of a signal once all is read.
+    /// The warning about a signal after all files.
     fn remark(&self, want: &Want<'_>) -> Option<String> {
         let found = self.recording.found.get(want.index)?;
         if found.places.is_empty() {
@@ -368,7 +368,7 @@ impl Gathered {
     }
 }
 
-/// The same value, not-a-number being the same as itself.
+/// Whether two values are the same; not-a-number equals itself.
 fn is_same(a: &RawValue, b: &RawValue) -> bool {
     let same = |a: f64, b: f64| a == b || a.is_nan() && b.is_nan();
     match (a, b) {

@@ -1,8 +1,9 @@
-//! InfluxDB line protocol: `room,sensor=T1 temperature=23.7,n=1i 1422886740000000000`, a point a line.
+//! InfluxDB line protocol: `room,sensor=T1 temperature=23.7,n=1i 1422886740000000000`, one point per line.
 //!
-//! Format: <https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/>. A topic is a measurement with its tags, which
-//! filters choose: `room#temperature[sensor=T1]`. Times are whole numbers whose unit (nanoseconds, else micro-, milliseconds or
-//! seconds) their size tells. A series whose points have different fields has those that were ever seen in one point before.
+//! Format: <https://docs.influxdata.com/influxdb/v2/reference/syntax/line-protocol/>. A topic is a measurement with its tags, and
+//! filters choose among the tags: `room#temperature[sensor=T1]`. Times are whole numbers; their size decides the unit
+//! (nanoseconds, else micro-, milliseconds or seconds). Where the points of a series have different fields, the series has all
+//! fields so far.
 
 use super::lines::Lines;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
@@ -12,7 +13,7 @@ use shsa_message::stamp;
 use std::borrow::Cow;
 use std::collections::BTreeMap;
 
-/// The most series: measurements with their tags and their sets of fields.
+/// The most series: measurements with their tags and sets of fields.
 const SERIES_MAX: usize = 1 << 14;
 
 /// The most tags, and the most fields, of a point.
@@ -21,7 +22,7 @@ const PARTS_MAX: usize = 1 << 12;
 /// Whether a text begins as line protocol does: all of its first lines are points, with a time.
 pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    // The last line may be cut.
+    // The last line may be incomplete.
     let lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::trim);
     let lines: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with('#')).take(5).collect();
     !lines.is_empty() && lines.iter().all(|line| point(line).is_ok_and(|point| point.time.is_some()))
@@ -29,16 +30,16 @@ pub(super) fn is_log(head: &[u8]) -> bool {
 
 /// A point.
 struct Point<'a> {
-    /// The measurement and the tags, as they are written.
+    /// The measurement and the tags, as written.
     series: &'a str,
     fields: Vec<(&'a str, &'a str)>,
     time: Option<Time>,
 }
 
-/// A series that was told.
+/// A series that was reported as a topic.
 struct Series {
     topic: TopicId,
-    /// The names of its fields, as they are written.
+    /// The names of its fields, as written.
     fields: Vec<String>,
 }
 
@@ -52,7 +53,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
             continue;
         }
         match point(text) {
-            // A time that is cut is a time, too.
+            // An incomplete time would be read as another time.
             _ if !line.is_ended => {
                 listener.damaged(
                     Place::Line(line.number),
@@ -74,7 +75,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     Ok(())
 }
 
-/// Tells a point; `false` where there are too many series.
+/// Reports a point; returns `false` where there are too many series.
 fn tell(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut dyn Listener) -> bool {
     let Some(time) = point.time else { return true };
     let is_known =
@@ -98,7 +99,7 @@ fn tell(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut
     true
 }
 
-/// Tells the series of a point; with new fields it is told again.
+/// Reports the series of a point as a topic; with new fields, again.
 fn told(point: &Point<'_>, before: Option<&Series>, listener: &mut dyn Listener) -> Series {
     let mut fields: Vec<String> = before.map(|series| series.fields.clone()).unwrap_or_default();
     for (name, _) in &point.fields {
@@ -123,7 +124,7 @@ impl Point<'_> {
         self.fields.iter().find(|(field, _)| *field == name).map(|(_, value)| *value)
     }
 
-    /// The text of a field that is one.
+    /// The text of a field; `None` for a field that is no text.
     fn text(&self, name: &str) -> Option<Cow<'_, str>> {
         let quoted = self.raw(name)?.strip_prefix('"')?.strip_suffix('"')?;
         Some(if quoted.contains('\\') {
@@ -147,7 +148,7 @@ impl Point<'_> {
     }
 }
 
-/// Takes a line apart: series, fields, time.
+/// Splits a line into series, fields and time.
 fn point(line: &str) -> Result<Point<'_>, String> {
     let mut parts = Split { rest: Some(line), at: ' ', in_quotes: true }.filter(|part| !part.is_empty());
     let series = parts.next().ok_or("no measurement")?;
@@ -179,14 +180,14 @@ fn shown(text: &str) -> String {
     text.chars().take(40).collect()
 }
 
-/// The two sides of the first such letter that no backslash stands before.
+/// The two sides of the first separator without a backslash before it.
 fn halves(text: &str, at: char) -> Option<(&str, &str)> {
     let mut parts = Split { rest: Some(text), at, in_quotes: true };
     let first = parts.next()?;
     Some((first, parts.rest?))
 }
 
-/// The parts of a text between letters that stand neither behind a backslash nor, where that counts, in quotes.
+/// The parts of a text between separators that have no backslash before them and, where quotes count, are not in quotes.
 struct Split<'a> {
     rest: Option<&'a str>,
     at: char,
@@ -216,7 +217,7 @@ impl<'a> Iterator for Split<'a> {
     }
 }
 
-/// A backslash before a comma, an equals sign or a blank is left out.
+/// Removes the backslash before a comma, an equals sign or a blank.
 fn unescaped(text: &str) -> Cow<'_, str> {
     if !text.contains('\\') {
         return text.into();
@@ -234,7 +235,7 @@ mod tests {
     };
     use super::*;
 
-    /// It has no options.
+    /// The reader, which has no options.
     const READ: Reader = |input, _options, listener| read(input, listener);
 
     const TEXT: &str = "# climate\nroom,site=Mons\\ 1,sensor=T1 temperature=23.7,note=\"a, b=\\\"c\\\" d\",n=1i 1422886740000000000\n\

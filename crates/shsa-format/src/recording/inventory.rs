@@ -1,4 +1,4 @@
-//! What is in a file: its topics and their fields, rates, gaps and examples of values.
+//! The content of a file: its topics with their fields, rates, gaps and examples of values.
 
 use super::fields::Locator;
 use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
@@ -8,13 +8,13 @@ use shsa_core::time::{Span, Time};
 use shsa_message::json::{Kind, Visitor, unescaped, walk};
 use std::path::{Path, PathBuf};
 
-/// More fields of a topic are not listed.
+/// The most fields of a topic that are listed.
 const FIELDS_MAX: usize = 400;
 
-/// Texts are shown up to this length, characters.
+/// The longest text that is shown, characters.
 const TEXT_MAX: usize = 40;
 
-/// Notes what there is in one file.
+/// Collects the content of one file.
 pub(super) struct Inventory {
     file: PathBuf,
     topics: Vec<Entry>,
@@ -22,11 +22,11 @@ pub(super) struct Inventory {
     is_degraded: bool,
 }
 
-/// One topic, as several may publish it.
+/// One topic, which several publishers may share.
 struct Entry {
     info: TopicInfo,
     fields: Fields,
-    /// The ways to the fields that are listed.
+    /// The paths and places of the listed fields.
     locators: Vec<(String, Locator)>,
     span: Option<(Time, Time)>,
     last: Option<Time>,
@@ -38,7 +38,7 @@ impl Inventory {
         Inventory { file: file.into(), topics: Vec::new(), warnings: Vec::new(), is_degraded: false }
     }
 
-    /// What was told, of a file of this format.
+    /// The content of the file, which has this format.
     pub(super) fn finish(self, format: &'static str) -> FileInfo {
         let mut topics: Vec<TopicInfo> = self.topics.into_iter().map(Entry::finish).collect();
         topics.sort_by(|a, b| a.source.cmp(&b.source).then_with(|| a.kind.cmp(&b.kind)));
@@ -87,7 +87,7 @@ impl Listener for Inventory {
     }
 
     fn note(&mut self, place: Place, what: String) {
-        /// More of a file are not kept.
+        /// The most warnings of a file that are kept.
         const MOST: usize = 20;
         if self.warnings.len() < MOST {
             self.warnings.push(Warning { file: self.file.clone(), place, message: what });
@@ -120,7 +120,7 @@ impl Entry {
         entry
     }
 
-    /// Lists the fields that the type of the messages has.
+    /// Lists the fields of the message type.
     fn list(&mut self) {
         let mut paths = Vec::new();
         match &self.fields {
@@ -160,7 +160,7 @@ impl Entry {
             let longest = self.info.longest_gap.unwrap_or(Span::ZERO);
             self.info.longest_gap = Some(longest.max(received - last));
         }
-        // Ever fewer are looked into: what a file takes does not grow with what its messages hold.
+        // Examples are taken from fewer and fewer messages, so that the memory does not grow with the content of the messages.
         if self.info.count.is_power_of_two() {
             self.look_into(body);
         }
@@ -191,7 +191,7 @@ impl Entry {
     }
 }
 
-/// Samples a second when the first and the last of them are at these times.
+/// The mean rate of samples, by the times of the first and the last one.
 fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
     let span = (last - first).seconds();
     (count > 1 && span > 0.0).then(|| (count - 1) as f64 / span)
@@ -217,10 +217,10 @@ impl FieldInfo {
     }
 }
 
-/// The paths of the numbers, texts and lists of numbers in a JSON value; of a list of objects those of the first.
+/// The paths of the numbers, texts and lists of numbers in a JSON value; for a list of objects, those of its first object.
 fn leaves(text: &str) -> Vec<String> {
     struct Leaves {
-        /// Of each node the path to it, and whether something is in it.
+        /// For each node the path to it, and whether it has content.
         nodes: Vec<(String, bool)>,
         found: Vec<String>,
     }
@@ -245,7 +245,7 @@ fn leaves(text: &str) -> Vec<String> {
                 return;
             }
             if place.kind == Kind::List {
-                // Of a list of numbers the list itself, not its first element.
+                // A list of numbers is listed itself, without its first element.
                 let first = format!("{path}[0]");
                 self.found.retain(|known| *known != first);
                 if self.nodes.iter().any(|(known, has_parts)| *known == first && *has_parts) {
@@ -264,7 +264,7 @@ fn leaves(text: &str) -> Vec<String> {
         }
     }
     let mut leaves = Leaves { nodes: vec![(String::new(), false)], found: Vec::new() };
-    // What is no JSON has no parts.
+    // A text that is no JSON has no parts.
     let _walked = walk(text, 0, &mut leaves);
     leaves.found
 }

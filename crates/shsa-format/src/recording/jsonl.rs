@@ -1,7 +1,7 @@
 //! Observations as JSON lines: `{"signal": "/a", "time_ns": 5, "received_ns": 5, "value": 1.775}`.
 //!
-//! `value` is a number, a list of numbers, or `{"lo": .., "hi": ..}`; `null` in a number's place is not-a-number (JSON
-//! has no word for it), the texts "inf" and "-inf" are the infinities. `received_ns` may be left out.
+//! `value` is a number, a list of numbers, or `{"lo": .., "hi": ..}`. JSON has no word for not-a-number and the infinities: they
+//! are `null`, "inf" and "-inf". `received_ns` is optional.
 
 use std::collections::BTreeMap;
 use std::io::{self, BufRead, Write};
@@ -14,7 +14,7 @@ use super::lines::Lines;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, RawValue, RecordingError, Sample};
 
-/// One observation as a line holds it.
+/// One observation of a line.
 struct Observation {
     signal: String,
     time: Time,
@@ -22,7 +22,7 @@ struct Observation {
     value: RawValue,
 }
 
-/// Tells the signals and their values.
+/// Reports the signals and their values.
 pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
     let mut topics: BTreeMap<String, TopicId> = BTreeMap::new();
     lines(input, |line| match line {
@@ -59,7 +59,7 @@ enum Line {
     Damaged(u64, String),
 }
 
-/// Hands over line by line; blank lines are none.
+/// Hands over the lines without the blank ones.
 fn lines(input: impl BufRead, mut each: impl FnMut(Line)) {
     let mut lines = Lines::new(input);
     while let Some(line) = lines.read() {
@@ -113,8 +113,8 @@ fn recorded(cell: Cell) -> Option<RawValue> {
     }
 }
 
-/// Writes samples as JSON lines, so that [`super::read`] gives the same samples again; `name` gives the name of a
-/// wanted signal by its index.
+/// Writes samples as JSON lines, so that [`super::read`] returns the same samples; `name` returns the name of a wanted signal by
+/// its index.
 ///
 /// # Errors
 /// Those of the writer.

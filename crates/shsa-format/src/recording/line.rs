@@ -1,10 +1,10 @@
-//! What a line of JSON says, as far as an observation needs it: the rest is checked and passed over, so that a line takes no more
-//! memory than its own size, whatever it holds.
+//! The content of a JSON line as far as an observation needs it. The rest is checked and dropped, so that a line takes no more
+//! memory than its own size.
 
 use serde::de::{Deserialize, Deserializer, Error, IgnoredAny, MapAccess, SeqAccess, Visitor};
 use std::fmt;
 
-/// The longest line of a recording that is text, bytes.
+/// The longest line of a text recording, bytes.
 pub(super) const LINE_MAX: u64 = 1 << 24;
 
 /// The most numbers of a list.
@@ -18,7 +18,7 @@ pub(super) enum Fields {
         received: Option<Cell>,
         value: Option<Cell>,
     },
-    /// Another JSON value.
+    /// A JSON value that is no object.
     Other,
 }
 
@@ -28,7 +28,7 @@ pub(super) enum Cell {
     Whole(i64),
     Number(f64),
     Text(String),
-    /// `None`: it holds something else than numbers.
+    /// The numbers; `None`: the list holds something else.
     List(Option<Vec<f64>>),
     Bounds {
         lo: Option<f64>,
@@ -38,7 +38,7 @@ pub(super) enum Cell {
 }
 
 impl Cell {
-    /// JSON has no word for not-a-number and the infinities.
+    /// The number; JSON has no word for not-a-number and the infinities.
     pub(super) fn number(&self) -> Option<f64> {
         match self {
             Cell::Null => Some(f64::NAN),
@@ -50,7 +50,7 @@ impl Cell {
     }
 }
 
-/// Says what any JSON value is, and goes into lists and objects by `$seq` and `$map`.
+/// Implements a visitor for any JSON value; `$seq` and `$map` read lists and objects.
 macro_rules! visitor {
     ($visitor:ident, $of:ty, $scalar:path, $seq:path, $map:path) => {
         impl<'de> Deserialize<'de> for $of {
@@ -112,7 +112,7 @@ impl From<Cell> for Item {
     }
 }
 
-/// What is neither a number nor anything that is looked for.
+/// JSON values that are neither numbers nor looked for.
 trait Passed {
     const PASSED: Self;
 }
@@ -135,7 +135,7 @@ fn pass_fields<'de, T: Passed, A: MapAccess<'de>>(mut all: A) -> Result<T, A::Er
     Ok(T::PASSED)
 }
 
-/// Of a field that comes twice the last counts.
+/// Where a field occurs twice, the last one counts.
 fn fields<'de, A: MapAccess<'de>>(mut all: A) -> Result<Fields, A::Error> {
     let (mut signal, mut time, mut received, mut value) = (None, None, None, None);
     while let Some(key) = all.next_key::<String>()? {

@@ -1,4 +1,4 @@
-//! A text of lines, each of bounded length; damage is passed over.
+//! A text of lines, each of bounded length; damaged lines are skipped.
 
 use super::Place;
 use super::line::LINE_MAX;
@@ -8,11 +8,11 @@ use std::io::{self, BufRead, Read};
 
 /// One line.
 pub(super) struct Line<'a> {
-    /// Counted from 1.
+    /// The number of the line, from 1.
     pub(super) number: u64,
-    /// Without its end and without a byte order mark; bytes that are no UTF-8 are replaced.
+    /// The text without its end and without a byte order mark; invalid UTF-8 is replaced.
     pub(super) text: Cow<'a, str>,
-    /// Whether the line has an end: else the file ends within it.
+    /// Whether the line is terminated: if not, the file ends within it.
     pub(super) is_ended: bool,
 }
 
@@ -25,12 +25,12 @@ pub(super) struct Lines<R> {
 }
 
 impl<R: BufRead> Lines<R> {
-    /// From the first line on.
+    /// Begins with the first line.
     pub(super) fn new(input: R) -> Lines<R> {
         Lines { input, bytes: Vec::new(), number: 0, is_over: false }
     }
 
-    /// The next line; what cannot be read is told and passed over.
+    /// The next line; a damaged line is reported and skipped.
     #[allow(dead_code, reason = "readers of formats of lines go on with it")]
     pub(super) fn next(&mut self, listener: &mut dyn Listener) -> Option<Line<'_>> {
         while let Err((number, problem)) = self.fetch()? {
@@ -39,7 +39,7 @@ impl<R: BufRead> Lines<R> {
         Some(self.line())
     }
 
-    /// The next line, or what is wrong with it; `None` at the end.
+    /// The next line, or the problem with it; `None` at the end.
     pub(super) fn read(&mut self) -> Option<Result<Line<'_>, (u64, String)>> {
         Some(match self.fetch()? {
             Ok(()) => Ok(self.line()),
@@ -64,7 +64,7 @@ impl<R: BufRead> Lines<R> {
         match self.input.by_ref().take(LINE_MAX).read_until(b'\n', &mut self.bytes) {
             Ok(0) => None,
             Ok(length) if length as u64 == LINE_MAX && !self.bytes.ends_with(b"\n") => {
-                // What is of no use is not kept while the rest of it goes by.
+                // The begun line is useless and does not stay in memory while the rest is skipped.
                 self.bytes = Vec::new();
                 let most = LINE_MAX >> 20;
                 let problem = match skip_line(&mut self.input) {
@@ -84,7 +84,7 @@ impl<R: BufRead> Lines<R> {
     }
 }
 
-/// Goes to the end of a line.
+/// Skips to the end of a line.
 fn skip_line(input: &mut impl BufRead) -> io::Result<()> {
     loop {
         let waiting = input.fill_buf()?;

@@ -1,8 +1,9 @@
-//! Recordings: files of the past turned into sessions of samples, in the order of their reception.
+//! Recordings: files turned into sessions of samples, in the order of their reception.
 //!
-//! `reader of the format (rosbag, ...) -> topics and messages -> extraction (what is wanted) -> Gathered -> clock, session -> Recording`
+//! `reader of the format (rosbag, ...) -> topics and messages -> extraction (wanted signals) -> Gathered -> clock, session ->
+//! Recording`
 //!
-//! [`read`] looks into the files for what a model asks for. A file that is damaged gives what it holds, with warnings.
+//! [`read`] reads the signals of a model from files. A damaged file gives its readable content, with warnings.
 
 mod clock;
 mod table;
@@ -60,12 +61,12 @@ pub use stamp::TIME_NAMES;
 pub use stream::{Stream, Survey, stream, survey};
 use topic::{Fields, Input, Listener};
 
-/// What a model asks for.
+/// A signal that a model asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Wanted {
     /// The signal's name on the bus.
     pub signal: String,
-    /// Where it is found, in the grammar of [`Source`]; empty: under the signal's own name.
+    /// The place in a recording, in the grammar of [`Source`]; empty: the signal's own name.
     pub source: String,
 }
 
@@ -77,16 +78,16 @@ impl Wanted {
     }
 }
 
-/// What the command line says about time where a file itself does not.
+/// Options about times and definitions that a file itself does not have.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct ReadOptions {
-    /// The column that holds the time in CSV files; `None`: recognised from its header.
+    /// The column with the time in CSV files; `None`: recognised from the header.
     pub time_column: Option<String>,
-    /// How long one step of that column is; `None`: from the header's unit.
+    /// The length of one step of that column; `None`: from the header's unit.
     pub time_scale: Option<Span>,
-    /// Where times are of that do not say it.
+    /// The zone of times without one.
     pub zone: Zone,
-    /// Folders with the definitions of ROS 2 messages, `PACKAGE/msg/NAME.msg`, that recordings lack.
+    /// Folders with definitions of ROS 2 messages, `PACKAGE/msg/NAME.msg`, that recordings lack.
     pub messages: Vec<PathBuf>,
     /// Databases of CAN messages (DBC).
     pub dbc: Vec<PathBuf>,
@@ -97,28 +98,28 @@ pub struct ReadOptions {
 pub struct Sample {
     /// Index into the list of [`Wanted`].
     pub wanted: usize,
-    /// The moment that the value was stamped with.
+    /// The stamp of the value.
     pub time: Time,
-    /// The moment of its reception; the stamp again where the file does not say.
+    /// The time of reception; the stamp where the file has none.
     pub received: Time,
     /// The value.
     pub value: RawValue,
 }
 
-/// What was found of one wanted signal.
+/// What a recording has of one wanted signal.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Found {
-    /// Samples delivered.
+    /// The number of samples.
     pub samples: usize,
-    /// Rows or messages in which its value was absent or was no number.
+    /// The number of rows or messages without the value, or with one that is no number.
     pub missing: usize,
-    /// Samples whose stamp was before the stamp of the sample before, in the order of the file.
+    /// The number of samples whose stamp was before that of the sample before, in the order of the file.
     pub backward: usize,
-    /// Where it came from, `wheel_speed.csv: wheel_1 [m/s]`; empty when nothing in the recording has it.
+    /// Where the samples came from, `wheel_speed.csv: wheel_1 [m/s]`; empty when nothing in the recording has the signal.
     pub places: Vec<String>,
 }
 
-/// Where in a file something was noticed.
+/// A place in a file.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Place {
     /// The file as a whole.
@@ -129,14 +130,14 @@ pub enum Place {
     Offset(u64),
 }
 
-/// Something that a reader of the results should know, and that did not stop the reading.
+/// An observation about a file that readers of the results should know, and that did not stop the reading.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Warning {
     /// The file.
     pub file: PathBuf,
-    /// Where in it.
+    /// The place in the file.
     pub place: Place,
-    /// What is the matter, and what was done about it.
+    /// The problem, and how it was handled.
     pub message: String,
 }
 
@@ -151,22 +152,22 @@ impl fmt::Display for Warning {
     }
 }
 
-/// A recording, read.
+/// A recording in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Recording {
-    /// Session by session; in each sorted by reception; ties keep the order of the files, then of the rows, then in which they
-    /// were asked for.
+    /// The samples, session by session, in each session sorted by reception. Samples of the same time keep the order of the
+    /// files, then of the rows, then of the request.
     pub samples: Vec<Sample>,
-    /// Recordings that are given together are replayed one after the other: two of one time, and what came before and after the
-    /// clock was set, are not mixed.
+    /// The sessions are replayed one after the other. Two recordings of the same time, and the parts before and after the clock
+    /// was set, are not mixed.
     pub sessions: Vec<Session>,
     /// One entry for each wanted signal.
     pub found: Vec<Found>,
-    /// Which files are one recording, and why.
+    /// Which files form one recording, and why.
     pub joined: Vec<String>,
-    /// In the order in which they were noticed.
+    /// The warnings, in the order in which they arose.
     pub warnings: Vec<Warning>,
-    /// Not all that was recorded is here.
+    /// Whether a part of the recording is lost.
     pub degraded: bool,
 }
 
@@ -177,7 +178,7 @@ impl Recording {
         self.samples.first().map(|sample| sample.received)
     }
 
-    /// Why there is no sample, where damage is the cause of that: the first thing that was lost.
+    /// Why a damaged recording has no sample: the first loss.
     #[must_use]
     pub fn cause(&self) -> Option<String> {
         let is_found = self.found.iter().any(|found| !found.places.is_empty());
@@ -185,65 +186,65 @@ impl Recording {
         (self.degraded && is_found && is_empty).then(|| self.warnings.first().map(ToString::to_string))?
     }
 
-    /// Every session with its samples, of which there is at least one.
+    /// Each session with its samples, at least one each.
     pub fn by_session(&self) -> impl Iterator<Item = (&Session, &[Sample])> {
         let samples = |session: &Session| self.samples.get(session.samples.clone()).unwrap_or_default();
         self.sessions.iter().map(move |session| (session, samples(session)))
     }
 }
 
-/// What is in a file.
+/// The content of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileInfo {
     /// The file.
     pub file: PathBuf,
-    /// What its format is called.
+    /// The name of the format.
     pub format: &'static str,
     /// Its topics by name.
     pub topics: Vec<TopicInfo>,
-    /// What there is to know of it.
+    /// Warnings about the file.
     pub warnings: Vec<Warning>,
-    /// Something of it is lost.
+    /// Whether a part of the file is lost.
     pub degraded: bool,
 }
 
 /// One topic, table or signal of a file.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct TopicInfo {
-    /// The topic; for a table the file's name without extension.
+    /// The name; for a table the file's name without extension.
     pub name: String,
-    /// The text that means this topic and no other in a source: `sensor_accel[1]`, `room[sensor=T1]`.
+    /// The text that means only this topic in a source: `sensor_accel[1]`, `room[sensor=T1]`.
     pub source: String,
     /// The message type; for a table its columns; for JSON lines the kind of its first value.
     pub kind: String,
     /// Messages, rows or lines.
     pub count: usize,
-    /// Mean rate by reception; `None` for fewer than two or where time does not pass.
+    /// The mean rate by reception; `None` for fewer than two messages, or where they all have the same time.
     pub rate_hz: Option<f64>,
     /// The first and the last reception.
     pub span: Option<(Time, Time)>,
     /// The longest time between two receptions.
     pub longest_gap: Option<Span>,
-    /// What its messages hold.
+    /// The fields of its messages.
     pub fields: Vec<FieldInfo>,
-    /// Why its messages cannot be read, where they cannot.
+    /// Why its messages cannot be read; `None` where they can.
     pub unreadable: Option<String>,
 }
 
 /// One field of a topic.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct FieldInfo {
-    /// Its path, as a source names it.
+    /// The path, as a source names it.
     pub path: String,
-    /// Its unit, where the format tells.
+    /// The unit, where the format has one.
     pub unit: Option<String>,
     /// `number`, `list`, `interval`, `text`; empty where no value was seen.
     pub kind: &'static str,
-    /// A value that it had.
+    /// An example of a value.
     pub sample: Option<String>,
 }
 
-/// One wanted signal with its source understood.
+/// One wanted signal with its parsed source.
 struct Want<'a> {
     index: usize,
     signal: &'a str,
@@ -251,15 +252,15 @@ struct Want<'a> {
     source: Source,
 }
 
-/// Reads what is wanted from files and folders (of a folder: its files of known formats, in the order of their names).
+/// Reads the wanted signals from files and folders (from a folder: its files of known formats, in the order of their names).
 ///
-/// A signal that nothing in the recording has is no error, since a recording may lack a topic: its [`Found`] has no
-/// places, and a warning names the nearest thing there is.
+/// A signal that is not in the recording is no error, as a recording may lack a topic: its [`Found`] has no places, and a warning
+/// names the nearest topic or field.
 ///
 /// # Errors
 /// When a file cannot be opened, its format is unknown, a source is malformed or ambiguous, or a table has no time.
 ///
-/// Memory grows with the samples wanted, not with the files; time with the files, and `n log n` with the samples.
+/// Memory grows with the wanted samples, not with the files; time with the files, and `n log n` with the samples.
 pub fn read(
     paths: &[PathBuf],
     wanted: &[Wanted],
@@ -272,7 +273,7 @@ pub fn read(
     Ok(gathered.finish(&wants).0)
 }
 
-/// Reads files one after the other; `is_alone` when there is only one in all.
+/// Reads files one after the other; `is_alone` where there is only one.
 fn read_all(
     files: &[File],
     is_alone: bool,
@@ -292,7 +293,7 @@ fn read_all(
     Ok(gathered)
 }
 
-/// As [`read`], of one file whose bytes are at hand; its name says the format where the bytes do not.
+/// Reads one file from its bytes as [`read`] does; its name decides the format where the bytes do not.
 ///
 /// # Errors
 /// As [`read`].
@@ -327,7 +328,7 @@ fn read_one(
     Ok(())
 }
 
-/// Tells the topics and messages of a file.
+/// Reports the topics and messages of a file.
 fn read_with(
     format: Format,
     input: &mut dyn Input,
@@ -354,7 +355,7 @@ fn read_with(
     }
 }
 
-/// What is in files, and what is damaged of them: topics, fields, rates, examples of values.
+/// The content of files, and their damages: topics, fields, rates, examples of values.
 ///
 /// # Errors
 /// As [`read`]. Memory grows with topics and fields.
@@ -380,7 +381,7 @@ fn understand(wanted: &[Wanted]) -> Result<Vec<Want<'_>>, RecordingError> {
     understood.collect()
 }
 
-/// One table alone, under a name that no source knows, is the table that was meant: a copy, a part, a download.
+/// Where a single table has a name that no source knows, the sources mean that table: it may be a copy, a part, a download.
 fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     let named = |want: &Want<'_>| want.source.file.is_some();
     if !wants.iter().any(named) || wants.iter().any(|want| named(want) && want.source.is_of_file(file)) {

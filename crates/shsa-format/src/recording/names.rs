@@ -1,4 +1,4 @@
-//! Finding a column, a topic or a field by a name that is nearly its own.
+//! Finds a column, a topic or a field by a name that is nearly right.
 
 use super::stamp::split_unit;
 
@@ -7,15 +7,15 @@ use super::stamp::split_unit;
 pub(super) enum Fit {
     /// One column.
     Column(usize),
-    /// Several fit equally well.
+    /// Several columns fit equally well.
     Several(Vec<usize>),
-    /// None does.
+    /// No column fits.
     Nothing,
 }
 
-/// The column of a name: in full, else without the unit behind it, else in whichever letter case.
+/// The column with a name: the full header, else the header without its unit, else in any letter case.
 ///
-/// A name that says its unit never matches a column of another unit.
+/// A name with a unit never fits a column of another unit.
 pub(super) fn column_of(headers: &[String], name: &str) -> Fit {
     let name = name.trim();
     let small = name.to_lowercase();
@@ -36,12 +36,12 @@ pub(super) fn column_of(headers: &[String], name: &str) -> Fit {
     }
 }
 
-/// A topic's name without its leading slash, which some write and some do not.
+/// A topic's name without its leading slash, which not all tools write.
 pub(super) fn bare(topic: &str) -> &str {
     topic.strip_prefix('/').unwrap_or(topic)
 }
 
-/// `; did you mean 'x'?` for the nearest name, or nothing when none is near, and a list of what there is.
+/// `; did you mean 'x'?` for the nearest name, or nothing when none is near, and a list of the known names.
 pub(super) fn hint<'a>(name: &str, known: impl Iterator<Item = &'a str> + Clone) -> String {
     let nearest = known.clone().min_by_key(|other| distance(name, other));
     let near = nearest.filter(|other| distance(name, other) <= name.chars().count() / 2);

@@ -1,8 +1,8 @@
-//! Records of fixed fields, as loggers of flight controllers write them: where each number stands, and how it is scaled.
+//! Records of fixed fields, as flight controllers log them: the place and the scaling of each number.
 
 use super::topic::{Body, Field, Value};
 
-/// What a field is made of; several bytes stand in little-endian order.
+/// The type of a field; numbers are little-endian.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Scalar {
     I8,
@@ -21,7 +21,7 @@ pub(super) enum Scalar {
 }
 
 impl Scalar {
-    /// Its length in bytes.
+    /// The length in bytes.
     pub(super) fn size(self) -> usize {
         match self {
             Scalar::I8 | Scalar::U8 | Scalar::Char => 1,
@@ -31,7 +31,7 @@ impl Scalar {
         }
     }
 
-    /// The number that stands there; `None` where the bytes end before.
+    /// The number at a place; `None` where the bytes end before.
     #[inline]
     pub(super) fn number(self, bytes: &[u8], at: usize) -> Option<f64> {
         Some(match self {
@@ -43,7 +43,7 @@ impl Scalar {
         })
     }
 
-    /// The whole number that stands there; `None` also where it is none, or does not fit.
+    /// The whole number at a place; `None` where the bytes end before, the type is no integer, or the number does not fit.
     #[inline]
     pub(super) fn whole(self, bytes: &[u8], at: usize) -> Option<i64> {
         Some(match self {
@@ -60,13 +60,13 @@ impl Scalar {
     }
 }
 
-/// So many bytes from a place on; `None` where they end before.
+/// `N` bytes at a place; `None` where the bytes end before.
 #[inline]
 pub(super) fn array<const N: usize>(bytes: &[u8], at: usize) -> Option<[u8; N]> {
     bytes.get(at..)?.first_chunk().copied()
 }
 
-/// A number of 16 bits after IEEE 754.
+/// A number of 16 bits by IEEE 754.
 fn half(bits: u16) -> f64 {
     let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
     let size = match exponent {
@@ -81,19 +81,19 @@ fn half(bits: u16) -> f64 {
 /// A field of a record.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Slot {
-    /// Its name, `esc[1].rpm` where it is within others.
+    /// The name; `esc[1].rpm` for a field within another one.
     pub(super) name: String,
-    /// What it is made of.
+    /// The type.
     pub(super) scalar: Scalar,
-    /// Its first byte in the record.
+    /// The place of the first byte in the record.
     pub(super) at: usize,
-    /// How many there are; `None`: one, and no list.
+    /// The number of elements; `None`: a single value, no list.
     pub(super) count: Option<usize>,
-    /// What the number in the bytes is divided by.
+    /// The divisor of the number in the bytes.
     pub(super) divisor: f64,
-    /// What it is multiplied with after that.
+    /// The factor after the division.
     pub(super) factor: f64,
-    /// The unit of the value; empty where nothing says it.
+    /// The unit of the value; empty where it is unknown.
     pub(super) unit: String,
 }
 
@@ -103,22 +103,22 @@ impl Slot {
         Slot { name: name.into(), scalar, at, count, divisor: 1.0, factor: 1.0, unit: String::new() }
     }
 
-    /// What a listener is told of it.
+    /// The field as a listener receives it.
     pub(super) fn field(&self) -> Field {
         Field { name: self.name.clone(), unit: (!self.unit.is_empty()).then(|| self.unit.clone()) }
     }
 
-    /// Whether it is a text.
+    /// Whether the field is a text.
     pub(super) fn is_text(&self) -> bool {
         self.scalar == Scalar::Char && self.count.is_some()
     }
 
-    /// How many numbers there are, where it is a list of them.
+    /// The number of elements, where the field is a list of numbers.
     fn list(&self) -> Option<usize> {
         self.count.filter(|_| !self.is_text())
     }
 
-    /// The number, or the element of this number of a list, as scaled.
+    /// The scaled number; for a list, the element of this index.
     #[inline]
     pub(super) fn number(&self, record: &[u8], element: usize) -> Option<f64> {
         if element >= self.count.unwrap_or(1) {
@@ -128,18 +128,18 @@ impl Slot {
         Some(number / self.divisor * self.factor)
     }
 
-    /// The text, up to its first zero; `None` also where it is no UTF-8.
+    /// The text up to its first zero; `None` also where it is no UTF-8.
     pub(super) fn text<'a>(&self, record: &'a [u8]) -> Option<&'a str> {
         let bytes = record.get(self.at..self.at + self.count.filter(|_| self.is_text())?)?;
         std::str::from_utf8(bytes.split(|byte| *byte == 0).next()?).ok()
     }
 
-    /// The value of one number, or of a text.
+    /// The value of the field: a number or a text.
     fn value<'a>(&self, record: &'a [u8]) -> Value<'a> {
         if self.is_text() {
             return self.text(record).map_or(Value::Missing, Value::Text);
         }
-        // Not scaled, it stays exact: 53 bits are not enough for nanoseconds.
+        // An unscaled number stays exact: the 53 bits of a float are too few for nanoseconds.
         let whole = self.scalar.whole(record, self.at).filter(|_| self.divisor == 1.0 && self.factor == 1.0);
         whole
             .map(Value::Whole)
@@ -148,14 +148,14 @@ impl Slot {
     }
 }
 
-/// Turns records into the bodies that listeners take; keeps the memory for the lists from one to the next.
+/// Converts records to the bodies that listeners take; the memory for lists is reused.
 #[derive(Default)]
 pub(super) struct Records {
     numbers: Vec<f64>,
 }
 
 impl Records {
-    /// Tells the values of these fields in a record, in their order.
+    /// Passes the values of these fields in a record to `tell`, in their order.
     pub(super) fn tell(&mut self, slots: &[Slot], record: &[u8], tell: impl FnOnce(Body<'_>)) {
         self.numbers.clear();
         let lists = slots.iter().filter(|slot| slot.list().is_some());

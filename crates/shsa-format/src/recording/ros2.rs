@@ -1,4 +1,4 @@
-//! The messages of ROS 2 in recordings: the types that are known without their definitions, and those that a recording carries.
+//! The messages of ROS 2 in recordings: the types known without a definition, and those defined in a recording.
 
 use super::topic::Fields;
 use shsa_message::MessageError;
@@ -6,7 +6,7 @@ use shsa_message::ros::{Layout, Types, full_name};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// The standard types, and those in these folders.
+/// The standard types, and those defined in these folders.
 ///
 /// # Errors
 /// When a folder or a file in it cannot be read.
@@ -18,7 +18,7 @@ pub(super) fn known(folders: &[PathBuf]) -> Result<Arc<Types>, MessageError> {
     Ok(types)
 }
 
-/// How messages of a type are read; without a definition of their own as it is known.
+/// The fields of a message type, from its own definition or from the known types.
 pub(super) fn fields(known: &Arc<Types>, name: &str, definition: &str) -> Fields {
     let kind = full_name(name).into_owned();
     let mut types = known.clone();

@@ -1,8 +1,8 @@
 //! ROS 1 bags of version 2.0: the file as a sequence of connections and messages.
 //!
-//! Format: <http://wiki.ros.org/Bags/Format/2.0>. Chunks are read one after the other, so that a bag without its index
-//! (cut short, or never closed) gives what it holds. After damage, reading goes on at the next chunk that can be
-//! recognised. Memory is bounded by the largest chunk; a length is believed only as far as the file reaches.
+//! Format: <http://wiki.ros.org/Bags/Format/2.0>. Chunks are read one after the other, so that the content of a bag without its
+//! index (truncated, or never closed) can be read. After damage, reading goes on at the next recognisable chunk. Memory is
+//! bounded by the largest chunk; a length counts only as far as the file reaches.
 
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError};
@@ -14,14 +14,14 @@ use std::sync::Arc;
 
 /// The first bytes of every bag.
 pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
-/// The longest header that is believed.
+/// The longest header that is accepted.
 const HEADER_MAX: usize = 1 << 20;
-/// The largest chunk that is unpacked, in bytes; the recorder's default is 768 KiB.
+/// The largest chunk that is decompressed, in bytes; the recorder's default is 768 KiB.
 const CHUNK_MAX: u64 = 1 << 29;
-/// The largest chunk once it is unpacked: a few packed bytes could be as much as the memory. Recorders write chunks of less than one
-/// MiB, and of one message more.
+/// The largest chunk after decompression, as a few compressed bytes could fill the memory. Recorders write chunks of less than 1
+/// MiB plus one message.
 const UNPACKED_MAX: u64 = 1 << 26;
-/// The step of the search for the next chunk after damage.
+/// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: u64 = 1 << 16;
 /// Bytes of a record that the search must see to recognise a chunk.
 const CHUNK_HEADER_MAX: u64 = 256;
@@ -31,7 +31,7 @@ const OP_BAG: u8 = 3;
 const OP_CHUNK: u8 = 5;
 const OP_CONNECTION: u8 = 7;
 
-/// Tells the topics and messages of a bag.
+/// Reports the topics and messages of a bag.
 pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
     let mut connections: BTreeMap<u32, TopicId> = BTreeMap::new();
     let walked = walk(input, &mut |event| match event {
@@ -55,10 +55,10 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     Ok(())
 }
 
-/// What a bag holds, in the order of the file.
+/// The content of a bag, in the order of the file.
 #[derive(Clone, Debug, PartialEq)]
 enum Event<'a> {
-    /// Messages of this number are of this topic; told at least once before the first of them, perhaps again.
+    /// Relates messages of this number to a topic. It comes at least once before the first of them, perhaps again.
     Connection { id: u32, topic: &'a str, kind: &'a str, definition: &'a str },
     /// One message.
     Message { connection: u32, time_ns: i64, data: &'a [u8] },
@@ -66,7 +66,7 @@ enum Event<'a> {
     Damage { offset: u64, problem: String },
 }
 
-/// Walks through a bag whose magic was checked.
+/// Goes through a bag whose magic was checked.
 ///
 /// # Errors
 /// Those of the input.
@@ -105,12 +105,12 @@ impl<R: Read + Seek> Bag<R> {
     fn bytes(&mut self, offset: u64, length: u64) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.input.seek(SeekFrom::Start(offset))?;
-        // Grows with what is there, whatever the length says.
+        // The buffer grows with the bytes that are there, whatever the length says.
         self.input.by_ref().take(length.min(CHUNK_MAX)).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 
-    /// The record at an offset; `None` where none can be, because its header does not make sense.
+    /// The record at an offset; `None` where no record can begin, because its header is invalid.
     fn record(&mut self, offset: u64) -> io::Result<Option<Record>> {
         let Some(length) = number(&self.bytes(offset, 4)?) else { return Ok(None) };
         if length as usize > HEADER_MAX {
@@ -124,12 +124,12 @@ impl<R: Read + Seek> Bag<R> {
         Ok(is_sound.then(|| Record { header: header.into(), data_at, data_length: data_length.into() }))
     }
 
-    /// The connections that the index at the end repeats: their own records may be damaged.
+    /// Reads the connections that the index at the end repeats, as their own records may be damaged.
     fn read_index(&mut self, start: u64, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
         let Some(head) = self.record(start)? else { return Ok(()) };
         let header = Header(&head.header);
         let index = header.field("index_pos").and_then(long).filter(|_| header.op() == Some(OP_BAG));
-        // Without a sound header, reading the records will say so.
+        // If the header is damaged, reading the records reports it.
         let Some(mut offset) = index else { return Ok(()) };
         let is_empty = header.field("conn_count").and_then(number) == Some(0);
         let problem = match offset {
@@ -226,7 +226,7 @@ fn is_chunk(bytes: &[u8]) -> bool {
     })
 }
 
-/// Walks through the records of a chunk; gives where it had to stop, if not at the end.
+/// Goes through the records of a chunk; returns where it had to stop, if before the end.
 fn walk_chunk(data: &[u8], visit: &mut dyn FnMut(Event<'_>)) -> Option<usize> {
     let mut rest = data;
     while !rest.is_empty() {
@@ -244,14 +244,14 @@ fn walk_chunk(data: &[u8], visit: &mut dyn FnMut(Event<'_>)) -> Option<usize> {
     None
 }
 
-/// Header, data and what follows the first record of these bytes.
+/// The header and the data of the first record of these bytes, and the rest.
 fn split_record(bytes: &[u8]) -> Option<(&[u8], &[u8], &[u8])> {
     let (header, rest) = split_sized(bytes)?;
     let (data, rest) = split_sized(rest)?;
     Some((header, data, rest))
 }
 
-/// A block that its length of four bytes precedes, and what follows it.
+/// The bytes after a length of four bytes, and the rest.
 fn split_sized(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
     let length = number(bytes)? as usize;
     bytes.get(4..)?.split_at_checked(length)
@@ -277,8 +277,8 @@ fn connection(header: &Header<'_>, data: &[u8], visit: &mut dyn FnMut(Event<'_>)
     }
 }
 
-/// The unpacked bytes of a chunk, and what is wrong with them. Of a chunk cut short these are the bytes before the
-/// cut; of one whose checksum is wrong there are none, since nobody knows which of them are.
+/// The decompressed bytes of a chunk, and the problem with them. A truncated chunk gives the bytes before the end. A chunk with a
+/// wrong checksum gives none, as the wrong bytes are unknown.
 fn unpack(header: &Header<'_>, packed: Vec<u8>) -> (Vec<u8>, Option<String>) {
     let stated = header.field("size").and_then(number).map_or(UNPACKED_MAX, u64::from);
     let is_packed = header.field("compression") != Some(b"none");
@@ -286,7 +286,7 @@ fn unpack(header: &Header<'_>, packed: Vec<u8>) -> (Vec<u8>, Option<String>) {
         let most = UNPACKED_MAX >> 20;
         return (Vec::new(), Some(format!("a chunk of {stated} bytes is larger than {most} MiB, left out")));
     }
-    // One byte more than stated: only by reading past the end are the checksums compared.
+    // One byte more than stated: the decompressors compare checksums only when the end is read.
     let limit = stated + 1;
     let mut data = Vec::new();
     let done = match header.field("compression") {
@@ -321,7 +321,7 @@ impl<'a> Header<'a> {
         self.fields().find_map(|(known, value)| (known == name.as_bytes()).then_some(value))
     }
 
-    /// The kind of the record; `None` when the header is malformed anywhere.
+    /// The kind of the record; `None` when the header is malformed.
     fn op(&self) -> Option<u8> {
         let whole: usize = self.fields().map(|(name, value)| 4 + name.len() + 1 + value.len()).sum();
         match self.field("op") {
@@ -341,7 +341,7 @@ impl<'a> Header<'a> {
     }
 }
 
-/// Four bytes, little endian, at the start of these.
+/// Four bytes at the start, little endian.
 fn number(bytes: &[u8]) -> Option<u32> {
     bytes.first_chunk().map(|bytes| u32::from_le_bytes(*bytes))
 }

@@ -1,8 +1,8 @@
 //! Bags of ROS 2 in SQLite files (`.db3`): the file as a sequence of topics and messages.
 //!
-//! Format: <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`. Only the file itself is believed: what `metadata.yaml` says
-//! of names, times and counts may be wrong or missing. Definitions of types stand in the file from version 8 on; before, they are
-//! those of the standard types. Messages may be packed one by one.
+//! Format: <https://github.com/ros2/rosbag2>, `rosbag2_storage_sqlite3`. Only the file itself is used: names, times and counts of
+//! `metadata.yaml` may be wrong or missing. From version 8 on the file has the definitions of its types; before, they are those
+//! of the standard types. Messages may be compressed one by one.
 
 use super::sqlite::{Cell, Database, Event};
 use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
@@ -16,10 +16,10 @@ use std::io::{self, Read};
 use std::path::PathBuf;
 use std::sync::Arc;
 
-/// A longer log of pages is not taken in, bytes.
+/// The largest write-ahead log that is read, bytes.
 const LOG_MAX: u64 = 1 << 28;
 
-/// Tells the topics and messages of a file.
+/// Reports the topics and messages of a file.
 pub(super) fn read(
     input: &mut dyn Input,
     options: &ReadOptions,
@@ -36,7 +36,7 @@ pub(super) fn read(
     Ok(())
 }
 
-/// The log of pages beside the file, which a recorder leaves that was not ended in order.
+/// The write-ahead log beside the file; a recorder that was not shut down leaves it.
 fn log(listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
     let mut name = listener.file().as_os_str().to_owned();
     name.push("-wal");
@@ -52,7 +52,7 @@ fn log(listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
 
 struct Bag {
     types: Arc<Types>,
-    /// The definitions that the file carries.
+    /// The definitions in the file.
     definitions: BTreeMap<String, String>,
     topics: BTreeMap<i64, TopicId>,
 }
@@ -95,7 +95,7 @@ impl Bag {
                 listener.damaged(Place::Whole, "there is no table of messages".into());
             }
         }
-        // What the pages above do not lead to any more may still be there.
+        // Pages to which no intact page leads may still have rows.
         if is_damaged {
             database.rest(&mut |event| {
                 if let Event::Row(_, cells) = event {
@@ -106,7 +106,7 @@ impl Bag {
         Ok(())
     }
 
-    /// Looks for topics in all pages, where those that should lead to them are damaged.
+    /// Looks for topics in all pages, where the pages that lead to them are damaged.
     fn find_topics<R: Input>(
         &mut self,
         database: &mut Database<R>,
@@ -122,7 +122,7 @@ impl Bag {
         Ok(())
     }
 
-    /// A row of the table of definitions: number, type, language, definition.
+    /// Reads a row of the table of definitions: number, type, language, definition.
     fn define(&mut self, cells: &[Cell<'_>]) {
         if let [_, Cell::Text(name), Cell::Text(b"ros2msg"), Cell::Text(definition), ..] = cells {
             let name = full_name(&String::from_utf8_lossy(name)).into_owned();
@@ -130,7 +130,7 @@ impl Bag {
         }
     }
 
-    /// A row of the table of topics: number, name, type, serialisation.
+    /// Reads a row of the table of topics: number, name, type, serialisation.
     fn topic(&mut self, id: i64, cells: &[Cell<'_>], listener: &mut dyn Listener) {
         let [_, Cell::Text(name), Cell::Text(kind), Cell::Text(serialisation), ..] = cells else { return };
         let text = |bytes: &[u8]| String::from_utf8_lossy(bytes).into_owned();
@@ -143,12 +143,12 @@ impl Bag {
         self.topics.insert(id, listener.topic(Topic::new(&name, &kind, fields)));
     }
 
-    /// A row of the table of messages: number, topic, time of reception in nanoseconds, content.
+    /// Reads a row of the table of messages: number, topic, time of reception in nanoseconds, content.
     fn message(&mut self, cells: &[Cell<'_>], listener: &mut dyn Listener) {
         let [_, Cell::Whole(topic), Cell::Whole(received), Cell::Blob(content), ..] = cells else { return };
         let Some(topic) = self.topics.get(topic).filter(|topic| listener.is_wanted(**topic)) else { return };
         let times = Times::at(Time(*received));
-        // No message begins so: its first byte is 0.
+        // No message begins like zstd data: the first byte of a message is 0.
         if !content.starts_with(ZSTD_MAGIC) {
             return listener.message(*topic, times, Body::Bytes(content));
         }

@@ -1,9 +1,9 @@
-//! Which files, and which parts of them, are of one recording: a session. Sessions are never mixed.
+//! Which files, and which parts of them, form one recording: a session. Sessions are never mixed.
 //!
-//! A **piece** is a file, or a part of it between two settings of its clock. Pieces are taken in the order in which they are
-//! given. Two with different signals are of one session where they are of one time. Two with the same signal are of one session
-//! where the one goes on where the other has ended, as the parts of a bag do; else they are two recordings, whether they overlap
-//! in time or lie apart. So no time-out, no window and no comparison goes from one recording to the other.
+//! A **piece** is a file, or a part of it between two settings of its clock. Pieces are handled in the order in which they are
+//! given. Two pieces with different signals belong to one session where their times overlap. Two pieces with a common signal
+//! belong to one session where one follows the end of the other at once, as the parts of a bag do; otherwise they are two
+//! recordings, whether their times overlap or lie apart. So no time-out, window or comparison spans two recordings.
 
 use super::clock::{LEAP, Step};
 use super::cut::Stretch;
@@ -14,28 +14,28 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
-/// A part of a recording goes on within this time, or within three periods of its fastest signal.
+/// A part of a recording follows within this time, or within [`PERIODS`] of its fastest signal.
 const AT_ONCE: Span = Span::from_millis(1_000);
 
-/// See [`AT_ONCE`].
+/// How many periods of its fastest signal may pass before a part of a recording follows.
 const PERIODS: i64 = 3;
 
-/// A recording, or a part of one that is replayed by itself: nothing of what came before counts in it.
+/// A recording, or a part of one that is replayed by itself: earlier samples do not count in it.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Session {
-    /// Its samples among all.
+    /// The range of its samples.
     pub samples: Range<usize>,
-    /// The number of its recording among those that were found, from 0: parts between which something is left out share it.
+    /// The number of its recording, from 0; parts of a recording between which something is left out have the same number.
     pub recording: usize,
-    /// Which part of its recording it is; all of it where nothing is left out.
+    /// The part of its recording; all of it where nothing is left out.
     pub part: Stretch,
-    /// From when on times count in it: the reception of the first sample of its recording, left out or not.
+    /// The origin of times in the session: the reception of the first sample of its recording, left out or not.
     pub origin: Time,
     /// The reception of its first and of its last sample.
     pub span: (Time, Time),
-    /// Where its samples come from, in the order in which they are given.
+    /// The files of its samples, in the order in which they are given.
     pub files: Vec<PathBuf>,
-    /// Why it is not one with the session before; `None` for the first.
+    /// Why the session is separate from the one before; `None` for the first.
     pub because: Option<Because>,
 }
 
@@ -49,9 +49,9 @@ pub enum Because {
         /// A file of the earlier session that has it.
         file: PathBuf,
     },
-    /// Another recording, so long after the end of the one with the same signal; negative: before its beginning.
+    /// Another recording with the same signal, this long after the end of the earlier one; negative: before its start.
     Apart {
-        /// From the end of the earlier one to the beginning of this.
+        /// From the end of the earlier recording to the start of this one.
         gap: Span,
     },
     /// The clock was set.
@@ -61,9 +61,9 @@ pub enum Because {
         /// The time after.
         to: Time,
     },
-    /// What comes before is left out.
+    /// Earlier samples were left out.
     LeftOut {
-        /// How long that is.
+        /// The length of the part that was left out.
         length: Span,
     },
 }
@@ -91,7 +91,7 @@ impl fmt::Display for Because {
     }
 }
 
-/// A length of time in the unit that suits it.
+/// A length of time in a suitable unit.
 fn length(span: Span) -> String {
     match span.abs().seconds() {
         seconds if seconds < 120.0 => format!("{seconds:.3} s"),
@@ -110,7 +110,7 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// With another sample; `None` is none so far.
+    /// The extent with one more sample; `None` for none so far.
     pub(super) fn with(extent: Option<Extent>, received: Time) -> Extent {
         match extent {
             None => Extent { from: received, to: received, count: 1 },
@@ -128,14 +128,14 @@ impl Extent {
 /// A file, or a part of it between two settings of its clock.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Piece {
-    /// The number of the file, as the same may be given twice.
+    /// The number of the file, as the same file may be given twice.
     pub(super) file: usize,
     pub(super) path: PathBuf,
-    /// How the clock was set before it.
+    /// How the clock was set before the piece.
     pub(super) step: Option<Step>,
     /// By wanted signal.
     pub(super) extents: BTreeMap<usize, Extent>,
-    /// In the order of the file; empty where they are not kept.
+    /// The samples in the order of the file; empty where they are not kept.
     pub(super) samples: Vec<Sample>,
 }
 
@@ -157,28 +157,28 @@ impl Piece {
     }
 }
 
-/// How a piece stands to pieces of a session.
+/// The relation of a piece to the pieces of a session.
 enum Relation {
-    /// No signal is in both, and they are of one time, with this much in common.
+    /// No common signal, and overlapping times with this much in common.
     Beside(Span),
-    /// The one goes on where the other ends.
+    /// One follows the other at once.
     GoesOn,
     /// Another session, for this reason.
     Other(Because),
 }
 
-/// Pieces of one recording.
+/// The pieces of one recording.
 #[derive(Debug)]
 pub(super) struct Group {
     pub(super) pieces: Vec<Piece>,
     pub(super) because: Option<Because>,
-    /// Whether a piece goes on where another one has ended, and whether one has other signals of the same time.
+    /// Whether a piece follows another one at once, and whether one has other signals of the same time.
     goes_on: bool,
     is_beside: bool,
 }
 
 impl Group {
-    /// That several files are one recording, and why.
+    /// The statement that several files form one recording, with the reason.
     pub(super) fn joined(&self) -> Option<String> {
         let mut files: Vec<&Path> = self.pieces.iter().map(|piece| piece.path.as_path()).collect();
         files.dedup();
@@ -194,7 +194,7 @@ impl Group {
     }
 }
 
-/// Puts pieces into sessions. Time: O(pieces^2 signals).
+/// Groups pieces into sessions. Time: O(pieces^2 signals).
 pub(super) fn groups(pieces: Vec<Piece>, wants: &[Want<'_>]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for piece in rejoined(pieces) {
@@ -212,8 +212,9 @@ pub(super) fn groups(pieces: Vec<Piece>, wants: &[Want<'_>]) -> Vec<Group> {
     groups
 }
 
-/// The session that a piece is of, and whether it goes on there; or why a new one begins. Of several in which it could be, one that it goes on, then one with
-/// files of its folder, then that with which it has most time in common; the latest of equals.
+/// The session of a piece, and whether the piece follows another one there; or why a new session begins. Among several possible
+/// sessions, the order of preference is: one that the piece follows, one with files of its folder, the one with the longest
+/// common time, the latest.
 fn group_of(groups: &[Group], piece: &Piece, wants: &[Want<'_>]) -> Result<(usize, bool), Option<Because>> {
     let mut because = None;
     let mut best: Option<((bool, bool, Span), usize)> = None;
@@ -273,8 +274,8 @@ fn relation(group: &Group, piece: &Piece, wants: &[Want<'_>]) -> Relation {
     }
 }
 
-/// Joins again what was parted by a leap of time in one file while another file of the recording has gone on: then the clock was
-/// not set, and the file's signals were silent.
+/// Joins pieces of one file that a leap of time has split, where another file of the recording has continued: then the clock was
+/// not set, and the signals of the file were silent.
 fn rejoined(pieces: Vec<Piece>) -> Vec<Piece> {
     let spans: Vec<(usize, (Time, Time), Vec<usize>)> =
         pieces.iter().map(|it| (it.file, it.span(), it.extents.keys().copied().collect())).collect();

@@ -1,19 +1,19 @@
 //! SQLite databases, read only: the rows of a table, straight from the pages.
 //!
-//! Format: <https://www.sqlite.org/fileformat.html>. An own reader rather than the library: damage of one page costs the rows of
-//! that page, what a truncated file still holds is given, and memory is bounded by the longest row. Pages that were written to a
-//! log beside the file and not yet put back (`-wal`) are taken from there.
+//! Format: <https://www.sqlite.org/fileformat.html>. This reader is an own one instead of the library, for three reasons: a
+//! damaged page costs only its rows, the content of a truncated file can be read, and memory is bounded by the longest row. Pages
+//! in a write-ahead log beside the file (`-wal`) are taken from the log.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, Seek, SeekFrom};
 
 /// The first bytes of every database.
 pub(super) const MAGIC: &[u8] = b"SQLite format 3\0";
-/// Where the pages are looked for whose size nobody tells.
+/// The page size that is assumed where the head of the file is damaged.
 const PAGE_USUAL: u64 = 4_096;
-/// Longer rows are left out, bytes.
+/// The longest row that is read, bytes.
 const ROW_MAX: u64 = 1 << 28;
-/// A tree of pages is not deeper.
+/// The greatest depth of a tree of pages.
 const DEPTH_MAX: usize = 24;
 
 const INTERIOR: u8 = 5;
@@ -34,30 +34,30 @@ pub(super) enum Cell<'a> {
     Blob(&'a [u8]),
 }
 
-/// Something that is read, or lost at a byte of the file.
+/// A row, or a loss.
 pub(super) enum Event<'a> {
     /// A row: its number and its values.
     Row(i64, &'a [Cell<'a>]),
-    /// Something is lost here.
+    /// A loss: the place in the file, and the problem.
     Damage(u64, String),
 }
 
-/// A database whose pages are read when they are needed.
+/// A database; its pages are read when they are needed.
 pub(super) struct Database<R> {
     input: R,
     length: u64,
     page_size: u64,
     usable: u64,
-    /// Of each page that is in the log where it stands there.
+    /// For each page in the log, its place there.
     log: BTreeMap<u32, u64>,
     log_bytes: Vec<u8>,
     visited: Vec<u64>,
-    /// Whether the file begins as a database does.
+    /// Whether the file begins with the magic.
     pub(super) has_magic: bool,
 }
 
 impl<R: Read + Seek> Database<R> {
-    /// Opens a database with the log beside it; one whose head is damaged as if its pages were of the usual size.
+    /// Opens a database with the log beside it. Where the head is damaged, the usual page size is assumed.
     ///
     /// # Errors
     /// Those of the input.
@@ -87,7 +87,7 @@ impl<R: Read + Seek> Database<R> {
         Ok(database)
     }
 
-    /// How many pages there are.
+    /// The number of pages.
     fn pages(&self) -> u32 {
         let stored = u32::try_from(self.length.div_ceil(self.page_size)).unwrap_or(u32::MAX);
         stored.max(self.log.keys().next_back().copied().unwrap_or(0))
@@ -119,7 +119,7 @@ impl<R: Read + Seek> Database<R> {
                 break;
             }
             pending.push((word(at).unwrap_or(0) as u32, at as u64 + 24));
-            // The last frame of a transaction tells how large the database is then.
+            // The last frame of a transaction has the size of the database after it.
             if word(at + 4) != Some(0) {
                 self.log.extend(pending.drain(..));
             }
@@ -127,7 +127,7 @@ impl<R: Read + Seek> Database<R> {
         self.log_bytes = bytes;
     }
 
-    /// A page, counted from 1; shorter than a page where the file ends.
+    /// A page, counted from 1; shorter than the page size where the file ends.
     fn page(&mut self, number: u32) -> io::Result<Vec<u8>> {
         if let Some(at) = self.log.get(&number) {
             let from = *at as usize;
@@ -145,7 +145,7 @@ impl<R: Read + Seek> Database<R> {
         u64::from(number.saturating_sub(1)) * self.page_size
     }
 
-    /// Whether a page is looked at for the first time.
+    /// Marks a page as visited; returns whether that is new.
     fn visit(&mut self, number: u32) -> bool {
         let (word, bit) = (number as usize / 64, 1_u64 << (number % 64));
         if self.visited.len() <= word {
@@ -158,7 +158,7 @@ impl<R: Read + Seek> Database<R> {
         })
     }
 
-    /// The first pages of the tables by their names.
+    /// The root pages of the tables, by their names.
     ///
     /// # Errors
     /// Those of the input.
@@ -175,12 +175,12 @@ impl<R: Read + Seek> Database<R> {
         Ok(tables)
     }
 
-    /// The rows of a table by its first page, in the order of their numbers.
+    /// Reports the rows of a table by its root page, in the order of their numbers.
     ///
     /// # Errors
     /// Those of the input.
     pub(super) fn rows(&mut self, root: u32, each: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
-        // What is still to be looked at, the next one last.
+        // The pages still to visit, the next one last.
         let mut waiting = vec![(root, 0)];
         while let Some((number, depth)) = waiting.pop() {
             let offset = self.offset(number);
@@ -202,7 +202,7 @@ impl<R: Read + Seek> Database<R> {
         Ok(())
     }
 
-    /// The rows of all pages that were not looked at yet, of whichever table.
+    /// Reports the rows of all pages that were not visited, of any table.
     ///
     /// # Errors
     /// Those of the input.
@@ -215,7 +215,7 @@ impl<R: Read + Seek> Database<R> {
             let page = Page { bytes: &bytes, start: if number == 1 { 100 } else { 0 } };
             if page.kind() == Some(LEAF) {
                 self.leaf(&page, self.offset(number), &mut |event| {
-                    // What is no row of a table may be anything.
+                    // Damage outside of the rows has no meaning here, as the page may be of any kind.
                     if let row @ Event::Row(..) = event {
                         each(row);
                     }
@@ -225,7 +225,7 @@ impl<R: Read + Seek> Database<R> {
         Ok(())
     }
 
-    /// All pages count as not looked at again.
+    /// Marks all pages as not visited.
     pub(super) fn forget(&mut self) {
         self.visited.clear();
     }
@@ -276,7 +276,7 @@ impl<R: Read + Seek> Database<R> {
         Ok(Some((number, bytes)))
     }
 
-    /// How many bytes of a row stand in the page itself.
+    /// The number of bytes of a row that are in the page itself.
     fn local(&self, length: u64) -> u64 {
         let most = self.usable - 35;
         if length <= most {
@@ -291,7 +291,7 @@ impl<R: Read + Seek> Database<R> {
 /// A page of a table.
 struct Page<'a> {
     bytes: &'a [u8],
-    /// Where its head begins: behind that of the file in the first one.
+    /// The place of its head: in the first page it follows the head of the file.
     start: usize,
 }
 
@@ -304,7 +304,7 @@ impl Page<'_> {
         self.bytes.get(self.start + 3..self.start + 5).map_or(0, |count| be(count) as usize)
     }
 
-    /// Where the cells stand that there is room for.
+    /// The places of the cells, as many as fit into the page.
     fn cells(&self) -> impl Iterator<Item = usize> {
         let head = if self.kind() == Some(INTERIOR) { 12 } else { 8 };
         let places = self.bytes.get(self.start + head..).unwrap_or_default();
@@ -317,7 +317,7 @@ impl Page<'_> {
     }
 }
 
-/// The values of a row; `None` where its head does not fit.
+/// The values of a row; `None` where its head is invalid.
 fn record<'a>(bytes: &'a [u8], cells: &mut Vec<Cell<'a>>) -> Option<()> {
     let (head, mut at) = varint(bytes, 0)?;
     let head = usize::try_from(head).ok()?;
@@ -347,7 +347,7 @@ fn record<'a>(bytes: &'a [u8], cells: &mut Vec<Cell<'a>>) -> Option<()> {
     Some(())
 }
 
-/// A number of up to eight bytes, the highest first.
+/// A big-endian number of up to eight bytes.
 fn be(bytes: &[u8]) -> u64 {
     bytes.iter().fold(0, |number, byte| number << 8 | u64::from(*byte))
 }
@@ -357,7 +357,7 @@ fn signed(bytes: &[u8]) -> i64 {
     (be(bytes) << free) as i64 >> free
 }
 
-/// A number of one to nine bytes and the place behind it.
+/// A number of one to nine bytes, and the place after it.
 fn varint(bytes: &[u8], at: usize) -> Option<(i64, usize)> {
     let mut number = 0_u64;
     for index in 0..9 {
@@ -373,7 +373,7 @@ fn varint(bytes: &[u8], at: usize) -> Option<(i64, usize)> {
     None
 }
 
-/// The checksum of a log, going on from the one before.
+/// The checksum of a log, continued from the one before.
 fn checksum(bytes: &[u8], is_big: bool, before: (u32, u32)) -> (u32, u32) {
     let (mut one, mut two) = before;
     for pair in bytes.chunks_exact(8) {

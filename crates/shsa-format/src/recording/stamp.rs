@@ -1,4 +1,4 @@
-//! Time in tables: which column holds it, and in which unit.
+//! The time in tables: its column and its unit.
 
 use shsa_core::time::{Span, Time};
 use shsa_message::moment::Moment;
@@ -7,9 +7,9 @@ use shsa_message::zone::{Doubt, Zone};
 
 const SECOND: i64 = 1_000_000_000;
 
-/// How a column's header reads as a time: how well its name fits (0 is best) and the unit that it names.
+/// How well the name of a header fits a time (0 is best), and the unit in the header.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-struct Likeness {
+struct TimeHeader {
     unit_is_missing: bool,
     rank: usize,
     unit: Option<Span>,
@@ -33,7 +33,7 @@ pub const TIME_NAMES: [&str; 14] = [
     "%time",
 ];
 
-fn likeness(header: &str) -> Option<Likeness> {
+fn time_header(header: &str) -> Option<TimeHeader> {
     let (name, unit) = name_and_unit(header);
     let rank = TIME_NAMES.iter().position(|known| *known == name)?;
     let unit = match name.as_str() {
@@ -42,17 +42,17 @@ fn likeness(header: &str) -> Option<Likeness> {
         "%time" => unit.or(Some(Span(1))),
         _ => unit,
     };
-    Some(Likeness { unit_is_missing: unit.is_none(), rank, unit })
+    Some(TimeHeader { unit_is_missing: unit.is_none(), rank, unit })
 }
 
-/// A header's name in small letters and its unit of time, from `t [s]`, `time(millisecond)` or `time_ns`.
+/// The name of a header in small letters, and its unit of time, from `t [s]`, `time(millisecond)` or `time_ns`.
 fn name_and_unit(header: &str) -> (String, Option<Span>) {
     let header = header.trim().to_lowercase();
     let (name, bracketed) = split_unit(&header);
     if let Some(unit) = bracketed {
         return (name.to_owned(), time_unit(unit));
     }
-    // Up to seconds only: `t_min` is rather a minimum than a time in minutes.
+    // Suffixes up to seconds only: `t_min` is rather a minimum than a time in minutes.
     let suffixed = name.rsplit_once('_').and_then(|(base, suffix)| Some((base, time_unit(suffix)?)));
     match suffixed.filter(|(_, unit)| unit.0 <= SECOND) {
         Some((base, unit)) => (base.to_owned(), Some(unit)),
@@ -60,7 +60,7 @@ fn name_and_unit(header: &str) -> (String, Option<Span>) {
     }
 }
 
-/// A header's name, and what stands behind it in brackets or parentheses.
+/// The name of a header, and its unit in brackets or parentheses.
 pub(super) fn split_unit(header: &str) -> (&str, Option<&str>) {
     let header = header.trim();
     let pairs = [(']', '['), (')', '(')];
@@ -71,7 +71,7 @@ pub(super) fn split_unit(header: &str) -> (&str, Option<&str>) {
     }
 }
 
-/// When a clock showed the date of a file that names no zone, and what there is to say of that.
+/// The moment of a local date without a zone, and the note about the assumed zone.
 pub(super) fn of_place(shown: Time, zone: &Zone) -> (Time, Option<String>) {
     let (time, doubt) = zone.utc(shown);
     let said = match doubt {
@@ -85,7 +85,7 @@ pub(super) fn of_place(shown: Time, zone: &Zone) -> (Time, Option<String>) {
     (time, Some(said.to_owned()))
 }
 
-/// Times of rows that a clock showed twice, or never.
+/// The times of rows that a local clock showed twice, or never.
 #[derive(Default)]
 pub(super) struct Doubts {
     last: Time,
@@ -94,7 +94,8 @@ pub(super) struct Doubts {
 }
 
 impl Doubts {
-    /// The moment of a row: of two the second one, where the first would be before the row ahead of it.
+    /// The moment of a row. A time that the clock showed twice means the second moment where the first would be before the row
+    /// above.
     pub(super) fn settle(&mut self, moment: &Moment) -> Time {
         let time = match moment.doubt {
             Some(Doubt::Twice(second)) => {
@@ -111,7 +112,7 @@ impl Doubts {
         time
     }
 
-    /// What was assumed of them.
+    /// The notes about the assumptions.
     pub(super) fn told(&self) -> Vec<String> {
         let twice = "rows were written in an hour that the clock showed twice, as it was put back; \
                      they are taken for the first, and for the second once they go back";
@@ -125,17 +126,15 @@ impl Doubts {
     }
 }
 
-/// The column that looks most like the time, by its header; the first of equals.
+/// The column whose header fits a time best; the first of equals.
 pub(super) fn time_column(headers: &[String]) -> Option<usize> {
-    let alike = headers.iter().enumerate().filter_map(|(index, header)| Some((likeness(header)?, index)));
-    alike
-        .min_by_key(|(likeness, index)| (likeness.unit_is_missing, likeness.rank, *index))
-        .map(|(_, index)| index)
+    let times = headers.iter().enumerate().filter_map(|(index, header)| Some((time_header(header)?, index)));
+    times.min_by_key(|(time, index)| (time.unit_is_missing, time.rank, *index)).map(|(_, index)| index)
 }
 
-/// The unit of time that a header names.
+/// The unit of time in a header.
 pub(super) fn unit_of(header: &str) -> Option<Span> {
-    likeness(header).map_or_else(|| name_and_unit(header).1, |likeness| likeness.unit)
+    time_header(header).map_or_else(|| name_and_unit(header).1, |time| time.unit)
 }
 
 #[cfg(test)]

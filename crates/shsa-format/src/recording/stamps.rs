@@ -1,27 +1,27 @@
-//! Whether the stamps of a signal's messages tell when these were true: not where they stand still, or are of another clock.
+//! Whether the stamps of a signal are usable: they are not where they stand still, or come from another clock.
 
 use super::clock::LEAP;
 use shsa_core::time::{Span, Time};
 
-/// So many equal stamps may be chance.
+/// Up to this many equal stamps may be chance.
 const FEW: usize = 3;
 
-/// What was seen of the stamps of one signal in one file.
+/// Statistics of the stamps of one signal in one file.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Stamps {
     count: usize,
-    /// How many are further than [`LEAP`] from their reception.
+    /// The number of stamps further than [`LEAP`] from their reception.
     far: usize,
     first: Option<(Time, Time)>,
     last_received: Time,
     has_moved: bool,
     last: Option<Time>,
-    /// Stamps before the one ahead of them.
+    /// The number of stamps before the stamp of the message before.
     pub(super) backward: usize,
 }
 
 impl Stamps {
-    /// Takes in a stamp and the reception of its message.
+    /// Adds a stamp with the reception of its message.
     pub(super) fn see(&mut self, stamp: Time, received: Time) {
         let (first, _) = *self.first.get_or_insert((stamp, received));
         self.count += 1;
@@ -32,7 +32,7 @@ impl Stamps {
         self.last_received = received;
     }
 
-    /// Why the reception is to be taken instead; `None` where the stamps can be.
+    /// Why the reception has to replace the stamps; `None` where the stamps are usable.
     pub(super) fn flaw(&self) -> Option<String> {
         let (stamp, received) = self.first?;
         if 2 * self.far > self.count {
@@ -48,7 +48,7 @@ impl Stamps {
     }
 }
 
-/// A length of time in the unit that suits it.
+/// A length of time in a suitable unit.
 fn told(span: Span) -> String {
     match span.seconds() {
         seconds if seconds < 172_800.0 => format!("{:.1} h", seconds / 3_600.0),

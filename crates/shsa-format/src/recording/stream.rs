@@ -1,4 +1,4 @@
-//! Recordings too long to be kept: looked at once for what is in them, then read again sample by sample.
+//! Recordings too long for the memory: surveyed in one pass, then read again sample by sample.
 //!
 //! A thread for each file reads ahead by a bounded number of samples; the files are merged by reception. The samples are
 //! those of [`super::read`], in its order, for recordings whose files are each in the order of reception.
@@ -13,29 +13,29 @@ use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::{thread, vec};
 
-/// More files than this are not read side by side.
+/// The most files that are read side by side.
 const MOST_FILES: usize = 32;
 
-/// Batches that wait for the one who takes them.
+/// How many batches a reader may be ahead of the consumer.
 const BATCHES_AHEAD: usize = 2;
 
-/// What is in a recording, without its samples.
+/// The content of a recording, without its samples.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// What [`super::read`] says of it, but for what is about sessions; `samples` and `sessions` are empty.
+    /// The results of [`super::read`] except those about sessions; `samples` and `sessions` are empty.
     pub recording: Recording,
-    /// How many samples there are.
+    /// The number of samples.
     pub count: usize,
     /// The earliest and the latest reception.
     pub span: Option<(Time, Time)>,
     /// Whether [`stream`] gives the samples in the order in which [`super::read`] does: there is one session, and no clock was
     /// set in it.
     pub can_stream: bool,
-    /// For each file the signals whose stamps are of no use.
+    /// For each file the signals whose stamps are unusable.
     unstamped: Vec<BTreeSet<usize>>,
 }
 
-/// Looks through recordings and keeps no sample.
+/// Surveys recordings without keeping a sample.
 ///
 /// # Errors
 /// As [`super::read`]. Time grows with the files; memory does not.
@@ -58,23 +58,24 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
 /// The order of samples that are not kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Surveyed {
-    /// How many there are.
+    /// The number of samples.
     pub(super) count: usize,
     /// The earliest and the latest reception.
     pub(super) span: Option<(Time, Time)>,
-    /// Whether a file has one that was received before the one ahead of it, or so long after it that its clock may have been set.
+    /// Whether a file has a sample that was received before the one above it, or so long after it that its clock may have been
+    /// set.
     pub(super) is_mixed: bool,
     /// The last reception in the current file.
     last: Option<Time>,
 }
 
 impl Surveyed {
-    /// Another file begins.
+    /// Begins another file.
     pub(super) fn begin(&mut self) {
         self.last = None;
     }
 
-    /// Takes in a reception.
+    /// Adds a reception.
     pub(super) fn see(&mut self, received: Time) {
         self.count += 1;
         self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > LEAP);
@@ -84,11 +85,11 @@ impl Surveyed {
     }
 }
 
-/// The samples of recordings that were surveyed, read while they are taken.
+/// Reads the samples of surveyed recordings while they are consumed.
 ///
 /// # Errors
-/// When a source is malformed, or a file cannot be opened; what goes wrong later is among the samples. Memory: some
-/// thousands of samples for each file.
+/// When a source is malformed, or a file cannot be opened; later errors are among the samples. Memory: some thousands of samples
+/// for each file.
 pub fn stream(
     paths: &[PathBuf],
     wanted: &[Wanted],
@@ -115,7 +116,7 @@ pub fn stream(
     Ok(Stream { heads })
 }
 
-/// What a thread needs to read one file.
+/// The arguments of a thread that reads one file.
 struct Reader {
     file: [File; 1],
     is_alone: bool,
@@ -132,7 +133,7 @@ impl Reader {
             let gathered = gathered.without_stamps(self.unstamped.clone());
             read_all(&self.file, self.is_alone, &mut wants, &self.options, gathered)
         };
-        // Who does not listen any more needs neither the rest nor the error.
+        // When the consumer has gone, neither the rest nor the error is needed.
         match read() {
             Ok(mut gathered) => gathered.send(),
             Err(error) => drop(sender.send(Err(error))),
@@ -140,7 +141,7 @@ impl Reader {
     }
 }
 
-/// One file's samples as they come.
+/// The samples of one file, in their order.
 struct Head {
     batches: Receiver<Batch>,
     batch: vec::IntoIter<Sample>,
@@ -148,7 +149,7 @@ struct Head {
 }
 
 impl Head {
-    /// Puts the next sample in front; the file is at its end when there is none.
+    /// Goes to the next sample; there is none at the end of the file.
     fn advance(&mut self) {
         while self.batch.len() == 0 {
             match self.batches.recv() {
@@ -160,7 +161,7 @@ impl Head {
         self.next = self.batch.next().map(Ok);
     }
 
-    /// The reception of the sample in front; an error goes before all samples.
+    /// The reception of the next sample; an error goes before all samples.
     fn time(&self) -> Option<Time> {
         self.next.as_ref().map(|next| next.as_ref().map_or(Time::MIN, |sample| sample.received))
     }

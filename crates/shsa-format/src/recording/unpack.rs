@@ -1,24 +1,25 @@
-//! What is packed, unpacked: never to more than is allowed, and of what is cut short that which is there.
+//! Decompression: bounded in size; of truncated data the bytes before the end.
 
 use std::fs::{self, File};
 use std::io::{self, Read, Seek};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// The largest piece of a file once it is unpacked, bytes: a few packed bytes could be as much as the memory.
+/// The largest piece of a file after decompression, bytes, as a few compressed bytes could fill the memory.
 pub(super) const UNPACKED_MAX: u64 = 1 << 28;
 
-/// The first bytes of what zstd has packed.
+/// The first bytes of zstd data.
 pub(super) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
-/// The largest file that is packed as a whole, once it is unpacked, bytes: a few packed bytes could fill the disk.
+/// The largest file that is compressed as a whole, after decompression, bytes, as a few compressed bytes could fill the disk.
 #[cfg(feature = "zstd")]
 const FILE_MAX: u64 = 1 << 36;
 
-/// Unpacks a whole file into one that has no name and goes when it is closed. What is cut short gives what is there.
+/// Decompresses a whole file into one without a name, which is removed when it is closed. A truncated file gives the bytes before
+/// its end.
 ///
 /// # Errors
-/// Those of the files, and when it unpacks to more than [`FILE_MAX`].
+/// Those of the files, and when the content is larger than [`FILE_MAX`].
 #[cfg(feature = "zstd")]
 pub(super) fn file(packed: File) -> io::Result<File> {
     let mut unpacked = nameless()?;
@@ -29,14 +30,14 @@ pub(super) fn file(packed: File) -> io::Result<File> {
             return Err(io::Error::other(format!("it unpacks to more than {} GiB", FILE_MAX >> 30)));
         }
         Err(error) if error.kind() == io::ErrorKind::StorageFull => return Err(error),
-        // The reader of the format tells that the end is missing.
+        // The reader of the format reports the missing end.
         Ok(_) | Err(_) => {}
     }
     unpacked.rewind()?;
     Ok(unpacked)
 }
 
-/// As above, without the library.
+/// Decompresses nothing: the library is not in this build.
 #[cfg(not(feature = "zstd"))]
 pub(super) fn file(_packed: File) -> io::Result<File> {
     Err(io::Error::other(NO_ZSTD))
@@ -46,29 +47,29 @@ pub(super) fn file(_packed: File) -> io::Result<File> {
 const NO_ZSTD: &str =
     "packed by zstd, which this program was built without: build it with the feature 'zstd'";
 
-/// A file for a while.
+/// A temporary file without a name.
 ///
 /// # Errors
-/// When it cannot be made.
+/// When the file cannot be created.
 pub(super) fn nameless() -> io::Result<File> {
     static COUNT: AtomicU32 = AtomicU32::new(0);
     let name = format!("shsa-unpacked-{}-{}", process::id(), COUNT.fetch_add(1, Ordering::Relaxed));
     let path = std::env::temp_dir().join(name);
     let file = File::options().read(true).write(true).create_new(true).open(&path)?;
-    // Where an open file cannot be removed it stays until the folder is tidied up.
+    // Where an open file cannot be removed, it stays until the folder is cleaned up.
     drop(fs::remove_file(&path));
     Ok(file)
 }
 
-/// What could be unpacked.
+/// The result of a decompression.
 pub(super) struct Unpacked {
-    /// The bytes; of what is damaged those before the damage.
+    /// The bytes; of damaged data those before the damage.
     pub(super) bytes: Vec<u8>,
-    /// What is wrong; `None`: these are all.
+    /// The problem; `None`: the bytes are complete.
     pub(super) problem: Option<String>,
 }
 
-/// Unpacks by the method of this name, up to `limit` bytes.
+/// Decompresses by the method of this name, up to `limit` bytes.
 pub(super) fn unpack(method: &str, packed: &[u8], limit: u64) -> Unpacked {
     match method {
         "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
@@ -95,7 +96,7 @@ fn zstd(_packed: &[u8], _limit: u64) -> Unpacked {
 
 fn bounded(unpacked: impl Read, limit: u64) -> Unpacked {
     let mut bytes = Vec::new();
-    // One byte more: only by reading past the end are checksums compared, and is it known that there is more.
+    // One byte more: the decompressors compare checksums only when the end is read, and a further byte shows that there is more.
     let done = unpacked.take(limit.saturating_add(1)).read_to_end(&mut bytes);
     let problem = match done {
         Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => {

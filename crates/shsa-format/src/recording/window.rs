@@ -1,17 +1,17 @@
-//! A stream of bytes that can be looked ahead in, so that a reader finds its way again after damage without going back.
+//! A stream of bytes with lookahead, so that a reader gets in step again after damage without seeking.
 
 use std::io::{self, Read};
 
-/// Bytes that are asked of the stream at once.
+/// How many bytes are read from the stream at once.
 const BLOCK: usize = 1 << 16;
 
-/// What comes next in a stream. Memory: what is looked ahead, and one block.
+/// The next bytes of a stream. Memory: the lookahead, and one block.
 pub(super) struct Window<R> {
     input: R,
     buffer: Vec<u8>,
-    /// What of the buffer has been passed.
+    /// The number of passed bytes of the buffer.
     from: usize,
-    /// Where in the stream the buffer begins.
+    /// The place of the buffer in the stream.
     begin: u64,
     is_over: bool,
 }
@@ -21,12 +21,12 @@ impl<R: Read> Window<R> {
         Window { input, buffer: Vec::new(), from: 0, begin: 0, is_over: false }
     }
 
-    /// How many bytes have been passed.
+    /// The number of passed bytes.
     pub(super) fn offset(&self) -> u64 {
         self.begin + self.from as u64
     }
 
-    /// The next bytes, as many as asked for or more; fewer only at the end of the stream.
+    /// The next bytes, at least `length`; fewer only at the end of the stream.
     ///
     /// # Errors
     /// Those of the stream.
@@ -47,13 +47,13 @@ impl<R: Read> Window<R> {
         Ok(self.ahead(length)?.get(..length))
     }
 
-    /// Passes bytes that have been looked at.
+    /// Passes bytes of the lookahead.
     #[inline]
     pub(super) fn pass(&mut self, length: usize) {
         self.from = (self.from + length).min(self.buffer.len());
     }
 
-    /// Passes bytes, looked at or not; those beyond the end are not there to be passed.
+    /// Skips bytes, up to the end of the stream.
     ///
     /// # Errors
     /// Those of the stream.

@@ -10,7 +10,7 @@
 //! Every signal, except with a property `prior` (the probability of a fault) below [`NEGLIGIBLE`]: it is taken for
 //! granted. Relations only with a `prior` from [`NEGLIGIBLE`] on. So a fault variable of the literature is written
 //! as the prior of the equation in which it stands: `balance: { equation: .., properties: { prior: 0.01 } }` may
-//! leak. It is one fault for each equation; of a sum of several faults no structure tells one from the other.
+//! leak. It is one fault for each equation; no structure distinguishes several faults of which it knows the sum only.
 //!
 //! # Derived signals
 //!

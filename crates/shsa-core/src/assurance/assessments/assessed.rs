@@ -1,4 +1,4 @@
-//! One way, with its certificates composed, and what is known of it.
+//! One way with its composed certificates and their assessment.
 
 use super::{MOST_EVALUATIONS, Refused, Trust};
 use crate::assurance::{Admitted, Assessment, Composition, Evaluation, Verdict};
@@ -13,21 +13,21 @@ pub(super) struct Assessed {
     pub(super) composition: Composition,
     pub(super) evaluation: Evaluation,
     pub(super) assessment: Assessment,
-    /// Since when it is not known.
+    /// Since when the verdict is open.
     pub(super) open_since: Option<Time>,
-    /// Whether it was met before that.
+    /// Whether the demands were met before the verdict became open.
     pub(super) has_held: bool,
     pub(super) admitted: Option<Admitted>,
-    /// Its evidence has changed since it was assessed.
+    /// Whether evidence has changed since the assessment.
     pub(super) is_stale: bool,
     pub(super) is_kept: bool,
-    /// It may serve; else it is only here because it serves still, and nothing is given by it any more.
+    /// Whether the way may serve. A way that may not is kept only while it still serves, and counts for no level.
     pub(super) is_candidate: bool,
-    /// It would serve if it met what is demanded.
+    /// Whether the way would serve if it met the demands.
     pub(super) is_preferred: bool,
-    /// That it does not is not told yet.
+    /// Whether the refusal is not reported yet.
     pub(super) is_news: bool,
-    /// When it was told last.
+    /// When the refusal was last reported.
     pub(super) told: Option<Time>,
 }
 
@@ -66,7 +66,7 @@ impl Assessed {
         self.is_news |= before == Verdict::Holds;
     }
 
-    /// When it is to be told that it does not meet what is demanded.
+    /// When the refusal has to be reported.
     pub(super) fn told_at(&self, grace: Span) -> Option<Time> {
         match self.assessment.verdict {
             _ if !self.is_news || !self.is_preferred => None,
@@ -84,7 +84,7 @@ impl Assessed {
         }
     }
 
-    /// Until when it may go on although it is not known whether it still may.
+    /// Until when the way may go on although its verdict is open.
     pub(super) fn lapses(&self, grace: Span) -> Option<Time> {
         self.open_since.filter(|_| self.has_held).map(|since| since + grace)
     }

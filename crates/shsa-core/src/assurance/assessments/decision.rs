@@ -1,4 +1,4 @@
-//! What is admitted now: evidence is followed, certificates are assessed, and the policy decides.
+//! Which ways are admitted now: evidence is read, certificates are assessed, and the policy decides.
 
 use super::{Assessed, Demanded, Piece, Read, Reading, Trust};
 use crate::assurance::{Admitted, Assessment, Ground, Verdict};
@@ -18,7 +18,7 @@ impl Demanded {
         self.ways.get(self.place(way)?)
     }
 
-    /// Keeps what was asked about, and what serves.
+    /// Keeps the considered ways and the one that serves.
     pub(super) fn forget(&mut self) {
         let running = self.running.and_then(|at| self.ways.get(at)).map(|it| it.way.clone());
         self.ways.retain(|it| it.is_kept || Some(&it.way) == running.as_ref());
@@ -26,7 +26,7 @@ impl Demanded {
         self.running = running.and_then(|way| self.ways.iter().position(|it| it.way == way));
     }
 
-    /// Finds the evidence that ways share.
+    /// Finds the evidence that several ways share.
     pub(super) fn index(&mut self, knowledge: &KnowledgeBase) {
         self.pieces.clear();
         for (at, assessed) in self.ways.iter().enumerate() {
@@ -70,7 +70,7 @@ impl Demanded {
         self.admit_all(now)
     }
 
-    /// Decides anew what is admitted; whether that is otherwise than before.
+    /// Decides which ways are admitted; returns whether an admission has changed.
     pub(super) fn admit_all(&mut self, now: Time) -> bool {
         if self.overridden.as_ref().is_some_and(|order| order.until <= now) {
             self.overridden = None;
@@ -87,8 +87,8 @@ impl Demanded {
         has_changed
     }
 
-    /// What is given at best by those who are trusted as well as a way, or better: whether what is demanded, and the highest
-    /// level of those who give that, or of all.
+    /// The best that candidates give which are trusted at least as much as a way: whether one of them meets the demands, and the
+    /// highest level among those that do, or among all where none does.
     fn best(&self, trust: Trust) -> (bool, Option<Level>) {
         let trusted =
             || self.ways.iter().filter(|it| it.is_candidate && it.trust <= trust).map(|it| it.assessment);
@@ -97,7 +97,7 @@ impl Demanded {
         (any_holds, among.filter_map(|it| it.level).max())
     }
 
-    /// On which ground a way is admitted.
+    /// The ground on which a way is admitted; `None` where it is refused.
     fn ground(&self, at: usize, assessed: &Assessed, now: Time) -> Option<Ground> {
         let Assessment { verdict, level, .. } = assessed.assessment;
         let (any_holds, highest) = self.best(assessed.trust);

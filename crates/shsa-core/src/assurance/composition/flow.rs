@@ -1,4 +1,4 @@
-//! Who takes part in a flow of information, and who provides what to whom.
+//! The members of a flow of information, and which member provides what to which.
 
 use crate::knowledge::{
     ContractId, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet, Subject, VariableId,
@@ -6,21 +6,21 @@ use crate::knowledge::{
 use crate::substitution::{Step, Way};
 use alloc::vec::Vec;
 
-/// Somebody who gives or takes in a flow.
+/// A member of a flow, which gives or takes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(super) enum Member {
     /// The producer of a signal.
     Signal(SignalId),
     /// A relation, used for one of its outputs.
     Relation(RelationId, VariableId),
-    /// Who needs a variable.
+    /// The consumer behind a need.
     Need(NeedId),
     /// A platform, or this program.
     Other(ContractId),
 }
 
 impl Member {
-    /// The contract that it has.
+    /// The contract of the member.
     pub(super) fn contract(self, knowledge: &KnowledgeBase) -> Option<ContractId> {
         let of = |subject| knowledge.contracts().of(subject);
         match self {
@@ -31,7 +31,7 @@ impl Member {
         }
     }
 
-    /// As the model names it.
+    /// The name of the member in the model.
     pub(super) fn name(self, knowledge: &KnowledgeBase) -> &str {
         match self {
             Member::Signal(id) => &knowledge.signals()[id].name,
@@ -45,14 +45,14 @@ impl Member {
 /// A flow of information.
 #[derive(Clone, Copy)]
 pub(super) enum Flow<'w> {
-    /// That of one need, served by one way.
+    /// The flow to one need, served by one way.
     Way(NeedId, &'w Way),
     /// Every flow that the model allows, at once.
     Any,
 }
 
 impl Flow<'_> {
-    /// Those who take part, whoever else is asked.
+    /// The members of the flow, without those that their contracts ask.
     pub(super) fn members(self, knowledge: &KnowledgeBase) -> Vec<Member> {
         match self {
             Flow::Way(need, way) => {
@@ -72,7 +72,7 @@ impl Flow<'_> {
         }
     }
 
-    /// Who provides a variable to a member; `None` where nobody has to: it is a constant.
+    /// The members that provide a variable to a member; `None` for a constant, which has no provider.
     pub(super) fn providers(
         self,
         knowledge: &KnowledgeBase,
@@ -94,7 +94,7 @@ impl Flow<'_> {
         Some(found)
     }
 
-    /// Who uses what is given: who needs it in the end.
+    /// The consumers at the end of the flow: the needs.
     pub(super) fn consumers(self, knowledge: &KnowledgeBase) -> Vec<Member> {
         match self {
             Flow::Way(need, _) => Vec::from([Member::Need(need)]),

@@ -1,4 +1,4 @@
-//! Contracts of those who take part in a flow, joined into certificates.
+//! The contracts of the members of a flow, joined into certificates.
 
 use super::flow::{Flow, Member};
 use crate::assurance::certificate::{
@@ -15,28 +15,28 @@ use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
 
-/// A piece of evidence by the contract that names it and its place there; `None` of what nobody measures in this flow.
+/// A piece of evidence, by its contract and its index there; `None` where it is not measured in this flow.
 pub(super) type Observed = Option<(ContractId, usize)>;
 
 /// Certificates while they are joined.
 pub(super) struct Joint<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     flow: Flow<'a>,
-    /// The levels that are demanded anywhere: what relations without a contract can pass on.
+    /// All levels that are demanded anywhere: those that relations without a contract can pass on.
     levels: &'a [Level],
     pub(super) certificates: Certificates,
     pub(super) members: BTreeMap<Member, ServiceId>,
     queue: Vec<Member>,
-    /// Where each piece of evidence comes from.
+    /// The source of each piece of evidence.
     pub(super) observed: IdVec<EvidenceId, Observed>,
-    /// What each need gives, the best first.
+    /// The guarantees of each need, the best first.
     pub(super) roots: Vec<(NeedId, GuaranteeId)>,
-    /// What each need asks of its source.
+    /// The demands of each need on its source.
     pub(super) asked: Vec<(NeedId, DemandId)>,
 }
 
 impl<'a> Joint<'a> {
-    /// Joins all who take part, and all whom they ask.
+    /// Joins the contracts of all members, and of all that these demand something of.
     pub(super) fn new(knowledge: &'a KnowledgeBase, flow: Flow<'a>, levels: &'a [Level]) -> Joint<'a> {
         let certificates =
             Certificates { scales: knowledge.contracts().scales().clone(), ..Certificates::default() };
@@ -62,7 +62,7 @@ impl<'a> Joint<'a> {
         joint
     }
 
-    /// The service of a member, which takes part from now on.
+    /// The service of a member, which is added to the flow.
     fn service(&mut self, member: Member) -> ServiceId {
         if let Some(&known) = self.members.get(&member) {
             return known;
@@ -93,7 +93,7 @@ impl<'a> Joint<'a> {
         }
     }
 
-    /// Who has a contract.
+    /// Adds the contract of a member.
     fn contracted(&mut self, member: Member, id: ContractId) {
         let knowledge = self.knowledge;
         let contract = &knowledge.contracts().rows()[id];
@@ -123,7 +123,7 @@ impl<'a> Joint<'a> {
         }
     }
 
-    /// A condition, which never holds where a claim of redundancy does not stand in this flow.
+    /// The condition; or one that never holds, where a claim of redundancy is wrong in this flow.
     fn independent(&self, contract: &Contract, given: &Given, when: Tree) -> Tree {
         let Some(pair) = given.redundant else { return when };
         let grounds = pair.map(|at| match contract.asks.get(at).map(|asked| asked.of) {
@@ -145,7 +145,7 @@ impl<'a> Joint<'a> {
         self.certificates.guarantees.push(Guarantee { name: name.to_string(), service, statement, when })
     }
 
-    /// What is computed has no higher level than this program gives, where it has a contract.
+    /// Limits the level of computed values to the level that this program gives, where it has a contract.
     fn computed(&mut self, service: ServiceId, level: Level, when: Tree) -> Tree {
         let Some(healer) = self.knowledge.contracts().of(Subject::Healer) else { return when };
         let of = Vec::from([self.service(Member::Other(healer))]);
@@ -156,7 +156,7 @@ impl<'a> Joint<'a> {
         Tree::All(Vec::from([when, Tree::Demand(demand)]))
     }
 
-    /// A guarantee of nothing but a level.
+    /// Adds a guarantee of a level without properties.
     fn plain(
         &mut self,
         member: Member,
@@ -170,7 +170,7 @@ impl<'a> Joint<'a> {
         self.guarantee(member, &name, Statement { service, level, properties: Vec::new() }, when)
     }
 
-    /// A relation without a contract: it gives what level all of its inputs give, and no property.
+    /// Adds a relation without a contract: it passes on a level that all of its inputs give, and no property.
     fn passing_on(&mut self, member: Member, id: crate::knowledge::RelationId, output: VariableId) {
         let relation = &self.knowledge.relations()[id];
         let contracts = self.knowledge.contracts();
@@ -183,7 +183,7 @@ impl<'a> Joint<'a> {
         }
     }
 
-    /// The demand of a level, and no property, of who provides a variable.
+    /// The demand for a level, without properties, on the provider of a variable.
     fn level_of(&mut self, member: Member, variable: VariableId, level: Option<Level>) -> Tree {
         let service = self.knowledge.variables()[variable].name.clone();
         let name = match level {
@@ -198,7 +198,7 @@ impl<'a> Joint<'a> {
         let (members, quantifier) = match asked.of {
             Party::Provider(variable) => match self.flow.providers(self.knowledge, member, variable) {
                 Some(members) => (members, Quantifier::Any),
-                // Of a constant nobody has to guarantee anything.
+                // No member has to guarantee a constant.
                 None => (Vec::new(), Quantifier::All),
             },
             Party::Producer(signal) => (Vec::from([Member::Signal(signal)]), Quantifier::Any),
@@ -222,7 +222,7 @@ impl<'a> Joint<'a> {
         let service = self.service(member);
         let (within, max_age) = (watched.within, watched.max_age);
         let row = Evidence { name: watched.name.clone(), service, within, max_age };
-        // What serves a need is measured at its end, not at a relation on the way.
+        // The source of a need is measured at its output, not at a relation on the way.
         let is_measured = match (watched.source, member, self.flow) {
             (
                 EvidenceSource::Source(Measure::Value | Measure::Width),
@@ -235,7 +235,7 @@ impl<'a> Joint<'a> {
         Some(self.certificates.evidence.push(row))
     }
 
-    /// Who needs a variable: what it gives, or that all it asks is met.
+    /// Adds the guarantees of a need: those of its contract, or one that holds when all its demands are met.
     fn needing(&mut self, member: Member, need: NeedId, all: Option<Tree>, modes: &[(&Given, Tree)]) {
         let row = &self.knowledge.needs()[need];
         let contracts = self.knowledge.contracts();
@@ -264,7 +264,7 @@ impl<'a> Joint<'a> {
     }
 }
 
-/// A condition over the demands and the evidence of one service.
+/// A condition as a tree over the demands and the evidence of one service.
 fn tree(condition: &Condition, demands: &[DemandId], evidence: &[EvidenceId]) -> Tree {
     let parts = |parts: &[Condition]| parts.iter().map(|part| tree(part, demands, evidence)).collect();
     let leaf = |leaf: Option<Tree>| leaf.unwrap_or(Tree::Any(Vec::new()));

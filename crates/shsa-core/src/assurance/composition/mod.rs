@@ -1,9 +1,9 @@
 //! The contracts of a model, composed over the flow of information that serves a need.
 //!
-//! Who meets whose demands is not in the contracts: it follows from the substitution in use. Each of those who take part gives
-//! what its contract says. A signal without one gives its `integrity`; a relation without one passes on the level that all of
-//! its inputs give, and no property; a constant needs nobody's word. No relation gives a level that this program does not
-//! give, where it has a contract. So no level is ever raised but by the word of who writes a contract.
+//! Contracts do not say which member meets whose demands: that follows from the substitution in use. Each member gives what its
+//! contract states. A signal without a contract gives its `integrity`. A relation without a contract passes on the level that all
+//! of its inputs give, and no property. A constant needs no guarantee. Where this program has a contract, no relation gives a
+//! level that the program does not give. So only the author of a contract can raise a level.
 
 mod flow;
 mod join;
@@ -20,7 +20,7 @@ use alloc::vec::Vec;
 use flow::Flow;
 use join::{Joint, Observed};
 
-/// What is demanded in a model, ready to be composed.
+/// The levels and demands of a model, ready to be composed.
 #[derive(Clone, Debug)]
 pub struct Assurance {
     /// All levels that are demanded or given anywhere, ascending.
@@ -29,7 +29,7 @@ pub struct Assurance {
 }
 
 impl Assurance {
-    /// Of a model; `None` where no need demands anything: no contract, and no `integrity`. O(contracts + needs).
+    /// The assurance of a model; `None` where no need demands anything: no contract, and no `integrity`. O(contracts + needs).
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Option<Assurance> {
         let contracts = knowledge.contracts();
@@ -58,16 +58,16 @@ impl Assurance {
         self.demands.find(need).is_some_and(|demands| *demands)
     }
 
-    /// What is done while nothing admissible serves a need.
+    /// The policy of a need while no admissible way serves it.
     #[must_use]
     pub fn policy(knowledge: &KnowledgeBase, need: NeedId) -> Policy {
         knowledge.contracts().of_need(need).map(|contract| contract.policy).unwrap_or_default()
     }
 
-    /// Composes the contracts of all who take part while a way serves a need.
+    /// Composes the contracts of all members while a way serves a need.
     ///
-    /// Time and space: linear in them and in the pairs of a demand and a guarantee that it may be met by, times the levels that
-    /// are demanded anywhere.
+    /// Time and space: linear in the members and in the pairs of a demand with a guarantee that may meet it, times the number of
+    /// levels that are demanded anywhere.
     #[must_use]
     pub fn compose(&self, knowledge: &KnowledgeBase, need: NeedId, way: &Way) -> Composition {
         Composition::new(Joint::new(knowledge, Flow::Way(need, way), &self.levels))
@@ -79,31 +79,32 @@ impl Assurance {
 pub struct Composition {
     system: System,
     observed: IdVec<EvidenceId, Observed>,
-    /// What the need gives, the best first.
+    /// The guarantees of the need, the best first.
     roots: Vec<GuaranteeId>,
-    /// What may be given of what the need asks, the highest level first.
-    rungs: Vec<(DemandId, GuaranteeId, Level)>,
+    /// The guarantees that could meet the need's demands at some level, the highest level first.
+    graded: Vec<(DemandId, GuaranteeId, Level)>,
 }
 
-/// What can be given to a need now.
+/// The result of assessing a composition under the evidence of a moment.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Assessment {
-    /// Whether what serves it is admissible: it holds.
+    /// Whether the way is admissible: it is when the verdict is `Holds`.
     pub verdict: Verdict,
-    /// The best that the need itself can give then.
+    /// The best guarantee of the need that holds.
     pub guarantee: Option<GuaranteeId>,
-    /// The highest level at which what it asks is given now, met or not; `None` where nothing of it has one.
+    /// The highest level that is given now for the demands of the need, met or not; `None` where no guarantee with a level is
+    /// given.
     pub level: Option<Level>,
 }
 
 /// A leaf that would have to change.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct Lacking {
-    /// Whose it is, as the model names it.
+    /// The owner's name in the model.
     pub subject: String,
-    /// Of the demand or evidence.
+    /// The name of the demand or evidence.
     pub name: String,
-    /// Which of the two.
+    /// The demand or evidence.
     pub leaf: Leaf,
 }
 
@@ -112,30 +113,31 @@ impl Composition {
         let Joint { certificates, observed, roots, asked, .. } = joint;
         let roots = roots.into_iter().map(|(_, root)| root).collect();
         let system = System::new(certificates).unwrap_or_default();
-        let mut rungs: Vec<_> = asked.iter().flat_map(|&(_, demand)| system.rungs(demand)).collect();
-        rungs.sort_by_key(|&(_, _, level)| core::cmp::Reverse(level.rank));
-        Composition { system, observed, roots, rungs }
+        let mut graded: Vec<_> = asked.iter().flat_map(|&(_, demand)| system.graded(demand)).collect();
+        graded.sort_by_key(|&(_, _, level)| core::cmp::Reverse(level.rank));
+        Composition { system, observed, roots, graded }
     }
 
-    /// What is composed, for an [`Evaluation`].
+    /// The composed certificates, for an [`Evaluation`].
     #[must_use]
     pub fn system(&self) -> &System {
         &self.system
     }
 
-    /// An evaluation in which all evidence is unknown; to change it allocates nothing.
+    /// An evaluation in which all evidence is unknown; changing it allocates nothing.
     #[must_use]
     pub fn evaluation(&self) -> Evaluation {
         Evaluation::new(&self.system)
     }
 
-    /// What the need gives, the best first.
+    /// The guarantees of the need, the best first.
     #[must_use]
     pub fn roots(&self) -> &[GuaranteeId] {
         &self.roots
     }
 
-    /// What is to be measured, with whose it is. A piece that nobody can measure in this flow is left out: it stays unknown.
+    /// The evidence to be measured, with its contract. Evidence that cannot be measured in this flow is left out and stays
+    /// unknown.
     pub fn evidence<'k>(
         &'k self,
         knowledge: &'k KnowledgeBase,
@@ -150,7 +152,7 @@ impl Composition {
         })
     }
 
-    /// An evaluation in which each piece of evidence that can be measured in this flow is what is supposed of it.
+    /// An evaluation in which each piece of evidence that can be measured in this flow has the supposed truth.
     #[must_use]
     pub fn supposing(&self, truth: impl Fn(EvidenceId) -> Truth) -> Evaluation {
         let mut evaluation = self.evaluation();
@@ -160,7 +162,7 @@ impl Composition {
         evaluation
     }
 
-    /// What can be given under this evidence. Allocates nothing; O(guarantees that the need's demands may be met by).
+    /// The assessment under this evidence. Allocates nothing; O(guarantees that may meet the need's demands).
     #[must_use]
     pub fn assess(&self, evaluation: &Evaluation) -> Assessment {
         let verdict = |root: &GuaranteeId| evaluation.guarantee(&self.system, *root);
@@ -172,12 +174,12 @@ impl Composition {
         Assessment {
             verdict: self.roots.iter().map(verdict).min().unwrap_or(Verdict::Refused),
             guarantee,
-            level: self.rungs.iter().find(given).map(|&(_, _, level)| level),
+            level: self.graded.iter().find(given).map(|&(_, _, level)| level),
         }
     }
 
-    /// What would have to change for the need to be served: minimal sets of evidence, of which one would do; where evidence
-    /// alone cannot, the demands and evidence of the need's own last resort. At most `most` evaluations for each.
+    /// Minimal sets of evidence that would have to change for the need to be served; one of them is enough. Where evidence alone
+    /// is not enough, sets of the demands and evidence of the need's last guarantee. At most `most` evaluations for each.
     #[must_use]
     pub fn why(&self, evaluation: &Evaluation, most: usize) -> Vec<Vec<Lacking>> {
         let mut sets: Vec<Vec<Lacking>> = Vec::new();

@@ -1,4 +1,4 @@
-//! What nothing admissible can rest on, whatever else serves a need.
+//! The signals and relations on which no admissible way can rest, whatever else serves a need.
 
 use super::Assurance;
 use super::flow::{Flow, Member};
@@ -14,11 +14,12 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
 impl Assurance {
-    /// Signals and relations on which nothing that is admissible for a need can rest, under the evidence that `truth` tells.
+    /// The signals and relations on which no admissible way for a need can rest, given the truth of evidence by `truth`.
     ///
-    /// Never more than that: everything is composed with everything, and who provides a variable is left out only where
-    /// everybody who reads the variable asks for more than it can give, and can give nothing without. What is measured of a way
-    /// as a whole counts as true. Time: linear in the model, times the levels that are demanded and the longest chain of relations.
+    /// The sets have no signal or relation on which an admissible way rests: all members are composed with all. A provider of a
+    /// variable is barred only where each reader of the variable demands more than the provider can give, and can give nothing
+    /// itself without. Evidence measured on a whole way counts as true. Time: linear in the model, times the number of demanded
+    /// levels and the length of the longest chain of relations.
     #[must_use]
     pub fn barred(
         &self,
@@ -45,7 +46,7 @@ impl Assurance {
         system.certificates().demands.enumerate().for_each(|(id, row)| demands[row.service].push(id));
         let mut offers = IdVec::filled(system.certificates().services.len(), |_| Vec::new());
         system.certificates().guarantees.enumerate().for_each(|(id, row)| offers[row.service].push(id));
-        let outlook = Outlook {
+        let best_case = BestCase {
             knowledge,
             system: &system,
             evaluation: &evaluation,
@@ -53,26 +54,26 @@ impl Assurance {
             demands,
             offers,
         };
-        outlook.barred(need)
+        best_case.barred(need)
     }
 }
 
-/// Who reads each variable: relations, and the need.
+/// The readers of each variable: relations, and the need.
 type Readers = BTreeMap<VariableId, Vec<Member>>;
 
-/// What can be given at best.
-struct Outlook<'a> {
+/// The guarantees that can be given at best.
+struct BestCase<'a> {
     knowledge: &'a KnowledgeBase,
     system: &'a System,
     evaluation: &'a Evaluation,
     members: &'a BTreeMap<Member, ServiceId>,
-    /// What each service asks.
+    /// The demands of each service.
     demands: IdVec<ServiceId, Vec<DemandId>>,
-    /// What each service gives.
+    /// The guarantees of each service.
     offers: IdVec<ServiceId, Vec<GuaranteeId>>,
 }
 
-impl Outlook<'_> {
+impl BestCase<'_> {
     fn barred(&self, need: NeedId) -> (SignalSet, RelationSet) {
         let mut signals = SignalSet::new();
         let mut relations: BTreeMap<RelationId, bool> = BTreeMap::new();
@@ -110,8 +111,8 @@ impl Outlook<'_> {
         readers
     }
 
-    /// The relations that need not give anything: somebody who reads what they compute can do without their word, or need not give
-    /// anything himself.
+    /// The relations that need not guarantee anything: a reader of their output can do without their guarantee, or need not
+    /// guarantee anything itself.
     fn spared(&self, readers: &Readers) -> BTreeSet<Member> {
         let mut spared = BTreeSet::new();
         loop {
@@ -131,7 +132,7 @@ impl Outlook<'_> {
         }
     }
 
-    /// Whether everybody who reads a variable, and has to give something, asks more than this provider of it can give.
+    /// Whether each reader of a variable that has to guarantee something demands more than this provider can give.
     fn is_barred(
         &self,
         provider: Member,
@@ -145,7 +146,7 @@ impl Outlook<'_> {
         !readers.is_empty() && readers.iter().all(asks_more)
     }
 
-    /// Whether a reader can give something when these of its demands of a variable are met.
+    /// Whether a reader can guarantee something when these of its demands on a variable are met.
     fn can_give(&self, reader: Member, variable: VariableId, is_met: impl Fn(DemandId) -> bool) -> bool {
         let Some(&reader) = self.members.get(&reader) else { return true };
         let (demands, offers) = (&self.system.certificates().demands, &self.system.certificates().guarantees);
@@ -156,7 +157,7 @@ impl Outlook<'_> {
         self.offers[reader].iter().any(|&given| may_hold(&offers[given].when, &unmet))
     }
 
-    /// Whether a demand is asked of a provider, where it serves who asks.
+    /// Whether a demand is asked of a provider in some flow.
     fn is_asked(&self, demand: DemandId, provider: Member) -> bool {
         let service = self.members.get(&provider);
         service.is_some_and(|service| self.system.certificates().demands[demand].of.contains(service))

@@ -1,10 +1,11 @@
-//! How something is accused: as failed where every probable explanation names it and what speaks against it is no chance; as
-//! suspect where it may be; else as one of a choice, once all that may yet decide has had its time.
+//! How a component is accused. It has failed where every probable explanation names it and chance cannot explain the conflicts;
+//! where chance can, it is suspect. A component of some explanations is suspect once the comparisons that may decide have had
+//! their time.
 
 use super::case::{Case, Conflicts};
 use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
+use super::evidence_view::EvidenceView;
 use super::recovery::MOST_GROUNDS;
-use super::testimony::Testimony;
 use super::verdict::{Blame, Decision, Verdict};
 use super::{Awaited, ComponentState, Ground, Record, Review, said};
 use crate::diagnosis::candidates::{Component, explain};
@@ -13,8 +14,8 @@ use crate::time::Span;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
-impl<T: Testimony> Review<'_, T> {
-    /// Looks whether the conflicts accuse anything.
+impl<T: EvidenceView> Review<'_, T> {
+    /// Accuses the components that the conflicts blame.
     pub(super) fn accuse(&mut self) {
         let Review { evidence, now, .. } = *self;
         let open = |relationship| self.judge.open_pairs(evidence, now, relationship);
@@ -27,7 +28,7 @@ impl<T: Testimony> Review<'_, T> {
         let parts = explain(&comparisons, |component| beliefs.of(component));
         let mut disputed = conflicts.clone();
         disputed.extend(open(ResidualState::Undecided));
-        // Of faults that grow, the witness with the least tolerance tells first: the others only just agree yet.
+        // While a fault grows, the witness with the least tolerance disagrees first, and the others still just agree.
         let agreements = open(ResidualState::Agree);
         let undecided = disputed.len();
         disputed.extend(agreements.filter(|pair| pair.is_close()));
@@ -37,7 +38,7 @@ impl<T: Testimony> Review<'_, T> {
             false => {
                 let comparisons = self.judge.comparisons(evidence, now, &disputed, &beliefs);
                 let rivals = explain(&comparisons, |it| beliefs.of(it));
-                // Among very many, so much only just agrees that nobody can tell: then what disagrees decides.
+                // In a very large part, too many pairs only just agree for a decision. Then the conflicts alone decide.
                 if rivals.iter().any(|part| part.is_cut_off) { parts.clone() } else { rivals }
             }
         };
@@ -64,14 +65,14 @@ impl<T: Testimony> Review<'_, T> {
         }
     }
 
-    /// Whether one of the conflicts of a part has shown of late.
+    /// Whether one of the conflicts of a part has shown recently.
     fn is_fresh(&self, case: &Case<'_>) -> bool {
         let accused = case.accused();
         let mut fresh = case.conflicts.pairs.iter().filter(|pair| pair.is_fresh(self.now));
         fresh.any(|pair| rests_on_any(self.evidence, pair, &accused))
     }
 
-    /// Whether something is blamed for what it shares only, and an independent witness agrees with it.
+    /// Whether a component is blamed for a common cause only, while an independent witness agrees with it.
     fn is_spared(&self, component: Component, case: &Case<'_>) -> bool {
         let Component::Signal(signal) = component else { return false };
         case.cause_of(component).is_some()
@@ -79,7 +80,7 @@ impl<T: Testimony> Review<'_, T> {
             && self.judge.verdict(signal, self.evidence, self.now) == Verdict::Healthy
     }
 
-    /// Remembers which comparisons speak against something.
+    /// Stores which comparisons accuse a component.
     fn ground(&mut self, component: Component, conflicts: &[&Residual]) {
         let against = conflicts.iter().filter(|pair| rests_on(self.evidence, pair, component));
         let grounds: BTreeSet<Ground> =
@@ -98,7 +99,7 @@ impl<T: Testimony> Review<'_, T> {
         if !self.is_settled(&rest, &dispute) {
             return;
         }
-        // What is still undecided after the wait names nobody, but it speaks for those who do not disagree at all.
+        // Pairs that are still undecided after the wait accuse no component, but they clear those that are in no conflict at all.
         let likely = case.likely();
         let accused: Vec<Component> =
             rest.into_iter().filter(|component| likely.is_empty() || likely.contains(component)).collect();
@@ -107,11 +108,11 @@ impl<T: Testimony> Review<'_, T> {
         }
     }
 
-    /// Whether all comparisons that speak about the accused have had the time to show a conflict that began with the dispute,
-    /// or the wait for them is over.
+    /// Whether all comparisons with the accused have had the time to show a conflict that began with the dispute, or the wait for
+    /// them is over.
     ///
-    /// Only a conflict that has come together gradually makes the judge wait for others that may. The wait is capped at 3/4 of
-    /// the time for which a residual shows a step. An intermittent conflict does not restart it.
+    /// The judge waits for gradual comparisons only where a conflict has built up gradually. The wait is capped at 3/4 of the
+    /// time for which a residual shows a step. An intermittent conflict does not restart it.
     fn is_settled(&mut self, accused: &BTreeSet<Component>, dispute: &Dispute) -> bool {
         let Review { evidence, now, .. } = *self;
         let &Dispute { onset, since, gradual, shows } = dispute;
@@ -135,7 +136,7 @@ impl<T: Testimony> Review<'_, T> {
         if now >= deadline {
             return true;
         }
-        // Until then, only what is open can settle it: by a comparison, or by falling silent.
+        // Before the deadline, only the open pairs can settle the dispute: by a comparison, or by becoming stale.
         let stale = open().filter_map(|(_, pair)| pair.window.stale_at()).filter(|at| *at > now).min();
         let awaited =
             open().map(|(number, pair)| Awaited { pair: number, made: pair.made }).collect::<Vec<_>>();
@@ -144,7 +145,8 @@ impl<T: Testimony> Review<'_, T> {
         false
     }
 
-    /// Accuses: as failed, or as one of a choice; an empty one, where it may be chance.
+    /// Accuses a component: as failed where `choice` is `None`, else as suspect among the choice, which is empty where the
+    /// conflicts may be chance.
     fn set(&mut self, component: Component, case: &Case<'_>, choice: Option<&[Component]>) {
         let verdict = if choice.is_none() { Verdict::Failed } else { Verdict::Suspect };
         let before = self.judge.state_of(component);
@@ -161,13 +163,13 @@ impl<T: Testimony> Review<'_, T> {
             cleared: before.record.cleared,
             ..Record::default()
         };
-        let state_of = ComponentState {
+        let state = ComponentState {
             record,
             accused: Some(self.now),
             cause: case.cause_of(component),
             ..ComponentState::default()
         };
-        self.judge.put(component, state_of);
+        self.judge.put(component, state);
         self.ground(component, case.conflicts.pairs);
         let blame = Blame { relapses, ..case.blame(component) };
         self.decisions.push(match choice {
@@ -176,7 +178,7 @@ impl<T: Testimony> Review<'_, T> {
         });
     }
 
-    /// Whether something disagrees with something else than what was accused alone.
+    /// Whether a component is in a conflict that no component accused alone explains.
     fn disagrees_otherwise(&self, component: Component, conflicts: &[&Residual]) -> bool {
         let is_open = |pair: &&Residual| {
             rests_on(self.evidence, pair, component) && !self.judge.is_claimed(self.evidence, pair, component)
@@ -187,7 +189,7 @@ impl<T: Testimony> Review<'_, T> {
 
 /// Whether the conflicts against a component cannot be chance. A component that is blamed for a common cause only is in no
 /// conflict itself: then all conflicts count.
-fn is_sure(evidence: &impl Testimony, component: Component, case: &Case<'_>) -> bool {
+fn is_sure(evidence: &impl EvidenceView, component: Component, case: &Case<'_>) -> bool {
     let mut against =
         case.conflicts.pairs.iter().filter(|pair| rests_on(evidence, pair, component)).peekable();
     match against.peek() {
@@ -197,6 +199,6 @@ fn is_sure(evidence: &impl Testimony, component: Component, case: &Case<'_>) -> 
 }
 
 /// Whether the value of a signal has ever changed. Of a signal whose value never changes, a constant value is no symptom.
-fn has_moved(evidence: &impl Testimony, component: Component) -> bool {
+fn has_moved(evidence: &impl EvidenceView, component: Component) -> bool {
     matches!(component, Component::Signal(signal) if evidence.frozen(signal).has_moved())
 }

@@ -9,30 +9,30 @@ use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use core::cell::OnceCell;
 
-/// All pairs in conflict, and what is known and thought about them: the same for each part.
+/// All pairs in conflict with the priors and comparisons for their explanation: the same for each part.
 #[derive(Clone, Copy)]
 pub(super) struct Conflicts<'p> {
     pub(super) beliefs: &'p Beliefs,
-    /// What the pairs say, and what speaks for those whom they may accuse.
+    /// The conflicts, and the agreements that support the components in them.
     pub(super) comparisons: &'p [Comparison],
     pub(super) pairs: &'p [&'p Residual],
-    /// The parts when all that is undecided is taken for conflicts.
+    /// The parts when all undecided pairs are taken for conflicts.
     pub(super) rivals: &'p [Part],
-    /// Whether some of that only just agrees.
+    /// Whether some of the undecided pairs only just agree.
     pub(super) only_just: bool,
 }
 
-/// A part of the conflicts, and what follows from it.
+/// A part of the conflicts, and the components that it accuses.
 pub(super) struct Case<'p> {
     pub(super) conflicts: Conflicts<'p>,
     part: &'p Part,
     /// The signals and relations of each candidate, best first.
     candidates: Vec<BTreeSet<Component>>,
-    /// The same with all that is undecided taken for conflicts.
+    /// The rival candidates: those with all undecided pairs taken for conflicts.
     rivals: Vec<BTreeSet<Component>>,
-    /// What is in all of these.
+    /// The components that belong to all candidates and rivals.
     pub(super) certain: BTreeSet<Component>,
-    /// In the order of the part's components; looked for only where something is decided.
+    /// In the order of the part's components; computed only where a component is accused.
     probabilities: OnceCell<Option<Vec<f64>>>,
 }
 
@@ -52,15 +52,15 @@ impl<'p> Case<'p> {
         Case { conflicts, part, candidates, rivals, certain, probabilities }
     }
 
-    /// Everything that is in a candidate.
+    /// The components of all candidates.
     pub(super) fn accused(&self) -> BTreeSet<Component> {
         self.candidates.iter().flatten().copied().collect()
     }
 
-    /// What is in a candidate that may stay one, however the undecided turns out.
+    /// The components of the candidates that stay candidates, whatever the undecided pairs turn out to be.
     pub(super) fn likely(&self) -> BTreeSet<Component> {
         if self.conflicts.only_just {
-            // What only just agrees is no evidence against anybody.
+            // A pair that only just agrees is evidence against no component.
             return BTreeSet::new();
         }
         let stays = |set: &&BTreeSet<Component>| self.rivals.iter().any(|rival| rival.is_superset(set));
@@ -83,7 +83,7 @@ impl<'p> Case<'p> {
         Blame { component, cause, probability, next, relapses: 0 }
     }
 
-    /// The cause by which the best candidate that accuses a signal does so.
+    /// The cause by which the best candidate that accuses a signal accuses it.
     pub(super) fn cause_of(&self, component: Component) -> Option<CauseId> {
         let Component::Signal(signal) = component else { return None };
         let place = self.candidates.iter().position(|accused| accused.contains(&component))?;

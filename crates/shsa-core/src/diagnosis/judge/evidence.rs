@@ -1,6 +1,6 @@
-//! What the pairs of a monitor say, as comparisons of components.
+//! The residuals of a monitor as comparisons of components, with prior probabilities of their faults.
 
-use super::{Component, ComponentState, Judge, JudgeOptions, Record, Testimony, said};
+use super::{Component, ComponentState, EvidenceView, Judge, JudgeOptions, Record, said};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
@@ -9,17 +9,17 @@ use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
 
-/// What the judge knows of the components beforehand.
+/// The prior probabilities of faults, and which signals share which causes.
 #[derive(Debug)]
 pub(super) struct Priors {
     signals: IdVec<SignalId, f64>,
-    /// Of relations that give one themselves.
+    /// The relations whose properties give a prior.
     relations: BTreeMap<RelationId, f64>,
     relation: f64,
     causes: IdVec<CauseId, f64>,
-    /// Who shares each cause.
+    /// The signals that share each cause, ascending.
     sharing: IdVec<CauseId, Vec<SignalId>>,
-    /// What signals share, where they share something.
+    /// The causes of each signal that shares one.
     shared: BTreeMap<SignalId, Vec<CauseId>>,
 }
 
@@ -52,7 +52,7 @@ impl Priors {
         }
     }
 
-    /// The signals and relations of some components: of a cause, the signals that share it.
+    /// The signals and relations of some components: for a cause, the signals that share it.
     pub(super) fn accused(&self, components: &[Component]) -> BTreeSet<Component> {
         let mut all = BTreeSet::new();
         for &component in components {
@@ -71,18 +71,18 @@ impl Priors {
         self.sharing[cause].binary_search(&signal).is_ok()
     }
 
-    /// Who shares a cause, ascending.
+    /// The signals that share a cause, ascending.
     pub(super) fn sharing(&self, cause: CauseId) -> &[SignalId] {
         &self.sharing[cause]
     }
 
-    /// A signal with what it shares.
+    /// A signal with its causes.
     fn with_causes(&self, signal: SignalId) -> impl Iterator<Item = Component> + '_ {
         let causes = self.shared.get(&signal).into_iter().flatten().copied().map(Component::Cause);
         core::iter::once(Component::Signal(signal)).chain(causes)
     }
 
-    /// What the value of a way is computed from.
+    /// The components from which the value of a way is computed.
     fn sized_by(&self, way: &WatchedWay) -> BTreeSet<Component> {
         let signals = way.rests_on.iter().filter(|signal| !way.conditions.contains(*signal));
         let relations = way.computation.way().substitution.relations();
@@ -99,22 +99,22 @@ impl Priors {
     }
 }
 
-/// Two faults by chance within so long of each other are as rare as the priors say; those of a common cause come together.
+/// Two independent faults within this time are as rare as their priors say; faults of a common cause come together.
 const COINCIDENCE: Span = Span::from_millis(60_000);
 
-/// How many times more probable a common cause is when something that shares it has failed within that time.
+/// The factor by which a common cause is more probable when a signal that shares it has failed within that time.
 const COINCIDES: f64 = 10.0;
 
-/// No prior is raised above this.
+/// The highest prior that such a factor gives.
 const HIGHEST_RAISED: f64 = 0.2;
 
-/// What the judge thinks of the components before it hears the comparisons: their priors, with what it has found before.
+/// The priors of the components before the comparisons are weighed, adapted by the faults found so far.
 #[derive(Debug)]
 pub(super) struct Beliefs {
     priors: Arc<Priors>,
-    /// Causes of which something has failed already, with how much more, or less, probable that makes them.
+    /// The causes of which a signal has failed already, with the factor of their priors.
     shown: BTreeMap<CauseId, f64>,
-    /// What has failed of those that share them.
+    /// The failed signals among those that share these causes.
     failed: Vec<SignalId>,
 }
 
@@ -140,8 +140,8 @@ impl core::ops::Deref for Beliefs {
 }
 
 impl Judge {
-    /// What is thought of the components of some conflicts beforehand. What has failed of those that share something is a
-    /// reason to think that this has failed; the longer ago, the less, as the others would have failed since.
+    /// The beliefs about the components of some conflicts. A failed signal makes its common causes more probable, less so the
+    /// longer ago it failed: the other signals of the cause would have failed since.
     pub(super) fn beliefs(&self, now: Time, conflicts: &[&Residual]) -> Beliefs {
         let mut beliefs = Beliefs { priors: self.priors.clone(), shown: BTreeMap::new(), failed: Vec::new() };
         let has_failed = |signal: &&SignalId| self.has_failed(**signal);
@@ -166,22 +166,22 @@ impl Judge {
         beliefs
     }
 
-    /// Conflicts, with the agreements that speak about what is in them.
+    /// The conflicts, with the agreements about the components in them.
     pub(super) fn comparisons(
         &self,
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         now: Time,
         conflicts: &[&Residual],
         beliefs: &Beliefs,
     ) -> Vec<Comparison> {
         let mut disputed = SignalSet::new();
         conflicts.iter().for_each(|pair| disputed.extend(&pair.signals));
-        // How a value changes does not show a constant error.
+        // A change of a value shows no constant error of it.
         let looks_at_changes =
             |index: WayIndex| evidence.way(index).is_some_and(|way| way.computation.is_rate());
-        // Who has not yet drifted far enough to disagree does not agree.
+        // A way that has not yet drifted far enough to disagree is no agreement.
         let gradual = conflicts.iter().any(|pair| is_gradual(pair, now));
-        // Some of them may agree yet.
+        // Some of the conflicts may still agree: they are not taken twice.
         let is_taken =
             |pair: &Residual| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
         let agreements = self
@@ -195,7 +195,7 @@ impl Judge {
             let (one, other) = (evidence.way(pair.way)?, evidence.way(pair.other)?);
             Some(self.priors.comparison(one, other, agrees))
         });
-        // What has failed is faulty by itself, or by what it shares.
+        // A failed signal is faulty by itself or by one of its causes.
         let failed = beliefs.failed.iter().map(|&signal| Comparison {
             one: self.priors.with_causes(signal).collect(),
             other: BTreeSet::new(),
@@ -205,16 +205,22 @@ impl Judge {
         compared.chain(failed).collect()
     }
 
-    /// Whether a pair in conflict speaks against something: nothing else that has failed, or is suspect alone, explains it.
+    /// Whether a pair in conflict accuses a component: no other failed component, and none suspected alone, explains the
+    /// conflict.
     #[must_use]
-    pub fn speaks_against(&self, evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+    pub fn speaks_against(
+        &self,
+        evidence: &impl EvidenceView,
+        pair: &Residual,
+        component: Component,
+    ) -> bool {
         !self.is_explained(evidence, pair, Some(component)) && !self.is_claimed(evidence, pair, component)
     }
 
-    /// Pairs in a relationship that nothing that has failed explains. O(restless pairs) for those that do not agree.
+    /// The pairs in a state that no failed component explains. O(restless pairs) for pairs that do not agree.
     pub(super) fn open_pairs<'s, 'm: 's>(
         &'s self,
-        evidence: &'m impl Testimony,
+        evidence: &'m impl EvidenceView,
         now: Time,
         relationship: ResidualState,
     ) -> impl Iterator<Item = &'m Residual> + 's {
@@ -227,22 +233,22 @@ impl Judge {
         })
     }
 
-    /// Whether something else that was accused alone is in a pair.
+    /// Whether another component that was accused alone is in a pair.
     pub(super) fn is_claimed(
         &self,
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         pair: &Residual,
         component: Component,
     ) -> bool {
-        let mut alone = self.standings.iter().filter(|(other, it)| it.record.alone && **other != component);
+        let mut alone = self.states.iter().filter(|(other, it)| it.record.alone && **other != component);
         alone.any(|(other, _)| rests_on(evidence, pair, *other))
     }
 
-    /// Whether one way of a pair is computed from the signal, the other from nothing that the signal comes from, and nothing
-    /// that has failed is in it. About a relation, each pair that rests on it does.
+    /// Whether one way of a pair is computed from the signal, the other way rests on none of its origins, and no failed component
+    /// is in the pair. For a relation: whether the pair rests on it.
     pub(super) fn bears_witness(
         &self,
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         pair: &Residual,
         component: Component,
     ) -> bool {
@@ -259,9 +265,9 @@ impl Judge {
         beside(one, other) || beside(other, one)
     }
 
-    /// Whether a signal that is suspect or failed, and usually moves, still says exactly what it said when it was accused.
+    /// Whether a signal that is suspect or failed, and usually moves, has repeated its value since it was accused.
     #[must_use]
-    pub fn stands_still(&self, component: Component, evidence: &impl Testimony, now: Time) -> bool {
+    pub fn stands_still(&self, component: Component, evidence: &impl EvidenceView, now: Time) -> bool {
         let ComponentState { record: Record { said: before, .. }, accused, .. } = self.state_of(component);
         let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
         before.is_some()
@@ -269,10 +275,10 @@ impl Judge {
             && matches!(component, Component::Signal(signal) if is_still(signal))
     }
 
-    /// Whether something else than `except` that has failed, or is forbidden, is in the pair.
+    /// Whether a component other than `except` that has failed, or is forbidden, is in the pair.
     pub(super) fn is_explained(
         &self,
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         pair: &Residual,
         except: Option<Component>,
     ) -> bool {
@@ -282,7 +288,7 @@ impl Judge {
 
 /// Whether one of the ways of a pair rests on a signal or a relation.
 #[must_use]
-pub fn rests_on(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+pub fn rests_on(evidence: &impl EvidenceView, pair: &Residual, component: Component) -> bool {
     match component {
         Component::Signal(signal) => pair.signals.contains(signal),
         _ => relies(evidence, pair.way, component) || relies(evidence, pair.other, component),
@@ -290,7 +296,7 @@ pub fn rests_on(evidence: &impl Testimony, pair: &Residual, component: Component
 }
 
 /// Whether a way rests on a signal or a relation.
-fn relies(evidence: &impl Testimony, way: WayIndex, component: Component) -> bool {
+fn relies(evidence: &impl EvidenceView, way: WayIndex, component: Component) -> bool {
     let Some(way) = evidence.way(way) else { return false };
     match component {
         Component::Signal(signal) => way.rests_on.contains(signal),
@@ -301,10 +307,10 @@ fn relies(evidence: &impl Testimony, way: WayIndex, component: Component) -> boo
     }
 }
 
-/// Whether it may tell several of the accused apart how a pair turns out: it speaks about some of them, and not about all.
-/// An agreement says nothing about what both ways rest on, which may do the same to both.
+/// Whether the outcome of a pair can tell several of the accused apart: the pair is evidence about some of them, and not about
+/// all. An agreement is no evidence about a component on which both ways rest, as its fault may change both alike.
 pub(super) fn tells_apart(
-    evidence: &impl Testimony,
+    evidence: &impl EvidenceView,
     now: Time,
     pair: &Residual,
     accused: &BTreeSet<Component>,
@@ -321,20 +327,20 @@ pub(super) fn tells_apart(
 
 /// What the conflicts about some of the accused have in common.
 pub(super) struct Dispute {
-    /// When the first of them began.
+    /// When the first of these conflicts began.
     pub(super) onset: Time,
-    /// The same of those that have come and gone since.
+    /// When the first of these conflicts began, counting the conflicts that have come and gone since.
     pub(super) since: Time,
-    /// Whether one has come together gradually.
+    /// Whether one of these conflicts has built up gradually.
     pub(super) gradual: bool,
-    /// How long they show a step of what is faulty.
+    /// How long these conflicts show a step of the faulty component.
     pub(super) shows: Span,
 }
 
 impl Dispute {
-    /// `None` where no conflict is about them.
+    /// The dispute about the accused; `None` where no conflict involves them.
     pub(super) fn about(
-        evidence: &impl Testimony,
+        evidence: &impl EvidenceView,
         conflicts: &[&Residual],
         accused: &BTreeSet<Component>,
         now: Time,
@@ -349,22 +355,22 @@ impl Dispute {
     }
 }
 
-/// Whether a conflict has come together from many comparisons that agree one by one.
+/// Whether a conflict has built up from many comparisons of which each agrees.
 fn is_gradual(conflict: &Residual, now: Time) -> bool {
     conflict.window.relationship(now) != ResidualState::Conflict
 }
 
-/// Whether one of the ways of a pair rests on one of these.
+/// Whether one of the ways of a pair rests on one of the components.
 pub(super) fn rests_on_any(
-    evidence: &impl Testimony,
+    evidence: &impl EvidenceView,
     pair: &Residual,
     components: &BTreeSet<Component>,
 ) -> bool {
     components.iter().any(|&component| rests_on(evidence, pair, component))
 }
 
-/// How long a pair shows a step of a signal: a difference quotient does while it is within its window.
-fn shows_a_step(evidence: &impl Testimony, pair: &Residual) -> Span {
+/// How long a pair shows a step of a signal. A difference quotient shows it for the length of its window.
+fn shows_a_step(evidence: &impl EvidenceView, pair: &Residual) -> Span {
     let rate = |index| evidence.way(index).filter(|way| way.computation.is_rate());
     let window = |index| rate(index).map_or(Span::ZERO, |way| way.computation.timing().window);
     match window(pair.way).max(window(pair.other)) {

@@ -1,4 +1,4 @@
-//! What the judge is told from outside: what is forbidden, who is vouched for, and what was thought before a restart.
+//! What operators order about components (forbid, allow, clear), and the records that outlast a restart.
 
 use super::{Component, ComponentState, Judge, Verdict};
 use crate::interval::Interval;
@@ -8,36 +8,38 @@ use crate::substitution::Way;
 use crate::time::Time;
 use alloc::vec::Vec;
 
-/// What is thought of a signal or relation, as far as evidence alone does not bring it back.
+/// The stored verdict on a signal or relation, with what the evidence alone would not give again after a restart.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Record {
-    /// Suspect or failed; `None` for what is trusted again and remembered for its relapses.
+    /// Suspect or failed; `None` for a component that is trusted again and kept for its relapses.
     pub verdict: Option<Verdict>,
-    /// Whether it was the only one accused: it explains disagreements as a failed signal does.
+    /// Whether the component was the only one accused: then it explains disagreements as a failed component does.
     pub alone: bool,
-    /// Whether its own readings have shown the fault: no comparison is needed to accuse it.
+    /// Whether the readings of the signal itself have shown the fault: no comparison is needed to accuse it.
     pub failed_by_detector: bool,
-    /// Whether only comparisons can clear it: they have contradicted it while its readings were where they could be.
+    /// Whether only comparisons can clear the signal: they have contradicted it while its readings were plausible.
     pub contradicted: bool,
-    /// Whether it may serve, uncertain, where nothing else is left: for its probation nothing has spoken against it or for it.
+    /// Whether the component may serve, uncertain, where nothing else is left: for its probation no evidence has accused or
+    /// supported it.
     pub unproven: bool,
-    /// When it was last trusted again.
+    /// When the component was last trusted again.
     pub cleared: Option<Time>,
-    /// How often it was accused again soon after it was trusted again, in a row; each doubles its probation.
+    /// How often in a row the component was accused again soon after it was trusted again; each time doubles its probation.
     pub relapses: u32,
-    /// What it said when it was accused, SI: while it says the same, it is the plant that came back to it, and nothing clears it.
+    /// The value with which the signal was accused, SI. While the signal repeats it, an agreement means that the plant has come
+    /// back to the value, and the signal is not cleared.
     pub said: Option<Interval>,
 }
 
 impl Judge {
-    /// Nothing may rest on a signal or relation from now on, and comparisons with it are no evidence about others.
-    /// Whether that is new.
+    /// Forbids a signal or relation: nothing may rest on it, and comparisons with it are no evidence about others. Returns
+    /// whether that is new.
     pub fn forbid(&mut self, component: Component) -> bool {
         self.discounted.insert(component);
         self.forbidden.insert(component)
     }
 
-    /// Takes [`Judge::forbid`] back; whether it was forbidden.
+    /// Takes [`Judge::forbid`] back; returns whether the component was forbidden.
     pub fn allow(&mut self, component: Component) -> bool {
         let was_forbidden = self.forbidden.remove(&component);
         if self.accusation(component) != Some(Verdict::Failed) {
@@ -46,7 +48,7 @@ impl Judge {
         was_forbidden
     }
 
-    /// What is forbidden, ascending.
+    /// The forbidden components, ascending.
     pub fn forbidden(&self) -> impl Iterator<Item = Component> + '_ {
         self.forbidden.iter().copied()
     }
@@ -57,7 +59,7 @@ impl Judge {
         self.discounted.contains(&Component::Signal(signal))
     }
 
-    /// What is forbidden in a way, ascending: of what its signals come from, and of its relations.
+    /// The forbidden components of a way, ascending: among the origins of its signals, and among its relations.
     #[must_use]
     pub fn forbidden_in(&self, knowledge: &KnowledgeBase, way: &Way) -> Vec<Component> {
         if self.forbidden.is_empty() {
@@ -73,14 +75,13 @@ impl Judge {
         self.forbidden().filter(is_in).collect()
     }
 
-    /// Whether neither a signal nor anything that it is derived from has failed or is forbidden: it may be right, though it may
-    /// be suspect.
+    /// Whether neither a signal nor its origins have failed or are forbidden: the signal may be right, though it may be suspect.
     #[must_use]
     pub fn may_be_right(&self, signal: SignalId) -> bool {
         self.foundations[signal].iter().all(|origin| !self.discounted.contains(&Component::Signal(origin)))
     }
 
-    /// Relations that have failed or are forbidden, ascending.
+    /// The relations that have failed or are forbidden, ascending.
     #[must_use]
     pub fn refuted_relations(&self) -> Vec<RelationId> {
         let relation = |component: &Component| match component {
@@ -90,15 +91,15 @@ impl Judge {
         self.discounted.iter().filter_map(relation).collect()
     }
 
-    /// Whether something is suspect or failed.
+    /// Whether a component is suspect or failed.
     #[must_use]
     pub fn accuses(&self, component: Component) -> bool {
         self.accusation(component).is_some()
     }
 
-    /// The operator vouches for something: it is not accused any more, whatever came before. Whether it was.
+    /// Clears a component because the operator vouches for it, whatever the evidence was. Returns whether it was accused.
     ///
-    /// A signal counts as healthy by this until it is accused again, or [falls silent](Judge::lapse).
+    /// The signal counts as healthy until it is accused again, or [falls silent](Judge::lapse).
     pub fn clear_by_operator(&mut self, component: Component) -> bool {
         let was_accused = self.accuses(component);
         if was_accused {
@@ -107,19 +108,19 @@ impl Judge {
         was_accused
     }
 
-    /// A signal gives no value any more: nobody vouches for what comes after that.
+    /// Ends the operator's voucher for a signal that gives no value any more.
     pub fn lapse(&mut self, signal: SignalId) {
-        if let Some(state_of) = self.standings.get_mut(&Component::Signal(signal)) {
-            state_of.cleared_by_operator = false;
+        if let Some(state) = self.states.get_mut(&Component::Signal(signal)) {
+            state.cleared_by_operator = false;
         }
     }
 
-    /// What is to be remembered of everything that was ever accused, by component.
+    /// The records of all components that were ever accused, by component.
     pub fn records(&self) -> impl Iterator<Item = (Component, Record)> + '_ {
-        self.standings.iter().map(|(component, state_of)| (*component, state_of.record))
+        self.states.iter().map(|(component, state)| (*component, state.record))
     }
 
-    /// Goes on with what was thought before a restart: an accusation stands until evidence that is new speaks against it.
+    /// Restores a record from before a restart. Its accusation stands until new evidence clears it.
     pub fn recall(&mut self, component: Component, record: Record) {
         let record = Record { relapses: record.relapses.min(super::MOST_RELAPSES), ..record };
         self.put(component, ComponentState { record, ..ComponentState::default() });

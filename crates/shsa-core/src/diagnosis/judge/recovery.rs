@@ -1,42 +1,41 @@
-//! How what is accused is trusted again: by evidence, never by its absence.
+//! How an accused component is trusted again: by evidence, never by its absence.
 //!
-//! * What comparisons have accused is trusted again when the comparisons that have spoken against it agree, one of them at
-//!   least, and no other disagrees, for the probation time. Where something else has been found to be faulty that is in all of
-//!   them, nothing speaks against it any more: it is trusted at once.
-//! * What its own readings have convicted needs a witness that has agreed since, or must have come back to where it could have
-//!   got to from its last reading that was sound. Once comparisons have contradicted it, only they can clear it. Who looks at
-//!   its changes alone is no witness that it is back.
-//! * Where nothing speaks against it any more and nothing for it, it is unproven: nobody knows. It may serve where nothing else
-//!   is left, and what it gives is uncertain. What has failed by comparisons does not: it is contradicted, though nobody
-//!   repeats it.
+//! * A component that comparisons have accused is trusted again when at least one of these comparisons agrees and none disagrees,
+//!   for the probation time. Where other failed components explain all of these comparisons, the component is trusted at once.
+//! * A signal that a detector has failed needs a witness that has agreed since, or a value that can be reached from its last sound
+//!   reading. Once comparisons have contradicted the signal, only comparisons can clear it. A comparison of changes is no witness
+//!   after a jump.
+//! * A component that no evidence accuses or supports any more is unproven. It may serve where nothing else is left, and what it
+//!   gives is uncertain. A component that has failed by comparisons does not become unproven: it stays contradicted, though no
+//!   comparison repeats that.
 //!
-//! A signal that usually moves stays suspect while it repeats the value with which it was accused: a value that stands still is
-//! right now and then.
+//! A signal that usually moves stays suspect while it repeats the value with which it was accused: a frozen value is right now
+//! and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, ComponentState, Decision, Ground, Proof, Record, Review, Testimony, Verdict};
+use super::{Component, ComponentState, Decision, EvidenceView, Ground, Proof, Record, Review, Verdict};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
 use alloc::collections::BTreeSet;
 use core::ops::Bound;
 
-/// How many comparisons that have spoken against one thing are remembered.
+/// How many comparisons that accuse one component are stored at most.
 pub(super) const MOST_GROUNDS: usize = 64;
 
-/// What the evidence says about something that is accused.
+/// The outcome of weighing the evidence about an accused component.
 enum Weighed {
-    /// A comparison speaks against it, or may yet, or its readings do.
+    /// A comparison accuses the component, or may still do so, or a detector does.
     Against(Option<Ground>),
-    /// Nothing speaks against it, and nothing for it. Whether all that has spoken against it agrees again, but looks at its changes
-    /// alone.
+    /// No evidence accuses the component, and none supports it. `is_appeased`: all comparisons that have accused it agree again,
+    /// but of changes only.
     Silent { is_appeased: bool },
-    /// What has spoken against it agrees again.
+    /// A comparison that has accused the component agrees again.
     For(Proof),
-    /// What else has failed explains all that has spoken against it.
+    /// Other failed components explain all comparisons that have accused the component.
     Groundless,
 }
 
-/// What the comparisons that have spoken against something say now.
+/// How many of the comparisons that have accused a component now agree, are silent, or are explained.
 #[derive(Default)]
 struct Grounds {
     agree: usize,
@@ -44,12 +43,12 @@ struct Grounds {
     appeased: usize,
     silent: usize,
     explained: usize,
-    /// Whether another one bears witness.
+    /// Whether a comparison that never accused the component bears witness for it.
     witnessed: bool,
 }
 
-impl<T: Testimony> Review<'_, T> {
-    /// Looks whether anything that is accused is trusted again.
+impl<T: EvidenceView> Review<'_, T> {
+    /// Clears the accused components that the evidence supports again.
     pub(super) fn clear(&mut self) {
         let culprit = |decision: &Decision| match decision {
             Decision::Failed(blame) => Some(blame.component),
@@ -57,10 +56,10 @@ impl<T: Testimony> Review<'_, T> {
         };
         let mut culprits = core::mem::take(&mut self.judge.failed_by_detector);
         culprits.extend(self.decisions.iter().filter_map(culprit));
-        let mut next = self.judge.standings.keys().next().copied();
+        let mut next = self.judge.states.keys().next().copied();
         while let Some(component) = next {
             let after = (Bound::Excluded(component), Bound::Unbounded);
-            next = self.judge.standings.range(after).next().map(|(component, _)| *component);
+            next = self.judge.states.range(after).next().map(|(component, _)| *component);
             if self.judge.accusation(component).is_none() {
                 continue;
             }
@@ -76,13 +75,13 @@ impl<T: Testimony> Review<'_, T> {
 
     fn hear_against(&mut self, component: Component, ground: Option<Ground>) -> Option<Decision> {
         self.await_staleness(component);
-        let state_of = self.judge.standings.get_mut(&component)?;
-        (state_of.clean_since, state_of.quiet_since) = (None, None);
+        let state = self.judge.states.get_mut(&component)?;
+        (state.clean_since, state.quiet_since) = (None, None);
         let ground = ground?;
-        // While it is where it could not be, that is no news.
-        state_of.record.contradicted |=
-            state_of.record.failed_by_detector && is_home(self.evidence, component);
-        let was_unproven = core::mem::take(&mut state_of.record.unproven);
+        // While the reading cannot be reached from the last sound one, a contradiction shows nothing new.
+        state.record.contradicted |=
+            state.record.failed_by_detector && has_returned(self.evidence, component);
+        let was_unproven = core::mem::take(&mut state.record.unproven);
         let grounds = self.judge.grounds.entry(component).or_default();
         if grounds.len() < MOST_GROUNDS {
             grounds.insert(ground);
@@ -93,14 +92,14 @@ impl<T: Testimony> Review<'_, T> {
     fn hear_nothing(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
         let grounds = self.judge.grounds.get(&component);
         let is_contradicted = !is_appeased && grounds.is_some_and(|grounds| !grounds.is_empty());
-        let state_of = self.judge.standings.get_mut(&component)?;
-        state_of.clean_since = None;
-        let since = *state_of.quiet_since.get_or_insert(self.now);
-        let may_serve = match state_of.record.verdict {
-            Some(Verdict::Failed) => state_of.record.failed_by_detector && !is_contradicted,
+        let state = self.judge.states.get_mut(&component)?;
+        state.clean_since = None;
+        let since = *state.quiet_since.get_or_insert(self.now);
+        let may_serve = match state.record.verdict {
+            Some(Verdict::Failed) => state.record.failed_by_detector && !is_contradicted,
             _ => true,
         };
-        if state_of.record.unproven || !may_serve {
+        if state.record.unproven || !may_serve {
             return None;
         }
         let probation = self.judge.probation(self.judge.state_of(component).record.relapses);
@@ -108,7 +107,7 @@ impl<T: Testimony> Review<'_, T> {
             self.judge.look_again(since + probation);
             return None;
         }
-        self.judge.standings.get_mut(&component)?.record.unproven = true;
+        self.judge.states.get_mut(&component)?.record.unproven = true;
         Some(Decision::Unproven(component, probation))
     }
 
@@ -121,16 +120,16 @@ impl<T: Testimony> Review<'_, T> {
         let evidence = self.evidence;
         let before = self.judge.state_of(component);
         let since = before.clean_since.unwrap_or(self.now);
-        // Only a culprit that it was compared with explains why it was suspected.
+        // A culprit explains the suspicion only where the component was compared with it.
         let compared =
             |pair: &Residual| rests_on(evidence, pair, component) && rests_on_any(evidence, pair, culprits);
         let explained =
             before.record.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
         let probation = self.judge.probation(before.record.relapses);
         if !explained && self.now < since + probation {
-            if let Some(state_of) = self.judge.standings.get_mut(&component) {
-                state_of.clean_since = Some(since);
-                state_of.quiet_since.get_or_insert(since);
+            if let Some(state) = self.judge.states.get_mut(&component) {
+                state.clean_since = Some(since);
+                state.quiet_since.get_or_insert(since);
             }
             self.judge.look_again(since + probation);
             return None;
@@ -143,7 +142,7 @@ impl<T: Testimony> Review<'_, T> {
         })
     }
 
-    /// It is trusted again.
+    /// Makes a component trusted again.
     fn acquit(&mut self, component: Component) -> Decision {
         let relapses = self.judge.state_of(component).record.relapses;
         let record = Record { cleared: Some(self.now), relapses, ..Record::default() };
@@ -151,7 +150,7 @@ impl<T: Testimony> Review<'_, T> {
         Decision::Cleared(component)
     }
 
-    /// What speaks about something that is accused. O(its comparisons).
+    /// Weighs the evidence about an accused component. O(its comparisons).
     fn weigh(&self, component: Component) -> Weighed {
         let Review { evidence, now, .. } = *self;
         if !is_sound(evidence, component) {
@@ -161,27 +160,27 @@ impl<T: Testimony> Review<'_, T> {
             Ok(grounds) => grounds,
             Err(against) => return Weighed::Against(against),
         };
-        let state_of = self.judge.state_of(component);
-        if !state_of.record.failed_by_detector && self.is_groundless(component, &grounds) {
+        let state = self.judge.state_of(component);
+        if !state.record.failed_by_detector && self.is_groundless(component, &grounds) {
             return Weighed::Groundless;
         }
         if self.judge.stands_still(component, evidence, now) {
             return Weighed::Against(None);
         }
         let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
-        let has_returned = || {
-            state_of.record.failed_by_detector
-                && !state_of.record.contradicted
-                && is_home(self.evidence, component)
+        let return_is_proof = || {
+            state.record.failed_by_detector
+                && !state.record.contradicted
+                && has_returned(self.evidence, component)
         };
         match () {
             () if is_met => Weighed::For(Proof::Witness),
-            () if has_returned() => Weighed::For(Proof::Return),
+            () if return_is_proof() => Weighed::For(Proof::Return),
             () => Weighed::Silent { is_appeased: grounds.appeased > 0 && grounds.silent == 0 },
         }
     }
 
-    /// What the comparisons say that are about something; a comparison that disagrees, or may, is the error.
+    /// Counts the comparisons with a component; a comparison that disagrees, or may still, is the error.
     fn count(&self, component: Component) -> Result<Grounds, Option<Ground>> {
         let Review { evidence, now, .. } = *self;
         let known = self.judge.grounds.get(&component);
@@ -189,8 +188,8 @@ impl<T: Testimony> Review<'_, T> {
         let accused = self.judge.state_of(component).accused;
         let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
         // What has jumped is off for as long as it stays there, though its changes are right.
-        let is_home = is_home(evidence, component);
-        let tells = |pair: &Residual| is_home || shows_size(evidence, pair, component);
+        let has_returned = has_returned(evidence, component);
+        let tells = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
         let mut found = Grounds::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
@@ -218,8 +217,8 @@ impl<T: Testimony> Review<'_, T> {
         if undecided { Err(None) } else { Ok(found) }
     }
 
-    /// Whether nothing speaks against a component any more: other components that have failed explain all conflicts with it; or
-    /// it was blamed for a common cause, and nothing else that shares the cause is accused any more.
+    /// Whether no evidence accuses a component any more: other failed components explain all conflicts with it, or it was blamed
+    /// for a common cause of which no other signal is accused any more.
     fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
         let known = self.judge.grounds.get(&component).map_or(0, BTreeSet::len);
         match (known, self.judge.state_of(component).cause) {
@@ -237,7 +236,7 @@ impl<T: Testimony> Review<'_, T> {
         }
     }
 
-    /// Looks again when the first comparison with something that is accused is stale.
+    /// Asks for a review when the first comparison with an accused component becomes stale.
     fn await_staleness(&mut self, component: Component) {
         let Review { evidence, now, .. } = *self;
         let stale = pairs_of(evidence, component).filter_map(|pair| pair.window.stale_at());
@@ -246,8 +245,8 @@ impl<T: Testimony> Review<'_, T> {
     }
 }
 
-/// The pairs that may be about something.
-fn pairs_of(evidence: &impl Testimony, component: Component) -> impl Iterator<Item = &Residual> {
+/// The pairs that may be evidence about a component.
+fn pairs_of(evidence: &impl EvidenceView, component: Component) -> impl Iterator<Item = &Residual> {
     let signal = match component {
         Component::Signal(signal) => Some(signal),
         Component::Relation(_) | Component::Cause(_) => None,
@@ -257,28 +256,28 @@ fn pairs_of(evidence: &impl Testimony, component: Component) -> impl Iterator<It
     signal.into_iter().flat_map(|signal| evidence.pairs_of(signal)).chain(all)
 }
 
-/// Whether a pair would show a lasting offset of a signal: how its value changes does not.
-fn shows_size(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+/// Whether a pair shows a lasting offset of a signal: a comparison of changes does not.
+fn shows_size(evidence: &impl EvidenceView, pair: &Residual, component: Component) -> bool {
     let Component::Signal(signal) = component else { return true };
     let shows =
         |index| evidence.way(index).is_some_and(|way| way.is_sized_by(signal) && !way.computation.is_rate());
     shows(pair.way) || shows(pair.other)
 }
 
-/// Whether what a pair says depends on the size of a signal, or on a relation.
-fn is_about(evidence: &impl Testimony, pair: &Residual, component: Component) -> bool {
+/// Whether the result of a pair depends on the size of a signal's value, or on a relation.
+fn is_about(evidence: &impl EvidenceView, pair: &Residual, component: Component) -> bool {
     let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
     let is_sized = |index| evidence.way(index).is_some_and(|way| way.is_sized_by(signal));
     is_sized(pair.way) || is_sized(pair.other)
 }
 
-/// Whether a signal says something, and nothing is wrong with its readings in themselves.
-fn is_sound(evidence: &impl Testimony, component: Component) -> bool {
+/// Whether a signal gives values, and no detector finds a fault in its readings; true for other components.
+fn is_sound(evidence: &impl EvidenceView, component: Component) -> bool {
     let Component::Signal(signal) = component else { return true };
     evidence.is_sound(signal)
 }
 
-fn is_home(evidence: &impl Testimony, component: Component) -> bool {
-    let home = |signal: SignalId| evidence.is_home(signal);
+fn has_returned(evidence: &impl EvidenceView, component: Component) -> bool {
+    let home = |signal: SignalId| evidence.has_returned(signal);
     !matches!(component, Component::Signal(signal) if !home(signal))
 }

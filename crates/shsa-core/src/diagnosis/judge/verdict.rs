@@ -1,80 +1,80 @@
-//! What is thought of signals and relations, why, and what changes it.
+//! Verdicts on signals and relations, the decisions that change them, and the settings of the judge.
 
 use crate::diagnosis::candidates::Component;
 use crate::knowledge::{CauseId, SignalId};
 use crate::time::Span;
 use alloc::vec::Vec;
 
-/// What is thought of a signal.
+/// The verdict on a signal.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Verdict {
-    /// No independent witness speaks about it.
+    /// No independent witness has evidence about the signal.
     Unknown,
-    /// An independent witness agrees with it.
+    /// An independent witness agrees with the signal.
     Healthy,
-    /// It may be faulty, or others are.
+    /// The signal may be faulty, or others are.
     Suspect,
-    /// It is faulty.
+    /// The signal is faulty.
     Failed,
 }
 
-/// Why something is accused.
+/// Why a component is accused.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Blame {
     /// The signal or relation.
     pub component: Component,
-    /// What it shares with others, where that is what explains the conflicts best.
+    /// The common cause, where it explains the conflicts best.
     pub cause: Option<CauseId>,
-    /// How probable it is that it, or its cause where that is blamed, is faulty; `None` where there are too many
+    /// The probability that the component (or its cause, where that is blamed) is faulty; `None` where there are too many
     /// possibilities for an exact number.
     pub probability: Option<f64>,
-    /// What else is most probable, and how much.
+    /// The most probable other component, with its probability.
     pub next: Option<(Component, f64)>,
-    /// How often it was accused before, each time soon after it was trusted again: an intermittent fault.
+    /// How often the component was accused before, each time soon after it was trusted again: an intermittent fault.
     pub relapses: u32,
 }
 
 /// A change of verdict.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Decision {
-    /// It is faulty: it belongs to every probable explanation.
+    /// The component is faulty: it belongs to every probable explanation.
     Failed(Blame),
-    /// It is one of several that explain the conflicts; the list is the whole choice, ascending. An empty one: it belongs to every
-    /// probable explanation, but so few disagreements of noise may be chance.
+    /// The component is one of several that explain the conflicts. The list is the whole choice, ascending. It is empty when the
+    /// component belongs to every probable explanation, but so few disagreements of noise may be chance.
     Suspected(Blame, Vec<Component>),
-    /// It is trusted again.
+    /// The component is trusted again.
     Cleared(Component),
     /// A signal whose own readings had shown a fault is trusted again, after this probation.
     Recovered(SignalId, Span, Proof),
-    /// Nothing speaks against something accused any more, and nothing for it, for this long: it may serve where nothing else
-    /// is left, as uncertain.
+    /// For this long, no evidence has accused or supported an accused component: it may serve, as uncertain, where nothing else
+    /// is left.
     Unproven(Component, Span),
-    /// Something speaks against it again.
+    /// Evidence accuses an unproven component again.
     Contradicted(Component),
 }
 
 /// Why a signal whose own readings had shown a fault is trusted again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Proof {
-    /// Others agree with it.
+    /// Other ways agree with the signal.
     Witness,
-    /// It says what it could say, from what it said before the fault.
+    /// The value can be reached from the last sound reading before the fault.
     Return,
 }
 
 /// Settings of the judge.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct JudgeOptions {
-    /// How long all evidence must speak for a signal before it is trusted again.
+    /// How long all evidence must support a signal before it is trusted again.
     pub probation: Span,
-    /// Prior fault probability of a signal whose properties give no `prior`.
+    /// The prior probability of a fault of a signal whose properties give no `prior`.
     pub prior: f64,
-    /// The same of a relation.
+    /// The prior probability of a fault of a relation whose properties give no `prior`.
     pub relation_prior: f64,
 }
 
 impl Default for JudgeOptions {
-    /// Signals fail a thousand times more often than what relates them.
+    /// Signals fail a thousand times more often than the relations between them.
     fn default() -> JudgeOptions {
         JudgeOptions { probation: Span::from_millis(5_000), prior: 0.01, relation_prior: 1e-5 }
     }

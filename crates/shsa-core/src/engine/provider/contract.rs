@@ -19,7 +19,7 @@ use alloc::vec::Vec;
 /// The largest number of sets of lacking evidence that an event lists for one source.
 const MOST_SETS: usize = 3;
 
-/// What the contract of a need says of its source.
+/// The assessment of a need's source by the contract.
 #[derive(Clone, Debug, PartialEq)]
 pub struct NeedAssurance {
     /// Ground and level of the admission; `None` while no admitted source serves the need.
@@ -204,7 +204,7 @@ impl Provider {
         }
     }
 
-    /// What the contract says of the present service.
+    /// The assessment of the present service by the contract.
     pub(super) fn assurance(&self) -> Option<NeedAssurance> {
         if !self.contracts.is_demanding() {
             return None;

@@ -358,7 +358,7 @@ impl Provider {
         self.started = Some(now);
         self.switched = before.switched;
         self.told.recall(before.unserved);
-        // An older value says nothing about now: it makes no jump, and no computation goes on from it.
+        // An older value is no evidence about now: it makes no jump, and no computation continues from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
         self.blend.pass_to(Server::Active { since: self.switched });
         self.refusals.take_as_told();

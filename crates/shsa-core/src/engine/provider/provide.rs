@@ -192,7 +192,7 @@ impl Provider {
         doubted
     }
 
-    /// What a way says that has not been known when the last value went out.
+    /// The value of a way, if it is newer than the last published value.
     fn news(&self, monitor: &Monitor, index: WayIndex, way: &WatchedWay, now: Time) -> Option<Sample> {
         let fresh = monitor.fresh().find(|(fresh, _)| *fresh == index);
         let is_newer =

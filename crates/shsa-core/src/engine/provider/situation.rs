@@ -29,7 +29,7 @@ pub(in super::super) struct Situation<'a> {
     /// What even uncertain values may not rest on: what has failed, is forbidden or absent.
     pub(in super::super) doubted: Lost,
     pub(in super::super) now: Time,
-    /// The composition of contracts and the evidence that operators have told, where there are contracts.
+    /// The composition of contracts and the evidence from operators, where there are contracts.
     pub(in super::super) contracts: Option<(&'a Assurance, &'a Attested)>,
     /// Whether changed evidence of contracts is the occasion.
     pub(in super::super) is_about_contracts: bool,

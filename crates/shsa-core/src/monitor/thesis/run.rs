@@ -10,7 +10,7 @@ use crate::substitution::Way;
 use crate::time::{Time, Validity};
 use alloc::vec::Vec;
 
-/// The largest number of combinations of one substitution in a step; the step says where there were more.
+/// The largest number of combinations of one substitution in a step; the step reports where there were more.
 const MOST_COMBINATIONS: usize = 10_000;
 
 /// An observation in the buffer.

@@ -17,7 +17,7 @@ pub(super) struct Oracle<'a> {
     pub(super) world: &'a World,
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) way: &'a Way,
-    /// Of whom which evidence counts as true.
+    /// The evidence that counts as true, by its owner.
     pub(super) is_true: &'a dyn Fn(&str, usize) -> bool,
 }
 

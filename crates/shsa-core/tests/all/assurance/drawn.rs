@@ -1,4 +1,4 @@
-//! Random models with contracts, as they were drawn and as a draft says them.
+//! Random models with contracts, as drawn and as a draft.
 
 use crate::plan_support::Random;
 use shsa_core::knowledge::{

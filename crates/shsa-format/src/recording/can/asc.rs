@@ -1,4 +1,4 @@
-//! ASC, the text form of Vector's tools: a head with a date, then a line a frame, with seconds since that date.
+//! ASC, the text form of Vector's tools: a head with a date, then one line for each frame, with seconds since that date.
 
 use super::super::lines::Lines;
 use super::super::stamp::of_place;
@@ -13,7 +13,7 @@ use shsa_message::zone::Zone;
 
 const SECOND: Span = Span::from_millis(1_000);
 
-/// Names of months, in English and German, as their first three letters.
+/// Names of months in English and German, by their first three letters.
 const MONTHS: [&[&str]; 12] = [
     &["jan"],
     &["feb"],
@@ -29,7 +29,7 @@ const MONTHS: [&[&str]; 12] = [
     &["dec", "dez"],
 ];
 
-/// Whether a text begins as these files do.
+/// Whether a text begins as an ASC file does.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head).to_lowercase();
     let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
@@ -37,19 +37,19 @@ pub(in super::super) fn is_log(head: &[u8]) -> bool {
     first.starts_with("date ") && lines.next().unwrap_or_default().starts_with("base ")
 }
 
-/// What the head says.
+/// The content of the head.
 struct Head {
-    /// The date to which times count; the boot of the recorder where it has none.
+    /// The date from which times count; the boot of the recorder where the head has no date.
     start: Option<Time>,
     is_decimal: bool,
     /// Each time counts from the one before.
     is_relative: bool,
     last: Time,
-    /// What there is to say of that date.
+    /// The note about that date.
     said: Option<String>,
 }
 
-/// A frame as its line says.
+/// A frame, as its line gives it.
 struct Line<'a> {
     time: Time,
     channel: &'a str,
@@ -96,7 +96,7 @@ pub(in super::super) fn read(
 }
 
 impl Head {
-    /// A line that is no frame.
+    /// Reads a line after the head.
     fn line(&mut self, text: &str, zone: &Zone) {
         let small = text.to_lowercase();
         let words: Vec<&str> = small.split_whitespace().collect();
@@ -115,7 +115,7 @@ impl Head {
         }
     }
 
-    /// `0.0004 1 12 Rx d 6 01 30 68 4F 43 16`; `None` for what is no frame: events, statistics, errors.
+    /// `0.0004 1 12 Rx d 6 01 30 68 4F 43 16`; `None` for a line without a frame: events, statistics, errors.
     fn frame<'a>(&mut self, text: &'a str) -> Option<Result<Line<'a>, String>> {
         let mut words = text.split_whitespace();
         let since = decimal(words.next()?, SECOND)?;
@@ -126,7 +126,7 @@ impl Head {
         if first == "CANFD" { self.flexible(words, time) } else { self.classic(first, words, time) }
     }
 
-    /// The words behind the channel: identifier, direction, `d`, length, bytes.
+    /// The words after the channel: identifier, direction, `d`, length, bytes.
     fn classic<'a>(
         &self,
         channel: &'a str,
@@ -146,7 +146,7 @@ impl Head {
         Some(line.unwrap_or_else(|| Err("the identifier or the length is no number".into())))
     }
 
-    /// The words behind `CANFD`: channel, direction, identifier, perhaps a name, two flags, a code, the length, bytes.
+    /// The words after `CANFD`: channel, direction, identifier, perhaps a name, two flags, a code, the length, bytes.
     fn flexible<'a>(
         &self,
         mut words: std::str::SplitWhitespace<'a>,
@@ -154,7 +154,7 @@ impl Head {
     ) -> Option<Result<Line<'a>, String>> {
         let channel = words.next()?;
         let (first, second) = (words.next()?, words.next()?);
-        // Old versions have the direction behind the identifier.
+        // Old versions write the direction after the identifier.
         let id = if is_direction(first) { second } else { first };
         let id = self.identifier(id)?;
         let is_flag = |word: &str| matches!(word, "0" | "1");

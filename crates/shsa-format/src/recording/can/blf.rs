@@ -1,7 +1,7 @@
-//! BLF, the binary form of Vector's tools: objects, most of them within containers that zlib has packed.
+//! BLF, the binary form of Vector's tools: objects, most of them within containers that are compressed by zlib.
 //!
-//! Layouts as in `python-can` and `vector_blf`. After damage the reading goes on at the next object that can be recognised. Memory
-//! is bounded by the largest container.
+//! Layouts as in `python-can` and `vector_blf`. After damage, reading goes on at the next recognisable object. Memory is bounded
+//! by the largest container.
 
 use super::super::record::array;
 use super::super::stamp::of_place;
@@ -21,19 +21,20 @@ pub(in super::super) const MAGIC: &[u8] = b"LOGG";
 /// The first bytes of every object.
 const OBJECT: &[u8] = b"LOBJ";
 
-/// The length of what every object begins with: the magic, the length of the header and its version, the whole length, the kind.
+/// The length of the base header of an object: the magic, the length and the version of the header, the length of the object, the
+/// kind.
 const BASE: usize = 16;
 
 /// The header of the file up to the date of its end.
 const FILE_HEADER: usize = 72;
 
-/// The longest object that is believed; recorders write containers of 128 KiB.
+/// The largest length of an object that is accepted; recorders write containers of 128 KiB.
 const OBJECT_MAX: usize = 1 << 26;
 
-/// The largest container once it is unpacked.
+/// The largest container after decompression.
 const UNPACKED_MAX: usize = 1 << 26;
 
-/// Bytes that are searched at once after damage.
+/// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: usize = 1 << 16;
 
 const CONTAINER: u32 = 10;
@@ -41,13 +42,13 @@ const CAN: [u32; 2] = [1, 86];
 const CAN_FD: u32 = 100;
 const CAN_FD_64: u32 = 101;
 
-/// The sign of a request without data among the flags of a frame.
+/// The flag of a remote frame, which has no data.
 const REMOTE: u8 = 0x80;
 
-/// The same among those of a frame of FD.
+/// The flag of a remote frame among those of a CAN FD frame.
 const REMOTE_FD: u32 = 0x10;
 
-/// What an object begins with.
+/// The base header of an object.
 #[derive(Clone, Copy)]
 struct Head {
     header: usize,
@@ -57,7 +58,7 @@ struct Head {
 }
 
 impl Head {
-    /// The object that begins here, if one does.
+    /// The base header that begins here, if one does.
     fn of(bytes: &[u8]) -> Option<Head> {
         let fields = bytes.strip_prefix(OBJECT)?;
         let header = usize::from(u16::from_le_bytes(array(fields, 0)?));
@@ -89,9 +90,9 @@ pub(in super::super) fn read(
 
 struct Reader<'a> {
     bus: Bus,
-    /// The date to which times count.
+    /// The date from which times count.
     start: Time,
-    /// Unpacked bytes of an object that goes on in the next container.
+    /// Decompressed bytes of an object that continues in the next container.
     left: Vec<u8>,
     listener: &'a mut dyn Listener,
 }
@@ -121,7 +122,7 @@ impl Reader<'_> {
             if ahead.iter().all(|byte| *byte == 0) && ahead.len() < BASE {
                 return Ok(());
             }
-            // Objects stand at multiples of four.
+            // Objects are aligned to four bytes.
             let padding = (0..4).find(|at| ahead.get(*at..).is_some_and(|rest| rest.starts_with(OBJECT)));
             let head = padding.and_then(|at| Head::of(ahead.get(at..)?).map(|head| (at, head)));
             let offset = window.offset();
@@ -186,7 +187,7 @@ impl Reader<'_> {
         self.unpacked(offset);
     }
 
-    /// The objects of a container; one that goes on in the next is left.
+    /// Reads the objects of a container; the bytes of one that continues in the next container stay.
     fn unpacked(&mut self, offset: u64) {
         let bytes = std::mem::take(&mut self.left);
         let mut at = 0;
@@ -194,7 +195,7 @@ impl Reader<'_> {
             let head = (0..8).find_map(|skip| Some((skip, Head::of(rest.get(skip..)?)?)));
             let Some((skip, head)) = head else {
                 let next = (1..rest.len()).find(|at| rest.get(*at..).and_then(Head::of).is_some());
-                // The beginning of an object may be in the last bytes.
+                // The last bytes may be the beginning of an object.
                 let lost = next.unwrap_or(rest.len() - BASE);
                 if next.is_some() || rest.len() >= 2 * BASE {
                     let problem = format!("{lost} unpacked bytes of this container are no object");
@@ -216,7 +217,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Tells an object that is a frame.
+    /// Reports an object that is a frame.
     fn frame(&mut self, head: Head, object: &[u8]) {
         let content = object.get(head.header..).unwrap_or_default();
         let parsed = match head.kind {
@@ -235,10 +236,10 @@ impl Reader<'_> {
         }
     }
 
-    /// Flags say whether the time counts in steps of 10 us or of 1 ns.
+    /// The time of an object; its flags choose between steps of 10 us and of 1 ns.
     fn time(&self, head: Head, object: &[u8]) -> Option<Time> {
         let flags = u32::from_le_bytes(array(object, BASE)?);
-        // Both versions of the header have it at the same place.
+        // Both versions of the header have the time at the same place.
         let steps = u64::from_le_bytes(array(object, BASE + 8)?);
         let step = if flags == 1 { 10_000 } else { 1 };
         let since = i64::try_from(steps).ok()?.checked_mul(step)?;
@@ -246,7 +247,7 @@ impl Reader<'_> {
     }
 }
 
-/// The channel, the identifier, and the data; `None` in place of these where there are none.
+/// The channel, the identifier, and the data; `None` for the data of a remote frame.
 type Parsed<'a> = Option<(u16, u32, Option<&'a [u8]>)>;
 
 /// Channel, flags, length, identifier, 8 bytes.
@@ -257,7 +258,7 @@ fn classic(content: &[u8]) -> Parsed<'_> {
     Some((u16::from_le_bytes(array(content, 0)?), id, data))
 }
 
-/// Channel, flags, code of the length, identifier, length on the bus, bits, flags of FD, bytes that are valid, 64 bytes.
+/// Channel, flags, code of the length, identifier, length on the bus, bits, CAN FD flags, number of valid bytes, 64 bytes.
 fn flexible(content: &[u8]) -> Parsed<'_> {
     let (flags, length) = (*content.get(2)?, usize::from(*content.get(14)?).min(64));
     let id = u32::from_le_bytes(array(content, 4)?);
@@ -265,7 +266,7 @@ fn flexible(content: &[u8]) -> Parsed<'_> {
     Some((u16::from_le_bytes(array(content, 0)?), id, data))
 }
 
-/// Channel, code of the length, bytes that are valid, count of trials, identifier, length on the bus, flags, .., the bytes.
+/// Channel, code of the length, number of valid bytes, number of attempts, identifier, length on the bus, flags, .., the bytes.
 fn flexible_64(content: &[u8]) -> Parsed<'_> {
     let (channel, length) = (*content.first()?, usize::from(*content.get(2)?).min(64));
     let id = u32::from_le_bytes(array(content, 4)?);
@@ -274,7 +275,7 @@ fn flexible_64(content: &[u8]) -> Parsed<'_> {
     Some((channel.into(), id, data))
 }
 
-/// The date of the beginning: year, month, day of the week, day, hour, minute, second, millisecond.
+/// The date of the start: year, month, day of the week, day, hour, minute, second, millisecond.
 fn date(header: &[u8]) -> Option<Time> {
     let field = |at: usize| array(header, 40 + 2 * at).map(|bytes| i64::from(u16::from_le_bytes(bytes)));
     let (year, month, day) = (field(0)?, field(1)?, field(3)?);

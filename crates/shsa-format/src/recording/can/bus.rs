@@ -1,4 +1,5 @@
-//! From frames to topics: what a DBC knows becomes a message with its signals, everything else an identifier with its bytes.
+//! From frames to topics: a frame that a DBC describes becomes a message with its signals, any other an identifier with its
+//! bytes.
 
 use super::super::topic::{Body, Field, Fields, Listener, Times, Topic, TopicId, Value};
 use super::super::{Place, ReadOptions, RecordingError};
@@ -10,37 +11,37 @@ use std::fs::File;
 use std::io::Read;
 use std::path::Path;
 
-/// The most identifiers, by channel; what is beyond is counted only.
+/// The most identifiers, counted for each channel; frames of further ones are only counted.
 const TOPICS_MAX: usize = 1 << 13;
 
 /// The longest chain of signals that select others.
 const SELECTORS_MAX: usize = 8;
 
-/// What cannot be understood of a DBC is told up to so many times.
+/// How many problems of a DBC are reported.
 const PROBLEMS_TOLD: usize = 3;
 
-/// A frame as it was on the bus.
+/// A frame on the bus.
 pub(in super::super) struct Frame<'a> {
     pub(in super::super) time: Time,
     /// The name or the number of the channel.
     pub(in super::super) channel: &'a str,
-    /// With [`EXTENDED`] where it has 29 bits.
+    /// The identifier; with [`EXTENDED`] where it has 29 bits.
     pub(in super::super) id: u32,
     pub(in super::super) data: &'a [u8],
 }
 
-/// The identifiers of a recording.
+/// The topics of a recording, by channel and identifier.
 pub(in super::super) struct Bus {
     database: Database,
     channels: Vec<String>,
     topics: BTreeMap<(u32, usize), Known>,
     /// Error frames, requests without data, and frames of too many identifiers.
     passed: u64,
-    /// The numbers of a body in the making.
+    /// The values of the message under construction.
     bytes: Vec<f64>,
 }
 
-/// What is known of an identifier on a channel.
+/// The topic of an identifier on a channel.
 struct Known {
     topic: TopicId,
     /// The identifier in the database.
@@ -48,10 +49,10 @@ struct Known {
 }
 
 impl Bus {
-    /// With the DBC files of the options.
+    /// The bus with the DBC files of the options.
     ///
     /// # Errors
-    /// When one cannot be read.
+    /// When a DBC file cannot be read.
     pub(in super::super) fn new(
         options: &ReadOptions,
         listener: &mut dyn Listener,
@@ -70,12 +71,12 @@ impl Bus {
         Ok(Bus { database, channels: Vec::new(), topics: BTreeMap::new(), passed: 0, bytes: Vec::new() })
     }
 
-    /// A frame that holds nothing: an error on the bus, a request.
+    /// Counts a frame without data: an error on the bus, a remote frame.
     pub(in super::super) fn pass(&mut self) {
         self.passed += 1;
     }
 
-    /// Tells a frame.
+    /// Reports a frame.
     pub(in super::super) fn tell(&mut self, frame: &Frame<'_>, listener: &mut dyn Listener) {
         let Some((topic, message)) = self.known(frame, listener) else { return self.pass() };
         if !listener.is_wanted(topic) {
@@ -96,7 +97,7 @@ impl Bus {
         }
     }
 
-    /// Says what was left out.
+    /// Reports what was left out.
     pub(in super::super) fn finish(&self, listener: &mut dyn Listener) {
         if self.passed > 0 {
             let what =
@@ -144,7 +145,7 @@ fn tell_topic(frame: &Frame<'_>, found: Option<(u32, &Message)>, listener: &mut 
     let full = format!("0x{id:X}:{}", message.name);
     let source = format!("0x{:X}", id & 0xff);
     let tags = [("channel", frame.channel), ("source", &source)];
-    // Of a group of J1939 each source sends its own.
+    // Several sources may send a group of J1939, each its own values.
     let tags = if of_database == frame.id { &tags[..1] } else { &tags };
     listener.topic(Topic { full: &full, tags, ..Topic::new(&message.name, &message.name, fields) })
 }
@@ -158,7 +159,7 @@ fn value<'a>(signal: &Signal, message: &Message, data: &[u8]) -> Value<'a> {
     }
 }
 
-/// Whether the selectors of a signal say that it is in this frame.
+/// Whether a signal is in this frame, by the values of its selectors.
 fn is_there(signal: &Signal, message: &Message, data: &[u8], selectors: usize) -> bool {
     let Some(choice) = &signal.choice else { return true };
     let Some(selector) = message.signals.get(choice.selector).filter(|_| selectors > 0) else { return false };
@@ -168,7 +169,7 @@ fn is_there(signal: &Signal, message: &Message, data: &[u8], selectors: usize) -
     is_chosen && is_there(selector, message, data, selectors - 1)
 }
 
-/// The text of a DBC: UTF-8, or Latin-1 as most tools write it.
+/// The text of a DBC: UTF-8, else Latin-1, which most tools write.
 fn text_of(file: &Path) -> Result<String, RecordingError> {
     let mut bytes = Vec::new();
     let read = File::open(file).and_then(|input| input.take(TEXT_MAX).read_to_end(&mut bytes));

@@ -1,5 +1,5 @@
-//! What `candump` of Linux writes: with `-L` (or `-l`) `(1410714882.622188) can0 0DF50B23#A1B2`, with `-ta`
-//! `(1410714882.622188)  can0  0DF50B23   [2]  A1 B2`.
+//! The output of Linux's `candump`: with `-L` (or `-l`) `(1410714882.622188) can0 0DF50B23#A1B2`, with `-ta` `(1410714882.622188)
+//! can0  0DF50B23   [2]  A1 B2`.
 
 use super::super::lines::Lines;
 use super::super::topic::{Input, Listener};
@@ -12,7 +12,7 @@ use shsa_message::stamp::decimal;
 /// The longest data of a frame of CAN FD; CAN XL has more and is not read.
 const DATA_MAX: usize = 64;
 
-/// This bit of an identifier says that it is no frame, but an error.
+/// The bit of an identifier that marks an error frame.
 const ERROR: u32 = 1 << 29;
 
 /// Whether a text begins as these files do, after comments.
@@ -22,7 +22,7 @@ pub(in super::super) fn is_log(head: &[u8]) -> bool {
     lines.next().is_some_and(|line| matches!(parsed(line), Ok(Some(_))))
 }
 
-/// What a line says.
+/// The content of a line.
 struct Parsed<'a> {
     time: Time,
     channel: &'a str,
@@ -62,7 +62,7 @@ pub(in super::super) fn read(
     Ok(())
 }
 
-/// `None`: nothing, or a comment.
+/// The content of a line; `None` for a blank line or a comment.
 fn parsed(line: &str) -> Result<Option<Parsed<'_>>, String> {
     let line = line.trim();
     if line.is_empty() || line.starts_with('#') {
@@ -85,7 +85,7 @@ fn parsed(line: &str) -> Result<Option<Parsed<'_>>, String> {
     Ok(Some(parsed))
 }
 
-/// Three digits are 11 bits, eight are 29.
+/// The identifier: three digits for 11 bits, eight for 29.
 fn identifier(text: &str) -> Result<u32, String> {
     let is_hex = text.bytes().all(|byte| byte.is_ascii_hexdigit());
     let id = u32::from_str_radix(text, 16)
@@ -96,8 +96,8 @@ fn identifier(text: &str) -> Result<u32, String> {
 }
 
 impl Parsed<'_> {
-    /// The data behind the identifier: `A1B2`, `A1.B2`, `#1A1B2` (FD, with flags), `R` (a request), `[2] A1 B2`; what follows
-    /// (`R` received, `T` sent, the data as text) is passed over.
+    /// The data after the identifier: `A1B2`, `A1.B2`, `#1A1B2` (FD, with flags), `R` (a remote frame), `[2] A1 B2`. The rest of
+    /// the line (`R` received, `T` sent, the data as text) is ignored.
     fn take(&mut self, content: &str) -> Result<(), String> {
         let content = content.trim();
         if let Some(listed) = content.strip_prefix('[') {
@@ -110,7 +110,7 @@ impl Parsed<'_> {
             self.has_data = false;
             return Ok(());
         }
-        // The digit behind the second `#` has the flags of FD; `_D` at the end is the length that was asked for.
+        // The digit after the second `#` has the FD flags; `_D` at the end is the requested length.
         let digits = digits.strip_prefix('#').map_or(digits, |flagged| flagged.get(1..).unwrap_or(""));
         let digits = digits.split('_').next().unwrap_or("");
         digits.split('.').try_for_each(|part| self.hexadecimal(part))

@@ -1,5 +1,6 @@
-//! DBC: what the frames of a CAN bus mean. Read are messages (`BO_`), signals (`SG_`), floats (`SIG_VALTYPE_`), extended
-//! multiplexing (`SG_MUL_VAL_`) and which messages are of J1939 (`BA_ "VFrameFormat"`); everything else is passed over.
+//! DBC: the meaning of the frames of a CAN bus. The reader understands messages (`BO_`), signals (`SG_`), floats
+//! (`SIG_VALTYPE_`), extended multiplexing (`SG_MUL_VAL_`) and the mark of J1939 messages (`BA_ "VFrameFormat"`), and ignores the
+//! rest.
 
 use super::signal::{Choice, Kind, Order, Signal};
 use std::collections::BTreeMap;
@@ -13,7 +14,7 @@ const SIGNALS_MAX: usize = 512;
 /// The longest text of a DBC that is read, bytes.
 pub(super) const TEXT_MAX: u64 = 1 << 26;
 
-/// The name under which tools keep signals that are in no message.
+/// The message under which tools keep signals without a message.
 const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 
 /// A message.
@@ -21,7 +22,7 @@ const NO_MESSAGE: &str = "VECTOR__INDEPENDENT_SIG_MSG";
 pub(super) struct Message {
     pub(super) name: String,
     pub(super) signals: Vec<Signal>,
-    /// Whether any source may send it: its identifier has the number of its parameter group alone.
+    /// Whether any source may send the message: its identifier holds only the number of its parameter group.
     pub(super) is_j1939: bool,
 }
 
@@ -32,8 +33,8 @@ pub(super) struct Database {
 }
 
 impl Database {
-    /// Takes in a file. What is already known of an identifier is kept. Gives the lines that begin a message or a signal and
-    /// cannot be understood, with what is wrong.
+    /// Adds a file. Messages that are already known are kept. Returns the number of each line of a message or a signal that
+    /// cannot be understood, with the problem.
     pub(super) fn add(&mut self, text: &str) -> Vec<(u64, String)> {
         let mut reader = Reader::default();
         for (number, line) in (1..).zip(text.lines()) {
@@ -48,7 +49,7 @@ impl Database {
         reader.problems
     }
 
-    /// What a frame with this identifier means, and the identifier that the database has for it.
+    /// The message of a frame with this identifier, and its identifier in the database.
     pub(super) fn message(&self, id: u32) -> Option<(u32, &Message)> {
         if let Some(message) = self.messages.get(&id) {
             return Some((id, message));
@@ -60,14 +61,14 @@ impl Database {
     }
 }
 
-/// The parameter group of J1939 that an identifier of 29 bits tells; where it goes to one receiver, without that one.
+/// The J1939 parameter group of an identifier of 29 bits; for one receiver, without the receiver's address.
 fn parameter_group(id: u32) -> Option<u32> {
     let is_to_all = id >> 16 & 0xff >= 240;
     let mask = if is_to_all { 0x03ff_ff00 } else { 0x03ff_0000 };
     (id & EXTENDED != 0).then_some(id & mask)
 }
 
-/// How a signal depends on another one, as its line says: `M`, `m3`, `m3M`.
+/// How a signal depends on a selector: `M`, `m3`, `m3M`.
 #[derive(Clone, Copy, Default)]
 struct Multiplexing {
     selects: bool,
@@ -77,9 +78,9 @@ struct Multiplexing {
 #[derive(Default)]
 struct Reader {
     messages: BTreeMap<u32, Message>,
-    /// Of the signals of a message, in their order.
+    /// By message; in the order of the message's signals.
     multiplexing: BTreeMap<u32, Vec<Multiplexing>>,
-    /// The message that is being read.
+    /// The message whose signals are being read.
     current: Option<u32>,
     problems: Vec<(u64, String)>,
 }
@@ -113,7 +114,7 @@ impl Reader {
         let id = id.parse::<u32>().map_err(|_| problem)?;
         let name = name.trim();
         if name != NO_MESSAGE {
-            // The address of nobody: the message comes from any source.
+            // The null address as the source: the message may come from any source.
             let is_j1939 = id & EXTENDED != 0 && id & 0xff == 0xfe;
             self.messages.insert(id, Message { name: name.to_owned(), signals: Vec::new(), is_j1939 });
             self.multiplexing.insert(id, Vec::new());
@@ -136,7 +137,7 @@ impl Reader {
         Ok(())
     }
 
-    /// `1234 Signal : 1;`: 1 is a float of 32 bits, 2 one of 64.
+    /// `1234 Signal : 1;`: 1 for a float of 32 bits, 2 for one of 64.
     fn float(&mut self, rest: &str) -> Option<()> {
         let (id, name, kind) = of_signal(rest)?;
         let kind = kind.trim_start_matches([':', ' ']).trim_end_matches([';', ' ']);
@@ -164,7 +165,7 @@ impl Reader {
         Some(())
     }
 
-    /// `"VFrameFormat" BO_ 1234 3;`: 3 is a parameter group of J1939.
+    /// `"VFrameFormat" BO_ 1234 3;`: 3 for a parameter group of J1939.
     fn attribute(&mut self, rest: &str) -> Option<()> {
         let mut words = rest.split_whitespace();
         let is_format = words.next()? == "\"VFrameFormat\"" && words.next()? == "BO_";
@@ -174,7 +175,7 @@ impl Reader {
         Some(())
     }
 
-    /// Signals that are there for one value of the selector, of which a message has one then.
+    /// Resolves signals that depend on one value of the selector; such a message has one selector.
     fn finish(&mut self) {
         for (id, all) in &self.multiplexing {
             let Some(selector) = all.iter().position(|it| it.selects) else { continue };
@@ -188,7 +189,7 @@ impl Reader {
     }
 }
 
-/// `1234 Signal` and what stands behind it.
+/// `1234 Signal` and the rest of the line.
 fn of_signal(rest: &str) -> Option<(u32, &str, &str)> {
     let (id, rest) = rest.trim().split_once(char::is_whitespace)?;
     let (name, rest) = rest.trim().split_once([' ', ':', '\t'])?;

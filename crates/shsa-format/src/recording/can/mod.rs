@@ -1,9 +1,8 @@
-//! Frames of a CAN bus, as `candump` (`.log`), ASC and BLF record them, with what a DBC says they mean.
+//! Frames of a CAN bus, from `candump` (`.log`), ASC and BLF files, with their meaning from a DBC.
 //!
-//! A message is a topic by its name (`gnss_speed`), and in full with its identifier (`0x17:gnss_speed`); its signals are the
-//! fields. Without a DBC, and of identifiers that it does not have, a topic is the identifier (`0x17`) and its field the bytes
-//! (`data`). What comes over several channels can be asked for by `[channel=can0]`, what several sources of J1939 send by
-//! `[source=0x21]`.
+//! A message is a topic under its name (`gnss_speed`), and in full with its identifier (`0x17:gnss_speed`); its signals are the
+//! fields. Without a DBC, and for identifiers that the DBC lacks, the topic is the identifier (`0x17`), and its field the bytes
+//! (`data`). The filter `[channel=can0]` chooses among several channels, and `[source=0x21]` among several sources of J1939.
 
 mod signal;
 mod dbc;
@@ -15,7 +14,7 @@ pub(super) mod blf;
 pub(super) use bus::{Bus, Frame};
 pub(super) use dbc::EXTENDED;
 
-/// Said where a recording has no date.
+/// The note about a recording without a date.
 const NO_DATE: &str = "no date: times count from the beginning of the recording";
 
 #[cfg(test)]

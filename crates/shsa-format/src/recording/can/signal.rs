@@ -1,6 +1,6 @@
-//! The numbers in the bytes of a CAN frame: where their bits stand, what they are, when they are there.
+//! The numbers in the bytes of a CAN frame: the place of their bits, their type, and when they are present.
 
-/// How the bits of a number are counted.
+/// The order in which the bits of a number are counted.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Order {
     /// Intel, `@1`: the start is the lowest bit.
@@ -9,21 +9,21 @@ pub(super) enum Order {
     Big,
 }
 
-/// What the bits are.
+/// The type of a number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Kind {
     Unsigned,
     Signed,
-    /// A float of 32 or 64 bits, as the length says.
+    /// A float of 32 or 64 bits, by its length.
     Float,
 }
 
-/// When a signal is in a message: its selector has one of these values.
+/// When a signal is in a message: when its selector has one of these values.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Choice {
-    /// The number of the signal that selects.
+    /// The index of the selecting signal.
     pub(super) selector: usize,
-    /// From and to, both included.
+    /// Ranges of values, with both ends.
     pub(super) ranges: Vec<(u64, u64)>,
 }
 
@@ -39,7 +39,7 @@ pub(super) struct Signal {
     pub(super) factor: f64,
     pub(super) offset: f64,
     pub(super) unit: String,
-    /// `None`: it is always there.
+    /// `None`: the signal is always in the message.
     pub(super) choice: Option<Choice>,
 }
 
@@ -51,7 +51,7 @@ pub(super) enum Number {
 }
 
 impl Signal {
-    /// The bits as they stand; `None` where the frame is too short.
+    /// The bits of the number; `None` where the frame is too short.
     pub(super) fn raw(&self, data: &[u8]) -> Option<u64> {
         match self.order {
             Order::Little => little(data, self.start, self.length),
@@ -89,7 +89,7 @@ fn little(data: &[u8], start: usize, length: usize) -> Option<u64> {
     lowest(all >> (start % 8), length)
 }
 
-/// Bits from the highest one on, which is counted as the bits of a byte are: 7 is the first of the first byte.
+/// Bits from the highest one on. The highest bit is numbered as the bits of a byte are: 7 is the first bit of the first byte.
 fn big(data: &[u8], start: usize, length: usize) -> Option<u64> {
     let first = start / 8 * 8 + 7 - start % 8;
     let bytes = data.get(first / 8..(first + length).div_ceil(8))?;

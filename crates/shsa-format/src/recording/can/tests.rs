@@ -1,4 +1,4 @@
-//! Recordings written by these tests, and those of a car and a boat.
+//! CAN recordings written by these tests, and those of a car and a boat.
 
 use super::super::tests::independent::{
     Reader, check_cut, check_flipped, check_values, counted, expected, sample_path, told_with,
@@ -12,7 +12,7 @@ const DBC: &str = "\
 BO_ 23 speed: 5 X\n SG_ Valid : 0|1@1+ (1,0) [0|1] \"\" X\n SG_ Speed : 8|16@1+ (0.001,0) [0|1] \"m/s\" X\n\
 BO_ 2147483671 wide: 8 X\n SG_ Mode M : 0|8@1+ (1,0) [0|1] \"\" X\n SG_ A m1 : 8|8@1- (1,0) [0|1] \"\" X\n SG_ B m2 : 8|8@1- (1,0) [0|1] \"\" X\n";
 
-/// What is told with this DBC.
+/// The messages of a recording with this DBC.
 fn with_dbc(reader: Reader, bytes: &[u8]) -> Collector {
     let folder = tests::Folder::with(&[("a.dbc", DBC.as_bytes())]);
     told_with(reader, bytes, &ReadOptions { dbc: vec![folder.0.join("a.dbc")], ..ReadOptions::default() })
@@ -115,7 +115,7 @@ fn object(kind: u32, content: &[u8]) -> Vec<u8> {
     bytes
 }
 
-/// A frame `n` steps of 10 us after the beginning.
+/// A frame, so many steps of 10 us after the start.
 fn frame(steps: u64, id: u32, data: &[u8]) -> Vec<u8> {
     let mut padded = data.to_vec();
     padded.resize(8, 0);
@@ -140,7 +140,7 @@ fn blf_file(objects: &[Vec<u8>]) -> Vec<u8> {
 #[test]
 fn objects_of_blf_are_frames() {
     let frames: Vec<u8> = (0..10).flat_map(|step| frame(step, 23, &[1, 0xe8, 3])).collect();
-    // The fifth frame is in both containers.
+    // The fifth frame is split between the two containers.
     let (one, two) = frames.split_at(4 * 48 + 20);
     let bytes = blf_file(&[container(one), container(two), frame(10, 23 | 1 << 31, &[1, 2])]);
     let all = with_dbc(blf::read, &bytes);

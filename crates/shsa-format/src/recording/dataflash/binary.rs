@@ -1,7 +1,7 @@
-//! The binary form: each message is its header (`A3 95` and its kind) and what its format says.
+//! The binary form: each message is a header (`A3 95` and the kind) and the fields of its format.
 //!
-//! Nothing checks the bytes. Where a message is not followed by another, the reading goes on at the next place at which two
-//! follow each other, so that a wrong byte costs the message that it is in. Memory is bounded: there are 256 kinds.
+//! The log has no checksums. Where no message follows a message, reading goes on at the next place at which two messages follow
+//! each other, so that a wrong byte costs one message. Memory is bounded: there are 256 kinds.
 
 use std::collections::BTreeMap;
 use std::io::{self, Read, SeekFrom};
@@ -23,25 +23,25 @@ pub(in super::super) const MAGIC: [u8; 2] = [0xa3, 0x95];
 /// The longest message: its length has 8 bits.
 const LENGTH_MAX: usize = 0xff;
 
-/// Bytes that are searched at once for the way after damage.
+/// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: usize = 1 << 16;
 
-/// More devices of one kind are one topic.
+/// The most devices of one kind that get topics of their own; further ones share a topic.
 const INSTANCES_MAX: usize = 64;
 
-/// A kind of message, and what the listener calls its topics.
+/// A kind of message, with the listener's topics for it.
 struct Kind {
     format: Format,
     topics: BTreeMap<Option<i64>, TopicId>,
 }
 
-/// What is known of a log.
+/// The definitions of a log that are known so far.
 struct Log {
     kinds: BTreeMap<u8, Kind>,
     units: Units,
 }
 
-/// What a log holds, in the order of the file.
+/// The content of a log, in the order of the file.
 enum Event<'a> {
     Message(&'a mut Kind, &'a [u8]),
     Damage(u64, String),
@@ -66,7 +66,7 @@ pub(in super::super) fn read(
     Ok(())
 }
 
-/// How far the epoch is from the boot, as the first message of GPS says that knows; and what is known so far.
+/// How far the epoch is from the boot, by the first GPS message with the time; and the definitions up to there.
 fn tied(input: &mut dyn Input) -> io::Result<(Log, Option<Span>)> {
     let mut epoch = None;
     let log = walk(input, Log::new(), &mut |event| {
@@ -124,7 +124,7 @@ impl Kind {
         })
     }
 
-    /// What the listener calls the topic of this message.
+    /// The listener's topic for this message.
     fn told(&mut self, message: &[u8], listener: &mut dyn Listener) -> TopicId {
         let Kind { format, topics } = self;
         let slots = format.slots.as_deref().unwrap_or_default();
@@ -136,7 +136,7 @@ impl Kind {
     }
 }
 
-/// Goes through a log until the visitor has enough.
+/// Goes through a log until the visitor stops.
 fn walk(input: impl Read, log: Log, visit: &mut dyn FnMut(Event<'_>) -> ControlFlow<()>) -> io::Result<Log> {
     let mut walker = Walker { window: Window::new(input), log, visit };
     while walker.step()?.is_continue() {}
@@ -150,7 +150,7 @@ struct Walker<'a, R> {
 }
 
 impl<R: Read> Walker<'_, R> {
-    /// The next message, or the damage in its place; a break at the end.
+    /// The next message, or the damage in its place; `Break` at the end.
     fn step(&mut self) -> io::Result<ControlFlow<()>> {
         let ahead = self.window.ahead(LENGTH_MAX + HEADER)?;
         let Some(length) = self.log.length(ahead) else {
@@ -167,15 +167,15 @@ impl<R: Read> Walker<'_, R> {
         if is_followed { self.handle(length) } else { self.search(1, Some(length)) }
     }
 
-    /// Goes to where messages follow each other again. A message that may have begun here, of so many bytes, is one if the
-    /// damage is in the one behind it.
+    /// Goes to where messages follow each other again. A message of a known length that may have begun here counts as one if the
+    /// damage is in the message after it.
     fn search(&mut self, mut from: usize, mut candidate: Option<usize>) -> io::Result<ControlFlow<()>> {
         let begin = self.window.offset();
         loop {
             let ahead = self.window.ahead(SEARCH_BLOCK + 2 * (LENGTH_MAX + HEADER))?;
             let searched = ahead.len().min(SEARCH_BLOCK);
             let found = self.log.way_in(ahead, from..searched);
-            // Nothing but padding may follow the last message.
+            // Only padding may follow the last message.
             let is_last = searched == ahead.len();
             let is_sound = |length| found.map_or(is_last, |found| self.log.is_behind(length, found));
             if let Some(length) = candidate.take().filter(|length| is_sound(*length)) {
@@ -213,7 +213,7 @@ impl Log {
         Log { kinds: BTreeMap::from([(FMT, Kind::of(Format::of_formats()))]), units: Units::default() }
     }
 
-    /// The length of the message that begins here, if one does.
+    /// The length of the message that begins here; `None` where none does.
     fn length(&self, ahead: &[u8]) -> Option<usize> {
         let kind = ahead.strip_prefix(&MAGIC)?.first()?;
         self.kinds.get(kind).map(|kind| kind.format.length)
@@ -221,18 +221,18 @@ impl Log {
 
     /// Whether a message begins here, or the file ends.
     fn is_beginning(&self, ahead: &[u8]) -> bool {
-        // A kind may be defined later; at the end there is less than a header.
+        // A kind may be defined later; at the end of the file there is less than a header.
         ahead.starts_with(&MAGIC) || MAGIC.starts_with(ahead)
     }
 
-    /// Whether the damage that is followed by a message after so many bytes is behind the first message, of this length: then
-    /// another one was there. Else the kind of the first is wrong, and so is its length.
+    /// Whether the damage lies after a first message of this length, given the distance of the next sound message: then a whole
+    /// message lies between them. If not, the kind of the first message is wrong, and with it the length.
     fn is_behind(&self, length: usize, distance: usize) -> bool {
         let is_length = |length: usize| self.kinds.values().any(|kind| kind.format.length == length);
         distance.checked_sub(length).is_some_and(is_length) && !is_length(distance)
     }
 
-    /// The first place among these where two messages follow each other.
+    /// The first of these places at which two messages follow each other.
     fn way_in(&self, ahead: &[u8], mut places: std::ops::Range<usize>) -> Option<usize> {
         places.find(|at| {
             let rest = ahead.get(*at..).unwrap_or_default();
@@ -241,7 +241,7 @@ impl Log {
         })
     }
 
-    /// Takes in what a message says about others.
+    /// Takes in the definitions in a message.
     fn define(&mut self, kind: u8, content: &[u8]) -> Result<(), String> {
         if kind == FMT {
             return self.add(content);
@@ -265,7 +265,7 @@ impl Log {
 
     fn add(&mut self, content: &[u8]) -> Result<(), String> {
         let (kind, format) = Format::of_message(content).ok_or("a format that cannot be understood")?;
-        // Logs repeat them; what is known of units would be lost.
+        // Logs repeat formats; a repeated one must not remove the known units.
         let is_known = self.kinds.get(&kind).is_some_and(|it| it.format.is_same(&format));
         if is_known || kind == FMT {
             return Ok(());
@@ -275,7 +275,7 @@ impl Log {
         problem.map_or(Ok(()), Err)
     }
 
-    /// The letter that a message of units explains, and the field that says what it stands for.
+    /// The letter that a message of units explains, and the field with its meaning.
     fn letter(&self, kind: u8, content: &[u8], name: &str) -> Option<(u8, Slot)> {
         let format = &self.kinds.get(&kind)?.format;
         let id = format.slot("Id")?;

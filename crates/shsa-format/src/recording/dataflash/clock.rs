@@ -4,15 +4,15 @@ use shsa_core::time::{Span, Time};
 
 const SECOND_MS: i64 = 1_000;
 
-/// 1980-01-06, in seconds of the epoch.
+/// The start of GPS time, 1980-01-06, in seconds of the epoch.
 const GPS_BEGIN_S: i64 = 315_964_800;
 
 /// A week, in milliseconds.
 const WEEK_MS: i64 = 7 * 86_400 * SECOND_MS;
 
-/// From when on GPS is one second further ahead of UTC, in seconds of GPS since its beginning: the leap seconds since July 1981.
+/// When GPS time went one second further ahead of UTC, in seconds of GPS time: the leap seconds since July 1981.
 ///
-/// Source: IERS Bulletin C; there was none after 2017-01-01 up to the end of 2026.
+/// Source: IERS Bulletin C; no leap second followed that of 2017-01-01 up to the end of 2026.
 const LEAPS_S: [i64; 18] = [
     46_828_800,
     78_364_801,
@@ -34,7 +34,7 @@ const LEAPS_S: [i64; 18] = [
     1_167_264_017,
 ];
 
-/// The moment that a week of GPS and the milliseconds in it tell; `None` for one that no receiver has.
+/// The moment of a GPS week and the milliseconds in it; `None` for one that no receiver gives.
 pub(super) fn moment(week: i64, week_ms: i64) -> Option<Time> {
     let is_time = (1..10_000).contains(&week) && (0..WEEK_MS).contains(&week_ms);
     let since_begin_ms = is_time.then_some(week * WEEK_MS + week_ms)?;
@@ -42,7 +42,7 @@ pub(super) fn moment(week: i64, week_ms: i64) -> Option<Time> {
     Some(Time((GPS_BEGIN_S * SECOND_MS + since_begin_ms - leaps * SECOND_MS) * 1_000_000))
 }
 
-/// How far the epoch is from the boot: a message of GPS that has a time of both.
+/// How far the epoch is from the boot, by a GPS message that has both times.
 pub(super) fn epoch(since_boot: Time, week: i64, week_ms: i64) -> Option<Span> {
     Some(moment(week, week_ms)? - since_boot)
 }

@@ -1,41 +1,41 @@
-//! What a DataFlash log says about its messages: `FMT` (where fields stand), `FMTU`, `UNIT` and `MULT` (in which units they are).
+//! The definitions of a DataFlash log: `FMT` (where fields are), `FMTU`, `UNIT` and `MULT` (their units).
 
 use super::super::record::{Scalar, Slot};
 use super::super::topic::{Fields, Listener, Topic, TopicId};
 use std::collections::BTreeMap;
 
-/// Each message begins with two bytes that say so, and its kind.
+/// The length of a message's header: two magic bytes, and the kind.
 pub(super) const HEADER: usize = 3;
 
-/// The kind of the message that says what messages are.
+/// The kind of the messages that define formats.
 pub(super) const FMT: u8 = 128;
 
-/// Its length; the fields are `BBnNZ`: kind, length, name, characters of the fields, names of the fields.
+/// The length of an `FMT` message; the fields are `BBnNZ`: kind, length, name, characters of the fields, names of the fields.
 pub(super) const FMT_LENGTH: usize = 89;
 
 /// A kind of message.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Format {
-    /// `IMU`.
+    /// The name: `IMU`.
     pub(super) name: String,
     /// The length of a message with its header.
     pub(super) length: usize,
-    /// Its fields, where they are understood; an error in words where not. Places count from behind the header.
+    /// The fields; an error in words where the format cannot be understood. Places count from the end of the header.
     pub(super) slots: Result<Vec<Slot>, String>,
-    /// The field that numbers the device: `I`.
+    /// The field with the number of the device: `I`.
     pub(super) instance: Option<usize>,
 }
 
-/// The fields that `FMT` itself has.
+/// The fields of `FMT` itself.
 const FMT_COLUMNS: (&str, &str) = ("BBnNZ", "Type,Length,Name,Format,Columns");
 
 impl Format {
-    /// Of `FMT` itself.
+    /// The format of `FMT` itself.
     pub(super) fn of_formats() -> Format {
         Format::new("FMT", FMT_LENGTH, FMT_COLUMNS.0, FMT_COLUMNS.1)
     }
 
-    /// A format from its name, its length with the header, a character for each field, and the fields' names.
+    /// A format from its name, the length of a message with its header, a character for each field, and the fields' names.
     pub(super) fn new(name: &str, length: usize, characters: &str, columns: &str) -> Format {
         let slots = slots(characters, columns).and_then(|slots| match HEADER + size(&slots) {
             found if found == length => Ok(slots),
@@ -44,7 +44,7 @@ impl Format {
         Format { name: name.to_owned(), length, slots, instance: None }
     }
 
-    /// The format and its kind, as the content of an `FMT` message says; `None` where it can be none.
+    /// The format and its kind from the content of an `FMT` message; `None` where the content defines no format.
     pub(super) fn of_message(content: &[u8]) -> Option<(u8, Format)> {
         let [kind, length, rest @ ..] = content else { return None };
         let text = |from: usize, to: usize| {
@@ -58,7 +58,7 @@ impl Format {
         (is_name && length > HEADER).then(|| (*kind, Format::new(name, length, characters, columns)))
     }
 
-    /// Whether it says the same, units apart.
+    /// Whether both formats are the same, units apart.
     pub(super) fn is_same(&self, other: &Format) -> bool {
         let names = |it: &Format| {
             it.slots.as_ref().ok().map(|slots| slots.iter().map(|slot| slot.name.clone()).collect::<Vec<_>>())
@@ -66,12 +66,12 @@ impl Format {
         self.name == other.name && self.length == other.length && names(self) == names(other)
     }
 
-    /// Whether it is the message of GPS whose `TimeMS` is that of the week.
+    /// Whether this is the GPS message whose `TimeMS` is the time of the week.
     pub(super) fn is_old_gps(&self) -> bool {
         self.name.starts_with("GPS") && self.slot("T").is_some()
     }
 
-    /// Tells the topic of these messages, or of those of one device.
+    /// Reports the topic of these messages, or of those of one device.
     pub(super) fn told(&self, device: Option<i64>, listener: &mut dyn Listener) -> TopicId {
         let full = device.map_or(self.name.clone(), |device| format!("{}[{device}]", self.name));
         let fields = match &self.slots {
@@ -98,7 +98,7 @@ fn slots(characters: &str, columns: &str) -> Result<Vec<Slot>, String> {
     for (index, character) in characters.chars().enumerate() {
         let (scalar, count, divisor, unit) =
             field(character).ok_or_else(|| format!("'{character}' is no type of a field"))?;
-        // Columns are cut at 64 letters: what lost its name is still counted.
+        // Columns are cut at 64 letters: a field that has lost its name still counts.
         let name = names.next().filter(|name| !name.is_empty());
         let name = name.map_or_else(|| format!("field_{index}"), str::to_owned);
         slots.push(Slot { divisor, unit: unit.to_owned(), ..Slot::new(name, scalar, at, count) });
@@ -107,7 +107,7 @@ fn slots(characters: &str, columns: &str) -> Result<Vec<Slot>, String> {
     if slots.is_empty() { Err("it has no fields".into()) } else { Ok(slots) }
 }
 
-/// What a character says of a field: what it is made of, how many, what it is divided by, its unit.
+/// The meaning of a field's character: the type, the number of elements, the divisor, the unit.
 ///
 /// <https://ardupilot.org/dev/docs/code-overview-adding-a-new-log-message.html>
 fn field(character: char) -> Option<(Scalar, Option<usize>, f64, &'static str)> {
@@ -148,18 +148,18 @@ pub(super) struct Units {
 const INSTANCE: u8 = b'#';
 
 impl Units {
-    /// `UNIT` says what a letter stands for.
+    /// Adds a unit for a letter, by `UNIT`.
     pub(super) fn add_unit(&mut self, letter: u8, label: &str) {
         self.units.insert(letter, label.to_owned());
     }
 
-    /// `MULT` does so for multipliers.
+    /// Adds a multiplier for a letter, by `MULT`.
     pub(super) fn add_multiplier(&mut self, letter: u8, multiplier: f64) {
         self.multipliers.insert(letter, multiplier);
     }
 
-    /// `FMTU` says the letters of a format's fields. Values stay as they are logged; a multiplier that their type does not
-    /// already stand for goes into the unit: `mA`.
+    /// Applies the letters of a format's fields, by `FMTU`. Values stay as they are logged. A multiplier that is not part of the
+    /// field's type goes into the unit: `mA`.
     pub(super) fn apply(&self, format: &mut Format, units: &[u8], multipliers: &[u8]) {
         let Ok(slots) = &mut format.slots else { return };
         for (index, slot) in slots.iter_mut().enumerate() {
@@ -178,7 +178,7 @@ impl Units {
     }
 }
 
-/// The letter before a unit; `None` where a multiplier has none.
+/// The SI prefix for a multiplier; `None` where there is none.
 fn prefix(multiplier: Option<f64>) -> Option<&'static str> {
     let known = [(1e-9, "n"), (1e-6, "u"), (1e-3, "m"), (1e-2, "c"), (1e-1, "d"), (1e3, "k"), (1e6, "M")];
     match multiplier {
@@ -187,7 +187,7 @@ fn prefix(multiplier: Option<f64>) -> Option<&'static str> {
     }
 }
 
-/// Some labels are words or have letters beyond ASCII.
+/// A unit as this program writes it, for labels that are words or have letters beyond ASCII.
 fn plain(label: &str) -> &str {
     match label {
         "degheading" | "deglatitude" | "deglongitude" => "deg",

@@ -1,18 +1,18 @@
-//! Logs written by these tests, and that of a copter.
+//! DataFlash logs written by these tests, and that of a copter.
 
 use super::super::tests::independent::{
     Reader, check_counts, check_cut, check_flipped, check_values, expected, sample, told,
 };
 use super::{binary, text};
 
-/// They have no options.
+/// The reader, which has no options.
 const BINARY: Reader = |input, _options, listener| binary::read(input, listener);
 const TEXT: Reader = |input, _options, listener| text::read(input, listener);
 
-/// A log in the making.
+/// A log under construction.
 struct Writer(Vec<u8>);
 
-/// Times and bytes of a format's own message: kind, length, name, characters, names of the fields.
+/// The content of an `FMT` message: kind, length, name, characters, names of the fields.
 fn fmt(kind: u8, length: u8, name: &str, characters: &str, columns: &str) -> Vec<u8> {
     let padded = |text: &str, to: usize| [text.as_bytes(), &vec![0; to - text.len()]].concat();
     [vec![kind, length], padded(name, 4), padded(characters, 16), padded(columns, 64)].concat()

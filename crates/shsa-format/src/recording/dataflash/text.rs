@@ -1,5 +1,5 @@
-//! The text form: each message is a line, `IMU, 402644506, 0.0189, ..`, as `mavlogdump` and ground stations write them. Numbers
-//! are scaled already.
+//! The text form: each message is a line, `IMU, 402644506, 0.0189, ..`, as `mavlogdump` and ground stations write it. Numbers are
+//! already scaled.
 
 use std::collections::BTreeMap;
 use std::io::SeekFrom;
@@ -14,25 +14,25 @@ use super::clock;
 use super::format::{Format, Units};
 use super::{GPS, GPS_FIELDS, TIMES, said_of_times};
 
-/// The most kinds of messages: in the binary form there can be no more.
+/// The most kinds of messages: the binary form has no room for more.
 const KINDS_MAX: usize = 256;
 
-/// More devices of one kind are one topic.
+/// The most devices of one kind that get topics of their own; further ones share a topic.
 const INSTANCES_MAX: usize = 64;
 
-/// Whether a text is one of these logs, from its beginning: it says its formats, after some lines at most that greet.
+/// Whether a text begins as these logs do: with the definition of a format, after a few lines of greeting at most.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
     head.split(|byte| *byte == b'\n').any(|line| line.starts_with(b"FMT, 128, 89, FMT"))
 }
 
-/// A kind of message, and what the listener calls its topics.
+/// A kind of message, with the listener's topics for it.
 struct Kind {
     format: Format,
     number: u8,
     topics: BTreeMap<Option<i64>, TopicId>,
 }
 
-/// What is known of a log.
+/// The definitions of a log that are known so far.
 #[derive(Default)]
 struct Log {
     kinds: BTreeMap<String, Kind>,
@@ -74,7 +74,7 @@ pub(in super::super) fn read(
     Ok(())
 }
 
-/// The cells of a message of this format; a text at the end may have commas.
+/// The cells of a message of this format; a text in the last field may have commas.
 fn cells<'a>(slots: &[Slot], rest: &'a str) -> Result<Vec<&'a str>, String> {
     let is_text_last = slots.last().is_some_and(Slot::is_text);
     let cells: Vec<&str> = match is_text_last {
@@ -88,7 +88,7 @@ fn cells<'a>(slots: &[Slot], rest: &'a str) -> Result<Vec<&'a str>, String> {
 }
 
 impl Log {
-    /// How far the epoch is from the boot, as the first message of GPS says that knows; notes what is known up to there.
+    /// How far the epoch is from the boot, by the first GPS message with the time; keeps the definitions up to there.
     fn tied(&mut self, input: &mut dyn Input) -> Option<Span> {
         let mut lines = Lines::new(input);
         while let Some(line) = lines.read() {
@@ -108,7 +108,7 @@ impl Log {
         None
     }
 
-    /// Tells a line's message; `None` where it is none. Gives its time, that of the one before where it has none.
+    /// Reports a line's message; `None` for a line without one. Returns the message's time, or the one before where it has none.
     fn tell(
         &mut self,
         line: &str,
@@ -132,7 +132,7 @@ impl Log {
         Ok(Some(time))
     }
 
-    /// Takes in what a message says about others.
+    /// Takes in the definitions in a message.
     fn define(&mut self, name: &str, rest: &str) {
         let cells: Vec<&str> = rest.splitn(5, ',').map(str::trim).collect();
         match (name, cells.as_slice()) {
@@ -164,7 +164,7 @@ impl Log {
     }
 }
 
-/// A letter, written as itself or as its number.
+/// A letter, written as such or by its number.
 fn of_letter(text: &str) -> Option<u8> {
     match text.as_bytes() {
         [letter] if !letter.is_ascii_digit() => Some(*letter),
@@ -200,7 +200,7 @@ impl Kind {
         })
     }
 
-    /// What the listener calls the topic of this message.
+    /// The listener's topic for this message.
     fn told(&mut self, cells: &[&str], listener: &mut dyn Listener) -> TopicId {
         let Kind { format, topics, .. } = self;
         let number = format.instance.and_then(|at| cells.get(at)?.parse::<i64>().ok());

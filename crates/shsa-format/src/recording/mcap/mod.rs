@@ -1,8 +1,7 @@
 //! MCAP: messages of any encoding, in chunks or not, with an index or without.
 //!
-//! Format: <https://mcap.dev/spec>. An own reader rather than the library: the library ends at the first damage, and here reading
-//! goes on with the next chunk that can be recognised. Memory is bounded by the largest chunk; a length is believed only as far as
-//! the file reaches.
+//! Format: <https://mcap.dev/spec>. This reader is an own one, because the library ends at the first damage; here reading goes on
+//! with the next recognisable chunk. Memory is bounded by the largest chunk; a length counts only as far as the file reaches.
 
 mod records;
 mod schemas;
@@ -21,12 +20,12 @@ use std::io::{self, Read, SeekFrom};
 
 /// The first and the last bytes of every file.
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
-/// Larger records are passed over, bytes.
+/// Larger records are skipped, bytes.
 const RECORD_MAX: u64 = 1 << 28;
 /// The step of the search after damage.
 const SEARCH_BLOCK: u64 = 1 << 16;
 
-/// Tells the topics and messages of a file.
+/// Reports the topics and messages of a file.
 pub(super) fn read(
     input: &mut dyn Input,
     options: &ReadOptions,
@@ -72,12 +71,12 @@ impl Reader<'_> {
     fn bytes(&mut self, offset: u64, length: u64) -> io::Result<Vec<u8>> {
         let mut bytes = Vec::new();
         self.input.seek(SeekFrom::Start(offset))?;
-        // Grows with what is there, whatever the length says.
+        // The buffer grows with the bytes that are there, whatever the length says.
         Read::take(&mut *self.input, length).read_to_end(&mut bytes)?;
         Ok(bytes)
     }
 
-    /// Kind and length of the record at an offset; `None` where none can be.
+    /// Kind and length of the record at an offset; `None` where no record can begin.
     fn head(&mut self, offset: u64) -> io::Result<Option<(u8, u64)>> {
         let bytes = self.bytes(offset, HEAD)?;
         let mut at = Cursor(&bytes);
@@ -85,7 +84,8 @@ impl Reader<'_> {
         Ok(head.filter(|(kind, _)| (1..=LAST).contains(kind)))
     }
 
-    /// The schemas and channels that the summary repeats: their own records may be damaged. Whether there is a footer.
+    /// Reads the schemas and channels that the summary repeats, as their own records may be damaged. Returns whether there is a
+    /// footer.
     fn summary(&mut self, listener: &mut dyn Listener) -> io::Result<bool> {
         let footer_size = HEAD + 20;
         let Some(at) = self.length.checked_sub(footer_size + MAGIC.len() as u64) else { return Ok(false) };
@@ -106,7 +106,7 @@ impl Reader<'_> {
         Ok(true)
     }
 
-    /// Takes in the record at an offset, or what is wrong there; gives where to go on, if anywhere.
+    /// Reads the record at an offset, or reports the damage; returns where to go on, if anywhere.
     fn record(&mut self, offset: u64, listener: &mut dyn Listener) -> io::Result<Option<u64>> {
         let Some((kind, length)) = self.head(offset)? else {
             listener.damaged(Place::Offset(offset), "no record begins here".into());
@@ -141,7 +141,7 @@ impl Reader<'_> {
         Ok(Some(end))
     }
 
-    /// Takes in a chunk; gives where to go on.
+    /// Reads a chunk; returns where to go on.
     fn chunk(&mut self, offset: u64, length: u64, listener: &mut dyn Listener) -> io::Result<u64> {
         let content_at = offset + HEAD;
         let there = self.length - content_at.min(self.length);
@@ -160,7 +160,7 @@ impl Reader<'_> {
         let packed = self.bytes(content_at + head.size, head.packed)?;
         let is_cut = length > there;
         self.records_of_chunk(&head, packed, is_cut, place, listener);
-        // What stands in a chunk that is cut has been told.
+        // The damage of an incomplete chunk has been reported.
         Ok(if is_cut { self.length } else { content_at + length })
     }
 
@@ -200,7 +200,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Takes in the records of a chunk: how many messages there are, and how many bytes at the end are no record.
+    /// Reads the records of a chunk; returns the number of messages, and of the bytes at the end that are no record.
     fn walk(&mut self, bytes: &[u8], listener: &mut dyn Listener) -> (usize, usize) {
         let (mut at, mut messages) = (Cursor(bytes), 0);
         while let Some((kind, content)) = at.record() {
@@ -209,7 +209,7 @@ impl Reader<'_> {
         (messages, at.0.len())
     }
 
-    /// Takes in a record; whether it makes sense.
+    /// Reads a record; returns whether it is valid.
     fn take(&mut self, kind: u8, content: &[u8], listener: &mut dyn Listener) -> bool {
         if kind != MESSAGE {
             return self.describe(kind, content, listener);
@@ -228,7 +228,7 @@ impl Reader<'_> {
         true
     }
 
-    /// Takes in a schema or a channel; whether it makes sense.
+    /// Reads a schema or a channel; returns whether it is valid.
     fn describe(&mut self, kind: u8, content: &[u8], listener: &mut dyn Listener) -> bool {
         match kind {
             SCHEMA => Schema::of(content).map(|schema| self.schemas.add(&schema)).is_some(),
@@ -245,7 +245,7 @@ impl Reader<'_> {
         }
     }
 
-    /// The offset of the next record that is a chunk or a message for certain, or the end of the file. One pass over the bytes.
+    /// The offset of the next record that is certainly a chunk or a message, or the end of the file. One pass over the bytes.
     fn resumed(&mut self, from: u64) -> io::Result<u64> {
         let mut offset = from;
         while offset < self.length {
@@ -276,7 +276,7 @@ impl Reader<'_> {
         ChunkHead::of(at.0).is_some_and(|head| is_known(&head))
     }
 
-    /// Whether a message of a known channel begins here, and a record behind it.
+    /// Whether a message of a known channel begins here, followed by a record.
     fn is_message(&mut self, offset: u64, bytes: &[u8]) -> io::Result<bool> {
         let Some((&MESSAGE, rest)) = bytes.split_first() else { return Ok(false) };
         let mut at = Cursor(rest);

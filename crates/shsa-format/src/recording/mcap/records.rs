@@ -1,23 +1,23 @@
-//! The records of an MCAP file: what stands in the bytes of each kind.
+//! The records of an MCAP file: the content of each kind.
 
-/// A schema: how the messages of a type are made.
+/// A schema: the definition of a message type.
 pub(super) const SCHEMA: u8 = 3;
 /// A channel: the messages of one publisher of a topic.
 pub(super) const CHANNEL: u8 = 4;
 /// A message.
 pub(super) const MESSAGE: u8 = 5;
-/// Records packed together.
+/// A chunk of records, possibly compressed.
 pub(super) const CHUNK: u8 = 6;
 /// The last kind that the format defines.
 pub(super) const LAST: u8 = 15;
 /// The end of the data.
 pub(super) const DATA_END: u8 = 15;
-/// Where the summary is.
+/// The place of the summary.
 pub(super) const FOOTER: u8 = 2;
 /// Kind and length.
 pub(super) const HEAD: u64 = 9;
 
-/// Goes through the fields of a record; every step is `None` behind its end.
+/// Goes through the fields of a record; every step returns `None` after the end of the record.
 #[derive(Clone, Copy)]
 pub(super) struct Cursor<'a>(pub(super) &'a [u8]);
 
@@ -44,7 +44,7 @@ impl<'a> Cursor<'a> {
         self.bytes(8)?.first_chunk().map(|bytes| u64::from_le_bytes(*bytes))
     }
 
-    /// What its length of four bytes precedes.
+    /// The bytes after a length of four bytes.
     pub(super) fn sized(&mut self) -> Option<&'a [u8]> {
         let length = self.u32()?;
         self.bytes(length as usize)
@@ -112,23 +112,23 @@ impl<'a> Message<'a> {
     }
 }
 
-/// What stands before the packed records of a chunk.
+/// The head of a chunk, before its compressed records.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct ChunkHead {
-    /// The size of the records once they are unpacked.
+    /// The size of the records after decompression.
     pub(super) unpacked: u64,
-    /// Their CRC-32; 0 where it was not computed.
+    /// The CRC-32 of the records; 0 where it was not computed.
     pub(super) crc: u32,
-    /// How they are packed; empty: not at all.
+    /// The method of compression; empty for none.
     pub(super) method: String,
-    /// The size of the packed records.
+    /// The size of the compressed records.
     pub(super) packed: u64,
     /// The size of this head.
     pub(super) size: u64,
 }
 
 impl ChunkHead {
-    /// The longest of those that are known.
+    /// The longest head with a known method.
     pub(super) const SIZE_MAX: u64 = 8 + 8 + 8 + 4 + 4 + 32 + 8;
 
     pub(super) fn of(content: &[u8]) -> Option<ChunkHead> {

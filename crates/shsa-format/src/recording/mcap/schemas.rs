@@ -1,4 +1,4 @@
-//! How the messages of a channel are decoded: from its encoding and its schema.
+//! How the messages of a channel are decoded, by its encoding and its schema.
 
 use super::records::{Channel, Schema};
 use crate::recording::ros2;
@@ -13,7 +13,7 @@ use std::sync::Arc;
 /// The schemas of a file.
 pub(super) struct Schemas {
     known: BTreeMap<u16, Known>,
-    /// What is known of ROS 2's messages without the file.
+    /// The ROS 2 types that are known without the file.
     types: Arc<Types>,
 }
 
@@ -24,7 +24,7 @@ struct Known {
 }
 
 impl Schemas {
-    /// None yet; more types of ROS 2 are in these folders.
+    /// An empty set; `folders` have further ROS 2 types.
     pub(super) fn new(folders: &[PathBuf]) -> Result<Schemas, MessageError> {
         Ok(Schemas { known: BTreeMap::new(), types: ros2::known(folders)? })
     }

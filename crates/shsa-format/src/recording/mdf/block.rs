@@ -1,36 +1,36 @@
-//! The blocks of an MDF 4 file: a head, links to other blocks, and what is in it.
+//! The blocks of an MDF 4 file: a head, links to other blocks, and content.
 
 use super::super::record::array;
 use super::super::topic::Input;
 use std::io::{self, Read, SeekFrom};
 
-/// The head of a block: its name, four bytes that are empty, its length, how many links it has.
+/// The length of a block's head: its name, four empty bytes, its length, the number of its links.
 const HEAD: u64 = 24;
 
-/// The longest block that is read whole: definitions are short, and packed data have at most so much.
+/// The longest block that is read whole: definitions are short, and a block of compressed data is not longer.
 pub(super) const BLOCK_MAX: u64 = 1 << 26;
 
-/// The most links that are believed.
+/// The most links of a block that are accepted.
 const LINKS_MAX: u64 = 1 << 20;
 
-/// The most blocks that are read: links may lead in a circle.
+/// The most blocks that are read, as links may form a circle.
 const BLOCKS_MAX: usize = 1 << 18;
 
 /// The longest text, bytes.
 const TEXT_MAX: u64 = 1 << 12;
 
-/// A block whose content is at hand, or, of data, where it stands.
+/// A block with its content, or, for plain data, with the place of its content.
 #[derive(Clone, Debug)]
 pub(super) struct Block {
     /// `HD`, `DG`, ..
     pub(super) name: [u8; 2],
-    /// Where the other blocks stand; 0 is none.
+    /// The places of the linked blocks; 0 for none.
     pub(super) links: Vec<u64>,
-    /// What stands behind the links; of plain data nothing.
+    /// The content after the links; empty for plain data.
     pub(super) content: Vec<u8>,
-    /// Where the content stands in the file.
+    /// The place of the content in the file.
     pub(super) at: u64,
-    /// How long the content is.
+    /// The length of the content.
     pub(super) length: u64,
 }
 
@@ -60,7 +60,7 @@ impl Block {
     }
 }
 
-/// A file whose blocks are read.
+/// The blocks of a file.
 pub(super) struct Blocks<'a> {
     pub(super) input: &'a mut dyn Input,
     pub(super) length: u64,
@@ -112,13 +112,13 @@ impl<'a> Blocks<'a> {
         Ok(Block { name, links, content, at: at + before, length: length - before })
     }
 
-    /// The block at a place, if it is of this name.
+    /// The block at a place, if it has this name.
     pub(super) fn of_name(&mut self, at: u64, name: &[u8; 2]) -> Result<Block, Unread> {
         let block = self.block(at)?;
         if block.name == *name { Ok(block) } else { Err(Unread::None(at)) }
     }
 
-    /// The text that a link leads to, without the marks of XML; empty where there is none.
+    /// The text at a link, without XML tags; empty where there is none.
     pub(super) fn text(&mut self, at: u64) -> String {
         if at == 0 {
             return String::new();
@@ -136,7 +136,7 @@ impl<'a> Blocks<'a> {
         text.trim().to_owned()
     }
 
-    /// Bytes of the file; an error where it ends before.
+    /// Bytes of the file; an error where the file ends before.
     pub(super) fn bytes(&mut self, at: u64, length: u64) -> Result<Vec<u8>, Unread> {
         let there = self.length.saturating_sub(at);
         if there < length {

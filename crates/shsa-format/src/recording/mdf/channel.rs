@@ -1,26 +1,26 @@
-//! Channels of an MDF 4 file: where in a record a number stands, and what it is converted to.
+//! Channels of an MDF 4 file: the place of a number in a record, and its conversion.
 
 use super::block::{Block, Blocks, Unread};
 
-/// The most values of a table of conversion.
+/// The most values of a conversion table.
 const VALUES_MAX: usize = 1 << 16;
 
-/// What a channel is.
+/// The role of a channel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Role {
-    /// Its values stand in the records.
+    /// The values are in the records.
     Value,
-    /// The same, and they are the time.
+    /// The values are in the records, and are the time.
     Time,
-    /// Its value is computed from the number of the record.
+    /// The value is computed from the number of the record.
     Virtual,
-    /// The same, and it is the time.
+    /// The value is computed from the number of the record, and is the time.
     VirtualTime,
-    /// Nothing that a number can be read of: texts, bytes, values of a length of their own.
+    /// The channel has no numbers: texts, bytes, values of variable length.
     Other,
 }
 
-/// What the bits of a channel are.
+/// The type of a channel's number.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Bits {
     Unsigned,
@@ -37,17 +37,17 @@ pub(super) struct Channel {
     pub(super) role: Role,
     pub(super) bits: Bits,
     is_big: bool,
-    /// Its first byte in the record, and the lowest bit in there.
+    /// The first byte in the record, and the lowest bit in that byte.
     pub(super) byte: usize,
     bit: usize,
-    /// How many bits it has.
+    /// The number of bits.
     pub(super) length: usize,
     conversion: Conversion,
-    /// The bit behind the record that says that there is no value.
+    /// The bit after the record that marks a missing value.
     invalid: Option<usize>,
 }
 
-/// From the number in the record to the value.
+/// The conversion from the number in the record to the value.
 #[derive(Clone, Debug, PartialEq)]
 enum Conversion {
     None,
@@ -56,17 +56,17 @@ enum Conversion {
         factor: f64,
     },
     Rational([f64; 6]),
-    /// Pairs of a number and its value; between them the value is on the line, or that of the nearest.
+    /// Pairs of a number and its value; between two pairs, the value is interpolated or that of the nearest pair.
     Table {
         pairs: Vec<(f64, f64)>,
         is_interpolated: bool,
     },
-    /// From, to, value; and the value of everything else.
+    /// From, to, value; and the value of all other numbers.
     Ranges {
         ranges: Vec<(f64, f64, f64)>,
         other: f64,
     },
-    /// Not known here: the number stays.
+    /// An unknown conversion: the number is the value.
     Unknown,
 }
 
@@ -110,7 +110,7 @@ impl Channel {
         })
     }
 
-    /// The value in a record of this number; the bits of validity stand behind so many bytes. `None` where there is none.
+    /// The value in a record of this number; the validity bits follow after `data_length` bytes. `None` where there is none.
     pub(super) fn value(&self, record: &[u8], number: u64, data_length: usize) -> Option<f64> {
         if let Some(bit) = self.invalid
             && record.get(data_length + bit / 8).is_some_and(|byte| byte >> (bit % 8) & 1 == 1)
@@ -125,7 +125,7 @@ impl Channel {
         self.conversion.apply(raw)
     }
 
-    /// The number as it stands.
+    /// The number without conversion.
     fn raw(&self, record: &[u8]) -> Option<f64> {
         let count = (self.bit + self.length).div_ceil(8);
         let bytes = record
@@ -163,7 +163,7 @@ impl Conversion {
                 let ranges = ranges.iter().map(|[from, to, value]| (*from, *to, *value)).collect();
                 Conversion::Ranges { ranges, other: other.first().copied().unwrap_or(f64::NAN) }
             }
-            // From numbers to texts: the number is what can be compared.
+            // Conversion to texts: only the number can be compared.
             _ => Conversion::Unknown,
         }
     }
@@ -184,7 +184,7 @@ impl Conversion {
     }
 }
 
-/// The value in a table whose numbers go up; beyond its ends that of the end.
+/// The value in a table of ascending numbers; beyond its ends, the value of the end.
 fn looked_up(pairs: &[(f64, f64)], raw: f64, is_interpolated: bool) -> Option<f64> {
     let at = pairs.partition_point(|(from, _)| *from <= raw);
     let (before, behind) = (at.checked_sub(1).and_then(|at| pairs.get(at)), pairs.get(at));

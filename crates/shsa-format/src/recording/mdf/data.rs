@@ -1,21 +1,21 @@
-//! The records of a data group: plain (`DT`), packed (`DZ`), and in lists of these (`DL`, `HL`).
+//! The records of a data group: plain (`DT`), compressed (`DZ`), and in lists of these (`DL`, `HL`).
 
 use super::block::{BLOCK_MAX, Block, Blocks, Unread};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::BTreeSet;
 
-/// The most blocks of data that are listed and not yet read.
+/// The most listed data blocks that are not yet read.
 const WAITING_MAX: usize = 1 << 20;
 
-/// A piece of data, or what is lost and where.
+/// A piece of data, or the place and the description of a loss.
 type Piece<'a> = Result<&'a [u8], (u64, String)>;
 
-/// Plain data are read in pieces of so many bytes.
+/// The size of the pieces in which plain data are read.
 const PIECE: u64 = 1 << 20;
 
-/// Hands over the data behind a link, piece by piece in their order. Pieces may end within a record. What is lost is told.
+/// Hands over the data at a link, piece by piece in their order. Pieces may end within a record. Losses are handed over, too.
 pub(super) fn pieces(blocks: &mut Blocks<'_>, link: u64, is_finished: bool, each: &mut dyn FnMut(Piece<'_>)) {
-    // Lists link to the next list, and to data; `HL` to the first list.
+    // Lists link to the next list, and to data; `HL` links to the first list.
     let mut waiting = vec![link];
     let mut passed = BTreeSet::new();
     while let Some(at) = waiting.pop().filter(|at| *at != 0) {
@@ -56,7 +56,7 @@ pub(super) fn pieces(blocks: &mut Blocks<'_>, link: u64, is_finished: bool, each
 
 fn plain(blocks: &mut Blocks<'_>, block: &Block, is_finished: bool, each: &mut dyn FnMut(Piece<'_>)) {
     let there = blocks.length - block.at;
-    // A recorder that was cut off has not written the length.
+    // A recorder that was interrupted has not written the length.
     let length = if !is_finished && block.length == 0 { there } else { block.length };
     let (mut at, end) = (block.at, block.at + length.min(there));
     while at < end {
@@ -74,7 +74,7 @@ fn plain(blocks: &mut Blocks<'_>, block: &Block, is_finished: bool, each: &mut d
     }
 }
 
-/// What was packed; with the bytes that could be unpacked where not all can.
+/// The decompressed data; on an error, those before the damage.
 fn unpacked(block: &Block) -> Result<Vec<u8>, (Vec<u8>, String)> {
     let (method, columns) = (block.u8(2), block.u32(4) as usize);
     let (length, packed) = (block.u64(8), block.u64(16));
@@ -92,14 +92,14 @@ fn unpacked(block: &Block) -> Result<Vec<u8>, (Vec<u8>, String)> {
     let packed = packed.unwrap_or(block.content.get(24..).unwrap_or_default());
     let bytes = match decompress_to_vec_zlib_with_limit(packed, length as usize) {
         Ok(bytes) => bytes,
-        // Transposed, the columns that are there make no record.
+        // Data that are still transposed make no record.
         Err(error) if method == 1 => return Err((Vec::new(), format!("a packed block is damaged: {error}"))),
         Err(error) => return Err((error.output.clone(), format!("a packed block is damaged: {error}"))),
     };
     Ok(if method == 1 { turned(&bytes, columns) } else { bytes })
 }
 
-/// Turns columns back into rows; what is left behind the last whole row stands as it was. `O(bytes)`.
+/// Transposes columns back into rows; the rest after the last whole row is not transposed. `O(bytes)`.
 fn turned(bytes: &[u8], columns: usize) -> Vec<u8> {
     let rows = bytes.len().checked_div(columns).unwrap_or(0);
     let mut turned = Vec::with_capacity(bytes.len());

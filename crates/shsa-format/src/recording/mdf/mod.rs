@@ -1,8 +1,8 @@
-//! MDF 4 (ASAM), also as `.mf4` of loggers: groups of channels, each with its time; packed or not, finished or cut off.
+//! MDF 4 (ASAM), also as `.mf4` of loggers: groups of channels, each with its time; compressed or not, finished or not.
 //!
-//! Layout: ASAM MDF 4.1, as `asammdf` and `mdfreader` read it. A topic is a channel group by the name of its acquisition, its
-//! fields are its channels. Frames of a CAN bus (`CAN_DataFrame`) are told as those of other recordings of a bus. Groups are told
-//! one after the other. Memory: the definitions, and one block of data.
+//! Layout: ASAM MDF 4.1, as `asammdf` and `mdfreader` read it. A topic is a channel group, named after its acquisition, and its
+//! fields are the channels. Frames of a CAN bus (`CAN_DataFrame`) are reported like those of other bus recordings. Groups are
+//! reported one after the other. Memory: the definitions, and one block of data.
 
 mod block;
 mod channel;
@@ -16,10 +16,10 @@ use channel::{Bits, Channel, Role};
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, BTreeSet};
 
-/// The first bytes of a file, and of one that was cut off.
+/// The first bytes of a file, and of one that was not finished.
 pub(super) const MAGICS: [&[u8]; 2] = [b"MDF     4", b"UnFinMF 4"];
 
-/// The first bytes of files of the versions before, which have nothing in common with it but the name.
+/// The first bytes of files of earlier versions, which have only the name in common with version 4.
 pub(super) const OLD_MAGICS: [&[u8]; 3] = [b"MDF     3", b"UnFinMF 3", b"MDF     2"];
 
 /// Where the first block stands.
@@ -31,16 +31,16 @@ const CHANNELS_MAX: usize = 1 << 14;
 /// The most channels of a file.
 const ALL_CHANNELS_MAX: usize = 1 << 17;
 
-/// So many records in a row tell that the way is found again.
+/// How many consecutive records show that reading is in step again.
 const CHAIN: usize = 8;
 
-/// How far the way is searched after damage, bytes.
+/// How far the reader searches after damage, bytes.
 const SEARCH_MAX: usize = 1 << 12;
 
-/// Groups whose records are in one place.
+/// Channel groups whose records are stored together.
 struct DataGroup {
     data: u64,
-    /// How many bytes before each record tell its group.
+    /// How many bytes before each record give its group.
     id_length: usize,
     groups: BTreeMap<u64, Group>,
 }
@@ -50,20 +50,20 @@ struct Group {
     name: String,
     full: String,
     channels: Vec<Channel>,
-    /// The channel that is the time.
+    /// The time channel.
     time: Option<usize>,
     data_length: usize,
-    /// With the bits of validity.
+    /// The length of a record with the validity bits.
     length: usize,
-    /// Its records have a length of their own.
+    /// Whether each record has a length of its own.
     is_variable: bool,
     frame: Option<FrameChannels>,
-    /// How many records there were.
+    /// The number of records so far.
     count: u64,
     told: Option<TopicId>,
 }
 
-/// The channels that make a frame of a bus.
+/// The channels of a bus frame.
 struct FrameChannels {
     id: usize,
     bytes: usize,
@@ -108,10 +108,10 @@ pub(super) fn read(
     Ok(())
 }
 
-/// What a file says of itself.
+/// The definitions of a file.
 struct Definitions {
     start: Time,
-    /// The start is in the time of the place.
+    /// Whether the start is a local time.
     is_local: bool,
     is_finished: bool,
     groups: Vec<DataGroup>,
@@ -146,7 +146,7 @@ impl Definitions {
     }
 }
 
-/// Groups of the same name get numbers.
+/// Adds numbers to groups of the same name.
 fn tell_apart(groups: &mut [DataGroup]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for group in groups.iter().flat_map(|all| all.groups.values()) {
@@ -178,7 +178,7 @@ impl DataGroup {
         Ok(DataGroup { data: block.link(2), id_length: usize::from(block.u8(0)), groups })
     }
 
-    /// How long the record is that begins here, with its number; `None` where none can.
+    /// The length of the record that begins here, with its number; `None` where none can begin.
     fn length(&self, bytes: &[u8]) -> Option<usize> {
         let group = self.groups.get(&self.id(bytes)?)?;
         if !group.is_variable {
@@ -188,7 +188,7 @@ impl DataGroup {
         Some(self.id_length + 4 + length as usize)
     }
 
-    /// The number of the group; of the only one there is none.
+    /// The number of the group; a single group has none.
     fn id(&self, bytes: &[u8]) -> Option<u64> {
         if self.id_length == 0 {
             return self.groups.keys().next().copied();
@@ -239,7 +239,7 @@ impl Group {
     }
 }
 
-/// The channels of a list, and those that they are composed of.
+/// Collects the channels of a list, and those of which they are composed.
 fn collect(
     first: u64,
     depth: usize,
@@ -267,7 +267,7 @@ struct Teller<'a> {
 }
 
 impl Teller<'_> {
-    /// Tells all records of a data group.
+    /// Reports all records of a data group.
     fn tell_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
         let mut left: Vec<u8> = Vec::new();
         let data = all.data;
@@ -285,7 +285,7 @@ impl Teller<'_> {
         }
     }
 
-    /// Tells the whole records of these bytes; gives how long they are.
+    /// Reports the whole records of these bytes; returns their length.
     fn records(&mut self, all: &mut DataGroup, bytes: &[u8]) -> usize {
         let mut at = 0;
         while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() > all.id_length) {
@@ -315,7 +315,7 @@ impl Teller<'_> {
         group.count += 1;
         let value =
             |at: usize| group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
-        // Without a time, records are a second apart.
+        // In a group without a time, records are a second apart.
         let since_s = group.time.map_or(Some(number as f64), value);
         let Some(since) = since_s.filter(|since| since.is_finite()) else { return };
         let time = self.start + Span::from_seconds(since);
@@ -338,7 +338,7 @@ impl Teller<'_> {
     }
 }
 
-/// Whether a channel is a field: whether it is a number.
+/// Whether a channel is a field, that is, a number.
 fn is_shown(channel: &Channel) -> bool {
     channel.role != Role::Other
 }

@@ -1,4 +1,4 @@
-//! Files written by these tests, and those of a car.
+//! MDF files written by these tests, and those of a car.
 
 use super::super::tests::independent::{
     check_cut, check_flipped, check_values, counted, expected, sample, sample_path, told, told_with,
@@ -6,7 +6,7 @@ use super::super::tests::independent::{
 use super::super::tests::told::Collector;
 use super::*;
 
-/// A file in the making: blocks at multiples of eight.
+/// A file under construction: blocks at multiples of eight.
 struct Writer(Vec<u8>);
 
 /// The bits of a channel.
@@ -23,7 +23,7 @@ impl Writer {
         Writer(bytes)
     }
 
-    /// Where the next block will stand.
+    /// The place of the next block.
     fn next(&self) -> u64 {
         self.0.len().next_multiple_of(8) as u64
     }
@@ -48,7 +48,7 @@ impl Writer {
         self.block(b"CN", &[next, 0, name, 0, conversion, 0, unit, 0], &content)
     }
 
-    /// The head, which leads to the first data group.
+    /// The head, which links to the first data group.
     fn finish(mut self, group: u64) -> Vec<u8> {
         let content = [&1_600_000_000_000_000_000_u64.to_le_bytes()[..], &[0; 24]].concat();
         let head = block(b"HD", &[group, 0, 0, 0, 0, 0], &content);
@@ -145,7 +145,7 @@ fn data_are_plain_packed_or_in_lists() {
 #[test]
 fn a_file_that_was_cut_off_is_read_to_its_end() {
     let mut bytes = file(b"UnFinMF 4.11    ", |_| 0);
-    // The data are the last block, and nobody has written their length.
+    // The data are the last block, without their length.
     let at = bytes.len().next_multiple_of(8);
     bytes.resize(at, 0);
     bytes.extend(block(b"DT", &[], &[]));

@@ -1,8 +1,8 @@
-//! NMEA 0183: sentences of ships' instruments and GNSS receivers, a line each.
+//! NMEA 0183: sentences of ships' instruments and GNSS receivers, one per line.
 //!
-//! A topic is the sentence (`RMC`), and in full with its talker (`GPRMC`). Sentences have no time but those of GNSS: the time of
-//! the last `RMC`, `ZDA`, `GGA`, `GNS`, `GLL` or `GST` is carried on, and the first one goes for what comes before it. Where a
-//! logger has noted the time of each line, or a TAG block has it, that is the reception, and the time of GNSS is the stamp.
+//! A topic is the sentence (`RMC`), and in full with its talker (`GPRMC`). Only sentences of GNSS have a time: other sentences
+//! take the time of the last `RMC`, `ZDA`, `GGA`, `GNS`, `GLL` or `GST`, and those before the first one take its time. Where a
+//! logger has noted the time of each line, or a TAG block has it, that time is the reception, and the GNSS time is the stamp.
 
 mod sentence;
 mod table;
@@ -17,10 +17,10 @@ use std::collections::BTreeMap;
 use std::io::SeekFrom;
 use table::{Known, entry, other_fields, time_of_day};
 
-/// The most topics; what is beyond is counted as unknown.
+/// The most topics; sentences of further ones count as unknown.
 const TOPICS_MAX: usize = 1 << 10;
 
-/// Sentences that are looked at to know whether the recording has checksums.
+/// How many sentences decide whether the recording has checksums.
 const LOOKED_AT: usize = 200;
 
 const DAY: Span = Span::from_millis(86_400_000);
@@ -61,9 +61,9 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     Ok(())
 }
 
-/// What must be known before the first sentence is told.
+/// The properties of a recording that must be known before its first sentence.
 struct Rehearsal {
-    /// The first time that a sentence tells with its day.
+    /// The first time with a date.
     first: Option<Time>,
     has_checksums: bool,
 }
@@ -84,18 +84,18 @@ impl Rehearsal {
                 break;
             }
         }
-        // A recording that has some has them everywhere.
+        // Checksums are in all sentences of a recording or in none.
         Rehearsal { first, has_checksums: with > 0 || looked_at == 0 }
     }
 }
 
-/// The time of GNSS, from sentence to sentence.
+/// The GNSS time, carried from sentence to sentence.
 struct Clock {
     now: Option<Time>,
 }
 
 impl Clock {
-    /// The time that a sentence itself tells; the day is that on which it is nearest to the time before.
+    /// The time in a sentence; its date is the one that brings it nearest to the time before.
     fn own(&mut self, sentence: &Sentence<'_>) -> Option<Time> {
         let time = dated(sentence).or_else(|| {
             let of_day = time_of_day(sentence.content.split(',').nth(time_cell(sentence)?)?)?;
@@ -109,7 +109,7 @@ impl Clock {
     }
 }
 
-/// Where a sentence has the time of the day, counted from 0.
+/// The index of the cell with the time of the day.
 fn time_cell(sentence: &Sentence<'_>) -> Option<usize> {
     match kind_of(sentence.address) {
         "GGA" | "GNS" | "GST" => Some(0),
@@ -118,7 +118,7 @@ fn time_cell(sentence: &Sentence<'_>) -> Option<usize> {
     }
 }
 
-/// The time of a sentence that tells the day, too.
+/// The time of a sentence that also has the date.
 fn dated(sentence: &Sentence<'_>) -> Option<Time> {
     let cells: Vec<&str> = sentence.content.split(',').collect();
     let cell = |at: usize| cells.get(at).copied();
@@ -132,28 +132,28 @@ fn dated(sentence: &Sentence<'_>) -> Option<Time> {
         "ZDA" => (number(cell(3))?, number(cell(2))?, number(cell(1))?),
         _ => return None,
     };
-    // Receivers without a fix tell a year before 2000, which is in two digits one of the end of the century.
+    // Receivers without a fix send a year before 2000; written in two digits, it looks like one at the end of the century.
     let is_told = (2_000..2_080).contains(&year);
     let of_day = time_of_day(cell(0)?).filter(|_| is_told)?;
     civil(year, month, day, of_day.0)
 }
 
-/// The sentence without its talker; what is proprietary is whole.
+/// The sentence without its talker; a proprietary sentence whole.
 fn kind_of(address: &str) -> &str {
     if address.starts_with('P') { address } else { address.get(2..).unwrap_or(address) }
 }
 
 struct Reader {
     clock: Clock,
-    /// By address; of transducers by address and name.
+    /// By address; transducers by address and name.
     topics: BTreeMap<(String, String), Told>,
-    /// Lines that are no sentences.
+    /// The number of lines without a sentence.
     other: u64,
-    /// Sentences for which no time is known.
+    /// The number of sentences without a known time.
     untimed: u64,
 }
 
-/// A topic that was told.
+/// A topic that was reported.
 #[derive(Clone, Copy)]
 struct Told {
     id: TopicId,
@@ -214,7 +214,7 @@ impl Reader {
         Some(told)
     }
 
-    /// `XDR` has four cells for each transducer: its kind, the value, its unit, its name.
+    /// `XDR` has four cells for each transducer: kind, value, unit, name.
     fn transducers(&mut self, sentence: &Sentence<'_>, times: Times, listener: &mut dyn Listener) {
         let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
         for cells in cells.chunks(4) {
@@ -259,7 +259,7 @@ impl Reader {
     }
 }
 
-/// The unit of a transducer: what `C` is depends on the kind.
+/// The unit of a transducer: the meaning of `C` depends on the kind.
 fn unit_of(kind: &str, unit: &str) -> String {
     let unit = match (kind, unit) {
         ("C", "C") => "degC",

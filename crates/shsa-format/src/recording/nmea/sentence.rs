@@ -1,38 +1,38 @@
-//! A line of NMEA 0183 taken apart: what stands before the sentence, the sentence, its checksum.
+//! A line of NMEA 0183 in parts: the text before the sentence, the sentence, its checksum.
 
 use shsa_core::time::Time;
 use shsa_message::stamp;
 
-/// The longest part before a sentence that may be a time.
+/// The longest text before a sentence that may be a time.
 const PREFIX_MAX: usize = 64;
 
-/// What a line holds.
+/// The content of a line.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Sentence<'a> {
     /// `GPRMC`.
     pub(super) address: &'a str,
-    /// What stands behind the address, up to the checksum.
+    /// The cells after the address, up to the checksum.
     pub(super) content: &'a str,
-    /// When the logger has noted the line.
+    /// The time that the logger has noted for the line.
     pub(super) noted: Option<Time>,
 }
 
 /// Why a line is no sentence.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Flaw {
-    /// Nothing in it looks like one: comments, texts of the logger.
+    /// The line does not look like a sentence: a comment, a text of the logger.
     Other,
-    /// It is torn, or some of its letters are wrong.
+    /// The sentence is incomplete or has wrong letters.
     Torn,
 }
 
-/// Takes a line apart. A sentence without a checksum is one only where the recording has none at all.
+/// Parses a line. A sentence may lack its checksum only where the whole recording has none.
 pub(super) fn sentence(line: &str, has_checksums: bool) -> Result<Sentence<'_>, Flaw> {
     let line = line.trim();
     if line.starts_with('#') {
         return Err(Flaw::Other);
     }
-    // Of two sentences in one line the first is torn.
+    // Where a line has two sentences, the first is incomplete.
     let begin = line.rfind(['$', '!']).ok_or(Flaw::Other)?;
     let (before, sentence) = line.split_at(begin);
     let rest = sentence.get(1..).unwrap_or_default();
@@ -46,12 +46,12 @@ pub(super) fn sentence(line: &str, has_checksums: bool) -> Result<Sentence<'_>, 
     let (address, content) = body.and_then(|body| body.split_once(',')).ok_or(flaw)?;
     let is_address =
         (4..=12).contains(&address.len()) && address.bytes().all(|byte| byte.is_ascii_alphanumeric());
-    // A talker has two letters, a sentence three; what is proprietary begins with P.
+    // A talker has two letters, a sentence three; a proprietary address begins with P.
     let is_address = is_address && (address.starts_with('P') || address.len() == 5);
     if is_address { Ok(Sentence { address, content, noted: noted(before) }) } else { Err(flaw) }
 }
 
-/// Whether this was meant to be a sentence: `$` and two capital letters, or `!`, five of them and a comma.
+/// Whether a text was probably a sentence: `$` and two capital letters, or `!`, five of them and a comma.
 fn is_likely(sentence: &str) -> bool {
     let is_capital = |byte: &u8| byte.is_ascii_uppercase();
     match sentence.as_bytes() {
@@ -63,7 +63,7 @@ fn is_likely(sentence: &str) -> bool {
     }
 }
 
-/// The letters of a sentence, put together by exclusive or.
+/// The exclusive or of all letters of a sentence.
 fn checksum(body: &str) -> Option<u8> {
     Some(body.bytes().fold(0, |sum, byte| sum ^ byte))
 }
@@ -72,7 +72,7 @@ fn hexadecimal(digits: &str) -> Option<u8> {
     u8::from_str_radix(digits, 16).ok()
 }
 
-/// The time before a sentence: of a TAG block, or of a logger: `\c:1423133048*50\`, `2021-01-18T..;N;`, `1471172400153;A;`,
+/// The time before a sentence, from a TAG block or a logger: `\\c:1423133048*50\\`, `2021-01-18T..;N;`, `1471172400153;A;`,
 /// `(1471172400.153) `.
 fn noted(before: &str) -> Option<Time> {
     let before = before.trim();
@@ -91,7 +91,7 @@ fn noted(before: &str) -> Option<Time> {
     time.or_else(|| moment(text)).or_else(|| epoch(text.split(' ').next()?))
 }
 
-/// The time in a TAG block whose checksum is right.
+/// The time in a TAG block with a correct checksum.
 fn tagged(block: &str) -> Option<Time> {
     let (body, sum) = block.rsplit_once('*')?;
     if checksum(body) != hexadecimal(sum) {
@@ -100,7 +100,7 @@ fn tagged(block: &str) -> Option<Time> {
     body.split(',').find_map(|part| part.strip_prefix("c:")).and_then(epoch)
 }
 
-/// A number that is as large as a time of this century.
+/// A number that can be a time of this century.
 fn epoch(text: &str) -> Option<Time> {
     let (time, _) = stamp::number(text, None)?;
     (time.0 > 946_684_800_000_000_000).then_some(time)

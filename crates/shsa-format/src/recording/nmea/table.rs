@@ -1,4 +1,4 @@
-//! The sentences of NMEA 0183: names and units of their fields, and how the cells between the commas become them.
+//! The sentences of NMEA 0183: names and units of their fields, and the conversion of the cells between the commas.
 
 use super::super::topic::{Field, Value};
 use shsa_core::time::Span;
@@ -6,7 +6,7 @@ use shsa_message::stamp::decimal;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
 
-/// A line for each sentence: `name:kind:unit`. With `?` a field is missing in older versions or where a device has nothing to say.
+/// A line for each sentence: `name:kind:unit`. Fields with `?` are missing in older versions, or where a device has no value.
 ///
 /// | kind | cells | value |
 /// |---|---|---|
@@ -14,9 +14,9 @@ use std::sync::LazyLock;
 /// | `u` | two | a number, then the letter of its unit |
 /// | `w` | two | a number, then `E` or `W` (negative) |
 /// | `l` | two | a number, then `R` or `L` (negative) |
-/// | `s` | two | a speed in the unit of the letter behind it (`N`, `K`, `M`, `S`), told in knots |
+/// | `s` | two | a speed in the unit of the letter after it (`N`, `K`, `M`, `S`), converted to knots |
 /// | `y` | two | a latitude or longitude in degrees: `ddmm.mmmm`, then `N`, `S` (negative), `E`, `W` (negative) |
-/// | `t` | one | a time of the day, `hhmmss.ss`, told in seconds |
+/// | `t` | one | a time of the day, `hhmmss.ss`, converted to seconds |
 /// | `a` | one | a letter or two |
 /// | `x` | one | a text |
 const TABLE: &str = "\
@@ -66,10 +66,10 @@ WPL latitude:y:deg longitude:y:deg waypoint:x
 TXT sentences:n number:n id:n text:x
 ";
 
-/// The most fields that a sentence without an entry has.
+/// The most fields of a sentence without an entry.
 const OTHER_FIELDS_MAX: usize = 64;
 
-/// How cells become a value.
+/// The conversion of cells to a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Kind {
     Number,
@@ -106,10 +106,10 @@ impl Kind {
     }
 }
 
-/// What is known of a sentence.
+/// The entry of a sentence.
 pub(super) struct Known {
     fields: Vec<(Field, Kind)>,
-    /// The cells that even old versions have.
+    /// The number of cells that even old versions have.
     cells_min: usize,
 }
 
@@ -130,7 +130,7 @@ fn known(line: &'static str) -> Option<(&'static str, Known)> {
     Some((name, Known { fields, cells_min }))
 }
 
-/// The entry of a sentence by its three letters.
+/// The entry of a sentence by its three letters; `None` for an unknown one.
 pub(super) fn entry(name: &str) -> Option<&'static Known> {
     KNOWN.get(name)
 }
@@ -140,9 +140,9 @@ impl Known {
         self.fields.iter().map(|(field, _)| field.clone())
     }
 
-    /// The values of the fields in these cells. Of a sentence that has lost commas, which the checksum does not see where they are
-    /// an even number, the first value that is not what its place asks for, and all behind it, are left out: where it has fewer
-    /// cells than it must have, or a letter stands where another one belongs. Gives how many fields are left then.
+    /// Converts these cells to the values of the fields. A sentence may have lost commas: the checksum misses an even number of
+    /// them. That shows when the sentence has too few cells, or when a letter is in the place of another. Then the first wrong
+    /// value and all after it are left out. Returns the number of the fields that are left in that case.
     pub(super) fn values<'a>(&self, cells: &[&'a str], values: &mut Vec<Value<'a>>) -> Option<usize> {
         let is_short = cells.len() < self.cells_min;
         let mut cells = cells;
@@ -159,21 +159,21 @@ impl Known {
     }
 }
 
-/// Names for the fields of a sentence that the table does not have.
+/// Names for the fields of a sentence without an entry.
 pub(super) fn other_fields(cells: usize) -> Vec<Field> {
     (1..=cells.min(OTHER_FIELDS_MAX)).map(|at| Field::new(format!("field_{at}"))).collect()
 }
 
-/// Why cells are not what their place asks for.
+/// Why a cell does not fit its field.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 enum Mismatch {
-    /// It is no value of this kind.
+    /// The cell has no value of this kind.
     Value,
-    /// A letter stands where another one belongs, or a number: the cells are shifted.
+    /// The cell has another letter, or a number, in the place of a letter: the cells are shifted.
     Letter,
 }
 
-/// The value of these cells; missing where there are none, or they are empty.
+/// The value of these cells; missing where the cells are missing or empty.
 fn value<'a>(kind: Kind, cells: &[&'a str]) -> Result<Value<'a>, Mismatch> {
     let Some(first) = cells.first().copied().filter(|first| !first.is_empty()) else {
         return Ok(Value::Missing);
@@ -205,7 +205,7 @@ fn plain(text: &str) -> Option<f64> {
     text.parse().ok().filter(|_| is_plain)
 }
 
-/// How many knots a unit of speed is, by its letter: knots, km/h, m/s, miles an hour.
+/// The factor from a unit of speed to knots, by the letter of the unit: knots, km/h, m/s, miles per hour.
 fn in_knots(letter: &str) -> Option<f64> {
     match letter {
         "N" | "" => Some(1.0),
@@ -216,7 +216,7 @@ fn in_knots(letter: &str) -> Option<f64> {
     }
 }
 
-/// `dddmm.mmmm`, of which the last two digits before the point are minutes.
+/// `dddmm.mmmm`: the minutes begin two digits before the point.
 fn degrees(text: &str) -> Option<f64> {
     let number = plain(text)?;
     let degrees = (number / 100.0).trunc();
@@ -224,7 +224,7 @@ fn degrees(text: &str) -> Option<f64> {
     (number >= 0.0 && minutes < 60.0 && degrees <= 180.0).then_some(degrees + minutes / 60.0)
 }
 
-/// `hhmmss.ss`, since the beginning of the day.
+/// `hhmmss.ss`, since the start of the day.
 pub(super) fn time_of_day(text: &str) -> Option<Span> {
     let (clock, fraction) = text.split_once('.').map_or((text, ""), |(clock, fraction)| (clock, fraction));
     let digits = clock.len() == 6 && clock.bytes().all(|byte| byte.is_ascii_digit());
@@ -286,7 +286,7 @@ mod tests {
             "190315,A,3503.8851N,07658.0729,W,3.75,175.45,120816,,,A",
             "time=68595.0000 status=A cut at 2",
         );
-        // All cells are there: a value that is none costs itself.
+        // All cells are there: an invalid value affects only its own field.
         check("DBT", "8.46,f,x,M,1.41,F", "depth_feet=8.4600 depth_fathoms=1.4100");
     }
 

@@ -1,11 +1,11 @@
-//! Recordings written by these tests, and those of boats and receivers.
+//! NMEA recordings written by these tests, and those of boats and receivers.
 
 use super::super::tests::independent::{
     Reader, check_cut, check_flipped, check_values, counted, expected, sample, told,
 };
 use super::*;
 
-/// It has no options.
+/// The reader, which has no options.
 const READ: Reader = |input, _options, listener| read(input, listener);
 
 /// Lines with their checksums.
@@ -105,7 +105,7 @@ fn a_recording_without_a_day_is_left_out() {
     assert!(all.damages[0].1.starts_with("1 sentences are left out"));
 }
 
-/// What `pynmea2` calls a field, and what it is here.
+/// A field's name in `pynmea2`, and its name here.
 fn field_of(name: &str) -> (&str, &str) {
     let (topic, field) = name.split_once('#').unwrap();
     let field = match field {
@@ -126,7 +126,7 @@ fn check_sample(file: &str) {
     };
     let all = told(READ, &bytes);
     for (name, count) in expected["sentences"].as_object().unwrap() {
-        // It leaves out the letter before the name of the maker.
+        // `pynmea2` leaves out the letter before the name of the maker.
         let name = if name.starts_with("SRF") { format!("P{name}") } else { name.clone() };
         let found: usize = all.topics.iter().filter(|it| it.full == name).map(|it| it.messages.len()).sum();
         assert_eq!(found as u64, count.as_u64().unwrap(), "{name}");

@@ -1,6 +1,6 @@
-//! Bytes that are read one after the other.
+//! Reads bytes one after the other.
 
-/// What is left of some bytes.
+/// The remaining bytes.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Bytes<'a>(pub(super) &'a [u8]);
 
@@ -11,7 +11,7 @@ impl<'a> Bytes<'a> {
         Some(*first)
     }
 
-    /// The next bytes, so many.
+    /// The next `length` bytes.
     pub(super) fn take(&mut self, length: usize) -> Option<&'a [u8]> {
         let (taken, rest) = self.0.split_at_checked(length)?;
         self.0 = rest;
@@ -36,7 +36,7 @@ impl<'a> Bytes<'a> {
         None
     }
 
-    /// The same of a number with a sign, which is its lowest bit.
+    /// A signed number in groups of seven bits, whose lowest bit is the sign.
     pub(super) fn zigzag(&mut self) -> Option<i64> {
         let number = self.varint()?;
         Some((number >> 1).cast_signed() ^ -(number & 1).cast_signed())

@@ -1,4 +1,4 @@
-//! When the rows were true: a column of moments, else what the names and the first rows tell, as in a table of text.
+//! The times of the rows: from a column of timestamps, else from the columns' names and the first rows, as in a table of text.
 
 use super::super::stamp::{self, Doubts};
 use super::super::table::clock::{self as text, Clock as TextClock};
@@ -11,35 +11,35 @@ use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;
 use shsa_message::zone::Zone;
 
-/// So many rows tell where the time is.
+/// How many rows decide where the time is.
 pub(super) const ROWS: u64 = 100;
 
-/// Where rows have their time.
+/// The place of the time in the rows.
 pub(super) struct Clock {
     kind: Kind,
-    /// Whether it was told that a zone is missing.
+    /// Whether the missing zone was reported.
     has_told_zone: bool,
     is_zone_missing: bool,
     doubts: Doubts,
 }
 
 enum Kind {
-    /// Nanoseconds since 1970 in a column; whether they are in UTC.
+    /// A column of nanoseconds since 1970; whether they are in UTC.
     Moments(usize, bool),
-    /// As in a table of text.
+    /// Text columns, as in a table of text.
     Text(TextClock),
 }
 
-/// A clock, and what was assumed to find it.
+/// A clock, and the assumptions by which it was found.
 pub(super) struct Found {
     pub(super) clock: Clock,
     pub(super) notes: Vec<String>,
 }
 
-/// Finds where the rows have their time.
+/// Finds the columns with the time.
 ///
 /// # Errors
-/// Says what was looked for in vain.
+/// The columns that were looked for.
 pub(super) fn find(
     description: &Description,
     rows: &[Vec<String>],
@@ -54,7 +54,7 @@ pub(super) fn find(
         clock: Clock { kind, has_told_zone: false, is_zone_missing: false, doubts: Doubts::default() },
         notes,
     };
-    // The column that is asked for, else the one that is called as times are, else the first one of moments.
+    // The requested column, else the one with the name of a time, else the first column of timestamps.
     let asked = options.time_column.as_ref().map(|name| match names::column_of(&headers, name) {
         names::Fit::Column(at) => moments(at),
         _ => None,
@@ -78,7 +78,7 @@ pub(super) fn find(
 }
 
 impl Clock {
-    /// Whether a column is part of the time.
+    /// Whether a column is a part of the time.
     pub(super) fn reads(&self, at: usize) -> bool {
         match &self.kind {
             Kind::Moments(column, _) => *column == at,
@@ -86,7 +86,7 @@ impl Clock {
         }
     }
 
-    /// When a row was true; `None` where its cells say no time.
+    /// The time of a row; `None` where its cells have none.
     pub(super) fn moment(&mut self, columns: &Columns<'_>, zone: &Zone) -> Option<Time> {
         match &self.kind {
             Kind::Moments(column, is_utc) => {
@@ -108,14 +108,14 @@ impl Clock {
         }
     }
 
-    /// That the zone was assumed, once.
+    /// The note that the zone was assumed; given once.
     pub(super) fn note(&mut self, zone: &Zone) -> Option<String> {
         let is_new = self.is_zone_missing && !zone.is_given && !self.has_told_zone;
         self.has_told_zone |= is_new;
         is_new.then(|| "its times name no zone and are taken for UTC; --time-zone says another".to_owned())
     }
 
-    /// What was assumed of times that a clock showed twice, or never.
+    /// The assumptions about times that a clock showed twice, or never.
     pub(super) fn doubts(&self) -> Vec<String> {
         self.doubts.told()
     }
@@ -124,7 +124,7 @@ impl Clock {
 fn number(value: Value<'_>, step: Span) -> Option<Time> {
     match value {
         Value::Whole(whole) => whole.checked_mul(step.0).map(Time),
-        // By its digits: an epoch in nanoseconds does not fit a float.
+        // Converted by its digits: an epoch in nanoseconds does not fit a float.
         Value::Number(number) => decimal(&number.to_string(), step),
         Value::Text(text) => decimal(text, step),
         Value::Missing | Value::List(_) | Value::Interval(..) => None,

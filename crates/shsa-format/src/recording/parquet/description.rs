@@ -1,56 +1,56 @@
-//! What the end of a Parquet file says of it: its columns, and where in the file their values stand.
+//! The description at the end of a Parquet file: its columns, and the places of their values.
 //!
 //! Format: <https://github.com/apache/parquet-format/blob/master/src/main/thrift/parquet.thrift>.
 
 use super::bytes::Bytes;
 use super::thrift::Struct;
 
-/// The most columns, and the most parts of rows, that are believed.
+/// The most columns, and the most row groups, that are accepted.
 const PARTS_MAX: usize = 1 << 16;
 
-/// How a value stands in the bytes.
+/// The physical type of a value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Physical {
     Bool,
     I32,
     I64,
-    /// Nanoseconds of a day and the number of the day.
+    /// Nanoseconds of the day and the number of the day.
     I96,
     F32,
     F64,
-    /// A length and so many bytes.
+    /// A length and that many bytes.
     Bytes,
-    /// So many bytes.
+    /// This many bytes.
     Fixed(usize),
 }
 
-/// What a value means.
+/// The logical type of a value.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Meaning {
-    /// What it is.
+    /// The value as it is stored.
     Plain,
-    /// A whole number without a sign.
+    /// An unsigned whole number.
     Unsigned,
-    /// A whole number of such parts of one.
+    /// A whole number of fractions, with the factor of one fraction.
     Decimal(f64),
-    /// A number of nanoseconds, one step for each, since 1970; whether that is in UTC, or wherever it was written.
+    /// A time since 1970, with the nanoseconds of one step; whether it is in UTC, or in the local time of the writer.
     Moment { step_ns: i64, is_utc: bool },
 }
 
 /// A column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Column {
-    /// Its path, with dots.
+    /// The path, with dots.
     pub(super) name: String,
     pub(super) physical: Physical,
     pub(super) meaning: Meaning,
-    /// The level of definition at which there is a value.
+    /// The definition level at which there is a value.
     pub(super) defined: u32,
-    /// The level of repetition: above 0 it is a list.
+    /// The repetition level: above 0 the column is a list.
     pub(super) repeated: u32,
 }
 
-/// Where the values of a column in a part of the rows stand.
+/// The values of a column in a row group.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chunk {
     pub(super) codec: i64,
@@ -58,15 +58,15 @@ pub(super) struct Chunk {
     pub(super) end: u64,
 }
 
-/// A part of the rows.
+/// A row group.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Group {
     pub(super) rows: u64,
-    /// One for each column; `None`: it is in another file, or nowhere.
+    /// The chunks, one for each column; `None`: it is in another file, or missing.
     pub(super) chunks: Vec<Option<Chunk>>,
 }
 
-/// What a file holds.
+/// The description of a file.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) struct Description {
     pub(super) columns: Vec<Column>,
@@ -74,7 +74,7 @@ pub(super) struct Description {
 }
 
 impl Description {
-    /// Of the bytes at the end of a file; `None` where they do not describe one.
+    /// Parses the bytes at the end of a file; `None` where they are no description.
     pub(super) fn read(bytes: &[u8]) -> Option<Description> {
         let file = Struct::read(&mut Bytes(bytes))?;
         let mut elements = file.structures(2);
@@ -94,17 +94,17 @@ impl Description {
     }
 }
 
-/// What is above an element.
+/// The elements above an element of the schema.
 struct Level {
     name: String,
     defined: u32,
     repeated: u32,
-    /// Whether it is the item of a list, whose name says nothing.
+    /// Whether the element is the item of a list; its name has no meaning then.
     is_item: bool,
     depth: usize,
 }
 
-/// Takes an element with those below it.
+/// Adds an element with those below it.
 fn below<'s>(
     elements: &mut impl Iterator<Item = &'s Struct>,
     above: &Level,
@@ -113,7 +113,7 @@ fn below<'s>(
     let element = elements.next()?;
     let (name, repetition) = (element.text(4)?, element.whole(3).unwrap_or(0));
     let children = element.whole(5).unwrap_or(0);
-    // The group that is repeated stands between a list and its items, under a name that writers choose.
+    // The repeated group between a list and its items has a name of the writer's choice.
     let is_list = repetition == 2 && children > 0;
     let name = match (above.name.as_str(), is_list || above.is_item) {
         ("", _) => name,
@@ -152,7 +152,7 @@ fn physical(element: &Struct) -> Option<Physical> {
     })
 }
 
-/// By its logical type, or by what older writers say in its place.
+/// The meaning by the logical type, or by the converted type of older writers.
 fn meaning(element: &Struct) -> Meaning {
     let decimal = |scale: i64| Meaning::Decimal(0.1_f64.powi(i32::try_from(scale).unwrap_or(0)));
     if let Some(logical) = element.structure(10) {
@@ -179,7 +179,7 @@ fn meaning(element: &Struct) -> Meaning {
         (Some(9), _) => Meaning::Moment { step_ns: 1_000_000, is_utc: true },
         (Some(10), _) => Meaning::Moment { step_ns: 1_000, is_utc: true },
         (Some(11..=14), _) => Meaning::Unsigned,
-        // Nobody says whose time it is.
+        // The file does not say in which zone the time is.
         (_, Some(3)) => Meaning::Moment { step_ns: 1, is_utc: false },
         _ => Meaning::Plain,
     }

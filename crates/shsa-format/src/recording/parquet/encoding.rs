@@ -1,4 +1,4 @@
-//! How Parquet writes values: one after the other, as numbers in a dictionary, as differences, in runs.
+//! The encodings of Parquet: plain, by dictionary, as differences, in runs.
 //!
 //! Format: <https://github.com/apache/parquet-format/blob/master/Encodings.md>.
 
@@ -12,15 +12,15 @@ const DAY_NS: i64 = 86_400_000_000_000;
 /// A value of a column.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Cell {
-    /// There is none.
+    /// A missing value.
     Missing,
     Number(f64),
     Whole(i64),
-    /// The text of this number among those beside it.
+    /// The text of this index among the texts of the cells.
     Text(u32),
 }
 
-/// Values, and the texts that are among them.
+/// Values, and the texts among them.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Cells {
     pub(super) list: Vec<Cell>,
@@ -51,7 +51,7 @@ impl Cells {
     }
 }
 
-/// Values one after the other.
+/// Reads values that are stored one after the other.
 pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
     if column.physical == Physical::Bool {
         let bits = bytes.take(count.div_ceil(8))?;
@@ -90,7 +90,7 @@ pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
     Some(())
 }
 
-/// The bytes of each value apart: all first ones, then all second ones.
+/// Reads values whose bytes are stored apart: all first ones, then all second ones.
 pub(super) fn split(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
     let width = match column.physical {
         Physical::I32 | Physical::F32 => 4,
@@ -104,14 +104,14 @@ pub(super) fn split(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
     plain(&mut Bytes(&joined), column, count, cells)
 }
 
-/// Values by their numbers in a dictionary.
+/// Reads values by their indices in a dictionary.
 pub(super) fn of_dictionary(bytes: &mut Bytes<'_>, dictionary: &[Cell], count: usize) -> Option<Vec<Cell>> {
     let width = bytes.byte()?;
     let numbers = runs(bytes, width, count)?;
     numbers.into_iter().map(|number| dictionary.get(number as usize).copied()).collect()
 }
 
-/// Small numbers in runs of one number, or packed in so many bits each.
+/// Reads small numbers in runs of one number, or packed in `width` bits each.
 pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Vec<u32>> {
     if width > 32 {
         return None;
@@ -127,7 +127,7 @@ pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Vec
             numbers.extend(std::iter::repeat_n(value, length.min(left)));
         } else {
             let packed = length.checked_mul(usize::from(width))?;
-            // The last run may be cut where no more values are.
+            // The last run may be shorter than stated where no more values follow.
             let taken = bytes.take(packed.min(bytes.0.len()))?;
             let numbered = unpacked(taken, width.into(), length.saturating_mul(8).min(left));
             numbers.extend(numbered?.into_iter().map(|number| number as u32));
@@ -136,7 +136,7 @@ pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Vec
     Some(numbers)
 }
 
-/// Numbers packed in so many bits each, at most 64, the lowest bit first.
+/// Reads numbers packed in `width` bits each, at most 64, the lowest bit first.
 fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<Vec<u64>> {
     if width.checked_mul(count)?.div_ceil(8) > bytes.len() {
         return None;
@@ -151,7 +151,7 @@ fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<Vec<u64>> {
     Some((0..count).map(number).collect())
 }
 
-/// Whole numbers as differences.
+/// Reads whole numbers stored as differences.
 pub(super) fn differences(bytes: &mut Bytes<'_>, most: usize) -> Option<Vec<i64>> {
     let (block, parts) = (usize::try_from(bytes.varint()?).ok()?, usize::try_from(bytes.varint()?).ok()?);
     let total = usize::try_from(bytes.varint()?).ok()?;
@@ -191,7 +191,7 @@ pub(super) fn differences(bytes: &mut Bytes<'_>, most: usize) -> Option<Vec<i64>
     Some(numbers)
 }
 
-/// Whole numbers as differences, told as those of the column.
+/// Reads whole numbers stored as differences, as values of the column.
 pub(super) fn of_differences(
     bytes: &mut Bytes<'_>,
     column: &Column,
@@ -206,7 +206,8 @@ pub(super) fn of_differences(
     Some(())
 }
 
-/// Texts: their lengths as differences, then all letters; where `has_prefixes`, each begins as the one before it for so long.
+/// Reads texts: their lengths as differences, then all letters. With `has_prefixes`, each text shares a prefix with the one
+/// before.
 pub(super) fn texts(
     bytes: &mut Bytes<'_>,
     column: &Column,

@@ -1,9 +1,9 @@
-//! Apache Parquet: a table whose columns stand apart, packed, in parts of some rows each; what they are is said at the end.
+//! Apache Parquet: a table whose columns are stored separately, compressed, in row groups; the description is at the end.
 //!
-//! `description (columns, parts) -> pages of each column, side by side -> rows -> clock (when) -> messages of one topic`
+//! `description (columns, row groups) -> pages of each column, side by side -> rows -> clock (times) -> messages of one topic`
 //!
-//! Format: <https://parquet.apache.org/docs/file-format/>. Each column is read a page at a time, so memory does not grow with the
-//! file. A page that cannot be read costs its values, not those behind it. Without the description nothing can be read.
+//! Format: <https://parquet.apache.org/docs/file-format/>. Each column is read a page at a time, so that memory does not grow
+//! with the file. Only the values of a damaged page are lost. A file without its description cannot be read.
 
 mod bytes;
 mod clock;
@@ -28,13 +28,13 @@ pub(super) const MAGIC: &[u8] = b"PAR1";
 /// The longest description that is read, bytes.
 const DESCRIPTION_MAX: u64 = 1 << 28;
 
-/// The most that the texts of a page may be altogether, bytes.
+/// The largest size of all texts of a page, bytes.
 const TEXTS_MAX: usize = 1 << 28;
 
-/// The most damages that are told of a part of the rows.
+/// The most damages of a row group that are reported.
 const DAMAGES_MAX: usize = 20;
 
-/// Tells the rows of a table.
+/// Reports the rows of a table.
 pub(super) fn read(
     input: &mut dyn Input,
     options: &ReadOptions,
@@ -87,7 +87,7 @@ fn field(column: &Column) -> Field {
     Field { name: column.name.clone(), unit }
 }
 
-/// The description at the end of a file, or what is wrong with it, and where.
+/// The description at the end of a file, or the problem with it and its place.
 fn described(input: &mut dyn Input) -> Result<Description, (Place, String)> {
     let failed = |problem: io::Error| (Place::Whole, problem.to_string());
     let length = input.seek(SeekFrom::End(0)).map_err(failed)?;
@@ -113,7 +113,7 @@ fn bytes_at(input: &mut dyn Input, at: u64, length: u64) -> io::Result<Vec<u8>> 
     Ok(bytes)
 }
 
-/// The first rows as texts, by which times are found.
+/// The first rows as texts, to find the times.
 fn first_rows(input: &mut dyn Input, description: &Description) -> io::Result<Vec<Vec<String>>> {
     let Some(group) = description.groups.iter().find(|group| group.rows > 0) else { return Ok(Vec::new()) };
     let mut columns = Columns::new(description, group, |_| true);
@@ -125,10 +125,10 @@ fn first_rows(input: &mut dyn Input, description: &Description) -> io::Result<Ve
     Ok(rows)
 }
 
-/// The columns of a part of the rows, side by side.
+/// The columns of a row group, side by side.
 struct Columns<'d> {
     pages: Vec<Option<Pages<'d>>>,
-    /// What each says of the row.
+    /// The entry of each column for the current row.
     row: Vec<Entry>,
 }
 
@@ -142,7 +142,7 @@ impl<'d> Columns<'d> {
         Columns { row: vec![Entry::Cell(Cell::Missing); pages.len()], pages }
     }
 
-    /// Goes to the next row; whether any column says something of it.
+    /// Goes to the next row; returns whether any column has an entry for it.
     fn turn(&mut self, input: &mut dyn Input) -> io::Result<bool> {
         let mut is_any = false;
         for (entry, pages) in self.row.iter_mut().zip(&mut self.pages) {
@@ -189,7 +189,7 @@ impl<'d> Columns<'d> {
     }
 }
 
-/// A table whose rows are told.
+/// A table whose rows are reported.
 struct Table<'a> {
     description: &'a Description,
     topic: TopicId,
@@ -199,7 +199,7 @@ struct Table<'a> {
 }
 
 impl Table<'_> {
-    /// Tells a part of the rows.
+    /// Reports a row group.
     fn group(&mut self, group: &Group, input: &mut dyn Input, listener: &mut dyn Listener) -> io::Result<()> {
         let is_read = |at: usize| {
             listener.is_field_wanted(self.topic, at)
@@ -227,7 +227,7 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// When a row was true; `None` where that is not known and matters.
+    /// The time of a row; `None` where it is unknown and matters.
     fn time(&mut self, columns: &Columns<'_>, listener: &mut dyn Listener) -> Option<Time> {
         let number = self.count;
         self.count += 1;

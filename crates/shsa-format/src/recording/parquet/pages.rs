@@ -1,4 +1,4 @@
-//! The pages of a column: read from the file one after the other, unpacked, and taken apart into values.
+//! The pages of a column: read from the file one after the other, decompressed, and decoded.
 
 use super::super::topic::Input;
 use super::super::unpack::{UNPACKED_MAX, unpack};
@@ -11,28 +11,28 @@ use super::thrift::Struct;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::io;
 
-/// The longest head of a page, bytes: it may hold the least and the greatest value.
+/// The longest head of a page, bytes; it may have the smallest and the largest value.
 const HEAD_MAX: u64 = 1 << 16;
 
-/// The most values of a page that are believed; writers put some ten thousand into one.
+/// The most values of a page that are accepted; writers put some ten thousand into one.
 const VALUES_MAX: usize = 1 << 23;
 
-/// What a column says next.
+/// The next entry of a column.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Entry {
     Cell(Cell),
     List(Vec<f64>),
 }
 
-/// The values of a column in a part of the rows. Memory: a page and the dictionary.
+/// The values of a column in a row group. Memory: a page and the dictionary.
 pub(super) struct Pages<'d> {
     column: &'d Column,
     chunk: Chunk,
-    /// Where the next page begins.
+    /// The place of the next page.
     at: u64,
     dictionary: Cells,
     page: Page,
-    /// What was wrong with pages, and where they are.
+    /// The damages of pages, with their places.
     pub(super) damages: Vec<(u64, String)>,
 }
 
@@ -40,23 +40,23 @@ pub(super) struct Pages<'d> {
 #[derive(Default)]
 struct Page {
     cells: Vec<Cell>,
-    /// The texts of a page that has no dictionary.
+    /// The texts of a page without a dictionary.
     texts: Option<Vec<Box<str>>>,
-    /// For each value its level of repetition, where the column is a list.
+    /// The repetition level of each value, where the column is a list.
     repeats: Vec<u32>,
-    /// Which value comes next.
+    /// The index of the next value.
     next: usize,
 }
 
-/// What the head of a page says.
+/// The head of a page.
 struct Head {
     kind: i64,
     values: usize,
     encoding: i64,
     packed: usize,
     unpacked: usize,
-    /// The lengths of the levels of repetition and definition, which are not packed, and whether the values are; of the second
-    /// kind of pages.
+    /// For pages of the second version: the lengths of the repetition and definition levels, which are not compressed, and
+    /// whether the values are compressed.
     levels: Option<(usize, usize, bool)>,
 }
 
@@ -66,7 +66,7 @@ impl<'d> Pages<'d> {
         Pages { column, chunk, at: chunk.begin, dictionary, page, damages: Vec::new() }
     }
 
-    /// What the column says of the next row; `None` where all is told.
+    /// The entry of the column for the next row; `None` after the last one.
     ///
     /// # Errors
     /// Those of the file.
@@ -84,7 +84,7 @@ impl<'d> Pages<'d> {
                 _ => None,
             };
         }
-        // A list of nothing is written as one value that is missing.
+        // An empty list is stored as one missing value.
         let is_empty = list.len() == 1 && cell == Cell::Missing;
         Ok(Some(if is_empty { Entry::Cell(Cell::Missing) } else { Entry::List(list) }))
     }
@@ -111,7 +111,7 @@ impl<'d> Pages<'d> {
         Ok(Some((cell, level)))
     }
 
-    /// Reads the next page; whether there is one.
+    /// Reads the next page; returns whether there is one.
     fn turn(&mut self, input: &mut dyn Input) -> io::Result<bool> {
         let begin = self.at;
         if begin >= self.chunk.end {
@@ -145,7 +145,7 @@ impl<'d> Pages<'d> {
         Ok(true)
     }
 
-    /// Of a page that cannot be read the values are missing.
+    /// Replaces the values of an unreadable page by missing ones.
     fn lose(&mut self, values: usize) -> bool {
         self.page = Page { cells: vec![Cell::Missing; values], ..Page::default() };
         true
@@ -180,7 +180,7 @@ impl<'d> Pages<'d> {
         Ok(())
     }
 
-    /// The levels, then the values that are there.
+    /// Decodes the levels, then the present values.
     fn data(&self, head: &Head, levels: &mut Bytes<'_>, bytes: &mut Bytes<'_>) -> Option<Page> {
         let column = self.column;
         let mut level = |most: u32, length: Option<usize>| -> Option<Vec<u32>> {
@@ -215,7 +215,7 @@ impl<'d> Pages<'d> {
         Some(Page { cells, repeats, texts: page.texts, next: 0 })
     }
 
-    /// A page of so many values, all of them there; with their texts, where these are not in the dictionary.
+    /// Decodes a page of `count` present values, with their texts where these are not in the dictionary.
     fn values(&self, head: &Head, bytes: &mut Bytes<'_>, count: usize) -> Option<Page> {
         let mut cells = Cells::default();
         match head.encoding {
@@ -248,7 +248,7 @@ impl Head {
             0 => (page.structure(5)?, 2),
             2 => (page.structure(7)?, 2),
             3 => (page.structure(8)?, 4),
-            // Of no use here: it is passed.
+            // A page of another kind has no values.
             _ => {
                 return Some(Head {
                     kind,
@@ -283,7 +283,7 @@ fn number(cell: Cell) -> f64 {
     }
 }
 
-/// The bytes of a page.
+/// The decompressed bytes of a page.
 fn unpacked(codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
     let all = |unpacked: Option<Vec<u8>>| unpacked.ok_or_else(|| "a page cannot be unpacked".to_owned());
     match codec {
@@ -307,7 +307,7 @@ fn unpacked(codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String>
     }
 }
 
-/// What gzip has packed: a head, a stream of deflate, and a checksum that is not compared.
+/// Decompresses gzip: a head, a deflate stream, and a checksum that is not compared.
 fn gzip(packed: &[u8], length: usize) -> Option<Vec<u8>> {
     let mut bytes = Bytes(packed);
     let &[0x1f, 0x8b, 8, flags, ..] = bytes.take(10)? else { return None };

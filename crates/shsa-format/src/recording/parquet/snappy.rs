@@ -1,10 +1,10 @@
-//! Unpacks what Snappy has packed.
+//! Decompresses Snappy.
 //!
 //! Format: <https://github.com/google/snappy/blob/main/format_description.txt>.
 
 use super::bytes::Bytes;
 
-/// Unpacks to at most so many bytes; `None` where the bytes are not so packed.
+/// Decompresses to at most `limit` bytes; `None` where the bytes are no Snappy data.
 pub(super) fn unpack(packed: &[u8], limit: usize) -> Option<Vec<u8>> {
     let mut packed = Bytes(packed);
     let length = usize::try_from(packed.varint()?).ok().filter(|length| *length <= limit)?;
@@ -38,7 +38,7 @@ fn number(bytes: &[u8]) -> usize {
     bytes.iter().rev().fold(0, |number, byte| number << 8 | usize::from(*byte))
 }
 
-/// Says again what stood so far back; what is longer than that repeats itself.
+/// Appends `length` bytes from `back` bytes before the end; a longer copy repeats itself.
 fn again(unpacked: &mut Vec<u8>, back: usize, length: usize) -> Option<()> {
     let from = unpacked.len().checked_sub(back).filter(|_| back > 0)?;
     for at in from..from + length {

@@ -1,4 +1,4 @@
-//! Parquet by hand, and against what an independent reader has read; damaged.
+//! Parquet files written by hand, files beside the results of an independent reader, and damaged files.
 
 use super::super::tests::independent::{Reader, check_values, counted, expected, sample, told};
 use super::super::tests::parquet_writer::small;
@@ -119,7 +119,7 @@ fn a_damaged_page_costs_its_values_and_no_others() {
             let one = counted(READ, &broken);
             assert!(one.messages <= sound + 1, "{file} at {at}");
             broken[at] = bytes[at];
-            // What is before the description never takes the whole file with it, but where it holds the times.
+            // Damage before the description never makes the whole file unreadable, unless it is in the times.
             let is_told = one.messages == sound || !one.damages.is_empty();
             assert!(is_told || at >= described, "{file} at {at}: {} of {sound}", one.messages);
         }

@@ -1,13 +1,13 @@
-//! Thrift's compact protocol, in which the descriptions of a Parquet file are written: numbers, texts, lists and structures.
+//! Thrift's compact protocol, the encoding of a Parquet file's descriptions: numbers, texts, lists and structures.
 //!
 //! Format: <https://github.com/apache/thrift/blob/master/doc/specs/thrift-compact-protocol.md>.
 
 use super::bytes::Bytes;
 
-/// How deep structures may lie in each other.
+/// The deepest nesting of structures.
 const DEPTH_MAX: usize = 24;
 
-/// What stands under the number of a field, or in a list.
+/// The value of a field or of a list item.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Item {
     Bool(bool),
@@ -18,12 +18,12 @@ pub(super) enum Item {
     Struct(Struct),
 }
 
-/// Fields by their numbers, ascending as they are written.
+/// Fields by their numbers, in the order of the file, which is ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Struct(Vec<(i64, Item)>);
 
 impl Struct {
-    /// Reads one; `None` where the bytes are none. Memory: some times that of the bytes.
+    /// Reads a structure; `None` where the bytes are none. Memory: a few times that of the bytes.
     pub(super) fn read(bytes: &mut Bytes<'_>) -> Option<Struct> {
         structure(bytes, 0)
     }
@@ -98,7 +98,7 @@ fn structure(bytes: &mut Bytes<'_>, depth: usize) -> Option<Struct> {
 
 fn item(bytes: &mut Bytes<'_>, kind: u8, depth: usize) -> Option<Item> {
     Some(match kind {
-        // In a list a truth value is a byte.
+        // In a list a boolean is a byte.
         1 | 2 => Item::Bool(bytes.byte()? == 1),
         3 => Item::Whole(i64::from(bytes.byte()?.cast_signed())),
         4..=6 => Item::Whole(bytes.zigzag()?),

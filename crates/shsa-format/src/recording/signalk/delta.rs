@@ -1,39 +1,39 @@
-//! A delta of Signal K gone through once: where its updates have their source, their time and their values.
+//! A Signal K delta, parsed in one pass: the sources, times and values of its updates.
 
 use shsa_message::json::{Broken, Kind, Place, Visitor, unescaped, walk};
 use std::borrow::Cow;
 
-/// What an update says: of whom, when, and its values' places among those of the delta.
+/// An update: its source, its time, and the places of its values in the delta.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Update<'a> {
-    /// `$source`, or the label of the source, or what there is of its `src` and `type`.
+    /// `$source`, or the label of the source, or the available ones of its `src` and `type`.
     pub(super) source: Cow<'a, str>,
     pub(super) timestamp: Option<&'a str>,
     /// Paths and values, as JSON.
     pub(super) values: Vec<(Cow<'a, str>, &'a str)>,
-    /// Entries that lack one of both.
+    /// The number of entries without a path or without a value.
     pub(super) incomplete: usize,
 }
 
 /// A line.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Delta<'a> {
-    /// Whose values these are.
+    /// The vessel or device that the values describe.
     pub(super) context: Option<Cow<'a, str>>,
     pub(super) updates: Vec<Update<'a>>,
 }
 
-/// Reads a line. `O(bytes)`.
+/// Parses a line. `O(bytes)`.
 ///
 /// # Errors
-/// Where it stops to be JSON.
+/// The place where the text ceases to be JSON.
 pub(super) fn delta(text: &str) -> Result<Delta<'_>, Broken> {
     let mut reader = Reader { text, delta: Delta::default(), update: Parts::default() };
     walk(text, Node::Root, &mut reader)?;
     Ok(reader.delta)
 }
 
-/// What is known of a value on the way to it.
+/// A value of the JSON tree, by its path.
 #[derive(Clone, Copy)]
 enum Node {
     Root,
@@ -49,10 +49,10 @@ enum Node {
     Value,
 }
 
-/// How sources are named, the best first.
+/// The names of a source, the best first.
 const LABELS: [&str; 4] = ["$source", "label", "src", "type"];
 
-/// An update in the making.
+/// An update under construction.
 #[derive(Default)]
 struct Parts<'a> {
     update: Update<'a>,
@@ -102,7 +102,7 @@ impl<'a> Visitor for Reader<'a> {
             (Node::Update, "source") => Some(Node::Source),
             (Node::Update, "$source") => Some(Node::Label(0)),
             (Node::Update, "timestamp") => Some(Node::Timestamp),
-            // Old versions have it within the source.
+            // Old versions have the time within the source.
             (Node::Source, "timestamp") => Some(Node::Timestamp),
             (Node::Source, name) => LABELS.iter().position(|label| *label == name).map(Node::Label),
             (Node::Update, "values") => Some(Node::Values),

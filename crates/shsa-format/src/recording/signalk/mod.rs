@@ -1,9 +1,9 @@
-//! Signal K: deltas, one JSON object a line, as its servers log them.
+//! Signal K: deltas, one JSON object per line, as its servers log them.
 //!
-//! Format: <https://signalk.org/specification/1.7.0/doc/data_model.html>. A topic is a path (`navigation.speedOverGround`), its body
-//! the value; the tag `source` tells who has sent it, and `context` whose it is: other vessels report, too. The stamp is the
-//! update's; its reception the time that a logger has noted before the line, else the stamp. An update without a time has that of
-//! the one before.
+//! Format: <https://signalk.org/specification/1.7.0/doc/data_model.html>. A topic is a path (`navigation.speedOverGround`), its
+//! body the value. The tag `source` names the sender, and `context` the vessel, as other vessels report, too. The stamp is the
+//! time of the update. The reception is the time that a logger has noted before the line, else the stamp. An update without a
+//! time takes that of the one before.
 
 mod delta;
 
@@ -24,7 +24,7 @@ pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
     let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
     let has = |name: &str| first.contains(&format!("\"{name}\""));
-    // A server greets before its first delta.
+    // A server sends a greeting before its first delta.
     let is_greeting = has("roles") && has("version") && has("self");
     noted(first).1.starts_with('{') && (has("updates") && (has("values") || has("context")) || is_greeting)
 }
@@ -67,7 +67,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     Ok(())
 }
 
-/// The time before a line, `1471172400153;A;{..`, and the line without it.
+/// The time before a line, `1471172400153;A;{..`, and the rest of the line.
 fn noted(line: &str) -> (Option<Time>, &str) {
     let line = line.trim();
     let Some(begin) = line.find('{').filter(|begin| (1..64).contains(begin)) else { return (None, line) };
@@ -76,12 +76,12 @@ fn noted(line: &str) -> (Option<Time>, &str) {
     (time.map(|(time, _)| time), text)
 }
 
-/// The time of an update as it says it.
+/// The time of an update.
 fn stamped(update: &Update<'_>) -> Option<Time> {
     stamp::text(update.timestamp?, None).map(|(time, _)| time)
 }
 
-/// The first time of all: what comes before it has it, too.
+/// The first time in the recording, which values before it take, too.
 fn first_time(input: &mut dyn Input) -> Option<Time> {
     let mut lines = Lines::new(input);
     while let Some(line) = lines.read() {
@@ -101,13 +101,13 @@ struct Reader {
     /// By context, path and source.
     topics: BTreeMap<String, BTreeMap<String, BTreeMap<String, TopicId>>>,
     count: usize,
-    /// Updates without a time.
+    /// The number of updates without a time.
     untimed: u64,
-    /// Values without a path, or paths without a value.
+    /// The number of values without a path, and of paths without a value.
     incomplete: u64,
-    /// Lines that are no deltas.
+    /// The number of lines that are no deltas.
     other: u64,
-    /// Values of too many topics, or before any time.
+    /// The number of values that were left out: beyond the most topics, or without any time.
     left_out: u64,
 }
 
@@ -180,7 +180,7 @@ mod tests {
     use super::super::tests::told::Told;
     use super::*;
 
-    /// It has no options.
+    /// The reader, which has no options.
     const READ: Reader = |input, _options, listener| read(input, listener);
 
     const SECOND: i64 = 1_000_000_000;

@@ -5,18 +5,18 @@ use std::borrow::Cow;
 /// The most columns of a table.
 pub(super) const COLUMNS_MAX: usize = 1 << 14;
 
-/// What a row comes to.
+/// The result of splitting a row.
 pub(super) enum Split<'a> {
     /// Its cells; of more than [`COLUMNS_MAX`], one more than that.
     Cells(Vec<Cow<'a, str>>),
-    /// A quote is left open.
+    /// A quote is not closed.
     Open,
-    /// A quote is closed within a cell: more text does not mend that.
+    /// A quote is closed within a cell: further text does not repair that.
     Broken,
 }
 
 impl<'a> Split<'a> {
-    /// The cells where the row has some.
+    /// The cells of a row that could be split.
     pub(super) fn cells(self) -> Option<Vec<Cow<'a, str>>> {
         match self {
             Split::Cells(cells) => Some(cells),
@@ -25,7 +25,7 @@ impl<'a> Split<'a> {
     }
 }
 
-/// Takes a row apart. Complexity: O(its bytes), and memory for at most [`COLUMNS_MAX`] cells.
+/// Splits a row. Complexity: O(its bytes), and memory for at most [`COLUMNS_MAX`] cells.
 pub(super) fn split(text: &str, separator: char) -> Split<'_> {
     if !text.contains('"') {
         return Split::Cells(text.split(separator).take(COLUMNS_MAX + 1).map(Cow::Borrowed).collect());
@@ -52,7 +52,7 @@ pub(super) fn split(text: &str, separator: char) -> Split<'_> {
     }
 }
 
-/// A cell after its opening quote, and what follows its closing quote; a doubled quote stands for one.
+/// A cell after its opening quote, and the rest after its closing quote; a doubled quote stands for one.
 fn unquoted(text: &str, separator: char) -> Result<(Cow<'_, str>, &str), Split<'_>> {
     let mut cell = String::new();
     let mut rest = text;
@@ -73,7 +73,7 @@ fn unquoted(text: &str, separator: char) -> Result<(Cow<'_, str>, &str), Split<'
     }
 }
 
-/// Whether a row is as long as the header, blank cells at the end of either apart.
+/// Whether a row has as many cells as the header, apart from blank cells at the end of either.
 pub(super) fn fits(cells: &[Cow<'_, str>], headers: &[String]) -> bool {
     let is_blank = |text: &str| text.trim().is_empty();
     cells.len() <= COLUMNS_MAX

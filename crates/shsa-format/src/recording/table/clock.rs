@@ -1,4 +1,4 @@
-//! When the rows of a table were true: a number, a text, or a date whose parts stand in several columns.
+//! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
 use super::layout::Layout;
 use crate::recording::names::{self, Fit};
@@ -10,7 +10,7 @@ use shsa_message::stamp::{civil, decimal, likely_step};
 
 const SECOND: i64 = 1_000_000_000;
 
-/// What the parts of a date and a time are called, from the year to the second; letters are as they stand.
+/// The names of the parts of a date and a time, from the year to the second; case matters.
 const PARTS: [&[&str]; 6] = [
     &["YY", "YYYY", "year", "Year"],
     &["MM", "month", "Month"],
@@ -20,10 +20,10 @@ const PARTS: [&[&str]; 6] = [
     &["ss", "second", "Second"],
 ];
 
-/// Where rows have their time.
+/// The place of the time in the rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::recording) enum Clock {
-    /// A number in a column, of which one step is so long.
+    /// A number in a column, with the length of one step.
     Number(usize, Span),
     /// A date and a time of day in a column.
     Text(usize, DateOrder),
@@ -33,19 +33,19 @@ pub(in crate::recording) enum Clock {
     Parts(Vec<Option<usize>>),
 }
 
-/// A clock, and what was assumed to find it.
+/// A clock, and the assumption by which it was found.
 pub(in crate::recording) struct Found {
     pub(in crate::recording) clock: Clock,
     pub(in crate::recording) notes: Vec<String>,
 }
 
-/// Rows of cells.
+/// The cells of some rows.
 pub(in crate::recording) type Cells<'a> = [Vec<&'a str>];
 
-/// Finds where the rows have their time, from the header and the first rows.
+/// Finds the columns with the time, from the header and the first rows.
 ///
 /// # Errors
-/// Says what was looked for in vain.
+/// The columns that were looked for.
 pub(in crate::recording) fn find(
     layout: &Layout,
     rows: &Cells<'_>,
@@ -130,7 +130,7 @@ fn apart(layout: &Layout, rows: &Cells<'_>) -> Option<Found> {
         .filter(|text| !text.trim().is_empty())
         .collect();
     let texts: Vec<&str> = texts.iter().map(String::as_str).collect();
-    // Times of day with dots are read with their dates only.
+    // Times of day with dots are parsed with their dates only.
     let dates: Vec<&str> = texts.iter().filter_map(|text| Some(text.split_once(' ')?.0)).collect();
     let (order, note) = order_of(&texts).or_else(|| order_of(&dates))?;
     Some(Found { clock: Clock::Apart(date, clock, order), notes: note.into_iter().collect() })
@@ -142,7 +142,7 @@ fn parts(headers: &[String]) -> Option<Vec<Option<usize>>> {
     columns.iter().take(4).all(Option::is_some).then_some(columns)
 }
 
-/// The order of the dates in these texts: one in which all are dates; of several that in which they lie closest together.
+/// The order of the dates in these texts: one in which all texts are dates; among several orders the one with the shortest span.
 fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
     let span = |order: DateOrder| -> Option<i64> {
         let times =
@@ -162,7 +162,7 @@ fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
 }
 
 impl Clock {
-    /// When a row was true; `None` where its cells say no time.
+    /// The time of a row; `None` where its cells have none.
     pub(in crate::recording) fn moment(&self, cells: &[&str], zone: &Zone) -> Option<Moment> {
         let cell = |column: usize| cells.get(column).copied();
         match self {
@@ -175,14 +175,14 @@ impl Clock {
         }
     }
 
-    /// What a row says instead of a time.
+    /// The text of a row in the place of its time.
     pub(super) fn text(&self, cells: &[&str]) -> String {
         let columns = self.columns();
         let cells = columns.iter().filter_map(|column| cells.get(*column).copied());
         cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
     }
 
-    /// The columns in which its parts stand.
+    /// The columns with the parts of the time.
     pub(in crate::recording) fn columns(&self) -> Vec<usize> {
         match self {
             Clock::Number(column, _) | Clock::Text(column, _) => vec![*column],

@@ -1,4 +1,4 @@
-//! How a table is written: what stands between its columns, what these are called, in which units, and how numbers are written.
+//! The layout of a table: the separator, the names and units of its columns, and the form of its numbers.
 
 use super::cells::{COLUMNS_MAX, Split, split};
 use super::rows::Line;
@@ -6,7 +6,7 @@ use crate::recording::stamp::split_unit;
 use shsa_core::unit::Unit;
 use std::borrow::Cow;
 
-/// What stands between columns.
+/// The separator of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(in crate::recording) enum Separator {
     /// This character.
@@ -16,7 +16,7 @@ pub(in crate::recording) enum Separator {
 }
 
 impl Separator {
-    /// Takes a row apart.
+    /// Splits a row.
     pub(super) fn split(self, text: &str) -> Split<'_> {
         match self {
             Separator::Character(character) => split(text, character),
@@ -35,13 +35,13 @@ impl Separator {
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in crate::recording) struct Layout {
     pub(in crate::recording) separator: Separator,
-    /// The names of the columns with their units, `speed [m/s]`; those without one are called by their number.
+    /// The names of the columns with their units, `speed [m/s]`; a column without a name gets its number.
     pub(in crate::recording) headers: Vec<String>,
-    /// The units that a line of their own tells.
+    /// The units in a line of their own.
     pub(in crate::recording) units: Vec<Option<String>>,
-    /// How many lines stand before the first row.
+    /// The number of lines before the first row.
     pub(in crate::recording) lines: usize,
-    /// Whether rows have a cell in front that the header lacks.
+    /// Whether rows have a first cell that the header lacks.
     pub(in crate::recording) has_index: bool,
     /// Whether numbers are written like `1,5`.
     pub(in crate::recording) has_decimal_commas: bool,
@@ -71,14 +71,14 @@ pub(super) fn is_decimal_comma(cell: &str) -> bool {
 }
 
 impl Layout {
-    /// Of a file that begins with these lines; `None` where none of them is a row of names.
+    /// The layout of a file with these first lines; `None` where none of them is a row of names.
     pub(super) fn of(head: &[Line]) -> Option<Layout> {
         let lines: Vec<(usize, &str)> = head.iter().map(|line| line.text.as_str()).enumerate().collect();
         let lines: Vec<(usize, &str)> =
             lines.into_iter().filter(|(_, text)| !text.trim().is_empty()).collect();
         let plain = lines.iter().position(|(_, text)| !is_comment(text));
         let at = match plain {
-            // Names behind a `#`, with rows like them below.
+            // Names after a `#`, with rows of numbers below.
             Some(plain) if looks_like_data(lines.get(plain)?.1) => {
                 named_by_comment(&lines, plain).unwrap_or(plain)
             }
@@ -121,7 +121,7 @@ impl Layout {
         are_units.then(|| cells.iter().map(unit).collect())
     }
 
-    /// What only rows tell.
+    /// Sets the properties that only rows show.
     fn look_at_rows(&mut self, rows: &[Line]) {
         let rows: Vec<Vec<Cow<'_, str>>> = rows
             .iter()
@@ -146,7 +146,7 @@ impl Layout {
                 self.units.insert(0, None);
             }
         }
-        // Separators at the end of every line are no columns.
+        // Separators at the end of every line make no columns.
         while self.headers.last().is_some_and(String::is_empty)
             && rows.iter().all(|cells| is_blank(cells.get(self.headers.len() - 1)))
         {
@@ -159,26 +159,26 @@ impl Layout {
         }
     }
 
-    /// The unit of a column, from its header or the line below.
+    /// The unit of a column, from its header or the line below the header.
     pub(super) fn unit(&self, column: usize) -> Option<String> {
         let told = self.units.get(column).cloned().flatten();
         told.or_else(|| split_unit(self.headers.get(column)?).1.map(str::to_owned))
     }
 }
 
-/// A line without the `#` in front.
+/// A line without the `#` at its start.
 fn uncommented(text: &str) -> &str {
     text.trim_start().trim_start_matches('#').trim_start()
 }
 
-/// Whether most of a line are numbers.
+/// Whether most cells of a line are numbers.
 fn looks_like_data(text: &str) -> bool {
     let cells = separator(text, &[]).cells(text);
     let numbers = cells.iter().filter(|cell| is_number(cell)).count();
     cells.len() > 1 && 2 * numbers > cells.len()
 }
 
-/// The first comment before a row that has as many cells, neither of them a number.
+/// The first comment before a row with as many cells, none of which is a number.
 fn named_by_comment(lines: &[(usize, &str)], row: usize) -> Option<usize> {
     let (_, text) = lines.get(row)?;
     let separator = separator(text, &[]);
@@ -190,7 +190,7 @@ fn named_by_comment(lines: &[(usize, &str)], row: usize) -> Option<usize> {
     lines.iter().take(row).position(is_header)
 }
 
-/// The separator of a line: the one of which there are most; blanks where there is none and the lines below have as many.
+/// The separator of a line: the most frequent one; blanks where there is none and the lines below have as many cells.
 fn separator(text: &str, below: &[&str]) -> Separator {
     let count = |separator: char| text.matches(separator).count();
     let most = [',', ';', '\t'].into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(',');

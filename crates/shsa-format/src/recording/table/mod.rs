@@ -1,6 +1,6 @@
 //! Tables of text: a row of names, then a row for each moment.
 //!
-//! `lines -> layout (separator, names, units) -> rows -> clock (when) -> messages of one topic, the file's name`
+//! `lines -> layout (separator, names, units) -> rows -> clock (times) -> messages of one topic, the file's name`
 
 mod cells;
 pub(super) mod clock;
@@ -18,10 +18,10 @@ use shsa_core::time::Time;
 use std::borrow::Cow;
 use std::path::Path;
 
-/// So many rows tell where the time is.
+/// How many rows decide where the time is.
 const ROWS: usize = 100;
 
-/// Tells the rows of a table.
+/// Reports the rows of a table.
 pub(super) fn read(
     input: &mut dyn Input,
     options: &ReadOptions,
@@ -98,7 +98,7 @@ fn first_rows<'a>(head: &'a [Line], layout: &Layout) -> Vec<Vec<&'a str>> {
         let cells = layout.separator.split(&line.text).cells()?;
         let borrowed = |cell: Cow<'a, str>| match cell {
             Cow::Borrowed(text) => text.trim(),
-            // A quoted cell: what stands between its quotes, as far as it can be borrowed.
+            // A quoted cell: the text between its quotes, where it can be borrowed.
             Cow::Owned(text) => {
                 line.text.find(&text).and_then(|at| line.text.get(at..at + text.len())).unwrap_or("").trim()
             }
@@ -109,7 +109,7 @@ fn first_rows<'a>(head: &'a [Line], layout: &Layout) -> Vec<Vec<&'a str>> {
     lines.filter_map(cells).filter(is_filled).take(ROWS).collect()
 }
 
-/// A table whose rows are told.
+/// A table whose rows are reported.
 struct Table<'a, 'l> {
     layout: Layout,
     clock: Option<Clock>,
@@ -152,7 +152,7 @@ impl Table<'_, '_> {
         self.listener.message(self.topic, Times::at(received), Body::Values(&values));
     }
 
-    /// When a row was true; `None`, which is told, where that is not known and matters.
+    /// The time of a row; `None`, with a report, where it is unknown and matters.
     fn time(&mut self, cells: &[&str], line: u64) -> Option<Time> {
         let number = self.count;
         self.count += 1;

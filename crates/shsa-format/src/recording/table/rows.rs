@@ -1,5 +1,5 @@
-//! The rows of a table: lines, or several that quotes hold together. After a stray quote, or a row of the wrong length, reading
-//! goes on with the very next line.
+//! The rows of a table: single lines, or several lines with a quoted cell that contains line breaks. After a stray quote, or a
+//! row of the wrong length, reading goes on with the very next line.
 
 use super::cells::{Split, fits};
 use super::layout::{Layout, is_comment};
@@ -7,16 +7,16 @@ use crate::recording::lines::Lines;
 use std::collections::VecDeque;
 use std::io::BufRead;
 
-/// A quoted cell may go over so many lines.
+/// The most lines of a quoted cell.
 const LINES_IN_QUOTES: usize = 16;
-/// The most bytes of the lines that a quoted cell holds together.
+/// The most bytes of the lines of a quoted cell.
 const QUOTED_MAX: usize = 1 << 20;
-/// So many lines tell how a table is written.
+/// How many lines decide the layout of a table.
 const HEAD_LINES: usize = 200;
-/// And so many bytes.
+/// How many bytes decide the layout of a table.
 const HEAD_BYTES: usize = 1 << 20;
 
-/// One line of a file, or several that quotes hold together.
+/// One line of a file, or several with a quoted cell.
 #[derive(Clone, Debug)]
 pub(super) struct Line {
     pub(super) number: u64,
@@ -24,21 +24,21 @@ pub(super) struct Line {
     pub(super) is_ended: bool,
 }
 
-/// The rows of a table, and what is wrong with the lines.
+/// The rows of a table, and the damages of its lines.
 pub(super) struct Rows<R> {
     lines: Lines<R>,
     pending: VecDeque<Line>,
-    /// What could not be read, by line.
+    /// The unreadable lines with their problems.
     pub(super) damages: Vec<(u64, String)>,
 }
 
 impl<R: BufRead> Rows<R> {
-    /// From the first line on.
+    /// Begins with the first line.
     pub(super) fn new(input: R) -> Rows<R> {
         Rows { lines: Lines::new(input), pending: VecDeque::new(), damages: Vec::new() }
     }
 
-    /// The first lines, which are given again.
+    /// The first lines, which [`Rows::row`] returns again.
     pub(super) fn head(&mut self) -> &[Line] {
         let mut bytes = 0;
         while self.pending.len() < HEAD_LINES && bytes < HEAD_BYTES {
@@ -49,7 +49,7 @@ impl<R: BufRead> Rows<R> {
         self.pending.make_contiguous()
     }
 
-    /// Passes over lines.
+    /// Skips lines.
     pub(super) fn skip(&mut self, lines: usize) {
         (0..lines).for_each(|_| drop(self.line()));
     }
@@ -73,7 +73,7 @@ impl<R: BufRead> Rows<R> {
         }
     }
 
-    /// The next row that is neither blank nor a comment. Lines are joined only where that makes a whole row.
+    /// The next row that is neither blank nor a comment. Lines are joined only where that makes a complete row.
     pub(super) fn row(&mut self, layout: &Layout) -> Option<Line> {
         let first = self.line()?;
         let is_open = |text: &str| text.contains('"') && matches!(layout.separator.split(text), Split::Open);
@@ -111,7 +111,7 @@ impl<R: BufRead> Rows<R> {
         Some(first)
     }
 
-    /// The next row behind lines that are none.
+    /// The next row after lines that are none.
     fn row_behind(&mut self, layout: &Layout) -> Option<Line> {
         loop {
             let next = self.line()?;

@@ -2,7 +2,7 @@
 
 use std::io::Write;
 
-/// How chunks are packed.
+/// The compression of chunks.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Packing {
     None,

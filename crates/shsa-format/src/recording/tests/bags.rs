@@ -1,4 +1,4 @@
-//! ROS bags that the tests write themselves: sound, cut, damaged.
+//! ROS bags written by the tests: intact, truncated, damaged.
 
 use super::bag_writer::{Packing, bag, chunk, connection, message, record, small};
 use super::*;
@@ -79,7 +79,7 @@ fn reading_goes_on_after_damage() {
         starts.map(|(at, _)| at).nth(n).unwrap()
     };
     let mut length_wrong = whole.clone();
-    // The first chunk's header begins with its own length, the length and text of `op`, the length of this field.
+    // Before the length of this field come the header's length, and the length and text of `op`.
     length_wrong[chunk_at(0) - 4 - 5 - 4 - 1] = 0xff;
     let said = show_bag(&length_wrong, &SOURCES);
     assert!(said.starts_with("0@190<200=2\n2@190<200=[]\n1@250=NaN"), "{said}");

@@ -1,5 +1,5 @@
-//! Third-party recordings, where they are there: what readers tell of them is what independent readers have told, and of what is
-//! cut or changed they tell the rest.
+//! Third-party recordings, where they are available: the readers report the same as independent readers, and report the rest of
+//! truncated or changed files.
 
 use super::super::topic::{Body, Input, Listener, Times, Topic, TopicId};
 use super::told::Collector;
@@ -11,7 +11,7 @@ use std::io::Cursor;
 pub(in super::super) type Reader =
     fn(&mut dyn Input, &ReadOptions, &mut dyn Listener) -> Result<(), RecordingError>;
 
-/// Where a sample is, or `None` and a loud word.
+/// The path of a sample; `None`, with a loud message, where it is missing.
 pub(in super::super) fn sample_path(path: &str) -> Option<PathBuf> {
     let full = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/formats")).join(path);
     if !full.exists() {
@@ -26,19 +26,19 @@ pub(in super::super) fn sample(path: &str) -> Option<Vec<u8>> {
     sample_path(path).map(|path| fs::read(path).unwrap())
 }
 
-/// What a reader tells.
+/// The content that a reader reports.
 pub(in super::super) fn told(reader: Reader, bytes: &[u8]) -> Collector {
     told_with(reader, bytes, &ReadOptions::default())
 }
 
-/// What a reader tells with these options.
+/// The content that a reader reports with these options.
 pub(in super::super) fn told_with(reader: Reader, bytes: &[u8], options: &ReadOptions) -> Collector {
     let mut collector = Collector::default();
     reader(&mut Cursor::new(bytes), options, &mut collector).unwrap();
     collector
 }
 
-/// Counts messages and damages; looks at no value.
+/// Counts messages and damages, and ignores values.
 #[derive(Default)]
 pub(in super::super) struct Counter {
     topics: usize,
@@ -67,21 +67,21 @@ impl Listener for Counter {
     fn note(&mut self, _place: Place, _what: String) {}
 }
 
-/// How much a reader tells.
+/// The counts of a reader's reports.
 pub(in super::super) fn counted(reader: Reader, bytes: &[u8]) -> Counter {
     let mut counter = Counter::default();
-    // What cannot be read at all is an error, and no panic.
+    // An unreadable file is an error, and no panic.
     let _outcome = reader(&mut Cursor::new(bytes), &ReadOptions::default(), &mut counter);
     counter
 }
 
-/// What `expected.json` says of a sample.
+/// The entry of `expected.json` about a sample.
 pub(in super::super) fn expected(folder: &str, file: &str) -> Option<Value> {
     let all: Value = serde_json::from_slice(&sample(&format!("{folder}/expected.json"))?).unwrap();
     Some(all[file].clone())
 }
 
-/// The counts of topics by their full names.
+/// Checks the counts of topics by their full names.
 #[track_caller]
 pub(in super::super) fn check_counts(collector: &Collector, expected: &Value) {
     for (name, count) in expected.as_object().unwrap() {
@@ -91,14 +91,14 @@ pub(in super::super) fn check_counts(collector: &Collector, expected: &Value) {
     }
 }
 
-/// A number that an independent reader has read.
+/// Checks a number against that of an independent reader.
 #[track_caller]
 fn check_number(found: f64, expected: &Value, what: &str) {
     let expected = expected.as_f64().unwrap();
     assert!((found - expected).abs() <= 1e-6 * expected.abs().max(1.0), "{what}: {found} and {expected}");
 }
 
-/// A field's values: how many, the first, the last, their mean; gives the times of the first and the last.
+/// Checks the count, the first, the last and the mean of a field's values; returns the times of the first and the last.
 #[track_caller]
 pub(in super::super) fn check_values(values: &[(i64, String)], expected: &Value, what: &str) -> (i64, i64) {
     let numbers: Vec<f64> = values.iter().filter_map(|(_, value)| value.parse().ok()).collect();
@@ -109,13 +109,13 @@ pub(in super::super) fn check_values(values: &[(i64, String)], expected: &Value,
     (values[0].0, values[values.len() - 1].0)
 }
 
-/// Cut at 20 places: what is whole is given, and what is lost is told.
+/// Cuts the file at 20 places: the complete messages are reported, and so is the loss.
 #[track_caller]
 pub(in super::super) fn check_cut(reader: Reader, bytes: &[u8]) {
     let whole = counted(reader, bytes).messages;
     let mut last = 0;
     for step in 1..=20 {
-        // Odd places, so that hardly one is the end of a message.
+        // Odd places, which are hardly ever the end of a message.
         let cut = bytes.len() * step / 21 + step % 3;
         let part = counted(reader, &bytes[..cut]);
         assert!(part.messages >= last && part.messages <= whole, "at {cut}: {} of {whole}", part.messages);
@@ -124,12 +124,12 @@ pub(in super::super) fn check_cut(reader: Reader, bytes: &[u8]) {
     assert!(last > whole * 17 / 20, "{last} of {whole}");
 }
 
-/// The places of 200 bytes, and which bit of them is changed.
+/// The places of 200 bytes, with the bit to change in each.
 fn flips(length: usize) -> impl Iterator<Item = (usize, u8)> {
     (0..200_usize).map(move |step| ((step * 7_919 + 13).wrapping_mul(104_729) % length, 1 << (step % 8)))
 }
 
-/// 200 bytes changed, one at a time and then all at once: at least so much of what is there is given.
+/// Changes 200 bytes, one at a time and then all at once: at least this share of the content is reported.
 #[track_caller]
 pub(in super::super) fn check_flipped(reader: Reader, bytes: &[u8], least: f64) {
     let sound = counted(reader, bytes);

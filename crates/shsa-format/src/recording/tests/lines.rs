@@ -1,4 +1,4 @@
-//! JSON lines, sound and damaged, read and written.
+//! JSON lines, intact and damaged, read and written.
 
 use super::*;
 

@@ -1,13 +1,13 @@
 //! Small MCAP files, as the tests and the fuzz target write them.
 
-/// How the records of a chunk are packed.
+/// The chunks of a file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) enum Chunks {
     /// There are no chunks.
     None,
-    /// Not at all.
+    /// Uncompressed chunks.
     Plain,
-    /// By lz4.
+    /// Chunks compressed by lz4.
     Lz4,
 }
 

@@ -22,7 +22,7 @@ use std::sync::atomic::{AtomicU32, Ordering};
 
 use super::*;
 
-/// A folder of its own for one test, removed at its end.
+/// A folder for one test, removed at its end.
 pub(super) struct Folder(pub(super) PathBuf);
 
 impl Folder {
@@ -59,7 +59,7 @@ fn wanted(sources: &[&str]) -> Vec<Wanted> {
     sources.iter().map(|source| Wanted::new(*source, *source)).collect()
 }
 
-/// Reads these files as one folder, and shows samples, warnings, and whether something is lost.
+/// Reads these files as one folder, and shows samples, warnings, and whether a part is lost.
 fn shown(files: &[(&str, &[u8])], sources: &[&str], options: &ReadOptions) -> String {
     let folder = Folder::with(files);
     let paths = std::slice::from_ref(&folder.0);
@@ -72,7 +72,7 @@ fn shown(files: &[(&str, &[u8])], sources: &[&str], options: &ReadOptions) -> St
     text.replace(&format!("{}/", folder.0.display()), "")
 }
 
-/// A survey says the same without samples, and a stream gives the same samples where the survey says so.
+/// Checks that a survey gives the same without samples, and that a stream gives the same samples where the survey allows it.
 #[track_caller]
 fn compare_with_stream(
     read: &Result<Recording, RecordingError>,

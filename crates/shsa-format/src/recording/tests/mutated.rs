@@ -1,11 +1,11 @@
-//! No bytes make a reader panic, and none make it deliver what was not asked for.
+//! No bytes make a reader panic, or deliver a signal that was not wanted.
 
 use proptest::prelude::*;
 
 use super::bag_writer::{Packing, small};
 use super::*;
 
-/// Whether what is read of these bytes, if anything, is in order, counted, and asked for.
+/// Whether the result of reading these bytes, if any, is in order, counted, and wanted.
 fn is_sound(name: &str, bytes: &[u8], sources: &[&str]) -> bool {
     let Ok(recording) = read_bytes(Path::new(name), bytes, &wanted(sources), &ReadOptions::default()) else {
         return true;
@@ -16,7 +16,7 @@ fn is_sound(name: &str, bytes: &[u8], sources: &[&str]) -> bool {
         && recording.found.iter().map(|found| found.samples).sum::<usize>() == recording.samples.len()
 }
 
-/// Bytes overwritten, a piece cut out, a piece repeated.
+/// The bytes with some of them overwritten, a piece cut out, or a piece repeated.
 fn mutated(mut bytes: Vec<u8>, changes: &[(usize, u8)], cut: (usize, usize), again: bool) -> Vec<u8> {
     let length = bytes.len();
     for (at, value) in changes {

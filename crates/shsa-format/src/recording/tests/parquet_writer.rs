@@ -1,4 +1,4 @@
-//! Writes a small Parquet file for tests, its descriptions field by field.
+//! Writes a small Parquet file for tests, with its descriptions field by field.
 
 /// A field of a structure: its number, its kind, its bytes.
 struct Field(i16, u8, Vec<u8>);
@@ -26,7 +26,7 @@ fn structure(number: i16, fields: &[Field]) -> Field {
     Field(number, 12, written(fields))
 }
 
-/// Of at most 14 structures.
+/// A list of at most 14 structures.
 fn list(number: i16, items: &[Vec<u8>]) -> Field {
     Field(number, 9, [vec![(items.len() as u8) << 4 | 12], items.concat()].concat())
 }
@@ -42,14 +42,14 @@ fn written(fields: &[Field]) -> Vec<u8> {
     bytes
 }
 
-/// A page: its head and its content, plain.
+/// An uncompressed page: its head and its content.
 fn page(kind: i64, about: Field, content: &[u8]) -> Vec<u8> {
     let length = content.len() as i64;
     let head = written(&[whole(1, kind), whole(2, length), whole(3, length), about]);
     [head, content.to_vec()].concat()
 }
 
-/// A page of so many values in this encoding.
+/// A data page of this many values in this encoding.
 fn data(values: i64, encoding: i64, content: &[u8]) -> Vec<u8> {
     let about = structure(5, &[whole(1, values), whole(2, encoding), whole(3, 3), whole(4, 3)]);
     page(0, about, content)
@@ -67,7 +67,7 @@ fn columns() -> [Column; 4] {
     let unit = structure(2, &[structure(2, &[])]);
     let moment = structure(10, &[structure(8, &[Field(1, 1, Vec::new()), unit])]);
     let time = element(&[whole(1, 2), whole(3, 0), text(4, "time"), moment]);
-    // 1.5, nothing, 2.5: by a dictionary.
+    // 1.5, missing, 2.5: by a dictionary.
     let dictionary = page(
         2,
         structure(7, &[whole(1, 2), whole(2, 0)]),
@@ -77,7 +77,7 @@ fn columns() -> [Column; 4] {
     let speed = element(&[whole(1, 5), whole(3, 1), text(4, "v [m/s]")]);
     let names = data(3, 0, b"\x01\0\0\0a\x02\0\0\0bc\x01\0\0\0d");
     let name = element(&[whole(1, 6), whole(3, 0), text(4, "name"), whole(6, 0)]);
-    // [1, 2], [], [3]: levels of repetition, of definition, values.
+    // [1, 2], [], [3]: repetition levels, definition levels, values.
     let lists = bytes(&[
         &[3, 0b10, 3, 0b11_01_11_11, 0],
         &1_f32.to_le_bytes(),
@@ -99,7 +99,7 @@ fn columns() -> [Column; 4] {
     ]
 }
 
-/// Three rows, a second apart: `time`, `v [m/s]` (1.5, none, 2.5), `name` (a, bc, d) and `ranges` ([1, 2], none, [3]).
+/// Three rows, a second apart: `time`, `v [m/s]` (1.5, missing, 2.5), `name` (a, bc, d) and `ranges` ([1, 2], missing, [3]).
 pub(in super::super) fn small() -> Vec<u8> {
     let columns = columns();
     let mut file = b"PAR1".to_vec();

@@ -1,8 +1,8 @@
-//! Real recordings, where they are there; the figures for bags were taken with the Python package `rosbags` 0.11.
+//! Real recordings, where they are available; the figures for bags come from the Python package `rosbags` 0.11.
 
 use super::*;
 
-/// The recording, or `None` and a loud word.
+/// The path of a recording; `None`, with a loud message, where it is missing.
 fn real(path: &str) -> Option<PathBuf> {
     let full = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data")).join(path);
     if !full.exists() {
@@ -18,7 +18,7 @@ fn read_real(path: &Path, sources: &[&str]) -> Recording {
     recording
 }
 
-/// The samples of one wanted signal: how many, the first, the last.
+/// The number of a wanted signal's samples, the first and the last.
 fn summary(recording: &Recording, wanted: usize) -> String {
     let of: Vec<&Sample> = recording.samples.iter().filter(|sample| sample.wanted == wanted).collect();
     let show = |sample: Option<&&Sample>| {

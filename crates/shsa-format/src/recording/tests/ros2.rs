@@ -1,4 +1,4 @@
-//! MCAP files and bags of ROS 2 that the tests write themselves: sound, cut, damaged.
+//! MCAP files and bags of ROS 2 written by the tests: intact, truncated, damaged.
 
 use super::mcap_writer::{Chunks, channel, chunk, file, message, record, schema, small};
 use super::sqlite_writer::bag;
@@ -48,7 +48,7 @@ fn mcap_goes_on_after_damage() {
     length_wrong[chunk_at(&whole, 0) + 4] = 1;
     let said = show_file("a.mcap", &length_wrong, &["speed#data"]);
     assert!(said.contains("! a.mcap: at byte ") && said.ends_with("degraded"), "{said}");
-    // Channels of the damaged chunk are unknown without a summary; with one in front they are known.
+    // Without a summary the channels of the damaged chunk are unknown; with a channel record before it they are known.
     let double = [&[0, 1, 0, 0][..], &2.5_f64.to_le_bytes()].concat();
     let about =
         [schema(1, "std_msgs/msg/Float64", "ros2msg", b"float64 data"), channel(1, 1, "/speed", "cdr")];
@@ -85,7 +85,7 @@ fn bags_of_ros_2_are_read_row_by_row() {
     let said = show_file("a.db3", &whole[..whole.len() - 512], &["/speed"]);
     assert!(said.starts_with("0@1=1\n0@2=2\n0@3=3\n0@4=4\n0@5=5\n0@6=6\n! a.db3: at byte "), "{said}");
     assert!(said.ends_with("degraded"), "{said}");
-    // The page that leads to the others, and the head.
+    // The page that leads to the others, and the head of the file.
     for at in [2 * 512, 0, 100] {
         let mut damaged = whole.clone();
         damaged[at..at + 16].fill(0xee);

@@ -1,9 +1,9 @@
-//! Small recordings in the formats that people bring, against what independent readers say of them, where they are there.
+//! Small recordings in common formats, compared with the results of independent readers, where they are available.
 
 use super::*;
 use serde_json::Value;
 
-/// The folder of a family of formats and what is expected of its files, or `None` and a loud word.
+/// The folder of a family of formats with the expected content of its files; `None`, with a loud message, where it is missing.
 fn family(name: &str) -> Option<(PathBuf, Value)> {
     let folder = Path::new(concat!(env!("CARGO_MANIFEST_DIR"), "/../../../shared/data/formats")).join(name);
     let Ok(expected) = fs::read_to_string(folder.join("expected.json")) else {
@@ -13,7 +13,7 @@ fn family(name: &str) -> Option<(PathBuf, Value)> {
     Some((folder, serde_json::from_str(&expected).unwrap()))
 }
 
-/// Whether the samples of the only wanted signal are those that are expected; `time` names which of the times is meant.
+/// Checks the samples of the only wanted signal; `time` names the time to compare.
 #[track_caller]
 fn compare(what: &str, samples: &[Sample], expected: &Value, time: &str) {
     assert_eq!(samples.len() as u64, expected["count"].as_u64().unwrap(), "{what}: count");
@@ -52,7 +52,7 @@ fn tables() {
     }
 }
 
-/// Of each field of the topics of a file, by each of its times.
+/// Checks each field of the topics of a file, by each of its times.
 fn topics_of(path: &Path, expected: &Value) {
     let name = path.file_name().unwrap().to_string_lossy().into_owned();
     for (field, expected) in expected["fields"].as_object().into_iter().flatten() {
@@ -97,17 +97,18 @@ fn bags_of_ros_2() {
     }
 }
 
-/// Files without an end: cut between two lines or messages they are whole.
+/// Formats without an end mark: a file cut between two lines or messages is complete.
 const ENDLESS: [&str; 9] = ["csv", "txt", "log", "lp", "jsonl", "asc", "nmea", "ulg", "bin"];
 
-/// Every file of a family, cut at 20 places and with 200 of its bytes flipped in five ways: told, in order, and no panic.
+/// Cuts every file of a family at 20 places, and flips 200 bytes in five ways: the damage is reported, samples are in order,
+/// nothing panics.
 fn damaged(family: &str, sources: &[&str]) {
     if let Some((folder, _)) = self::family(family) {
         damaged_at(folder, sources);
     }
 }
 
-/// The same of a file, or all files of a folder.
+/// Does the same with one file, or with all files of a folder.
 fn damaged_at(path: PathBuf, sources: &[&str]) {
     let files = files::files_of(&[path]).unwrap();
     for File { path, .. } in files.iter().filter(|file| file.path.extension().is_some_and(|it| it != "json"))
@@ -125,7 +126,7 @@ fn damaged_at(path: PathBuf, sources: &[&str]) {
         for part in 0..20 {
             let length = whole.len() * part / 20;
             let is_endless = path.extension().is_some_and(|ending| ENDLESS.iter().any(|it| ending == *it));
-            // A logger that was switched off leaves a file without an end.
+            // A logger that was switched off leaves a file without an end mark.
             let has_no_end = is_endless || whole.starts_with(b"UnFinMF");
             assert!(is_told(&whole[..length]) || has_no_end, "{} cut at {length}", path.display());
         }
@@ -169,7 +170,8 @@ fn damaged_samples_are_survived_and_told() {
     }
 }
 
-/// Real databases, cut at 20 places and with 200 bytes flipped, one at a time and all at once: told, most of it read, no panic.
+/// Cuts real databases at 20 places, and flips 200 bytes, one at a time and all at once: damage is reported, most is read,
+/// nothing panics.
 #[test]
 fn damaged_databases_are_survived_and_told() {
     let Some((folder, _)) = family("rosbag2") else { return };
@@ -199,7 +201,7 @@ fn damaged_databases_are_survived_and_told() {
         for (at, bit) in (0..200).map(place) {
             flipped[at] ^= bit;
             let (count, is_told) = read(&flipped);
-            // What is lost is told; a message that is of another topic now cannot be seen.
+            // A loss is reported; a message that has changed to another topic cannot be noticed.
             assert!(count + 1 >= sound || is_told, "{bag} at {at}: {count} of {sound}");
             whole_ones += usize::from(count * 10 >= sound * 9);
             flipped[at] ^= bit;

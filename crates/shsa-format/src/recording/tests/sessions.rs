@@ -1,4 +1,4 @@
-//! What is of one recording, and what is of two.
+//! Which files form one recording, and which form two.
 
 use super::bag_writer::{Packing, TWIST, bag, chunk, connection, message, twist};
 use super::*;
@@ -10,7 +10,7 @@ fn rows(columns: &str, seconds: impl IntoIterator<Item = i64>) -> String {
     format!("t [s],{columns}\n{}", seconds.into_iter().map(row).collect::<String>())
 }
 
-/// Each session: its files, from when to when in seconds, how many samples; and why.
+/// Checks each session: its files, its start and end in seconds, the number of its samples, and why it is separate.
 #[track_caller]
 fn check(files: &[(&str, String)], paths: &[&str], sources: &[&str], expected: &[&str]) {
     let folder = Folder::new();
@@ -46,10 +46,10 @@ fn recordings_of_one_time_are_sessions() {
     check(&files, &["1", "2"], &["r#a", "r#b"], &["1/r.csv 0..99 200", second]);
     let third = "3/r.csv 50..69 40 (it overlaps in time with 2/r.csv, and both have r#a)";
     check(&files, &["1/r.csv", "2", "3"], &["r#a", "r#b"], &["1/r.csv 0..99 200", second, third]);
-    // The same twice.
+    // The same file twice.
     let again = "1/r.csv 0..99 200 (it overlaps in time with 1/r.csv, and both have r#a)";
     check(&files, &["1", "1/r.csv"], &["r#a", "r#b"], &["1/r.csv 0..99 200", again]);
-    // By one second.
+    // Two files that overlap by one second.
     let files = [("x/r.csv", rows("a", 0..=100)), ("y/r.csv", rows("a", 99..200))];
     let next = "y/r.csv 99..199 101 (it overlaps in time with x/r.csv, and both have r#a)";
     check(&files, &["x", "y"], &["r#a"], &["x/r.csv 0..100 101", next]);
@@ -60,13 +60,13 @@ fn files_of_different_signals_are_of_one_recording() {
     let files = [("d/a.csv", rows("a", 0..100)), ("d/b.csv", rows("b", (5..95).step_by(5)))];
     check(&files, &["d"], &["a", "b"], &["d/a.csv+d/b.csv 0..99 118"]);
     check(&files, &["d/b.csv", "d/a.csv"], &["a", "b"], &["d/b.csv+d/a.csv 0..99 118"]);
-    // One is silent for hours, while the other goes on: that is no clock that was set.
+    // One file is silent for hours, while the other goes on: no clock was set.
     let silent = rows("a", (0..100).chain(20_000..20_100));
     let files = [("d/a.csv", silent), ("d/b.csv", rows("b", 0..20_100))];
     check(&files, &["d"], &["a", "b"], &["d/a.csv+d/b.csv 0..20099 20300"]);
 }
 
-/// What is said of the files that are one recording.
+/// Checks the statement about the files that form one recording.
 #[track_caller]
 fn check_joined(files: &[(&str, String)], sources: &[&str], expected: &[&str]) {
     let folder = Folder::new();

@@ -1,4 +1,4 @@
-//! Tables of all kinds, sound and damaged.
+//! Tables of all kinds, intact and damaged.
 
 use super::*;
 
@@ -52,7 +52,7 @@ fn the_command_line_can_say_the_time() {
 fn an_hour_that_a_clock_shows_twice_is_told_apart_by_the_order_of_rows() {
     let options = ReadOptions { zone: "Europe/Vienna".parse().unwrap(), ..ReadOptions::default() };
     let at = |minutes: i64| format!("0@{}=1", (1_540_684_800 + 60 * minutes) * 1_000);
-    // 02:30 of summer is 00:30 UTC, 02:10 after that is of winter, 01:10 UTC.
+    // 02:30 in summer time is 00:30 UTC; 02:10 after that is in winter time, 01:10 UTC.
     let autumn = "time,v\n2018-10-28 02:00,1\n2018-10-28 02:30,1\n2018-10-28 02:10,1\n2018-10-28 03:00,1\n";
     let said = shown(&[("log.csv", autumn.as_bytes())], &["log#v"], &options);
     let note = "! log.csv: 3 rows were written in an hour that the clock showed twice, as it was put back; \

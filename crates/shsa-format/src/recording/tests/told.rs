@@ -1,21 +1,21 @@
-//! A listener that keeps what a reader tells, so that a test can look at it.
+//! A listener that keeps the reports of a reader for tests.
 
 use super::super::topic::{Body, Fields, Listener, Times, Topic, TopicId, Value};
 use super::*;
 
-/// What was told of one topic.
+/// The reports of one topic.
 #[derive(Default)]
 pub(in super::super) struct Told {
     pub(in super::super) name: String,
-    /// With its tags.
+    /// The full name, with the tags.
     pub(in super::super) full: String,
     fields: Vec<String>,
     units: Vec<String>,
-    /// `received value value ..`, a message each; of bodies in bytes their text.
+    /// `received value value ..` for each message; the text of bodies in bytes.
     pub(in super::super) messages: Vec<(Times, Vec<String>)>,
 }
 
-/// Keeps everything.
+/// Keeps all reports.
 #[derive(Default)]
 pub(in super::super) struct Collector {
     pub(in super::super) topics: Vec<Told>,
@@ -24,7 +24,7 @@ pub(in super::super) struct Collector {
 }
 
 impl Collector {
-    /// The messages of a topic by its full name: the times since the epoch in ns, and the values of a field as they are shown.
+    /// The messages of a topic by its full name: times since the epoch in ns, and the shown values of a field.
     pub(in super::super) fn column(&self, full: &str, field: &str) -> Vec<(i64, String)> {
         let (list, element) = match field.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
             Some((list, element)) => (list, element.parse::<usize>().ok()),
@@ -46,7 +46,7 @@ impl Collector {
         found
     }
 
-    /// `name full: field [unit], ..` of each topic, and how many messages.
+    /// `name full: field [unit], ..` for each topic, and the number of its messages.
     pub(in super::super) fn shown(&self) -> Vec<String> {
         let show = |topic: &Told| {
             let unit = |unit: &String| if unit.is_empty() { String::new() } else { format!(" [{unit}]") };

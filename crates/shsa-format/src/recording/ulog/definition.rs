@@ -1,15 +1,15 @@
-//! What a ULog says about its messages: formats in text, and where their fields stand in the bytes.
+//! The definitions of a ULog: formats in text, and the places of their fields in the bytes.
 
 use super::super::record::{Scalar, Slot};
 use std::collections::BTreeMap;
 
-/// Formats within formats; deeper ones are refused.
+/// The deepest nesting of formats.
 const DEPTH_MAX: usize = 8;
 
-/// The most fields of a format, those of the formats in it included, and steps to find them.
+/// The most fields of a format, with those of nested formats, and the most steps to find them.
 const STEPS_MAX: usize = 1 << 13;
 
-/// The most bytes of all formats: what is told once is kept.
+/// The most bytes of all formats, as formats are kept.
 const TEXT_MAX: usize = 1 << 22;
 
 /// The longest message: its length has 16 bits.
@@ -27,24 +27,24 @@ struct Member {
 #[derive(Clone, Debug, Default)]
 pub(super) struct Formats {
     by_name: BTreeMap<String, Vec<Member>>,
-    /// How long their texts are together.
+    /// The length of all texts.
     text: usize,
 }
 
-/// Where the fields of a topic's messages stand.
+/// The places of the fields in a topic's messages.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub(super) struct Layout {
-    /// All but the padding, in the order of the bytes.
+    /// The fields without the padding, in the order of the bytes.
     pub(super) slots: Vec<Slot>,
-    /// The length of a message, with the padding.
+    /// The length of a message with the padding.
     pub(super) size: usize,
-    /// The length up to the padding at the end, which is not logged.
+    /// The length without the padding at the end, which is not logged.
     pub(super) size_min: usize,
     steps: usize,
 }
 
 impl Formats {
-    /// Takes a format in: `sensor_combined:uint64_t timestamp;float[3] gyro_rad;`. `None` where it is none.
+    /// Adds a format: `sensor_combined:uint64_t timestamp;float[3] gyro_rad;`. `None` where the text is no format.
     pub(super) fn add(&mut self, text: &str) -> Option<()> {
         let (name, members) = text.split_once(':')?;
         let members = members.split(';').map(str::trim).filter(|member| !member.is_empty());
@@ -54,7 +54,7 @@ impl Formats {
         is_sound.then(|| drop(self.by_name.insert(name.to_owned(), members)))
     }
 
-    /// Where the fields of this format stand; an error in words where it cannot be.
+    /// The places of a format's fields; an error in words where there can be none.
     pub(super) fn layout(&self, name: &str) -> Result<Layout, String> {
         let mut layout = Layout::default();
         self.lay_out(name, "", 0, &mut layout)?;
@@ -86,7 +86,7 @@ impl Formats {
 }
 
 impl Layout {
-    /// Counts what is done: a few bytes of nesting could ask for much.
+    /// Counts a step, as a few bytes of nesting could ask for much work.
     fn step(&mut self) -> Result<(), String> {
         self.steps += 1;
         let most = format!("the format has more than {STEPS_MAX} fields");
@@ -125,7 +125,7 @@ fn member(text: &str) -> Option<Member> {
     (is_name(name) && is_name(kind)).then(|| Member { name: name.to_owned(), kind: kind.to_owned(), count })
 }
 
-/// Whether a text can name a format, a topic or a field.
+/// Whether a text can be the name of a format, a topic or a field.
 pub(super) fn is_name(text: &str) -> bool {
     let is_part = |byte: u8| byte.is_ascii_alphanumeric() || matches!(byte, b'_' | b'-' | b'/');
     !text.is_empty() && text.bytes().all(is_part)

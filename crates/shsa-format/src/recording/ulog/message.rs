@@ -1,41 +1,41 @@
-//! The messages of a ULog: what kinds there are, and which bytes can be one.
+//! The messages of a ULog: their kinds, and which bytes can be one.
 
 use super::super::record::array;
 use super::Log;
 
-/// A message: its length (2 bytes), its kind, and what it holds.
+/// The length of a message's header: the length (2 bytes) and the kind.
 pub(super) const HEADER: usize = 3;
 
-/// A place in the file that damage can be measured from: the content of a message of kind `S`.
+/// The content of a sync message (kind `S`).
 const SYNC: [u8; 8] = [0x2f, 0x73, 0x13, 0x20, 0x25, 0x0c, 0xbb, 0x12];
 
-/// The longest message but data that is believed while the way is lost.
+/// The longest message other than data that is accepted while the reader is out of step.
 const LIKELY_MAX: usize = 1 << 13;
 
-/// How many messages must follow each other where the way is found again.
+/// How many messages must follow each other for the reader to be in step again.
 const CHAIN: usize = 3;
 
-/// How many messages in a row may not be understood.
+/// How many messages in a row may be of unknown content.
 const DOUBTS: usize = 64;
 
-/// The bytes that must be ahead for [`Log::is_way`].
+/// The bytes that [`Log::is_way`] needs.
 pub(super) const CHAIN_BYTES: usize = CHAIN * (HEADER + 0xffff);
 
-/// How the bytes ahead read as a message.
+/// The reading of the next bytes as a message.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Reading {
-    /// It is one, and so many bytes long with its header.
+    /// A message of this many bytes with its header.
     Sound(usize),
-    /// It could be one of a kind that is not known here, or a known one whose content is lost.
+    /// A message of an unknown kind, or one of a known kind whose definition is lost, of this many bytes.
     Doubtful(usize),
     /// No message begins here.
     Wrong,
-    /// The file ends within it.
+    /// The file ends within the message.
     Cut,
 }
 
 impl Log {
-    /// What the bytes ahead are.
+    /// Reads the next bytes as a message.
     pub(super) fn reading(&self, ahead: &[u8]) -> Reading {
         let (Some(size), Some(kind)) = (array(ahead, 0), ahead.get(2)) else { return Reading::Cut };
         let length = HEADER + usize::from(u16::from_le_bytes(size));
@@ -48,7 +48,7 @@ impl Log {
         }
     }
 
-    /// Whether so many messages follow each other from here on, or the file ends with them.
+    /// Whether this many messages follow each other from here on, or the file ends with them.
     fn is_way(&self, mut ahead: &[u8], count: usize) -> bool {
         for _ in 0..count {
             if ahead.is_empty() {
@@ -63,7 +63,7 @@ impl Log {
         true
     }
 
-    /// Whether a message that is understood follows, or some that are not and then one that is.
+    /// Whether a known message follows, or some unknown ones and then a known one.
     pub(super) fn leads_to_way(&self, mut ahead: &[u8]) -> bool {
         for _ in 0..DOUBTS {
             match self.reading(ahead) {
@@ -75,7 +75,7 @@ impl Log {
         false
     }
 
-    /// The first of so many bytes ahead where the way goes on.
+    /// The first of the next `searched` bytes at which the reader is in step again.
     pub(super) fn way_in(&self, ahead: &[u8], searched: usize) -> Option<usize> {
         (0..searched).find(|at| {
             let rest = ahead.get(*at..).unwrap_or_default();
@@ -83,7 +83,7 @@ impl Log {
         })
     }
 
-    /// Whether a message of this kind can hold this.
+    /// Whether a message of this kind can have this content.
     fn is_sound(&self, kind: u8, content: &[u8]) -> bool {
         let length = content.len();
         match kind {
@@ -105,7 +105,7 @@ impl Log {
         }
     }
 
-    /// Whether a message of this kind can be so long.
+    /// Whether a message of this kind can have this length.
     fn can_begin(&self, kind: u8, length: usize) -> bool {
         match kind {
             b'D' => length > HEADER + 2,
@@ -119,7 +119,7 @@ impl Log {
     }
 }
 
-/// Levels of the log are those of syslog, as digits.
+/// Whether a level is one of syslog's, as a digit.
 fn is_level(level: Option<&u8>) -> bool {
     level.is_some_and(|level| (b'0'..=b'7').contains(level))
 }
@@ -128,7 +128,7 @@ fn is_text(bytes: Option<&[u8]>) -> bool {
     bytes.is_some_and(|bytes| bytes.iter().all(|byte| (b' '..0x7f).contains(byte)))
 }
 
-/// A length, a key `float MC_ROLL_P`, and a value.
+/// Whether the content begins with a length, a key `float MC_ROLL_P`, and a value.
 fn is_key(content: &[u8]) -> bool {
     let Some((length, rest)) = content.split_first() else { return false };
     let key = rest.get(..usize::from(*length));

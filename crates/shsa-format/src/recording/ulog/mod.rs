@@ -1,9 +1,9 @@
-//! ULog, the logs of PX4: messages of fixed fields behind definitions of their formats, in one file.
+//! ULog, the logs of PX4: messages of fixed fields after definitions of their formats, in one file.
 //!
-//! Format: <https://docs.px4.io/main/en/dev_log/ulog_file_format.html>. After damage the reading goes on at the next place where
-//! messages follow each other whose lengths are those of their formats: no index is needed, and a byte that is wrong costs the
-//! message that it is in. Times are those since boot, tied to the epoch by the first fix of a GNSS receiver that told the time.
-//! Memory is bounded by the longest message and by what the definitions may take.
+//! Format: <https://docs.px4.io/main/en/dev_log/ulog_file_format.html>. After damage, reading goes on at the next place where
+//! messages follow each other whose lengths fit their formats. So no index is needed, and a wrong byte costs one message. Times
+//! count from the boot; the first GNSS fix with a time relates them to the epoch. Memory is bounded by the longest message and by
+//! the limits of the definitions.
 
 mod definition;
 mod message;
@@ -28,44 +28,44 @@ pub(super) const MAGIC: &[u8] = b"ULog\x01\x12\x35";
 /// The header: the magic, the version, the time of the start.
 const FILE_HEADER: usize = 16;
 
-/// Bytes that are searched at once for the way after damage.
+/// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: usize = 1 << 16;
 
-/// The most fields of all formats together: what is told once is kept.
+/// The most fields of all formats, as formats are kept.
 const SLOTS_MAX: usize = 1 << 17;
 
-/// A clock of GNSS that tells less than this has no time yet: 2000-01-01, in microseconds.
+/// A GNSS clock below this value has no time yet: 2000-01-01, in microseconds.
 const CLOCK_MIN_US: i64 = 946_684_800_000_000;
 
-/// A topic's messages: `A` says so.
+/// A topic's messages, subscribed by a message of kind `A`.
 struct Subscription {
     topic: String,
     instance: u8,
     layout: Rc<Layout>,
-    /// Where the microseconds since boot stand.
+    /// The place of the microseconds since boot.
     timestamp: Option<usize>,
-    /// What the listener calls it, once it has a message.
+    /// The listener's topic, once there is a message.
     told: Option<TopicId>,
 }
 
-/// What is known of the log.
+/// The state of the log so far.
 #[derive(Default)]
 struct Log {
     formats: Formats,
     layouts: BTreeMap<String, Rc<Layout>>,
     slots: usize,
     subscriptions: BTreeMap<u16, Subscription>,
-    /// Where parts begin that were appended later, as after a crash; the message before each may be cut.
+    /// Where appended parts begin, as after a crash; the message before each may be incomplete.
     appended: Vec<u64>,
 }
 
-/// What a log holds, in the order of the file.
+/// The content of a log, in the order of the file.
 enum Event<'a> {
     /// A message of a topic.
     Data(&'a mut Subscription, &'a [u8]),
-    /// The logger was too slow for so many milliseconds.
+    /// The logger was too slow for this many milliseconds.
     Dropout(u64, u16),
-    /// Something is lost here.
+    /// A part is lost here.
     Damage(u64, String),
 }
 
@@ -81,7 +81,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     Ok(())
 }
 
-/// How far the epoch is from the boot, as the first fix says that knows.
+/// How far the epoch is from the boot, by the first fix with a time.
 fn tied(input: &mut dyn Input) -> io::Result<Option<Span>> {
     let mut epoch = None;
     walk(input, &mut |event| {
@@ -136,7 +136,7 @@ impl Subscription {
         i64::try_from(us).ok()?.checked_mul(1_000).map(Time)
     }
 
-    /// What the listener calls the topic.
+    /// The listener's topic.
     fn told(&mut self, listener: &mut dyn Listener) -> TopicId {
         let Subscription { topic, instance, layout, told, .. } = self;
         *told.get_or_insert_with(|| {
@@ -146,18 +146,18 @@ impl Subscription {
         })
     }
 
-    /// How far the epoch is from the boot, if this is a fix of GNSS that knows.
+    /// How far the epoch is from the boot, if this is a GNSS fix with a time.
     fn epoch(&self, message: &[u8]) -> Option<Span> {
         let clock = self.layout.slot("time_utc_usec")?;
         let fix = self.layout.slot("fix_type").and_then(|slot| slot.scalar.whole(message, slot.at));
         let clock_us = clock.scalar.whole(message, clock.at).filter(|us| *us > CLOCK_MIN_US)?;
         let since_boot = self.time(message)?;
-        // 2 is a fix in two dimensions.
+        // 2 is a two-dimensional fix.
         (fix.is_none_or(|fix| fix >= 2)).then_some(Time(clock_us.checked_mul(1_000)?) - since_boot)
     }
 }
 
-/// Goes through a log until the visitor has enough.
+/// Goes through a log until the visitor stops.
 fn walk(input: &mut dyn Input, visit: &mut dyn FnMut(Event<'_>) -> ControlFlow<()>) -> io::Result<()> {
     let mut walker = Walker { window: Window::new(input), log: Log::default(), visit, lost: BTreeMap::new() };
     let head = walker.window.ahead(FILE_HEADER)?;
@@ -176,12 +176,12 @@ struct Walker<'a, R> {
     window: Window<R>,
     log: Log,
     visit: &'a mut dyn FnMut(Event<'_>) -> ControlFlow<()>,
-    /// Messages of topics whose definition is lost: the first of each, and how many.
+    /// Messages of topics whose definition is lost: the place of the first, and the number.
     lost: BTreeMap<u16, (u64, u64)>,
 }
 
 impl<R: Read> Walker<'_, R> {
-    /// The next message, or the damage in its place; a break at the end.
+    /// The next message, or the damage in its place; `Break` at the end.
     fn step(&mut self) -> io::Result<ControlFlow<()>> {
         let offset = self.window.offset();
         let head = self.window.ahead(HEADER)?;
@@ -190,7 +190,7 @@ impl<R: Read> Walker<'_, R> {
         }
         let length = HEADER + usize::from(array(head, 0).map_or(0, u16::from_le_bytes));
         if let Some(end) = self.log.appended.iter().find(|at| (offset..offset + length as u64).contains(at)) {
-            // What was appended later begins within this message.
+            // The appended part begins within this message.
             let cut = *end - offset;
             self.log.appended.retain(|at| *at > offset + cut);
             self.window.skip(cut)?;
@@ -204,7 +204,7 @@ impl<R: Read> Walker<'_, R> {
         }
     }
 
-    /// The file ends within this message, unless its length is wrong and others follow.
+    /// Ends within this message, unless its length is wrong and others follow.
     fn end(&mut self, length: usize) -> io::Result<ControlFlow<()>> {
         let offset = self.window.offset();
         let ahead = self.window.ahead(length)?;
@@ -217,7 +217,7 @@ impl<R: Read> Walker<'_, R> {
         Ok(ControlFlow::Break(()))
     }
 
-    /// A message that is not understood is passed over where the one behind it is.
+    /// Skips a message of unknown content where the one after it is known.
     fn doubt(&mut self, length: usize) -> io::Result<ControlFlow<()>> {
         let ahead = self.window.ahead(length + CHAIN_BYTES)?;
         if !self.log.leads_to_way(ahead.get(length..).unwrap_or_default()) {
@@ -283,7 +283,7 @@ impl<R: Read> Walker<'_, R> {
 }
 
 impl Log {
-    /// Takes in what a message says about others.
+    /// Takes in the definitions in a message.
     fn define(&mut self, kind: u8, content: &[u8], offset: u64) -> Result<(), String> {
         match kind {
             b'F' => {

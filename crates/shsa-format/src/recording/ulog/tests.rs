@@ -1,14 +1,14 @@
-//! Logs written by these tests, and those of vehicles.
+//! ULogs written by these tests, and those of vehicles.
 
 use super::super::tests::independent::{
     Reader, check_counts, check_cut, check_flipped, check_values, expected, sample, told,
 };
 use super::*;
 
-/// It has no options.
+/// The reader, which has no options.
 const READ: Reader = |input, _options, listener| read(input, listener);
 
-/// A log in the making.
+/// A log under construction.
 struct Writer(Vec<u8>);
 
 impl Writer {
@@ -148,7 +148,7 @@ fn what_was_appended_is_read() {
     let flags = |at: u64| [&[0; 8][..], &[1], &[0; 7], &at.to_le_bytes(), &[0; 16]].concat();
     let content = "a:uint64_t timestamp;float x;int16_t[2] list;".as_bytes();
     let start = Writer::new().message(b'B', &flags(0)).message(b'F', content).topic(3, 0, "a");
-    // The message before is cut where the appended part begins.
+    // The message before is incomplete where the appended part begins.
     let before = value(start, 1).raw(&[18, 0, b'D', 3, 0, 1]);
     let at = before.0.len() as u64;
     let log = Writer::new().message(b'B', &flags(at)).message(b'F', content).topic(3, 0, "a");
@@ -163,7 +163,7 @@ fn dropouts_are_told() {
     assert!(notes[0].1.starts_with("the logger left messages out here: 2 times in all, 306 ms together"));
 }
 
-/// Fields are told as `topic[0]#field`, or as `topic#field` where that means the first instance.
+/// Fields are named `topic[0]#field`, or `topic#field` where that means the first instance.
 fn check_sample(file: &str) {
     let (Some(bytes), Some(expected)) = (sample(&format!("ulog/{file}")), expected("ulog", file)) else {
         return;

@@ -1,4 +1,5 @@
-//! Resolves whom a demand asks: a provider of an input, the producer of a signal, a platform, this program, or all consumers.
+//! Resolves the party that a demand addresses: a provider of an input, the producer of a signal, a platform, this program, or all
+//! consumers.
 
 use super::Reader;
 use crate::knowledge::VariableId;

@@ -1,38 +1,38 @@
-//! What the judge hears: the comparisons with their ways, and of each signal what bears on its trust.
+//! The judge's view of the evidence: the residuals with their ways, and the state of each signal that bears on its trust.
 
 use crate::interval::Interval;
 use crate::knowledge::SignalId;
 use crate::monitor::{Frozen, Monitor, Residual, WatchedWay, WayIndex};
 
-/// All that the judge reads of what watches the signals.
-pub trait Testimony {
-    /// All pairs of ways that are compared.
+/// All that the judge reads of the monitor.
+pub trait EvidenceView {
+    /// All residuals.
     fn pairs(&self) -> &[Residual];
 
-    /// Those that rest on a signal, in their order.
+    /// The residuals that rest on a signal, in their order.
     fn pairs_of(&self, signal: SignalId) -> impl Iterator<Item = &Residual>;
 
-    /// Those in which something has disagreed of late, in their order: all that are undecided or in conflict, or may become
-    /// so without another disagreement.
+    /// The residuals with a recent disagreement, in their order: all that are undecided or in conflict, or may become so without
+    /// another disagreement.
     fn restless(&self) -> impl Iterator<Item = &Residual>;
 
     /// A way that is compared.
     fn way(&self, index: WayIndex) -> Option<&WatchedWay>;
 
-    /// Since when a signal says the same.
+    /// Since when a signal has repeated its value.
     fn frozen(&self, signal: SignalId) -> Frozen;
 
-    /// What a signal says now, SI, when it is a number.
+    /// The current value of a signal, SI, when it is a number.
     fn said(&self, signal: SignalId) -> Option<Interval>;
 
-    /// Whether a signal says something, and nothing is wrong with its readings in themselves.
+    /// Whether a signal gives values, and no detector finds a fault in its readings.
     fn is_sound(&self, signal: SignalId) -> bool;
 
-    /// Whether a signal says what it could say, from what it said before its readings showed a fault.
-    fn is_home(&self, signal: SignalId) -> bool;
+    /// Whether the value of a signal can be reached from its last sound reading before a detector found a fault.
+    fn has_returned(&self, signal: SignalId) -> bool;
 }
 
-impl Testimony for Monitor {
+impl EvidenceView for Monitor {
     fn pairs(&self) -> &[Residual] {
         self.residuals()
     }
@@ -63,7 +63,7 @@ impl Testimony for Monitor {
         is_heard && self.detectors().fault(signal).is_none()
     }
 
-    fn is_home(&self, signal: SignalId) -> bool {
-        self.ports()[signal].is_home()
+    fn has_returned(&self, signal: SignalId) -> bool {
+        self.ports()[signal].has_returned()
     }
 }
