@@ -1,4 +1,4 @@
-//! `shsa check`: loads a knowledge base and tells every problem with its position.
+//! `shsa check`: loads a knowledge base and reports every problem with its position.
 
 use crate::outcome::Outcome;
 use crate::requirements;

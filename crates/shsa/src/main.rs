@@ -60,7 +60,7 @@ Example: shsa demo rover --fast";
 
 #[derive(Subcommand)]
 enum Command {
-    /// Load and check a knowledge base; tell every problem with its place.
+    /// Load and check a knowledge base; report every problem with its place.
     Check(check::Arguments),
     /// Find substitutions for a variable, best first.
     Plan(plan::Arguments),

@@ -15,7 +15,7 @@ const REPORTED_EVERY: Span = Span::from_millis(1_000);
 /// How often the run looks for comparisons that are not made.
 const COMPARED: Span = Span::from_millis(60_000);
 
-/// What was told last about the run itself, so that only changes are told.
+/// What was reported last about the run itself, so that only changes are reported.
 #[derive(Debug)]
 pub(in super::super) struct Reported {
     pub(super) next: Time,
@@ -28,7 +28,7 @@ pub(in super::super) struct Reported {
     standings: Vec<Vec<Standing>>,
     /// The earliest time at which the quality of a need may change by itself; until then no turn has to check the needs.
     pub(super) doubt: Time,
-    /// The time of the next look for missing comparisons, and the remarks already told.
+    /// The time of the next look for missing comparisons, and the remarks already reported.
     compared: (Time, BTreeSet<String>),
 }
 

@@ -6,10 +6,10 @@ use shsa_core::analysis::{Addition, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
 
-/// The most signals that are named for a variable whose faults further ways would tell.
+/// The most signals that are named for a variable whose faults further ways would detect or isolate.
 const MOST_HIDDEN: usize = 12;
 
-/// The most reasons why comparisons tell less than the structure.
+/// The most reasons why comparisons isolate fewer faults than the structure.
 const MOST_REASONS: usize = 20;
 
 /// Tables of signals, needs and additions, then the weaknesses in sentences.
@@ -71,7 +71,7 @@ fn relations(report: &Report<'_>) -> String {
     show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
 }
 
-/// Faults that the structure could tell and no comparison does, with the reasons.
+/// Faults that the structure could detect or isolate and no comparison does, with the reasons.
 fn gaps(report: &Report<'_>) -> String {
     let lines = report.gaps();
     if lines.is_empty() {

@@ -152,7 +152,7 @@ fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// The text of a file; tells what is wrong with it.
+/// The text of a file; prints the problem with it.
 fn read(path: &Path) -> anyhow::Result<String> {
     read_text(path, "model").map_err(|report| {
         show::tell_report(&report);

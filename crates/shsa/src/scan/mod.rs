@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
     /// How long to listen, as `10 s`.
     #[arg(long = "for", value_name = "TIME", default_value = "5s", value_parser = parse_span)]
     duration: Span,
-    /// Write a model with the signals that were heard and that MODEL does not have, to be completed by hand.
+    /// Write a model with the received signals that MODEL does not have, to be completed by hand.
     #[arg(long, conflicts_with = "json")]
     draft: bool,
     /// Print one JSON object instead of text.
@@ -55,7 +55,7 @@ struct Scan {
     matched: Option<Matched>,
 }
 
-/// Receives messages for a while, and tells the results.
+/// Receives messages for a while, and reports the results.
 ///
 /// # Errors
 /// When the model is invalid, or the bus cannot be used.
