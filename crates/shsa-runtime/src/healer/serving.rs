@@ -24,7 +24,7 @@ pub(in super::super) struct Served {
 
 /// The part of a need's state whose changes are reported at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) struct Standing {
+pub(in super::super) struct ReportedState {
     quality: Quality,
     admitted: Option<Admitted>,
     /// The stage of its takeover, and the quality under the name that is taken.
@@ -279,8 +279,8 @@ impl Healer {
     }
 
     /// The state of every need as far as its changes are reported at once.
-    pub(in super::super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
-        self.outlets.enumerate().map(move |(id, outlet)| Standing {
+    pub(in super::super) fn reported_states(&self, now: Time) -> impl Iterator<Item = ReportedState> + Clone {
+        self.outlets.enumerate().map(move |(id, outlet)| ReportedState {
             quality: outlet.quality(now),
             admitted: outlet.admitted(now),
             takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),

@@ -33,8 +33,8 @@ pub(crate) struct Arguments {
     /// How many added sensors and relations to list, the most helpful first; 0 tries none.
     #[arg(long, value_name = "N", default_value_t = 10)]
     additions: usize,
-    /// How many signals to analyse, in file order; of a larger model the others are left out as if they were not there, and that
-    /// is reported. Who can be told from whom takes memory and output by the square of them.
+    /// How many signals to analyse, in file order; of a larger model the others are left out, with a note. Memory and output
+    /// grow with the square of this number.
     #[arg(long, value_name = "N", default_value_t = 4_000)]
     signals: usize,
     #[command(flatten)]

@@ -61,7 +61,7 @@ fn relations(report: &Report<'_>) -> String {
     let others = knowledge.signals().len() + knowledge.relations().len() - 1;
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.told_from(component).count();
+        let told = faults.isolable_components_from(component).count();
         vec![
             report.component(component).to_owned(),
             yes(faults.of_relation(relation).shown_by > 0),

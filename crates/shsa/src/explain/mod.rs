@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// Explain the decision of this number in the list.
     #[arg(long, value_name = "NUMBER")]
     decision: Option<usize>,
-    /// Draw what the witnesses said over time.
+    /// Draw the values of the witnesses over time.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write the explanation with its drawings to a page for the browser, which needs nothing else.

@@ -29,10 +29,9 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
 
-Exit status: 1 when nothing is heard, or a signal of the model is missing; 4 when the bus cannot be reached, which is told at
-once.")]
+Exit status: 1 when no message is received, or a signal of the model is missing; 4 when the bus cannot be reached.")]
 pub(crate) struct Arguments {
-    /// A knowledge base: tells which signal each field carries, and which signals are missing.
+    /// A knowledge base: the scan shows which signal each field carries, and which signals are missing.
     model: Option<PathBuf>,
     #[command(flatten)]
     bus: BusArguments,

@@ -88,7 +88,7 @@ pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVa
 }
 
 /// A stream of server-sent events, made part by part until the run ends.
-fn stream<T: Told>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
+fn stream<T: Parts>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
     let Ok(place) = shared.streams.clone().try_acquire_owned() else {
         return problem(StatusCode::SERVICE_UNAVAILABLE, "as many streams as may be are open already");
     };
@@ -104,7 +104,7 @@ fn stream<T: Told>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
 }
 
 /// A source of the parts of a stream.
-trait Told: Send + 'static {
+trait Parts: Send + 'static {
     /// The next part; `None` when the run is ending.
     fn next(&mut self) -> impl Future<Output = Option<Event>> + Send;
 }
@@ -118,7 +118,7 @@ struct Reader {
     rest: Duration,
 }
 
-impl Told for Reader {
+impl Parts for Reader {
     async fn next(&mut self) -> Option<Event> {
         sleep(self.rest).await;
         let pages = self.shared.pages.clone();
@@ -152,7 +152,7 @@ struct Listener {
     is_first: bool,
 }
 
-impl Told for Listener {
+impl Parts for Listener {
     async fn next(&mut self) -> Option<Event> {
         if !std::mem::take(&mut self.is_first) {
             sleep(PACE).await;
