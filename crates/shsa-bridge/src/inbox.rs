@@ -7,10 +7,10 @@ mod absence;
 
 pub use absence::Absence;
 
-use crate::{Clock, Message};
+use crate::{Clock, Message, backlog::Backlog};
 use absence::Attendance;
 use std::cmp::Reverse;
-use std::collections::{BTreeMap, BinaryHeap, VecDeque};
+use std::collections::{BTreeMap, BinaryHeap};
 use std::fmt;
 use std::sync::{Arc, Condvar, Mutex, MutexGuard, OnceLock, PoisonError, Weak};
 use std::time::Duration;
@@ -76,7 +76,7 @@ struct Queues {
 struct Queue {
     topic: Arc<str>,
     /// The count of arrivals before each message.
-    waiting: VecDeque<(u64, Message)>,
+    waiting: Backlog<(u64, Message)>,
     dropped: u64,
 }
 
@@ -259,13 +259,13 @@ impl Queues {
         loop {
             let Reverse((entered, id)) = self.order.pop()?;
             let waiting = &mut self.topics[id].waiting;
-            let (arrival, message) = waiting.pop_front()?;
+            let arrival = waiting.front()?.0;
             if arrival != entered {
                 // The oldest message was dropped meanwhile, so another topic may be first now.
-                waiting.push_front((arrival, message));
                 self.order.push(Reverse((arrival, id)));
                 continue;
             }
+            let (_, message) = waiting.pop_front()?;
             if let Some((next, _)) = waiting.front() {
                 self.order.push(Reverse((*next, id)));
             }
@@ -277,7 +277,7 @@ impl Queues {
         if let Some(id) = self.ids.get(topic) {
             return *id;
         }
-        self.topics.push(Queue { topic: topic.clone(), waiting: VecDeque::new(), dropped: 0 });
+        self.topics.push(Queue { topic: topic.clone(), waiting: Backlog::new(), dropped: 0 });
         self.ids.insert(topic.clone(), self.topics.len() - 1);
         self.topics.len() - 1
     }

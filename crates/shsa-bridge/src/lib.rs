@@ -7,6 +7,7 @@
 //! Received messages wait in an [`Inbox`], bounded for each topic: a flood of one topic costs that topic its oldest messages, and
 //! other topics nothing.
 
+mod backlog;
 mod clock;
 mod error;
 mod inbox;

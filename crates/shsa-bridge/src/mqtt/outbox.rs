@@ -1,6 +1,7 @@
 //! Publications that may not have arrived: while connected some of each topic, else the newest.
 
 use crate::Provenance;
+use crate::backlog::Backlog;
 use crate::clock::Uptime;
 use bytes::Bytes;
 use shsa_core::time::Time;
@@ -50,7 +51,7 @@ impl Publication {
 pub(super) struct Outbox {
     /// The topics with waiting messages, in their turn.
     turns: VecDeque<Arc<str>>,
-    waiting: BTreeMap<Arc<str>, VecDeque<Publication>>,
+    waiting: BTreeMap<Arc<str>, Backlog<Publication>>,
     /// The newest sent message of each topic, in case the connection breaks before it has arrived.
     handed_over: BTreeMap<Arc<str>, Publication>,
     topics_max: usize,
@@ -70,21 +71,27 @@ impl Outbox {
     pub(super) fn keep(&mut self, publication: Publication, depth: usize) -> Option<Publication> {
         let topic = publication.topic.clone();
         if let Some(queue) = self.waiting.get_mut(&topic) {
+            let dropped = if queue.len() >= depth { queue.pop_front() } else { None };
             queue.push_back(publication);
-            return if queue.len() > depth { queue.pop_front() } else { None };
+            return dropped;
         }
-        self.waiting.insert(topic.clone(), VecDeque::from([publication]));
+        let mut queue = Backlog::new();
+        queue.push_back(publication);
+        self.waiting.insert(topic.clone(), queue);
         self.turns.push_back(topic);
         if self.turns.len() <= self.topics_max {
             return None;
         }
-        self.turns.pop_front().and_then(|oldest| self.waiting.remove(&oldest)?.pop_back())
+        let mut queue = self.turns.pop_front().and_then(|oldest| self.waiting.remove(&oldest))?;
+        std::iter::from_fn(|| queue.pop_front()).last()
     }
 
     /// Drops all but the newest message of each topic.
     pub(super) fn keep_newest(&mut self) {
         for queue in self.waiting.values_mut() {
-            queue.drain(..queue.len().saturating_sub(1));
+            while queue.len() > 1 {
+                queue.pop_front();
+            }
         }
     }
 
