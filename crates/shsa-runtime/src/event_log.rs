@@ -15,8 +15,8 @@ use tokio::sync::broadcast;
 
 /// The number of decisions kept for later requests.
 const KEPT: usize = 1_000;
-/// The number of decisions that may wait for a slow listener. Further ones replace the oldest, and the listener receives the
-/// number of lost ones it missed.
+/// The number of decisions that may wait for a slow listener. Further ones replace the oldest, and the listener receives the number
+/// of decisions that it has missed.
 const WAITING: usize = 256;
 
 /// A decision of the engine, or an event of the run, to be written as a line.
