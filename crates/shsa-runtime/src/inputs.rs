@@ -24,6 +24,18 @@ struct Bundle {
     reader: Reader,
     /// The signal of each field of the reader.
     signals: Vec<SignalId>,
+    /// A signal reads the level that another instance gives with its values, so that contracts judge its substitutes.
+    reads_level: bool,
+}
+
+/// The field that tells the level of a value (see [`Provenance`](shsa_bridge::Provenance)).
+const LEVEL: &str = "rank";
+
+impl Bundle {
+    /// Whether a message is about the signals: a value of their own source, or a substitute whose level is read with it.
+    fn takes(&self, quality: Quality) -> bool {
+        quality == Quality::Good || self.reads_level && quality == Quality::Substitute
+    }
 }
 
 /// The state of one signal's messages.
@@ -61,7 +73,8 @@ impl Inputs {
             let (fields, signals): (Vec<_>, Vec<_>) = fields.into_iter().unzip();
             let reader =
                 Reader::new(&fields, SIZE_LIMIT).with_context(|| format!("the fields of {topic}"))?;
-            Ok((topic, Bundle { reader, signals }))
+            let reads_level = fields.iter().any(|field| field.path == LEVEL);
+            Ok((topic, Bundle { reader, signals, reads_level }))
         };
         let topics = fields.into_iter().map(bundle).collect::<Result<_, RuntimeError>>()?;
         Ok(Inputs { topics, ends })
@@ -85,13 +98,14 @@ impl Inputs {
     }
 
     /// The observations in a message. An unreadable field gives an invalid value. Another instance's substitute is no observation
-    /// of the signal whose name it takes. Nor is a message without a stamp that was retained or held back while the signal was
-    /// silent.
+    /// of the signal whose name it takes, unless a signal reads the level that comes with it. Nor is a message without a stamp that
+    /// was retained or held back while the signal was silent.
     pub fn read(&mut self, message: &Message, clock: &Clock, mut each: impl FnMut(Observation)) {
-        if message.quality.is_some_and(|quality| quality != Quality::Good) {
+        let Some(bundle) = self.topics.get_mut(&message.topic) else { return };
+        if message.quality.is_some_and(|quality| !bundle.takes(quality)) {
             return;
         }
-        let Some(Bundle { reader, signals }) = self.topics.get_mut(&message.topic) else { return };
+        let Bundle { reader, signals, .. } = bundle;
         let ends = &mut self.ends;
         let mut tell = |signal: SignalId, reading: Result<Reading, Unreadable>| {
             let (value, stamp) = match reading {
@@ -195,6 +209,23 @@ signals:
         assert_eq!(told(&knowledge, &mut inputs, &good), "left@100=1 right@70=2");
         let kept = Message { retained: true, ..message };
         assert_eq!(told(&knowledge, &mut inputs, &kept), "left@100=1");
+    }
+
+    #[test]
+    fn a_substitute_counts_where_its_level_is_read() {
+        let model = "shsa: 1\nvariables: { speed: { unit: m/s }, level: {} }\n\
+            signals: { speed: { variable: speed, source: ahead#value }, level: { variable: level, source: ahead#rank } }\n";
+        let loaded = shsa_format::model::load(model, "test.yaml");
+        let (knowledge, mut inputs) = (loaded.knowledge.clone(), Inputs::new(&loaded.knowledge).unwrap());
+        let payload = Payload::Bytes(r#"{"value": 20, "rank": 2}"#.into());
+        let mut of = |quality| {
+            let message = Message::new("ahead".into(), Time(70), payload.clone());
+            told(&knowledge, &mut inputs, &Message { quality: Some(quality), ..message })
+        };
+        assert_eq!(of(Quality::Good), "speed@70=20 level@70=2");
+        assert_eq!(of(Quality::Substitute), "speed@70=20 level@70=2");
+        // Bounds of what nobody trusts are no value.
+        assert_eq!([of(Quality::Uncertain), of(Quality::Bad)], ["", ""]);
     }
 
     #[test]

@@ -130,7 +130,7 @@ fn main() -> ExitCode {
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),
-        Command::Demo(arguments) if arguments.page => run::run(&run::Arguments::of_the_robot()),
+        Command::Demo(arguments) if arguments.is_live() => run::run(&run::Arguments::of_the_robot()),
         Command::Demo(arguments) => demo::run(&arguments),
         Command::Convert(arguments) => convert::run(&arguments),
         Command::Join(arguments) => parts::join(&arguments),

@@ -1,7 +1,9 @@
 //! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
 
 use crate::outcome::{AlreadyTold, Outcome};
+use crate::replay::{self, Made};
 use crate::show::{self, Paint, paint};
+use anyhow::{Context, bail};
 use shsa_format::story::{self, Check, Story};
 use shsa_format::words;
 use std::io::{IsTerminal, Write, stderr, stdout};
@@ -14,13 +16,32 @@ pub(crate) struct Arguments {
     /// Stories: a model, what is observed, and what must come of it, as YAML.
     #[arg(required = true)]
     stories: Vec<PathBuf>,
+    /// Write the page of `shsa replay --report` about a story, with its assurance case.
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
 }
 
 /// Tells every story; the answer is no if an expectation is not met.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let Some(path) = &arguments.report {
+        let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
+        replay::written::ensure_free(path, &[story])?;
+        let bytes = std::fs::read(story).with_context(|| format!("cannot read {}", story.display()))?;
+        return told(&load(story)?, Some((path, &Made::new(story, &bytes))));
+    }
     let mut is_met = true;
     for path in &arguments.stories {
         is_met &= tell(&load(path)?)?;
+    }
+    Ok(if is_met { Outcome::Done } else { Outcome::No })
+}
+
+/// Tells a story, and writes the page about it.
+pub(crate) fn told(story: &Story, report: Option<(&Path, &Made)>) -> anyhow::Result<Outcome> {
+    let is_met = tell(story)?;
+    if let Some((path, made)) = report {
+        let page = replay::page_of_story(story, made)?;
+        std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(if is_met { Outcome::Done } else { Outcome::No })
 }

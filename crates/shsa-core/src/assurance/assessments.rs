@@ -190,7 +190,7 @@ impl Assessments {
     }
 
     /// Stores which ways would serve the need, the best first. Each refusal of a way before the first that meets the demands is
-    /// reported.
+    /// reported. While it is unknown of the serving way whether it still meets them, no refusal of a lesser way is reported.
     pub fn prefer(&mut self, ways: &[Way]) {
         let Some(demanded) = &mut self.0 else { return };
         demanded.ways.iter_mut().for_each(|it| it.is_preferred = false);
@@ -201,6 +201,9 @@ impl Assessments {
                 break;
             }
             assessed.is_preferred = true;
+            if assessed.admitted.is_some_and(|it| it.ground == Ground::Lapsing) {
+                break;
+            }
         }
     }
 

@@ -1,11 +1,14 @@
 //! Contracts in the engine: their evidence is read before any value is published, and an operator may override them for a time.
 
-use super::instruments::Attested;
+use super::instruments::{Attested, Instruments};
 use super::message::{EventKind, Output};
 use super::operator::{Refusal, find_need};
 use super::{Engine, Event};
 use crate::assurance::{Assurance, Override};
-use crate::knowledge::{Contract, EvidenceSource, IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::interval::Truth;
+use crate::knowledge::{
+    Contract, ContractId, EvidenceSource, IdVec, KnowledgeBase, NeedId, SignalId, Watched,
+};
 use crate::order::Order;
 use crate::reason::Reason;
 use crate::substitution::Way;
@@ -151,6 +154,18 @@ impl Engine {
         contracts.attested.insert(String::from(name), holds);
         let evidence = String::from(name);
         Ok(Some(if holds { Reason::Attested { evidence } } else { Reason::Denied { evidence } }))
+    }
+
+    /// Whether a piece of evidence of a contract holds now, where a way serves the need.
+    ///
+    /// Complexity: O(1), but for verdicts, agreement and availability: linear in the comparisons of the signal, and in the ways
+    /// of its variable.
+    #[must_use]
+    pub fn observed(&self, contract: ContractId, watched: &Watched, way: &Way) -> Truth {
+        let Engine { knowledge, monitor, judge, contracts, .. } = self;
+        let attested = contracts.as_ref().map(|contracts| &contracts.attested);
+        let now = self.now.unwrap_or_default();
+        Instruments { knowledge, monitor, judge, attested, now }.read(contract, watched, way).truth
     }
 
     /// The orders of operators about contracts that are in force.

@@ -62,15 +62,33 @@ impl Argument {
         root: GuaranteeId,
         observed: &dyn Fn(EvidenceId) -> String,
     ) -> Argument {
-        let mut builder = Builder {
-            system,
-            evaluation,
-            observed,
-            nodes: Vec::new(),
-            known: BTreeMap::new(),
-            open: Vec::new(),
-        };
+        let mut builder = Builder::new(system, evaluation, observed);
         builder.element(Element::Guarantee(root));
+        Argument { nodes: builder.nodes }
+    }
+
+    /// The argument for a claim that any of several guarantees supports. The nodes of one system and the same guarantees are the
+    /// same, in the same order, under every evaluation; only their kinds and verdicts differ.
+    ///
+    /// Time: linear in the number of nodes, at most [`MOST_NODES`].
+    #[must_use]
+    pub fn of_any(
+        system: &System,
+        evaluation: &Evaluation,
+        claim: &str,
+        guarantees: &[GuaranteeId],
+        observed: &dyn Fn(EvidenceId) -> String,
+    ) -> Argument {
+        let mut builder = Builder::new(system, evaluation, observed);
+        let verdicts = guarantees.iter().map(|&id| evaluation.guarantee(system, id));
+        let state = verdicts.min().unwrap_or(Verdict::Refused);
+        let top = builder.put(Kind::Goal, claim.to_owned(), state);
+        let modes: Vec<Vec<usize>> =
+            guarantees.iter().map(|&id| vec![builder.element(Element::Guarantee(id))]).collect();
+        builder.nodes[top].is_undeveloped = modes.is_empty();
+        if !modes.is_empty() {
+            builder.nodes[top].supported_by = builder.one_of(1, modes);
+        }
         Argument { nodes: builder.nodes }
     }
 
@@ -91,7 +109,16 @@ struct Builder<'a> {
     open: Vec<Element>,
 }
 
-impl Builder<'_> {
+impl<'a> Builder<'a> {
+    fn new(
+        system: &'a System,
+        evaluation: &'a Evaluation,
+        observed: &'a dyn Fn(EvidenceId) -> String,
+    ) -> Builder<'a> {
+        let (nodes, known, open) = (Vec::new(), BTreeMap::new(), Vec::new());
+        Builder { system, evaluation, observed, nodes, known, open }
+    }
+
     fn put(&mut self, kind: Kind, text: String, state: Verdict) -> usize {
         let node = Node { kind, text, state, supported_by: Vec::new(), is_undeveloped: false };
         self.nodes.push(node);

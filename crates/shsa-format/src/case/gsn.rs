@@ -1,21 +1,23 @@
 //! Arguments in the YAML of `gsn2x` (version 4): one module per argument, goals `G-`, strategies `S-`, solutions `Sn-`.
 //!
 //! A claim that is not met stays undeveloped; a refused claim is defeated by a counter solution (`CSn-`). The class of each
-//! element is its verdict: `given`, `open`, `circular`, `refused`.
+//! element is its verdict: `given`, `open`, `circular`, `refused`. Verdicts over time are the layer `over_time`.
 
 use super::argument::{Argument, Kind, Node};
 use super::words;
+use serde_json::{Value, json};
 use shsa_core::assurance::Verdict;
 use std::fmt::Write as _;
 
 /// One argument as a module.
 ///
 /// `name` is the name of the module. The ids contain its letters and digits, so that ids are unique in a case whose module names
-/// are unique. `brief` states the subject and the time. Time: linear in the argument.
+/// are unique. `brief` states the subject and the time. `over_time` states in words how each node stood over time; it is empty
+/// where only one moment is known. Time: linear in the argument.
 #[must_use]
-pub fn write(argument: &Argument, name: &str, brief: &str) -> String {
+pub fn write(argument: &Argument, name: &str, brief: &str, over_time: &[String]) -> String {
     let module = identifier(name);
-    let id = |at: usize, node: &Node| format!("{}-{module}-{at}", prefix(node.kind));
+    let id = |at: usize, node: &Node| id(&module, at, node);
     let mut out = format!("module: {{ name: {}, brief: {} }}\n", quoted(&module), quoted(brief));
     // Writing to memory never fails.
     let mut line = |text: std::fmt::Arguments<'_>| _ = writeln!(out, "{text}");
@@ -34,6 +36,7 @@ pub fn write(argument: &Argument, name: &str, brief: &str) -> String {
             keys.push("defeated: true".to_owned());
         }
         keys.push(format!("classes: [{}]", words::verdict(node.state)));
+        keys.extend(over_time.get(at).map(|told| format!("over_time: {}", quoted(told))));
         line(format_args!("{}: {{ {} }}", id(at, node), keys.join(", ")));
         if is_defeated {
             let text = quoted("this does not hold now");
@@ -41,6 +44,28 @@ pub fn write(argument: &Argument, name: &str, brief: &str) -> String {
         }
     }
     out
+}
+
+/// One argument as JSON: its nodes, the claim first, with the ids of its module.
+#[must_use]
+pub fn json(argument: &Argument, name: &str) -> Value {
+    let module = identifier(name);
+    let node = |(at, node): (usize, &Node)| {
+        let by = node.supported_by.iter().filter_map(|&by| Some(id(&module, by, argument.nodes.get(by)?)));
+        json!({
+            "id": id(&module, at, node),
+            "kind": words::kind(node.kind),
+            "text": node.text,
+            "verdict": words::verdict(node.state),
+            "supported_by": by.collect::<Vec<_>>(),
+        })
+    };
+    argument.nodes.iter().enumerate().map(node).collect()
+}
+
+/// The id of a node: `G-dmin-0`.
+fn id(module: &str, at: usize, node: &Node) -> String {
+    format!("{}-{module}-{at}", prefix(node.kind))
 }
 
 const fn prefix(kind: Kind) -> &'static str {
@@ -51,13 +76,14 @@ const fn prefix(kind: Kind) -> &'static str {
     }
 }
 
-/// A name reduced to letters, digits and `_`.
-fn identifier(name: &str) -> String {
+/// A name reduced to letters, digits and `_`, for files and ids.
+#[must_use]
+pub fn identifier(name: &str) -> String {
     let letters = name.trim_matches('/').chars();
     letters.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
 }
 
 /// In double quotes, as YAML and JSON read it.
 fn quoted(text: &str) -> String {
-    serde_json::Value::from(text).to_string()
+    Value::from(text).to_string()
 }

@@ -1,10 +1,11 @@
 //! Statements, bounds and evidence in words, in the terms of a safety engineer.
 
-use shsa_core::assurance::Verdict;
+use super::argument::Kind;
+use shsa_core::assurance::{Composition, Verdict};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{EvidenceSource, KnowledgeBase, Measure, Watched};
+use shsa_core::knowledge::{EvidenceSource, Id, KnowledgeBase, Measure, Watched};
 use shsa_core::statement::{Content, Inclusion, Property, Scales, Statement};
-use shsa_core::unit::Dimension;
+use shsa_core::unit::{Dimension, Unit};
 
 /// A statement: its bounds, then its level; `as it is` when it has neither.
 #[must_use]
@@ -39,6 +40,11 @@ fn property(property: &Property) -> String {
 fn bounds(range: Interval, dimension: Dimension, inclusion: Inclusion) -> String {
     let unit = dimension.to_string();
     let quantity = |value: f64| if unit == "1" { format!("{value}") } else { format!("{value} {unit}") };
+    within(range, inclusion, &quantity)
+}
+
+/// A range of quantities: `at most 0.5 m`.
+fn within(range: Interval, inclusion: Inclusion, quantity: &dyn Fn(f64) -> String) -> String {
     match (range.lo(), range.hi()) {
         (lo, hi) if lo == f64::NEG_INFINITY && inclusion == Inclusion::DemandInGuarantee => {
             format!("at least {}", quantity(hi))
@@ -59,20 +65,52 @@ pub fn watched(knowledge: &KnowledgeBase, watched: &Watched) -> String {
         EvidenceSource::Source(measure) => ("what serves the need", measure),
     };
     let Some(range) = watched.within else { return format!("{} of {of} healthy", measure.name()) };
-    let dimension = dimension(knowledge, watched.source, measure);
-    format!("{} of {of} {}", measure.name(), bounds(range, dimension, Inclusion::GuaranteeInDemand))
+    let quantity = |value: f64| quantity(knowledge, watched.source, measure, value);
+    format!("{} of {of} {}", measure.name(), within(range, Inclusion::GuaranteeInDemand, &quantity))
 }
 
-fn dimension(knowledge: &KnowledgeBase, source: EvidenceSource, measure: Measure) -> Dimension {
+/// Descriptions of all pieces of evidence of composed contracts, by their numbers.
+#[must_use]
+pub fn observed(knowledge: &KnowledgeBase, composition: &Composition) -> Vec<String> {
+    let count = composition.system().certificates().evidence.len();
+    let mut told = vec!["what nobody measures in this flow".to_owned(); count];
+    for (id, contract, watched) in composition.evidence(knowledge) {
+        let of = &knowledge.contracts().rows()[contract].name;
+        told[id.index()] = format!("{} of {of}: {}", watched.name, self::watched(knowledge, watched));
+    }
+    told
+}
+
+/// A bound of evidence: of a signal's values in the unit of its variable, else in SI.
+fn quantity(knowledge: &KnowledgeBase, source: EvidenceSource, measure: Measure, value: f64) -> String {
     match (measure, source) {
-        (Measure::Rate, _) => Dimension::FREQUENCY,
-        (Measure::Age, _) => Dimension::TIME,
+        (Measure::Rate, _) => format!("{value} {}", Dimension::FREQUENCY),
+        (Measure::Age, _) => format!("{value} {}", Dimension::TIME),
         (Measure::Value | Measure::Width, EvidenceSource::Signal(signal, _)) => {
             let variable = knowledge.signals()[signal].variable;
             let unit = knowledge.variables()[variable].unit.as_ref();
-            unit.map_or(Dimension::PLAIN, |unit| unit.dimension)
+            let shown = |unit: &Unit| match measure {
+                Measure::Value => unit.from_si(value),
+                _ => value / unit.scale,
+            };
+            unit.map_or(format!("{value}"), |unit| format!("{} {unit}", rounded(shown(unit))))
         }
-        _ => Dimension::PLAIN,
+        _ => format!("{value}"),
+    }
+}
+
+/// Without what the way to SI and back has added: 60 degC, not 59.99999999999994.
+fn rounded(value: f64) -> f64 {
+    format!("{value:.10e}").parse().unwrap_or(value)
+}
+
+/// The kind of a node of an argument, in one word.
+#[must_use]
+pub const fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Goal => "claim",
+        Kind::Strategy => "step",
+        Kind::Solution => "evidence",
     }
 }
 

@@ -1,7 +1,7 @@
 //! A claim of an assurance case: a guarantee of composed certificates, with its evaluation.
 
 use shsa_core::assurance::{Evaluation, EvidenceId, GuaranteeId, System};
-use shsa_format::case::Argument;
+use shsa_format::case::{Argument, gsn};
 
 /// A guarantee for which a case is made.
 pub(super) struct Claim<'a> {
@@ -24,9 +24,41 @@ impl Claim<'_> {
         Argument::new(self.system, &self.evaluation, self.root, &observed)
     }
 
-    /// The name as part of a file name.
-    pub(super) fn file_name(&self) -> String {
-        let letters = self.name.trim_matches('/').chars();
-        letters.map(|c| if c.is_ascii_alphanumeric() { c } else { '_' }).collect()
+    /// The argument in the YAML of `gsn2x`, with the verdicts of this one moment.
+    pub(super) fn gsn(&self, module: &str) -> String {
+        gsn::write(&self.argument(), module, &self.brief, &[])
+    }
+}
+
+/// The names of the claims' modules and files, each once.
+pub(super) fn modules(claims: &[Claim<'_>]) -> Vec<String> {
+    let mut names: Vec<String> = Vec::new();
+    for claim in claims {
+        let name = gsn::identifier(&claim.name);
+        let numbered = (2..).map(|number| format!("{name}_{number}"));
+        let free = std::iter::once(name.clone()).chain(numbered).find(|it| !names.contains(it));
+        names.extend(free);
+    }
+    names
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use shsa_core::assurance::Certificates;
+    use shsa_core::knowledge::Id;
+
+    #[test]
+    fn no_two_claims_share_a_module() {
+        let system = System::new(Certificates::default()).unwrap();
+        let claim = |name: &str| Claim {
+            name: name.to_owned(),
+            brief: String::new(),
+            system: &system,
+            evaluation: Evaluation::new(&system),
+            root: GuaranteeId::from_index(0),
+            observed: Vec::new(),
+        };
+        assert_eq!(modules(&["/a/b", "a_b", "a b", "c"].map(claim)), ["a_b", "a_b_2", "a_b_3", "c"]);
     }
 }

@@ -9,7 +9,7 @@ use shsa_core::assurance::{
     Certificates, Evaluation, EvidenceId, GuaranteeId, Leaf, ServiceId, System, Verdict,
 };
 use shsa_core::interval::Truth;
-use shsa_format::case::{Measured, words};
+use shsa_format::case::{Measured, gsn, words};
 use shsa_format::conserts;
 use shsa_format::text::{counted, table};
 use std::path::PathBuf;
@@ -140,11 +140,16 @@ impl Report {
                 "verdict": words::verdict(now.demand(&self.system, id)),
             })
         });
+        let cases = self
+            .claims()
+            .into_iter()
+            .map(|claim| json!({ "claim": claim.name, "case": gsn::json(&claim.argument(), &claim.name) }));
         json!({
             "model": self.title,
             "given": self.is_given(),
             "guarantees": guarantees.collect::<Vec<_>>(),
             "demands": demands.collect::<Vec<_>>(),
+            "cases": cases.collect::<Vec<_>>(),
         })
     }
 }

@@ -3,7 +3,7 @@
 use super::model::{Need, Report};
 use serde_json::{Value, json};
 use shsa_core::assurance::{EvidenceId, Lacking, Leaf};
-use shsa_format::case::words;
+use shsa_format::case::{gsn, words};
 
 pub(super) fn json(report: &Report<'_>) -> Value {
     json!({
@@ -32,6 +32,7 @@ fn of_need(report: &Report<'_>, need: &Need) -> Value {
         "ways": (0..need.prospect.ways.len()).map(|at| of_way(report, need, at)).collect::<Vec<_>>(),
         "losses": losses.collect::<Vec<_>>(),
         "complete": need.prospect.is_complete,
+        "case": report.claim(need).map(|claim| gsn::json(&claim.argument(), &claim.name)),
     })
 }
 

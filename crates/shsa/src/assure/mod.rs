@@ -11,9 +11,10 @@ mod page;
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::show;
 use anyhow::{Context, bail};
-use claim::Claim;
-use shsa_format::case::{Moment, gsn};
+use claim::{Claim, modules};
+use shsa_format::case::Moment;
 use shsa_format::conserts;
+use shsa_format::drawing;
 use shsa_format::model::read_text;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
@@ -40,6 +41,8 @@ enum Format {
     Json,
     /// The assurance case in the YAML of gsn2x, a module a need.
     Gsn,
+    /// The assurance case as a drawing, one a need.
+    Svg,
     /// Facts and rules for SWI-Prolog, a program a need.
     Prolog,
     /// The assurance case as a page for the browser, which needs nothing else.
@@ -111,33 +114,39 @@ fn answer(
     match format {
         Format::Text => written(arguments, &text)?,
         Format::Json => written(arguments, &format!("{json}\n"))?,
-        Format::Gsn => each(arguments, claims, "gsn.yaml", |claim| {
-            gsn::write(&claim.argument(), &claim.name, &claim.brief)
-        })?,
+        Format::Gsn => each(arguments, claims, "gsn.yaml", |claim, module| Ok(claim.gsn(module)))?,
+        Format::Svg => {
+            let drawn = |claim: &Claim<'_>, _: &str| Ok(drawing::argument(&claim.argument())? + "\n");
+            each(arguments, claims, "svg", drawn)?;
+        }
         Format::Prolog => {
-            each(arguments, claims, "pl", |claim| conserts::prolog::write(claim.system, &claim.evaluation))?;
+            let program =
+                |claim: &Claim<'_>, _: &str| Ok(conserts::prolog::write(claim.system, &claim.evaluation));
+            each(arguments, claims, "pl", program)?;
         }
         Format::Html => written(arguments, &page::of_claims(claims))?,
     }
     Ok(if is_given { Outcome::Done } else { Outcome::No })
 }
 
-/// Writes one file for each claim: into a folder, or to the output if there is only one.
+/// Writes one file for each claim: into a folder, or to the output if there is only one claim and no such folder.
 fn each(
     arguments: &Arguments,
     claims: &[Claim<'_>],
     ending: &str,
-    write: impl Fn(&Claim<'_>) -> String,
+    write: impl Fn(&Claim<'_>, &str) -> anyhow::Result<String>,
 ) -> anyhow::Result<()> {
+    let is_folder = arguments.out.as_ref().is_some_and(|path| path.is_dir());
+    let modules = modules(claims);
     match (claims, &arguments.out) {
         ([], _) => bail!("nothing is demanded: there is no case to write"),
-        ([claim], _) => written(arguments, &write(claim)),
+        ([claim], _) if !is_folder => written(arguments, &write(claim, &modules.concat())?),
         (_, None) => bail!("{} files are written: name a folder with -o", claims.len()),
         (_, Some(folder)) => {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-            for claim in claims {
-                let path = folder.join(format!("{}.{ending}", claim.file_name()));
-                std::fs::write(&path, write(claim))
+            for (claim, module) in claims.iter().zip(&modules) {
+                let path = folder.join(format!("{module}.{ending}"));
+                std::fs::write(&path, write(claim, module)?)
                     .with_context(|| format!("cannot write {}", path.display()))?;
             }
             Ok(())

@@ -80,27 +80,19 @@ impl<'a> Report<'a> {
         } else {
             "with all evidence as it should be"
         };
-        let rows = &candidacy.composition.system().certificates().evidence;
-        let observed = rows.ids().map(|id| self.observed(candidacy, id)).collect();
         Some(Claim {
             name: need.name.clone(),
             brief: format!("{}: {} from {by}, {when}", self.title, need.name),
             system: candidacy.composition.system(),
             evaluation: evaluation.clone(),
             root,
-            observed,
+            observed: self.observed(candidacy),
         })
     }
 
-    /// Describes a piece of evidence.
-    pub(super) fn observed(&self, candidacy: &Candidacy, id: EvidenceId) -> String {
-        let composition = &candidacy.composition;
-        let mut measured = composition.evidence(self.knowledge).filter(|(own, ..)| *own == id);
-        let Some((_, contract, watched)) = measured.next() else {
-            return "what nobody measures in this flow".to_owned();
-        };
-        let of = &self.knowledge.contracts().rows()[contract].name;
-        format!("{} of {of}: {}", watched.name, words::watched(self.knowledge, watched))
+    /// Describes the pieces of evidence of a way, by their numbers.
+    pub(super) fn observed(&self, candidacy: &Candidacy) -> Vec<String> {
+        words::observed(self.knowledge, &candidacy.composition)
     }
 
     /// The name of a piece of evidence, and of its service.

@@ -4,8 +4,9 @@ use super::claim::Claim;
 use super::model::{Need, Report};
 use super::text::listed;
 use crate::page::{document, section};
-use shsa_core::assurance::Verdict;
-use shsa_format::case::{Argument, Kind, Node, words};
+use shsa_core::assurance::{EvidenceId, Verdict};
+use shsa_core::knowledge::Id;
+use shsa_format::case::{Argument, Node, words};
 use shsa_format::drawing::{self, escaped};
 use shsa_format::text::counted;
 
@@ -52,7 +53,9 @@ fn ways(report: &Report<'_>, need: &Need) -> String {
         let (candidacy, (_, assessment)) = (&need.prospect.ways[at], &need.now[at]);
         let conditions = match assessment.verdict {
             Verdict::Holds => {
-                let names = |set: &Vec<_>| set.iter().map(|&id| report.observed(candidacy, id)).collect();
+                let observed = report.observed(candidacy);
+                let names =
+                    |set: &Vec<EvidenceId>| set.iter().map(|id| observed[id.index()].clone()).collect();
                 listed(candidacy.conditions.sets.iter().map(names).collect())
             }
             _ => {
@@ -95,11 +98,7 @@ fn losses(report: &Report<'_>, need: &Need) -> String {
 /// The drawing, and a table of the nodes with their verdicts.
 fn case(argument: &Argument) -> String {
     let row = |node: &Node| {
-        let kind = match node.kind {
-            Kind::Goal => "claim",
-            Kind::Strategy => "step",
-            Kind::Solution => "evidence",
-        };
+        let kind = words::kind(node.kind);
         format!("<tr><td>{kind}</td><td>{}</td>{}</tr>\n", escaped(&node.text), state(node.state))
     };
     let drawn = match drawing::argument(argument) {

@@ -3,6 +3,7 @@
 use super::model::{Need, Report, lacking};
 use crate::show::{self, Paint};
 use shsa_core::assurance::Verdict;
+use shsa_core::knowledge::Id;
 use shsa_format::case::words;
 use shsa_format::text::{counted, table};
 
@@ -100,7 +101,8 @@ fn losses(report: &Report<'_>, need: &Need) -> Option<String> {
 /// Evidence without which the serving way gives nothing.
 fn weak(report: &Report<'_>, need: &Need) -> Option<String> {
     let candidacy = need.prospect.ways.get(need.served?)?;
-    let names: Vec<String> = candidacy.weak.iter().map(|&id| report.observed(candidacy, id)).collect();
+    let observed = report.observed(candidacy);
+    let names: Vec<&str> = candidacy.weak.iter().map(|id| observed[id.index()].as_str()).collect();
     let way = candidacy.way.describe(report.knowledge);
     (!names.is_empty()).then(|| format!("\n{way} gives nothing without any of these: {}.", names.join("; ")))
 }

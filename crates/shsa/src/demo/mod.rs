@@ -13,9 +13,11 @@ mod room;
 mod score;
 mod screen;
 mod sensors;
+mod told;
 mod world;
 
 use crate::outcome::Outcome;
+use anyhow::bail;
 use avoidance::Mode;
 use clap::{Args, ValueEnum};
 use engine_node::EngineNode;
@@ -28,6 +30,7 @@ use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::io::Write;
+use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -39,15 +42,21 @@ const FRAME: Span = Span::from_millis(50);
 const END: Time = Time(60_000_000_000);
 
 /// What there is to see.
-#[derive(Clone, Copy, Debug, ValueEnum)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
 pub(crate) enum System {
     /// A robot in a room: its lidar breaks down, and later lies.
     Rover,
+    /// A car under contract: it loses its speed, gets an upgrade, and runs out of processing time.
+    Car,
+    /// A robot's emergency stop at SIL 2: by its lidar, or by sonar and camera together.
+    Stop,
+    /// A truck behind another: what the leader guarantees comes over the network, and ends with it.
+    Platoon,
 }
 
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
-#[command(after_help = "Example: shsa demo rover --fast --seed 3")]
+#[command(after_help = "Example: shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html")]
 pub(crate) struct DemoArgs {
     /// The simulated system
     name: System,
@@ -65,7 +74,17 @@ pub(crate) struct DemoArgs {
     json: bool,
     /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
-    pub(crate) page: bool,
+    page: bool,
+    /// Writes the page of `shsa replay --report` about it, with the assurance case: car, stop, platoon
+    #[arg(long, value_name = "FILE")]
+    report: Option<PathBuf>,
+}
+
+impl DemoArgs {
+    /// Whether the robot is shown on the live page.
+    pub(crate) fn is_live(&self) -> bool {
+        self.page && self.name == System::Rover
+    }
 }
 
 /// Runs the demonstration to its end.
@@ -75,7 +94,12 @@ pub(crate) struct DemoArgs {
 /// # Errors
 /// When standard output is closed.
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
-    let System::Rover = args.name;
+    if args.name != System::Rover {
+        return told::run(args);
+    }
+    if args.report.is_some() {
+        bail!("the rover has no report: its live page is --page");
+    }
     let live = !args.fast && !args.json;
     let screen = Screen::new(live, args.json);
     let mut demo = Demo::new(args.seed, healer(args.without_shsa)?, screen)?;

@@ -10,6 +10,7 @@ mod values;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
+pub(crate) use report::Made;
 pub(crate) use source::{CutArguments, Source, SourceArguments, is_journal, only, read_one, wanted};
 
 use crate::outcome::Outcome;
@@ -17,14 +18,15 @@ use crate::show;
 use crate::watch::Watching;
 use anyhow::{Context, bail};
 use picture::Recorder;
-use report::{Made, Part};
+use report::Part;
 use sha2::{Digest, Sha256};
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
+use shsa_format::story::Story;
 use std::fs::File;
 use std::io::{BufWriter, Write};
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
 /// Arguments of `shsa replay`.
@@ -149,15 +151,32 @@ fn finish(
     })
 }
 
+/// The page about a story.
+pub(crate) fn page_of_story(story: &Story, made: &Made) -> anyhow::Result<String> {
+    let source = Source::of_story(story);
+    let (options, mut recorder) = (Options::default(), Recorder::new());
+    let run = play(&source, options, None, Some(&mut recorder))?;
+    let parts = [Part::of(&source, &run, &None)];
+    let report = report::Report::new(&parts, options.watch).context("nothing happens in this story")?;
+    Ok(report::Page { report: &report }.write(&[recorder], made))
+}
+
 /// The model and the command, for the report.
 fn made(arguments: &Arguments) -> anyhow::Result<Made> {
     let path = &arguments.model;
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {} again", path.display()))?;
-    let hash = Sha256::digest(&bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-    let words = std::env::args().skip(1).map(|word| quoted(&word));
-    let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
-    let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-    Ok(Made { model, text: String::from_utf8_lossy(&bytes).into_owned(), hash, command })
+    Ok(Made::new(path, &bytes))
+}
+
+impl Made {
+    /// Of a file with a model, by the present command.
+    pub(crate) fn new(path: &Path, bytes: &[u8]) -> Made {
+        let hash = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+        let words = std::env::args().skip(1).map(|word| quoted(&word));
+        let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
+        let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+        Made { model, text: String::from_utf8_lossy(bytes).into_owned(), hash, command }
+    }
 }
 
 /// A word, quoted for a shell.

@@ -5,9 +5,11 @@ mod json;
 mod text;
 mod strip;
 mod bands;
+mod cases;
 mod page;
 
-pub(super) use page::{Made, Page};
+pub(crate) use page::Made;
+pub(super) use page::Page;
 
 use super::Source;
 use crate::unwatched;

@@ -174,7 +174,7 @@ fn help_prints_the_reference_and_the_help_of_commands() {
     folder.refuses("help modle", &["modle", "formulas"]);
 }
 
-/// Every model of the cookbook is valid, and `shsa analyze` gives the output shown below it.
+/// Every model of the cookbook is valid, and the command shown below it gives that output.
 #[test]
 fn the_cookbook_is_true() {
     let page = Document::read("cookbook.md");
@@ -182,12 +182,12 @@ fn the_cookbook_is_true() {
     assert!(models.len() >= 6 && models.len() == shown.len());
     for (model, shown) in models.iter().zip(&shown) {
         let (command, lines) = shown.split_once('\n').unwrap();
-        let file = command.strip_prefix("$ shsa analyze ").unwrap();
+        let (asked, file) = command.strip_prefix("$ shsa ").unwrap().split_once(' ').unwrap();
         let folder = Folder::with(&[(file, model.as_bytes())]);
         let found = folder.json(&format!("check {file}"), 0);
         let problems = found["diagnostics"].as_array().unwrap();
         assert!(problems.iter().all(|problem| problem["severity"] == "note"), "{file}: {problems:?}");
-        let printed = folder.ends(&format!("analyze {file}"), 0).stdout;
+        let printed = folder.ends(&format!("{asked} {file}"), 0).stdout;
         let mut printed = printed.lines();
         for line in lines.lines().filter(|line| *line != "...") {
             assert!(printed.any(|printed| printed == line), "{file}: not printed, or not there: {line}");

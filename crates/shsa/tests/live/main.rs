@@ -21,6 +21,7 @@ mod levels;
 mod outage;
 mod package;
 mod page;
+mod platoon;
 mod prometheus;
 mod reference;
 mod roles;

@@ -1,6 +1,7 @@
 //! Observes a run and records the data for its drawings. Their size does not grow with the length of the run, except for a
 //! bounded number of changes of the needs' sources.
 
+use super::case::{Admissions, Cases};
 use super::thinned::{Stretches, Thinned};
 use crate::bands::{Giver, Watched};
 use crate::explain::{Section, evidence_sections, is_accusation};
@@ -37,6 +38,7 @@ pub(in crate::replay) struct NeedRecord {
     /// The sources with the times of their beginning.
     pub(in crate::replay) sources: Vec<(Time, Option<String>)>,
     pub(in crate::replay) more_sources: usize,
+    pub(in crate::replay) admissions: Admissions,
 }
 
 impl NeedRecord {
@@ -54,12 +56,14 @@ impl NeedRecord {
             outages: Stretches::new(),
             sources: Vec::new(),
             more_sources: 0,
+            admissions: Admissions::new(need.max_age),
         }
     }
 
     fn take(&mut self, publication: &Publication) {
         self.pass(publication.time, publication.time);
         self.last = Some((publication.time, publication.quality));
+        self.admissions.take(publication);
         if let PublishedValue::Scalar(value) = &publication.value {
             self.values.push(publication.validity.to, *value);
         }
@@ -131,6 +135,7 @@ pub(in crate::replay) struct Recorder {
     pub(in crate::replay) variables: Vec<VariableRecord>,
     /// The explained events, with their explanations.
     pub(in crate::replay) explained: Vec<(usize, Vec<Section>)>,
+    pub(in crate::replay) cases: Cases,
     eras: Option<usize>,
     events: usize,
     first: Time,
@@ -142,6 +147,7 @@ impl Recorder {
             needs: Vec::new(),
             variables: Vec::new(),
             explained: Vec::new(),
+            cases: Cases::default(),
             eras: None,
             events: 0,
             first: Time::MAX,
@@ -154,6 +160,7 @@ impl Recorder {
             self.first = self.first.min(run.first);
             self.follow(run.engine.knowledge(), run);
         }
+        self.cases.look(&run.engine, run.last);
         for (known, publication) in run.told_values(publications) {
             let signal = &known.needs()[publication.need].signal;
             let first = self.first;
@@ -161,6 +168,7 @@ impl Recorder {
             if need.last.is_none() {
                 need.pass(publication.time, first);
                 let source = run.engine.need_status(publication.need).source;
+                source.iter().for_each(|source| self.cases.served(publication.need, source));
                 need.source(publication.time, source.as_ref().map(words::served_by));
             }
             need.take(publication);
@@ -178,10 +186,12 @@ impl Recorder {
     pub(in crate::replay) fn end(&mut self, run: &Run) {
         let first = self.first.min(run.first);
         self.needs.iter_mut().for_each(|need| need.pass(run.last, first));
+        self.cases.end(run.last);
     }
 
     /// Follows another model, whose needs and ways have other numbers; records with the same name continue.
     fn follow(&mut self, known: &KnowledgeBase, run: &Run) {
+        self.cases.follow(known, &run.engine, run.last);
         for need in known.needs().iter() {
             if !self.needs.iter().any(|it| it.signal == need.signal) {
                 self.needs.push(NeedRecord::of(known, need));
@@ -201,11 +211,10 @@ impl Recorder {
         if let Some(need) = event.need {
             let signal = &known.needs()[need].signal;
             if let Some(record) = self.needs.iter_mut().find(|it| it.signal == *signal) {
-                let source = run.engine.need_status(need).source;
-                record.source(
-                    event.time,
-                    event.substitution.as_ref().or(source.as_ref()).map(words::served_by),
-                );
+                let present = run.engine.need_status(need).source;
+                let source = event.substitution.as_ref().or(present.as_ref());
+                source.into_iter().for_each(|source| self.cases.served(need, source));
+                record.source(event.time, source.map(words::served_by));
             }
         }
         if self.explained.len() < MOST_EXPLAINED && is_accusation(event) {

@@ -1,6 +1,7 @@
 //! The results of a replay as one page for the browser, without scripts and external resources.
 
 use super::bands::chart;
+use super::cases::cases;
 use super::needs::NeedReport;
 use super::strip::{Look, Piece, key, strip};
 use super::{Part, Report, difference_from_si, verdict};
@@ -17,11 +18,13 @@ use std::fmt::Write;
 
 /// The most events, and the most changes of a need's source, that are listed.
 const MOST_EVENTS: usize = 2_000;
-const MOST_CHANGES: usize = 100;
+pub(super) const MOST_CHANGES: usize = 100;
 
 const NEEDS: &str = "What had to be known, and how much of the time it was: a value that is older than the need allows does not \
     count. Below each strip stand the bands of all ways of knowing it; hatched is where two of them cannot both be right.";
 const SIGNALS: &str = "Every input, how often it came, and when it was not trusted.";
+const CASES: &str = "Which contracts let each value out, and the argument for it: claims that rest on claims of others and on \
+    evidence, each as it stands at the end and as it stood over time. Nothing rests on itself, and what is not known supports nothing.";
 const EVENTS: &str = "Every decision, with what spoke for and against it.";
 
 /// The looks of the strips: how a need is served, and how a signal is accused.
@@ -35,7 +38,7 @@ const ACCUSED: [(Look, &str); 3] =
     [(Look::Substitute, "silent"), (Look::Doubtful, "suspected"), (Look::Bad, "failed")];
 
 /// The inputs of a page.
-pub(in crate::replay) struct Made {
+pub(crate) struct Made {
     /// The name of the model's file.
     pub(in crate::replay) model: String,
     /// Its text.
@@ -70,6 +73,7 @@ impl Page<'_> {
         for (at, (part, recorder)) in self.report.parts.iter().zip(recorders).enumerate() {
             let of = self.report.number(at).map_or(String::new(), |number| format!(" in session {number}"));
             body += &section(&format!("Needs{of}"), NEEDS, &self.needs_of_page(at, part, recorder));
+            body += &section(&format!("Assurance{of}"), CASES, &cases(part, recorder));
             body += &section(&format!("Decisions{of}"), EVENTS, &decisions(part, recorder));
             body += &section(&format!("Signals{of}"), SIGNALS, &self.signals_of_page(part));
         }

@@ -196,7 +196,8 @@ impl<'a> Market<'a> {
         let met = |given: &Given| {
             wanted.iter().filter(|it| given.statement.properties.iter().any(|own| own.meets(it))).count()
         };
-        let nearest = offers.iter().max_by_key(|(_, _, given)| met(given));
+        // Of equals the first, as the file lists the best first.
+        let nearest = offers.iter().rev().max_by_key(|(_, _, given)| (met(given), given.statement.level));
         let Some((id, _, given)) = nearest else { return String::new() };
         let missing = wanted.iter().find(|it| !given.statement.properties.iter().any(|own| own.meets(it)));
         let Some(missing) = missing else { return "no guarantee has all of it".to_string() };

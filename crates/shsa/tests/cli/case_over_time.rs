@@ -1,0 +1,95 @@
+//! The assurance case over time, on the page of a replay or a story.
+
+use crate::folder::Folder;
+
+const STORY: &[u8] = include_bytes!("../../../../stories/28-a-running-substitute-is-demoted.yaml");
+
+/// The text between the first `before` and the next `after`.
+#[track_caller]
+fn between<'t>(text: &'t str, before: &str, after: &str) -> &'t str {
+    let (_, rest) = text.split_once(before).unwrap_or_else(|| panic!("no {before} in {text}"));
+    rest.split_once(after).unwrap_or_else(|| panic!("no {after} after {before}")).0
+}
+
+fn page() -> String {
+    let folder = Folder::with(&[("story.yaml", STORY)]);
+    folder.ends("story story.yaml --report out.html", 0);
+    folder.read("out.html")
+}
+
+/// The stretches of the strip in a row: what, from and to in seconds.
+fn stretches(row: &str) -> Vec<(String, f64, f64)> {
+    let told = row.split("<title>").skip(1).map(|rest| rest.split_once("</title>").unwrap().0);
+    told.map(|told| {
+        let (what, times) = told.rsplit_once(": ").unwrap();
+        let (from, to) = times.split_once(" to ").unwrap();
+        let seconds = |text: &str| text.strip_suffix(" s").unwrap().parse().unwrap();
+        (what.to_owned(), seconds(from), seconds(to))
+    })
+    .collect()
+}
+
+/// The stretches of one verdict, rounded to whole seconds.
+fn of(row: &str, verdict: &str) -> Vec<(i64, i64)> {
+    let all = stretches(row).into_iter().filter(|(what, ..)| what == verdict);
+    all.map(|(_, from, to)| (from.round() as i64, to.round() as i64)).collect()
+}
+
+#[test]
+fn each_claim_tells_how_it_stood() {
+    let page = page();
+    let assurance = between(&page, "<h2>Assurance</h2>", "</section>");
+    // The camera gets too hot after 15 s, and is cool again from 36 s on.
+    let case =
+        between(assurance, "<h4>/camera by by_camera</h4>", "</tbody>").split_once("<tbody>").unwrap().1;
+    let evidence = between(case, "cool of /camera: value of /heat at most 60", "</tr>");
+    assert_eq!(of(evidence, "refused"), [(15, 36)], "{evidence}");
+    assert_eq!(of(evidence, "given").len(), 2, "{evidence}");
+    let claim = between(case, "near is given what it asks, by /camera by by_camera", "</tr>");
+    assert_eq!(of(claim, "refused"), [(15, 36)], "{claim}");
+    // Every node is accounted for all the time.
+    for row in case.split("<tr>").skip(1) {
+        let all = stretches(row);
+        let told: f64 = all.iter().map(|(_, from, to)| to - from).sum();
+        assert!((told - 60.0).abs() < 0.5, "{told} s of 60 s: {row}");
+    }
+    assert!(assurance.contains("<svg") && !page.contains("<script"));
+}
+
+#[test]
+fn the_ground_and_level_of_what_goes_out_are_told() {
+    let page = page();
+    let assurance = between(&page, "<h2>Assurance</h2>", "</section>");
+    let strip = between(assurance, "<svg class=\"strip\"", "</svg>");
+    assert_eq!(of(strip, "degraded, SIL 1"), [(15, 36)], "{strip}");
+    assert_eq!(of(strip, "met, SIL 2").first().map(|it| it.0), Some(0), "{strip}");
+    let ways = between(assurance, "<th class=\"name\">way</th>", "</tbody>");
+    let has_served = |way: &str| between(ways, &format!(">{way}</th><td>"), "</td>").to_owned();
+    assert_eq!(["/lidar", "/camera by by_camera", "/sonar by by_sonar"].map(has_served), ["yes"; 3]);
+}
+
+/// A demonstration is the story, and its page the story's.
+#[test]
+fn demonstrations_are_told_with_their_cases() {
+    let folder = Folder::new();
+    for (name, words) in [
+        ("car", "full"),
+        ("stop", "/sonar/nearest, /camera/nearest by together"),
+        ("platoon", "asil_b of /leader/speed"),
+    ] {
+        let told = folder.ends(&format!("demo {name} --report {name}.html"), 0).stdout;
+        assert!(!told.contains("NO ") && told.contains("refused"), "{told}");
+        let page = folder.read(&format!("{name}.html"));
+        assert!(between(&page, "<h2>Assurance</h2>", "</section>").contains(words), "{name}: no {words}");
+    }
+    folder.refuses("demo stop --fast", &["--report"]);
+    folder.refuses("demo rover --report out.html", &["--page"]);
+}
+
+/// Without contracts there is no case.
+#[test]
+fn a_need_without_a_contract_has_no_case() {
+    let folder = crate::tank::folder();
+    folder.ends("replay tank.yaml run.csv --report out.html", 0);
+    assert!(!folder.read("out.html").contains("<h2>Assurance</h2>"));
+}
