@@ -9,18 +9,21 @@ use std::collections::VecDeque;
 const CHUNK: usize = 32;
 
 /// First in, first out, in chunks. While no more than a chunk waits, nothing is allocated; beyond, one chunk for each 32 items.
-/// A chunk whose items were taken is given back. All operations are O(1).
+/// A chunk whose items were taken is given back, and so is the last one of a backlog: it was allocated when most waited, and would
+/// keep the top of the heap from being given back to the system. All operations are O(1).
 #[derive(Clone, Debug)]
 pub(crate) struct Backlog<T> {
     /// The oldest items.
     first: VecDeque<T>,
     /// The following ones; all of these chunks are full but the last one.
     more: VecDeque<VecDeque<T>>,
+    /// Whether more than a chunk has waited since the queue was empty.
+    is_outgrown: bool,
 }
 
 impl<T> Backlog<T> {
     pub(crate) const fn new() -> Backlog<T> {
-        Backlog { first: VecDeque::new(), more: VecDeque::new() }
+        Backlog { first: VecDeque::new(), more: VecDeque::new(), is_outgrown: false }
     }
 
     pub(crate) fn len(&self) -> usize {
@@ -45,17 +48,17 @@ impl<T> Backlog<T> {
         let mut chunk = VecDeque::with_capacity(CHUNK);
         chunk.push_back(item);
         self.more.push_back(chunk);
+        self.is_outgrown = true;
     }
 
     /// Takes the oldest item.
     pub(crate) fn pop_front(&mut self) -> Option<T> {
         let item = self.first.pop_front()?;
-        if self.first.is_empty()
-            && let Some(next) = self.more.pop_front()
-        {
-            self.first = next;
-            if self.more.is_empty() {
-                self.more = VecDeque::new();
+        if self.first.is_empty() {
+            match self.more.pop_front() {
+                Some(next) => self.first = next,
+                None if self.is_outgrown => *self = Backlog::new(),
+                None => {}
             }
         }
         Some(item)

@@ -49,14 +49,14 @@ fn a_relation_takes_little_memory() {
 /// The most bytes that a file of a few megabytes may take to read beyond its own size.
 const BEYOND: u64 = 64 << 20;
 
-/// What reading a file takes at its peak, bytes; and what was told.
+/// What reading a file takes at its peak, bytes; and what was reported.
 fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
     let folder =
         std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bombs-{}", std::process::id()));
     std::fs::create_dir_all(&folder).unwrap();
     let file = folder.join(name);
     std::fs::write(&file, bytes).unwrap();
-    let wanted = [Wanted::new("a", "")];
+    let wanted = [Wanted::new("a", ""), Wanted::new("b", "t#v")];
     let mut told = String::new();
     let counted = allocation_counter::measure(|| {
         let recording = read(std::slice::from_ref(&file), &wanted, &ReadOptions::default());
@@ -69,7 +69,7 @@ fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
     (counted.bytes_max, told)
 }
 
-/// What is read of a bomb is bounded, and the bound is told.
+/// What is read of a bomb is bounded, and the bound is reported.
 #[track_caller]
 fn defused(name: &str, bytes: &[u8], expected: &str) {
     let (peak, told) = reading(name, bytes);
@@ -125,4 +125,39 @@ fn a_row_of_millions_of_cells_is_bounded() {
     defused("row.csv", text.as_bytes(), "");
     let header = format!("time_s,a{}\n1,2\n", ",c".repeat(6 << 20));
     defused("header.csv", header.as_bytes(), "a table of more than 16384 columns cannot be read");
+}
+
+/// A sound message of MCAP, and zeros in chunks that each state to unpack to so many bytes.
+fn chunks(packed: &[u8], count: usize, stated: u64) -> Vec<u8> {
+    let text = |text: &str| [&(text.len() as u32).to_le_bytes(), text.as_bytes()].concat();
+    let record = |kind: u8, content: &[u8]| {
+        [&[kind], (content.len() as u64).to_le_bytes().as_slice(), content].concat()
+    };
+    let channel = [&[1, 0, 0, 0], text("t").as_slice(), &text("json"), &[0; 4]].concat();
+    let message = [&[1, 0], [0; 20].as_slice(), br#"{"v": 1}"#].concat();
+    let (stated, length) = (stated.to_le_bytes(), (packed.len() as u64).to_le_bytes());
+    let chunk = [&[0; 16], stated.as_slice(), &[0; 4], &text("zstd"), &length, packed].concat();
+    let sound = [b"\x89MCAP0\r\n".as_slice(), &record(4, &channel), &record(5, &message)].concat();
+    [sound, record(6, &chunk).repeat(count)].concat()
+}
+
+#[test]
+fn a_chunk_that_would_fill_the_memory_is_left_out() {
+    let file = chunks(&[0; 1_000], 1, 200 << 20);
+    defused("large.mcap", &file, "a chunk of 209715200 bytes is larger than 64 MiB, left out");
+}
+
+#[test]
+#[cfg(feature = "zstd")]
+fn what_many_small_pieces_unpack_to_is_bounded() {
+    let packed = zstd::bulk::compress(&vec![0; 16 << 20], 1).unwrap();
+    let file = chunks(&packed, 8, 16 << 20);
+    defused("many.mcap", &file, "a chunk of 16777216 bytes is left out: the file unpacks to more than");
+}
+
+#[test]
+#[cfg(feature = "zstd")]
+fn a_file_that_would_fill_the_disk_is_refused() {
+    let packed = zstd::bulk::compress(&vec![b' '; 100 << 20], 1).unwrap();
+    defused("large.jsonl.zst", &packed, "unpack it first (zstd -d)");
 }

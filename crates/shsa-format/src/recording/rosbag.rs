@@ -5,6 +5,7 @@
 //! bounded by the largest chunk; a length counts only as far as the file reaches.
 
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
+use super::unpack::{Budget, UNPACKED_MAX};
 use super::{Place, RecordingError};
 use shsa_core::time::Time;
 use shsa_message::ros::{Layout, Types};
@@ -18,9 +19,6 @@ pub(super) const MAGIC: &[u8] = b"#ROSBAG V2.0\n";
 const HEADER_MAX: usize = 1 << 20;
 /// The largest chunk that is decompressed, in bytes; the recorder's default is 768 KiB.
 const CHUNK_MAX: u64 = 1 << 29;
-/// The largest chunk after decompression, as a few compressed bytes could fill the memory. Recorders write chunks of less than 1
-/// MiB plus one message.
-const UNPACKED_MAX: u64 = 1 << 26;
 /// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: u64 = 1 << 16;
 /// Bytes of a record that the search must see to recognise a chunk.
@@ -72,7 +70,7 @@ enum Event<'a> {
 /// Those of the input.
 fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
     let length = input.seek(SeekFrom::End(0))?;
-    let mut bag = Bag { input, length };
+    let mut bag = Bag { input, length, budget: Budget::of(length) };
     let start = MAGIC.len() as u64;
     if length <= start {
         visit(Event::Damage { offset: length, problem: "the bag ends before its first record".into() });
@@ -85,6 +83,8 @@ fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Re
 struct Bag<R> {
     input: R,
     length: u64,
+    /// What the chunks may unpack to.
+    budget: Budget,
 }
 
 /// A record whose header was read and whose data was not.
@@ -183,7 +183,7 @@ impl<R: Read + Seek> Bag<R> {
         match header.op() {
             Some(OP_CHUNK) => {
                 let packed = self.bytes(record.data_at, record.data_length)?;
-                let (data, problem) = unpack(&header, packed);
+                let (data, problem) = unpack(&header, packed, &mut self.budget);
                 if let Some(problem) = problem {
                     visit(Event::Damage { offset: record.data_at, problem });
                 }
@@ -279,12 +279,15 @@ fn connection(header: &Header<'_>, data: &[u8], visit: &mut dyn FnMut(Event<'_>)
 
 /// The decompressed bytes of a chunk, and the problem with them. A truncated chunk gives the bytes before the end. A chunk with a
 /// wrong checksum gives none, as the wrong bytes are unknown.
-fn unpack(header: &Header<'_>, packed: Vec<u8>) -> (Vec<u8>, Option<String>) {
+fn unpack(header: &Header<'_>, packed: Vec<u8>, budget: &mut Budget) -> (Vec<u8>, Option<String>) {
     let stated = header.field("size").and_then(number).map_or(UNPACKED_MAX, u64::from);
     let is_packed = header.field("compression") != Some(b"none");
     if is_packed && stated > UNPACKED_MAX {
         let most = UNPACKED_MAX >> 20;
         return (Vec::new(), Some(format!("a chunk of {stated} bytes is larger than {most} MiB, left out")));
+    }
+    if let Err(problem) = budget.take(if is_packed { stated } else { 0 }) {
+        return (Vec::new(), Some(format!("a chunk of {stated} bytes is left out: {problem}")));
     }
     // One byte more than stated: the decompressors compare checksums only when the end is read.
     let limit = stated + 1;

@@ -6,13 +6,13 @@
 
 use super::sqlite::{Cell, Database, Event};
 use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
-use super::unpack::{UNPACKED_MAX, ZSTD_MAGIC, unpack};
+use super::unpack::{Budget, UNPACKED_MAX, ZSTD_MAGIC, unpack};
 use super::{Fields, Place, ReadOptions, RecordingError, ros2};
 use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
 use std::collections::BTreeMap;
 use std::fs;
-use std::io::{self, Read};
+use std::io::{self, Read, SeekFrom};
 use std::path::PathBuf;
 use std::sync::Arc;
 
@@ -26,7 +26,8 @@ pub(super) fn read(
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
     let types = ros2::known(&options.messages).map_err(RecordingError::Definitions)?;
-    let mut bag = Bag { types, definitions: BTreeMap::new(), topics: BTreeMap::new() };
+    let budget = Budget::of(input.seek(SeekFrom::End(0)).unwrap_or(0));
+    let mut bag = Bag { types, budget, definitions: BTreeMap::new(), topics: BTreeMap::new() };
     let read = log(listener)
         .and_then(|log| Database::open(input, log))
         .and_then(|mut database| bag.read(&mut database, listener));
@@ -52,6 +53,8 @@ fn log(listener: &mut dyn Listener) -> io::Result<Vec<u8>> {
 
 struct Bag {
     types: Arc<Types>,
+    /// What the messages may unpack to.
+    budget: Budget,
     /// The definitions in the file.
     definitions: BTreeMap<String, String>,
     topics: BTreeMap<i64, TopicId>,
@@ -152,8 +155,8 @@ impl Bag {
         if !content.starts_with(ZSTD_MAGIC) {
             return listener.message(*topic, times, Body::Bytes(content));
         }
-        let unpacked = unpack("zstd", content, UNPACKED_MAX);
-        match unpacked.problem {
+        let mut unpacked = unpack("zstd", content, UNPACKED_MAX.min(self.budget.left()));
+        match unpacked.problem.take().or_else(|| self.budget.take(unpacked.bytes.len() as u64).err()) {
             None => listener.message(*topic, times, Body::Bytes(&unpacked.bytes)),
             Some(problem) => {
                 listener.damaged(Place::Whole, format!("the message received at {received} ns: {problem}"));

@@ -6,28 +6,66 @@ use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
 /// The largest piece of a file after decompression, bytes, as a few compressed bytes could fill the memory.
-pub(super) const UNPACKED_MAX: u64 = 1 << 28;
+pub(super) const UNPACKED_MAX: u64 = 1 << 26;
+
+/// How many times its own size a file may unpack to, beyond one piece: as much as LZ4 can reach. A few compressed bytes could
+/// fill the disk, or keep a reader busy for hours.
+const RATIO_MAX: u64 = 255;
 
 /// The first bytes of zstd data.
 pub(super) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
-/// The largest file that is compressed as a whole, after decompression, bytes, as a few compressed bytes could fill the disk.
-#[cfg(feature = "zstd")]
-const FILE_MAX: u64 = 1 << 36;
+/// What all pieces of one file may unpack to: [`UNPACKED_MAX`], and [`RATIO_MAX`] times the size of the file.
+pub(super) struct Budget {
+    most: u64,
+    left: u64,
+}
+
+impl Budget {
+    /// For a file of this many bytes.
+    pub(super) fn of(length: u64) -> Budget {
+        let most = length.saturating_mul(RATIO_MAX).saturating_add(UNPACKED_MAX);
+        Budget { most, left: most }
+    }
+
+    /// The bytes that may still be unpacked.
+    pub(super) fn left(&self) -> u64 {
+        self.left
+    }
+
+    /// Takes what a piece unpacks to.
+    ///
+    /// # Errors
+    /// The reason, when the file would unpack to too much with it.
+    pub(super) fn take(&mut self, piece: u64) -> Result<(), String> {
+        self.left = self.left.checked_sub(piece).ok_or_else(|| self.exceeded())?;
+        Ok(())
+    }
+
+    fn exceeded(&self) -> String {
+        let piece = UNPACKED_MAX >> 20;
+        format!(
+            "the file unpacks to more than {} bytes: {piece} MiB, and {RATIO_MAX} times its size",
+            self.most
+        )
+    }
+}
 
 /// Decompresses a whole file into one without a name, which is removed when it is closed. A truncated file gives the bytes before
 /// its end.
 ///
 /// # Errors
-/// Those of the files, and when the content is larger than [`FILE_MAX`].
+/// Those of the files, and when the content is larger than its [`Budget`].
 #[cfg(feature = "zstd")]
 pub(super) fn file(packed: File) -> io::Result<File> {
+    let budget = Budget::of(packed.metadata()?.len());
     let mut unpacked = nameless()?;
     let mut decoder = zstd::stream::read::Decoder::new(packed)?;
-    let copied = io::copy(&mut decoder.by_ref().take(FILE_MAX + 1), &mut unpacked);
+    let copied = io::copy(&mut decoder.by_ref().take(budget.most + 1), &mut unpacked);
     match copied {
-        Ok(length) if length > FILE_MAX => {
-            return Err(io::Error::other(format!("it unpacks to more than {} GiB", FILE_MAX >> 30)));
+        Ok(length) if length > budget.most => {
+            let help = "where that is right, unpack it first (zstd -d)";
+            return Err(io::Error::other(format!("{}; {help}", budget.exceeded())));
         }
         Err(error) if error.kind() == io::ErrorKind::StorageFull => return Err(error),
         // The reader of the format reports the missing end.
@@ -110,4 +148,20 @@ fn bounded(unpacked: impl Read, limit: u64) -> Unpacked {
         Ok(_) => None,
     };
     Unpacked { bytes, problem }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_file_unpacks_to_so_much_and_no_more() {
+        let mut budget = Budget::of(1_000);
+        assert_eq!(budget.take(UNPACKED_MAX), Ok(()));
+        assert_eq!(budget.left(), 255_000);
+        assert!(
+            budget.take(255_001).unwrap_err().contains("more than 67363864 bytes: 64 MiB, and 255 times")
+        );
+        assert_eq!(budget.take(255_000), Ok(()));
+    }
 }

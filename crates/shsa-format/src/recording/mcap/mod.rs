@@ -7,7 +7,7 @@ mod records;
 mod schemas;
 
 use super::topic::{Body, Input, Listener, Times, TopicId};
-use super::unpack::{UNPACKED_MAX, unpack};
+use super::unpack::{Budget, UNPACKED_MAX, unpack};
 use super::{Place, ReadOptions, RecordingError};
 use records::{
     CHANNEL, CHUNK, Channel, ChunkHead, Cursor, DATA_END, FOOTER, HEAD, LAST, MESSAGE, Message, SCHEMA,
@@ -32,7 +32,8 @@ pub(super) fn read(
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
     let schemas = Schemas::new(&options.messages).map_err(RecordingError::Definitions)?;
-    let mut reader = Reader { length: 0, input, schemas, channels: BTreeMap::new() };
+    let budget = Budget::of(0);
+    let mut reader = Reader { length: 0, budget, input, schemas, channels: BTreeMap::new() };
     if let Err(failure) = reader.run(listener) {
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
     }
@@ -42,6 +43,8 @@ pub(super) fn read(
 struct Reader<'i> {
     input: &'i mut dyn Input,
     length: u64,
+    /// What the chunks may unpack to.
+    budget: Budget,
     schemas: Schemas,
     channels: BTreeMap<u16, TopicId>,
 }
@@ -49,6 +52,7 @@ struct Reader<'i> {
 impl Reader<'_> {
     fn run(&mut self, listener: &mut dyn Listener) -> io::Result<()> {
         self.length = self.input.seek(SeekFrom::End(0))?;
+        self.budget = Budget::of(self.length);
         let start = MAGIC.len() as u64;
         if self.bytes(0, start)? != MAGIC {
             listener.damaged(Place::Offset(0), "the file does not begin as MCAP does".into());
@@ -175,6 +179,10 @@ impl Reader<'_> {
         let (bytes, problem) = match head.method.as_str() {
             "" => (packed, None),
             method => {
+                if let Err(problem) = self.budget.take(head.unpacked) {
+                    let problem = format!("a chunk of {} bytes is left out: {problem}", head.unpacked);
+                    return listener.damaged(place, problem);
+                }
                 let unpacked = unpack(method, &packed, head.unpacked);
                 (unpacked.bytes, unpacked.problem)
             }

@@ -15,7 +15,7 @@ use std::io;
 const HEAD_MAX: u64 = 1 << 16;
 
 /// The most values of a page that are accepted; writers put some ten thousand into one.
-const VALUES_MAX: usize = 1 << 23;
+const VALUES_MAX: usize = 1 << 21;
 
 /// The next entry of a column.
 #[derive(Clone, Debug, PartialEq)]
