@@ -24,7 +24,7 @@ fn drive(engine: &mut Engine, inputs: Vec<Input>) {
     }
 }
 
-/// One variable that is carried by so many signals.
+/// One variable that is carried by this many signals.
 fn many(count: usize) -> System {
     let names: &'static [String] = (0..count).map(|at| format!("s{at}")).collect::<Vec<_>>().leak();
     let sensor = |name: &'static String| -> Sensor<'static> { (name, "x", "10 Hz", "0.1", "0 ms") };

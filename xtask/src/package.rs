@@ -109,8 +109,8 @@ fn control(stage: &Path) -> Result<()> {
         "Package: shsa\nVersion: {version}\nArchitecture: {}\nMaintainer: The shsa contributors\nSection: utils\n\
          Priority: optional\nDepends: libc6 (>= {library})\n\
          Description: heals the information that flows through a machine\n \
-         From one model of how the variables of a system relate to each other it notices a\n \
-         signal that lies or falls silent, names it, and goes on providing what is needed.\n",
+         From one model of the variables of a system and their relations it detects a signal\n \
+         that is wrong or silent, names it, and provides the needed values from the others.\n",
         architecture.trim()
     );
     text(&stage.join("DEBIAN/control"), &control)?;

@@ -1,10 +1,10 @@
-//! Time on the processor and memory of a process, as the system tells them.
+//! Time on the processor and memory of a process, as the system reports them.
 
 use std::fs;
 use std::path::PathBuf;
 use std::time::Instant;
 
-/// Measures the processor time of this thread, or the wall time where the system does not tell the former.
+/// Measures the processor time of this thread, or the wall time where the system does not give the former.
 pub(super) struct Stopwatch {
     began: Instant,
     on_processor: Option<f64>,
@@ -46,7 +46,8 @@ fn nanoseconds_in(schedstat: &str) -> Option<f64> {
 
 /// A line of a process's status that holds kibibytes, as bytes; `who` is its number, or `self`.
 ///
-/// `VmHWM` is the largest resident memory so far, `VmRSS` that of now, `RssAnon` the part of it that no file backs. Not a number where the system does not tell it.
+/// `VmHWM` is the largest resident memory so far, `VmRSS` that of now, `RssAnon` the part of it that no file backs. Not a number
+/// where the system does not give it.
 pub(super) fn memory_bytes(who: &str, line: &str) -> f64 {
     let status = fs::read_to_string(format!("/proc/{who}/status")).unwrap_or_default();
     let value = status.lines().find_map(|each| each.strip_prefix(line)?.strip_prefix(':'));

@@ -71,22 +71,22 @@ pub struct Message {
     pub stamp: Option<Time>,
     /// The time of reception, by the inbox's [`Clock`].
     pub received: Time,
-    /// The publisher, if the transport tells it.
+    /// The publisher, if the transport gives it.
     pub publisher: Option<PublisherId>,
-    /// The type of the payload if the transport tells it, such as `sensor_msgs/msg/LaserScan`.
+    /// The type of the payload if the transport gives it, such as `sensor_msgs/msg/LaserScan`.
     pub message_type: Option<Arc<str>>,
     /// The quality of the value, if the transport carries it beside the payload. A message with a quality other than
     /// [`Quality::Good`] is no evidence about the signal: another instance may have published a substitute.
     pub quality: Option<Quality>,
     /// Whether the message may be of any age: it was kept for later subscribers (MQTT's retained messages), or has waited during
-    /// an absence ([`Inbox::attend`]). Without a stamp of its own it tells nothing about the present.
+    /// an absence ([`Inbox::attend`]). Without a stamp of its own it is no evidence about the present.
     pub retained: bool,
     /// The value, or its encoding.
     pub payload: Payload,
 }
 
 impl Message {
-    /// A message of which the transport tells only the topic.
+    /// A message of which the transport gives only the topic.
     #[must_use]
     pub fn new(topic: Arc<str>, received: Time, payload: Payload) -> Message {
         Message {
@@ -168,7 +168,7 @@ pub struct Outage {
 /// A change of a token.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Presence {
-    /// The token is held; told once for each token that was held before.
+    /// The token is held; reported once for each token that was held before.
     Alive(Arc<str>),
     /// The token's holder is gone.
     Gone(Arc<str>),
@@ -225,7 +225,7 @@ pub trait Bridge: Send {
     fn link(&self) -> Link;
 
     /// The last outage after the first connection, if the bridge detects even the shortest ones. `None`: there was none, or the
-    /// middleware does not tell; then [`Bridge::link`] tells the present state.
+    /// middleware does not report them; then [`Bridge::link`] gives the present state.
     fn outage(&self) -> Option<Outage> {
         None
     }

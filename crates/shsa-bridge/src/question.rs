@@ -6,13 +6,13 @@ use std::sync::Arc;
 
 /// A question. Without an answer, the asker waits in vain, or learns that none comes.
 pub struct Question {
-    /// The text; empty if the name tells everything.
+    /// The text; empty if the name is enough.
     pub payload: Bytes,
     /// The parameters behind the name, if the middleware has them: `since=3` of Zenoh's selector `name?since=3`.
     pub parameters: String,
     /// Whether the answer is addressed: it is a reply, or has the asker's correlation data.
     pub is_addressed: bool,
-    /// The asker, as far as the middleware tells: the topic for the answer, say.
+    /// The asker, as far as the middleware names it: the topic for the answer, say.
     pub caller: String,
     /// Why the question must be refused, whatever it asks.
     pub problem: Option<String>,

@@ -73,7 +73,7 @@ pub struct Run {
 
 impl Run {
     /// Drives a new engine over all inputs, which are in the order of their reception. `step` sees every input, ticks included,
-    /// and [gives](Run::give) it to the run. `span` is the begin and end of the recording where its inputs do not tell.
+    /// and [gives](Run::give) it to the run. `span` is the begin and end of the recording where its inputs do not show them.
     ///
     /// When the inputs hold ticks (a journal), no others are sent; else ticks are sent when they are due.
     ///

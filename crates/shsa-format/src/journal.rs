@@ -1,15 +1,14 @@
 //! The journal: every input of a run, in order, as JSON lines; it replays to the same outputs, byte for byte.
 //!
-//! The first line says what it is and names the signals; then one line an input: `{"tick_ns": 5}` or
-//! `{"signal": 0, "time_ns": 5, "received_ns": 6, "value": 1.5}`, where `signal` is an index into the names. Numbers
-//! that JSON does not know are the texts `nan`, `inf` and `-inf`. What an operator has ordered is a line
-//! `{"order_ns": 5, "given": {"order": "forbid", "signal": "/a"}}`, and what a run goes on from after a restart is
-//! `{"restore_ns": 5, "known": {"state": "shsa-state-1", ..}}`. Where the model was changed, a line
-//! `{"reload_ns": 5, "file": "a.yaml", "text": "..", "signals": [..]}` holds the text that changed it, and the names that
-//! count from there on. What a process says that computes a need's source (`need` counts them in the model) is one of
-//! `{"report_ns": 5, "need": 0, "ready": 1}`, `{"report_ns": 5, "need": 0, "gone": true}` and
-//! `{"report_ns": 5, "need": 0, "answer": 7, "from_ns": 3, "to_ns": 4, "value": {"lo": 1, "hi": 2}}`, without the three last where
-//! there is no value.
+//! The first line has the version and names the signals; then one line for each input: `{"tick_ns": 5}` or `{"signal": 0,
+//! "time_ns": 5, "received_ns": 6, "value": 1.5}`, where `signal` is an index into the names. Numbers that JSON does not know are
+//! the texts `nan`, `inf` and `-inf`. What an operator has ordered is a line `{"order_ns": 5, "given": {"order": "forbid",
+//! "signal": "/a"}}`, and what a run goes on from after a restart is `{"restore_ns": 5, "known": {"state": "shsa-state-1", ..}}`.
+//! Where the model was changed, a line `{"reload_ns": 5, "file": "a.yaml", "text": "..", "signals": [..]}` holds the text that
+//! changed it, and the names that count from there on. What a process says that computes a need's source (`need` counts them in
+//! the model) is one of `{"report_ns": 5, "need": 0, "ready": 1}`, `{"report_ns": 5, "need": 0, "gone": true}` and `{"report_ns":
+//! 5, "need": 0, "answer": 7, "from_ns": 3, "to_ns": 4, "value": {"lo": 1, "hi": 2}}`, without the three last where there is no
+//! value.
 
 mod line;
 

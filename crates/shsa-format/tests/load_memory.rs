@@ -49,7 +49,7 @@ fn a_relation_takes_little_memory() {
 /// The most bytes that a file of a few megabytes may take to read beyond its own size.
 const BEYOND: u64 = 64 << 20;
 
-/// What reading a file takes at its peak, bytes; and what was told.
+/// What reading a file takes at its peak, bytes; and what was reported.
 fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
     let folder =
         std::path::Path::new(env!("CARGO_TARGET_TMPDIR")).join(format!("bombs-{}", std::process::id()));
@@ -69,7 +69,7 @@ fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
     (counted.bytes_max, told)
 }
 
-/// What is read of a bomb is bounded, and the bound is told.
+/// What is read of a bomb is bounded, and the bound is reported.
 #[track_caller]
 fn defused(name: &str, bytes: &[u8], expected: &str) {
     let (peak, told) = reading(name, bytes);

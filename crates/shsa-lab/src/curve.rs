@@ -1,4 +1,4 @@
-//! What was said at some moments, to be read at any.
+//! The values at some moments, interpolated at any other.
 
 use crate::order::median;
 

@@ -31,7 +31,7 @@ pub struct Moment {
     pub time: Time,
     /// Whether the text gives a zone; otherwise the caller's zone was used.
     pub has_zone: bool,
-    /// Why the clock of the place does not tell the moment.
+    /// Why the time of a local clock does not determine the moment.
     pub doubt: Option<Doubt>,
 }
 

@@ -10,7 +10,7 @@ const SECOND: i64 = 1_000_000_000;
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub struct Zone {
     rule: Rule,
-    /// Whether somebody said so: UTC is taken where nobody does.
+    /// Whether the zone was given; otherwise it is UTC.
     pub is_given: bool,
 }
 

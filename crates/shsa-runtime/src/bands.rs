@@ -1,4 +1,4 @@
-//! What all ways of knowing one variable have said of late, for the live page.
+//! The recent values of all ways of knowing one variable, for the live page.
 
 use crate::healer::Healer;
 use serde_json::{Value, json};
@@ -8,26 +8,26 @@ use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 
-/// So many ways are told; more are only counted.
+/// The most ways in an answer; further ones are only counted.
 const MOST_WAYS: usize = 32;
 
-/// Whose bands are wanted.
+/// The variable whose bands are requested, and what the reader has already.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct BandsOf {
     /// The name of the model.
     pub(super) model: String,
     /// The name of the variable.
     pub(super) variable: String,
-    /// What is known already.
+    /// How far the reader has followed the variable.
     pub(super) heard: Heard,
 }
 
-/// Until when somebody has heard of a variable.
+/// How far a reader has followed a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(super) struct Heard {
-    /// What each way has said, by its words; they do not all come at the same time.
+    /// The time of the last value of each way, by its description: ways have values at different times.
     pub(super) ways: BTreeMap<String, Time>,
-    /// What has disagreed.
+    /// The time of the last conflict.
     pub(super) conflicts: Time,
 }
 
@@ -38,7 +38,7 @@ impl Default for Heard {
 }
 
 impl Heard {
-    /// Goes on after what was told, and takes out of that what only says how far it has come.
+    /// Advances by an answer, and removes the fields from it that only mark the progress.
     pub(super) fn follow(&mut self, told: &mut Value) {
         let until = |it: &mut Value| it.as_object_mut()?.remove("until").and_then(|it| it.as_i64()).map(Time);
         self.conflicts = until(told).unwrap_or(self.conflicts);
@@ -51,7 +51,7 @@ impl Heard {
     }
 }
 
-/// What was said of a variable since then, each sample at the middle of its time; and which ways have disagreed.
+/// The values of a variable since then, each at the middle of its time; and which ways have disagreed.
 ///
 /// # Errors
 /// When the model has no such variable.
@@ -73,7 +73,7 @@ pub(super) fn of(healer: &Healer, wanted: &BandsOf, now: Time, clock: &Clock) ->
     }))
 }
 
-/// The ways of knowing it, those first that are said directly.
+/// The ways of knowing the variable, direct ones first.
 fn ways(healer: &Healer, variable: VariableId) -> Vec<(WayIndex, &WatchedWay)> {
     let all = (0..).map(WayIndex).zip(healer.engine().monitor().ways());
     let mut ways: Vec<_> = all.filter(|(_, way)| way.variable() == variable).collect();

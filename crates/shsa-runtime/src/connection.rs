@@ -21,7 +21,7 @@ pub(super) struct Connection {
 }
 
 impl Connection {
-    /// Takes in the present link, and the last outage of a bridge that counts its own; returns notes to tell.
+    /// Takes in the present link, and the last outage of a bridge that counts its own; returns notes to report.
     pub(super) fn follow(&mut self, link: Link, outage: Option<Outage>, now: Time) -> Vec<Note> {
         let mut notes = Vec::new();
         if let Some(outage) = outage {

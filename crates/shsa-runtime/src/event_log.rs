@@ -15,8 +15,8 @@ use tokio::sync::broadcast;
 
 /// The number of decisions kept for later requests.
 const KEPT: usize = 1_000;
-/// The number of decisions that may wait for a slow listener. Further ones replace the oldest, and the listener is told how many
-/// it missed.
+/// The number of decisions that may wait for a slow listener. Further ones replace the oldest, and the listener receives the number
+/// of decisions that it has missed.
 const WAITING: usize = 256;
 
 /// A decision of the engine, or an event of the run, to be written as a line.
@@ -52,7 +52,7 @@ type Words = Box<dyn Fn(&Decision<'_>) -> String + Send>;
 type Choice = Box<dyn Fn(&Decision<'_>) -> bool + Send>;
 
 /// Writes decisions, one a line. A thread of its own writes the lines, so a slow reader delays nobody. Lines that find no room
-/// are dropped, counted and told.
+/// are dropped, counted and reported.
 pub struct Printer {
     output: Box<dyn Write + Send>,
     /// `None`: as JSON.
@@ -137,7 +137,7 @@ impl EventLog {
         self.kept.iter().filter(|(at, _)| *at >= number).map(|(_, event)| event.clone()).collect()
     }
 
-    /// The entry of a decision, to be told after its consequences are under way.
+    /// The entry of a decision, to be reported after its consequences are under way.
     pub(super) fn entry(&self, known: &KnowledgeBase, event: &Event) -> Entry {
         let after = event.time - self.began;
         let at = self.clock.by_wall(event.time);
@@ -160,7 +160,7 @@ impl EventLog {
         self.tell(entry, bridge);
     }
 
-    /// Counts a message of this name that the bus has not taken; tells when the count has grown enough.
+    /// Counts a message of this name that the bus has not taken; reports when the count has grown enough.
     pub(super) fn undelivered(&mut self, name: &str, error: &BridgeError, bridge: &mut dyn Bridge) {
         let now = bridge.inbox().clock().now();
         if let Some(told) = self.undelivered.count(name, error, now) {
@@ -205,7 +205,7 @@ impl EventLog {
         self.kept.push_back((self.next, event));
         self.next += 1;
         // The decision stands even if the bus cannot take it now. The note about this failure may fail, too; that second failure
-        // is counted, not told.
+        // is counted, not reported.
         if let Err(error) = sent {
             let name = self.topic.clone();
             self.undelivered(&name, &error, bridge);

@@ -77,11 +77,11 @@ impl Offer {
     }
 }
 
-/// A note to tell: its kind and its text.
+/// A note to report: its kind and its text.
 pub(super) type Note = (&'static str, String);
 
 impl Federation {
-    /// `None` where the bus does not tell which instances are present.
+    /// `None` where the bus does not list the present instances.
     ///
     /// # Errors
     /// When a name cannot be part of a key.
@@ -106,7 +106,7 @@ impl Federation {
         }))
     }
 
-    /// Announces our parts, takes in those of others and joins them; returns notes to tell.
+    /// Announces our parts, takes in those of others and joins them; returns notes to report.
     ///
     /// # Errors
     /// When a name cannot be part of a key.

@@ -3,7 +3,7 @@
 mod model;
 mod serving;
 
-pub(super) use serving::{Served, Standing};
+pub(super) use serving::{ReportedState, Served};
 
 use super::bindings::{Carriers, OutputOptions};
 use super::execution::Execution;

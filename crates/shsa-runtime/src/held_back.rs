@@ -76,7 +76,7 @@ impl Rhythm {
         has_waited
     }
 
-    /// The messages held back in a past silence; told once. The first messages after a silence do not count.
+    /// The messages held back in a past silence; reported once. The first messages after a silence do not count.
     pub(super) fn take_over(&mut self, now: Time) -> Option<HeldBack> {
         if self.present.is_some_and(|back| now > back.until) {
             self.end();

@@ -91,7 +91,7 @@ impl Inputs {
         (end.unreadable, end.because.as_ref().map(ToString::to_string))
     }
 
-    /// Signals that returned from a silence with messages held back; each is told once. O(signals).
+    /// Signals that returned from a silence with messages held back; each is reported once. O(signals).
     pub(super) fn backlogs(&mut self, now: Time) -> impl Iterator<Item = (SignalId, HeldBack)> {
         let ends = &mut self.ends;
         ends.ids().filter_map(move |signal| Some((signal, ends[signal].rhythm.take_over(now)?)))

@@ -30,7 +30,7 @@ pub(super) struct MessageTemplate {
 enum Pattern {
     /// Within one process, a message is a value.
     Value,
-    /// Bytes, with the type if the transport tells it.
+    /// Bytes, with the type if the transport gives it.
     Bytes(Option<Arc<str>>),
 }
 

@@ -38,9 +38,9 @@ pub(super) struct Outlet {
     /// The need is settled after sound values for this time without a break.
     probation: Span,
     provenance: Provenance,
-    /// What the provenance's admission says in words.
+    /// The admission of the provenance in words.
     admitted: Admitted,
-    /// What the provenance says at its end about where the value was computed.
+    /// The end of the provenance: where the value was computed.
     place: &'static str,
     shape: Shape,
     /// Whether the need has a source.

@@ -59,7 +59,7 @@ pub(super) enum Handover {
 }
 
 impl Ownership {
-    /// `None` where the bus does not tell which instances are present.
+    /// `None` where the bus does not list the present instances.
     ///
     /// # Errors
     /// When the name cannot be part of a token.

@@ -39,13 +39,13 @@ pub(super) struct Session {
     pub(super) until: Option<Time>,
     /// When the next action is due without a message.
     pub(super) rests_until: Time,
-    /// The owners of the needs; `None` where the bus does not tell, and then this instance owns all needs.
+    /// The owners of the needs; `None` where the bus does not list instances; then this instance owns all needs.
     pub(super) ownership: Option<Ownership>,
     /// The parts of other instances; `None` where none are joined.
     pub(super) federation: Option<Federation>,
     /// The connection and its outages.
     pub(super) connection: Connection,
-    /// What was told last about the run itself.
+    /// What was reported last about the run itself.
     pub(super) reported: Reported,
     /// Counts of requests over the bus, by outcome.
     pub(super) tally: Arc<Tally>,
@@ -85,8 +85,8 @@ impl Session {
         Ok(())
     }
 
-    /// Whether nothing has to be done before the rest is over: no message waits, nothing is to be told or taken over, and nothing
-    /// is due earlier.
+    /// Whether nothing has to be done before the rest is over: no message waits, nothing is to be reported or taken over, and
+    /// nothing is due earlier.
     pub(super) fn may_rest(&self) -> bool {
         let now = self.now();
         let is_quiet = self.bridge.inbox().is_empty() && now < self.reported.doubt;
@@ -151,7 +151,7 @@ impl Session {
         self.deliver()
     }
 
-    /// Publishes the values of the healers, saves their decisions and tells them, in this order: a value does not wait for its
+    /// Publishes the values of the healers, saves their decisions and reports them, in this order: a value does not wait for its
     /// report.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
         let Session { bridge, healers, log, figures, ownership, reported, .. } = self;
@@ -188,7 +188,7 @@ impl Session {
         if entries.is_empty() {
             return Ok(());
         }
-        // A decision is saved before it is told, so that it survives a crash; values go out before both.
+        // A decision is saved before it is reported, so that it survives a crash; values go out before both.
         bridge.flush();
         healers.iter_mut().for_each(Healer::remember);
         entries.into_iter().for_each(|entry| log.tell(entry, bridge.as_mut()));
@@ -240,7 +240,7 @@ impl Session {
         }
     }
 
-    /// Takes over the names of failed sources as the wiring demands, and tells the steps.
+    /// Takes over the names of failed sources as the wiring demands, and reports the steps.
     fn take_over(&mut self, now: Time) {
         let Session { ownership, healers, bridge, log, reported, .. } = self;
         let is_ours = |need: &str| ownership.as_ref().is_none_or(|ownership| ownership.is_ours(need));

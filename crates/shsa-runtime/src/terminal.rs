@@ -21,7 +21,7 @@ pub(super) struct Terminal {
     ended: Receiver<()>,
     shared: Arc<Shared>,
     swell: Swell,
-    /// The number of dropped lines that were told.
+    /// The number of dropped lines that were reported.
     seen: u64,
 }
 

@@ -1,5 +1,5 @@
-//! Messages that the bus has not taken: counted by name and cause, and told when the first is lost and when the count has grown
-//! tenfold. Lost values are sent again while they are fresh.
+//! Messages that the bus has not taken: counted by name and cause, and reported when the first is lost and when the count has
+//! grown tenfold. Lost values are sent again while they are fresh.
 
 use serde_json::{Value, json};
 use shsa_bridge::BridgeError;
@@ -7,15 +7,15 @@ use shsa_core::engine::Publication;
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
 
-/// After a pause of this length, the next loss is told like the first.
+/// After a pause of this length, the next loss is reported like the first.
 const QUIET: Span = Span::from_millis(60_000);
 /// The first pause before a value is sent again; it doubles.
 const PAUSE: Span = Span::from_millis(50);
 /// The longest pause.
 const PAUSE_MAX: Span = Span::from_millis(2_000);
 
-/// A count that tells its first increase, and each increase to a further power of ten: an event that occurs a thousand times a
-/// second is told a few times.
+/// A count that reports its first increase, and each increase to a further power of ten: an event that occurs a thousand times a
+/// second is reported a few times.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Swell {
     count: u64,
@@ -23,7 +23,7 @@ pub(super) struct Swell {
 }
 
 impl Swell {
-    /// Adds to the count; returns the new count if it is to be told.
+    /// Adds to the count; returns the new count if it is to be reported.
     pub(super) fn rise(&mut self, more: u64, now: Time) -> Option<u64> {
         if more == 0 {
             return None;
@@ -53,7 +53,7 @@ struct Cause {
 }
 
 impl Undelivered {
-    /// Counts a message; returns a note if it is to be told.
+    /// Counts a message; returns a note if it is to be reported.
     pub(super) fn count(&mut self, name: &str, error: &BridgeError, now: Time) -> Option<String> {
         let key = (name.to_owned(), kind(error));
         let cause = self.causes.entry(key).or_default();

@@ -1,8 +1,8 @@
-//! What the live page draws of a model at work: rows of a few words and numbers, cheap enough to be made ten times a second in the
-//! thread that decides.
+//! The rows that the live page draws of a running model: a few words and numbers each, cheap enough to be made ten times a second
+//! in the thread that decides.
 //!
-//! What changes with every message stands in rows of its own (`values`, `readings`), so that the others need not be sent again. Of
-//! a large model each look takes only some of the signals, one after the other: the next decision never waits for all of them.
+//! Values that change with every message have rows of their own (`values`, `readings`), so that the other rows need not be sent
+//! again. In a large model each look takes only some of the signals in turn, so that no decision waits for all of them.
 
 use crate::healer::Healer;
 use crate::outlet::Outlet;
@@ -20,24 +20,24 @@ use shsa_format::event;
 use shsa_format::order::OrderForm;
 use std::collections::BTreeSet;
 
-/// So many signals of a model are looked at in a row.
+/// How many signals of a model one look takes.
 pub(super) const SIGNALS: usize = 256;
 
-/// So many conflicts are told.
+/// The most conflicts in a view.
 const MOST_CONFLICTS: usize = 64;
 
-/// What who looks has seen already.
+/// How far a reader has followed the run.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Look {
-    /// The number of the first decision that it has not heard of; `None`: it knows nothing at all.
+    /// The number of the first decision that the reader lacks; `None`: it lacks all.
     pub(super) since: Option<u64>,
-    /// The first signal that it wants to see.
+    /// The first signal of this look.
     pub(super) from: usize,
 }
 
-/// What there is to draw of one model.
+/// The view of one model.
 ///
-/// `news` are the decisions that who looks has not heard of; without any, what follows from decisions alone is left out.
+/// `news` are the decisions that the reader lacks. Without any, the rows that follow from decisions alone are left out.
 pub(super) fn of(healer: &Healer, look: Look, news: &[Value], now: Time, clock: &Clock) -> Value {
     let knowledge = healer.engine().knowledge();
     let is_news = look.since.is_none() || !news.is_empty();
@@ -64,7 +64,7 @@ pub(super) fn of(healer: &Healer, look: Look, news: &[Value], now: Time, clock: 
     })
 }
 
-/// The signals whose turn it is, and those that something was decided about.
+/// The signals of this look, and those with a new decision.
 fn wanted(knowledge: &KnowledgeBase, look: Look, news: &[Value]) -> BTreeSet<SignalId> {
     let end = knowledge.signals().len().min(look.from.saturating_add(SIGNALS));
     let in_turn = (look.from..end).map(SignalId::from_index);
@@ -100,7 +100,7 @@ fn way(source: &ServedBy) -> Option<&str> {
     }
 }
 
-/// The latest value of each need: its bounds, when it went out, how many there were.
+/// The latest value of each need: its bounds, the time of its publication, the number of values so far.
 fn values(healer: &Healer, clock: &Clock) -> Map<String, Value> {
     let row = |(need, outlet): (NeedId, &Outlet)| {
         let [lo, hi] = bounds(outlet.value(), outlet.unit());
@@ -110,7 +110,7 @@ fn values(healer: &Healer, clock: &Clock) -> Map<String, Value> {
     healer.outlets().map(row).collect()
 }
 
-/// The ways that contradict each other now, by what they rest on.
+/// The ways that contradict each other now, described by their signals and relations.
 fn conflicts(healer: &Healer, now: Time) -> Map<String, Value> {
     let (knowledge, monitor) = (healer.engine().knowledge(), healer.engine().monitor());
     let names = |way: &WatchedWay| {
@@ -169,7 +169,7 @@ fn orders(healer: &Healer) -> Map<String, Value> {
     rows.collect()
 }
 
-/// What is thought of some signals; and what they said last, when that was, and how much was taken of it.
+/// The verdicts on some signals, their latest values with their times, and the counts of their observations.
 fn signals(
     healer: &Healer,
     wanted: &BTreeSet<SignalId>,
@@ -196,7 +196,7 @@ fn signals(
     (signals, readings)
 }
 
-/// The bounds of a value in a unit; a bound that is none is left open.
+/// The bounds of a value in a unit; an infinite bound is left open.
 fn bounds(value: Option<Interval>, unit: Option<&Unit>) -> [Option<f64>; 2] {
     let shown = |si: f64| Some(unit.map_or(si, |unit| unit.from_si(si))).filter(|shown| shown.is_finite());
     value.map_or([None; 2], |value| [shown(value.lo()), shown(value.hi())])

@@ -13,11 +13,11 @@ pub const POLICY: &str = "default-src 'none'; script-src 'self'; style-src 'self
 /// A file of the page.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct File {
-    /// Where it is asked for.
+    /// The path of the URL.
     pub path: &'static str,
     /// Its `Content-Type`.
     pub kind: &'static str,
-    /// What is in it.
+    /// The content.
     pub bytes: &'static [u8],
 }
 
@@ -43,14 +43,14 @@ pub const FILES: [File; 13] = [
     File { path: "/web/orders.js", kind: SCRIPT, bytes: include_bytes!("../assets/orders.js") },
 ];
 
-/// The file that is asked for by a path.
+/// The file at a path; `None` where there is none.
 #[must_use]
 pub fn file(path: &str) -> Option<&'static File> {
     FILES.iter().find(|file| file.path == path)
 }
 
 impl File {
-    /// Its `ETag`: another one where the bytes are others. O(bytes).
+    /// The `ETag`: it differs where the content differs. O(bytes).
     #[must_use]
     pub fn tag(&self) -> String {
         // FNV-1a, 64 bits.

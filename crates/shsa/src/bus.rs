@@ -19,7 +19,7 @@ pub(crate) struct BusArguments {
     /// A configuration file of Zenoh, JSON5 or YAML.
     #[arg(long, value_name = "FILE")]
     bus_config: Option<PathBuf>,
-    /// Where others may connect, as tcp/127.0.0.1:7447 (Zenoh); nothing listens unless it is said here or in the file.
+    /// The address at which others may connect, as tcp/127.0.0.1:7447 (Zenoh); by default, that of the file, or none.
     #[arg(long, value_name = "ENDPOINT")]
     bus_listen: Vec<String>,
     /// The domain of the nodes of ROS 2.

@@ -1,4 +1,4 @@
-//! `shsa check`: loads a knowledge base and tells every problem with its position.
+//! `shsa check`: loads a knowledge base and reports every problem with its position.
 
 use crate::outcome::Outcome;
 use crate::requirements;
@@ -16,28 +16,28 @@ use std::path::PathBuf;
 const EXAMPLES: &str = "\
 Example: shsa check models/car.yaml
 
-What no reading of a sound signal goes beyond, its errors allowed for; what does is told as out of range, too fast, late, or
-frozen:
-  range: [0.2, 10 m]   possible readings, within the range of the signal's variable
-  max_rate: 3 m/s      largest rate of change; that of the variable when left away, `none` for no limit
-  max_delay: 300 ms    longest time from the time stamp to the reception; when left away, the `delay` and the `timeout`
-                       together where a `delay` is given, else no limit, as with `none`
-  frozen_after: 2 s    longest time for which its readings stay exactly the same while they keep coming (three at least);
-                       no limit when left away: for sensors of which no two readings are equal while they work
+Limits for the readings of a signal; a reading beyond is out of range, too fast, late, or frozen:
+  range: [0.2, 10 m]   the possible readings, within the range of the signal's variable
+  max_rate: 3 m/s      the largest rate of change; default: that of the variable; `none`: no limit
+  max_delay: 300 ms    the longest time from the time stamp to the reception; default: `delay` and
+                       `timeout` together where a `delay` is given, else `none`
+  frozen_after: 2 s    the longest time with exactly the same reading (of at least three); default:
+                       no limit. For sensors of which no two readings are equal
 
-How wrong a signal's values may be:
-  value_error: 0.3     a bound, plus-minus or [lowest, highest]: what lies inside is sound whatever its pattern, what lies
-                       outside is proof of a fault
-  noise: 0.1           the standard deviation of its scatter, where that is known: with it, scatter, drift and skew that show
-                       in many comparisons within the bounds accuse, too; without it they are told as notes
+Errors of a signal's values:
+  value_error: 0.3     a bound, plus-minus or [lowest, highest]: a value within it is sound, a value
+                       beyond it is proof of a fault
+  noise: 0.1           the standard deviation of the noise, where it is known: then scatter, drift
+                       and skew over many comparisons within the bounds accuse, too; without it
+                       they are only notes
 
-How a signal's values relate to time:
-  delay: 500 ms        how much older the content is than its time stamp says
-  mean_over: 1 s       how long a time each value is the mean over, half of it before and half after the moment so told; it is
-                       compared with means over the same time
-  time_error: 50 ms    how wrong that moment may be, to either side
-  hold: true           a value stands until the next one, as of what is polled: what says the same again is no new measurement,
-                       and it is silent only after a `timeout` that is given";
+Times of a signal's values:
+  delay: 500 ms        the age of the content at its time stamp
+  mean_over: 1 s       the time over which each value is a mean, centred at the stamp minus the
+                       delay; the value is compared with means over the same time
+  time_error: 50 ms    the error of that moment, to either side
+  hold: true           a value stands until the next one, as with polled signals: a repeated value
+                       is no new measurement, and the signal is silent only after a given `timeout`";
 
 /// Arguments of `shsa check`.
 #[derive(clap::Args)]

@@ -36,7 +36,7 @@ pub(crate) struct Arguments {
 }
 
 const HELP: &str = "\
-What the other form cannot say is told, and the exit status is 3. Comments are not taken over. A drawing (DOT \
+Elements that the other form cannot express are reported, and the exit status is 3. Comments are not taken over. A drawing (DOT \
 for Graphviz, or SVG) shows the structure only.
 
 Every command reads the files of the thesis's programs, too. Formulas in Python become ours where they can; else the relation is structure only: it can be planned and analysed, not run. The YAML names the property before the element:

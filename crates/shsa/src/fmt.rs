@@ -13,14 +13,14 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa fmt --check models/car.yaml
 
-Two blanks for each level, one behind a comma and a colon, no blanks at the end of a line, no two empty lines in a row. Blanks \
-behind a line's key stay, as they align values; comments, the order of entries and the breaks of lines stay, and so does what the model says: \
-what would change it is refused. Files are written only where something changes.")]
+The layout: two blanks for each level, one blank after a comma and a colon, no blanks at the end of a line, no two empty lines in a \
+row. Blanks after a line's key stay, as they align values. Comments, the order of entries and line breaks stay, and so does the \
+meaning of the model. Only files with changes are written.")]
 pub(crate) struct Arguments {
     /// Knowledge bases, YAML or JSON; each is replaced.
     #[arg(required = true)]
     models: Vec<PathBuf>,
-    /// Write nothing; the answer is no (exit status 1) when one is laid out otherwise, with its name.
+    /// Write nothing; print the names of files with another layout, with exit status 1.
     #[arg(long)]
     check: bool,
 }

@@ -72,10 +72,10 @@ pub(crate) struct LogArguments {
     /// Begin every line with the wall clock's time (UTC) and its level, or make it a JSON object with both.
     #[arg(long, value_name = "FORMAT")]
     log_format: Option<LogFormat>,
-    /// Tell only what is wrong (warnings and errors); twice: only errors.
+    /// Print only warnings and errors; twice: only errors.
     #[arg(short, long, action = clap::ArgAction::Count, conflicts_with = "verbose")]
     quiet: u8,
-    /// Tell the figures of a run every 10 s, too.
+    /// Print the figures of a run every 10 s, too.
     #[arg(short, long, action = clap::ArgAction::Count)]
     verbose: u8,
 }

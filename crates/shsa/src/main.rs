@@ -43,8 +43,8 @@ use std::process::ExitCode;
 
 /// Heals the information that flows through robots, vehicles, buildings and plants.
 ///
-/// From one knowledge base - variables, relations, signals, needs - it notices a signal that lies or falls silent,
-/// names it, and goes on providing what is needed from the others.
+/// From one knowledge base (variables, relations, signals, needs) it detects a signal that is wrong or silent, names it, and
+/// provides the needed values from the other signals.
 #[derive(Parser)]
 #[command(version, after_help = STATUSES, max_term_width = 110, disable_help_subcommand = true)]
 struct Arguments {
@@ -60,45 +60,45 @@ Example: shsa demo rover --fast";
 
 #[derive(Subcommand)]
 enum Command {
-    /// Load and check a knowledge base; tell every problem with its place.
+    /// Load and check a knowledge base; report every problem with its place.
     Check(check::Arguments),
     /// Find substitutions for a variable, best first.
     Plan(plan::Arguments),
-    /// Tell which faults can be detected, isolated and healed at all, and what would help.
+    /// Find which faults can be detected, isolated and healed, and which additions would help.
     Analyze(analyze::Arguments),
-    /// Tell what safety contracts allow: who may serve each need, at which level, why not higher; write the assurance case.
+    /// Compose safety contracts: which sources may serve each need, at which level, why not higher; write the assurance case.
     Assure(assure::Arguments),
     /// Compare all ways of knowing a variable over recorded observations.
     Monitor(monitor::Arguments),
-    /// Tell what is in recordings: topics, fields, units, rates, gaps, and what is damaged; or the signals for a model.
+    /// List the content of recordings: topics, fields, units, rates, gaps, damages; or draft the signals of a model.
     Info(info::Arguments),
-    /// Run the whole loop over recordings, with faults injected if you like.
+    /// Run the whole loop over recordings, optionally with injected faults.
     Replay(replay::Arguments),
-    /// Heal a running system: watch its bus, and go on providing what is needed.
+    /// Heal a running system: read its bus, and publish the needed values.
     Run(run::Arguments),
-    /// Tell what is on a bus: topics, fields, rates, which signals of a model they carry; draft a model of it.
+    /// List the content of a bus: topics, fields, rates, and the signals of a model; or draft a model.
     Scan(scan::Arguments),
     /// Compute one value from others, as messages come: inputs, a formula, outputs.
     Service(service::Arguments),
-    /// Tell why a signal was suspected: who disagreed, who else it could have been, what would have cleared it.
+    /// Explain why a signal was suspected: the evidence, the other candidates, what would have cleared it.
     Explain(explain::Arguments),
-    /// Learn errors, delays and offsets from healthy recordings, and test them on what came later.
+    /// Learn errors, delays and offsets from healthy recordings, and test them on the later part.
     Calibrate(calibrate::Arguments),
-    /// Try a grid of faults on recordings: which are found, named, healed.
+    /// Try a grid of faults on recordings: which are detected, isolated, healed.
     Campaign(campaign::Arguments),
-    /// Tell stories: what is observed, what is decided and why, and whether it is what was expected.
+    /// Run stories: print the decisions with their reasons, and check the expectations.
     Story(story::Arguments),
     /// Watch a simulated system break and heal.
     Demo(demo::DemoArgs),
     /// Write a knowledge base in another form: YAML, JSON, Prolog, a drawing.
     Convert(convert::Arguments),
-    /// Put the knowledge bases of subsystems together.
+    /// Join the knowledge bases of subsystems.
     Join(parts::JoinArguments),
-    /// Take a part out of a knowledge base, with all that it needs to be understood.
+    /// Extract a part of a knowledge base, with all that it refers to.
     Part(parts::PartArguments),
-    /// Lay a knowledge base out as all are, with the comments kept.
+    /// Format a knowledge base, with the comments kept.
     Fmt(fmt::Arguments),
-    /// Put a change of a knowledge base into its file, with the comments kept.
+    /// Apply a change to the file of a knowledge base, with the comments kept.
     Patch(patch::Arguments),
     /// Print the JSON Schema of models, for editors.
     Schema(schema::Arguments),

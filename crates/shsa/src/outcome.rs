@@ -46,7 +46,7 @@ impl From<Outcome> for ExitCode {
     }
 }
 
-/// An error that has already been told.
+/// An error that has already been reported.
 #[derive(Debug)]
 pub(crate) struct AlreadyTold;
 

@@ -14,7 +14,8 @@ use std::path::{Path, PathBuf};
 /// Arguments of `shsa join`.
 #[derive(clap::Args)]
 #[command(
-    after_help = "What several files say in the same words is taken once; where they contradict each other, both places are told.
+    after_help = "An entry that several files have alike is taken once; where files contradict each other, both places are reported.
+
 Example: shsa join chassis.yaml engine.yaml -o car.yaml"
 )]
 pub(crate) struct JoinArguments {

@@ -42,7 +42,7 @@ pub(crate) struct Arguments {
     /// After how many decisions the search ends.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
-    /// Tell what takes over when a signal is lost, for the variable or else for all needs.
+    /// List the next source for the loss of each signal, for the variable or else for all needs.
     #[arg(long, conflicts_with_all = ["engine", "top", "all", "threads", "why"])]
     contingency: bool,
     /// With --contingency: for any two signals that are lost, too.

@@ -9,7 +9,7 @@ use std::path::PathBuf;
 /// What recordings do not say of themselves.
 #[derive(clap::Args)]
 pub(crate) struct ReadArguments {
-    /// The column with the time, where a table's header does not tell.
+    /// The column with the time, where a table's header does not show it.
     #[arg(long, value_name = "NAME")]
     time_column: Option<String>,
     /// What one step of the time column is: s, ms, us, ns or a span such as 5s.

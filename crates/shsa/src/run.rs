@@ -54,7 +54,7 @@ pub(crate) struct Arguments {
     watching: Watching,
     #[command(flatten)]
     isolation: IsolationArguments,
-    /// What this instance is called on the bus.
+    /// The name of this instance on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
     name: String,
     /// Announce the model to other instances, and join what theirs know about the same things, while they are there

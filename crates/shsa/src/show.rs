@@ -1,4 +1,4 @@
-//! Output on the terminal: loads a model and tells its problems, colours, aligned tables, values in units.
+//! Output on the terminal: loads a model and reports its problems, colours, aligned tables, values in units.
 
 use crate::log::{self, Level};
 use crate::outcome::{AlreadyTold, Outcome};
@@ -47,7 +47,7 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
     }
 }
 
-/// Tells the problems of a model, if there are any; notes are only told by `shsa check`.
+/// Prints the problems of a model, if there are any; only `shsa check` prints notes.
 pub(crate) fn tell_report(report: &Report) {
     let text = report.without_notes().render(colour(stderr().is_terminal()));
     if !text.is_empty() {

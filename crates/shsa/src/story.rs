@@ -55,7 +55,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     loaded.story.ok_or_else(|| AlreadyTold.into())
 }
 
-/// Runs a story and tells it; returns whether all expectations are met.
+/// Runs a story and reports it; returns whether all expectations are met.
 fn tell(story: &Story) -> anyhow::Result<bool> {
     let outcome = story.run();
     let mut output = stdout().lock();

@@ -5,7 +5,7 @@ use shsa_core::engine::WatchBudget;
 /// How many ways of knowing are compared at the most.
 #[derive(clap::Args)]
 pub(crate) struct Watching {
-    /// How many ways of knowing each variable are watched: of more, those that tell most faults apart [default: 32].
+    /// How many ways of knowing each variable are compared: among more, those that isolate most faults [default: 32].
     #[arg(long, value_name = "N", value_parser = two_or_more)]
     watch: Option<usize>,
     /// Operations a second that watching may cost, by the declared rates [default: 10000000].

@@ -26,7 +26,7 @@ const ONE_THING: [[&str; 2]; 9] = [
 pub(super) fn problems(files: &[File], exceptions: &str) -> Vec<String> {
     let mut survey = Survey::default();
     for file in files {
-        // The check of the layers tells files that are no Rust.
+        // The check of the layers reports files that are no Rust.
         if let (Some(place), Ok(tokens)) = (Place::of(&file.path), file.text.parse::<TokenStream>()) {
             survey.walk(tokens, &place);
         }

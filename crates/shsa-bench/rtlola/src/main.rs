@@ -120,7 +120,7 @@ fn run_ours(engine: &mut Engine, is_one_event: bool, from: u64, fault: f64) -> u
     failed
 }
 
-/// Seconds on the processor, where the system tells them.
+/// Seconds on the processor, where the system gives them.
 fn clock(began: Instant) -> f64 {
     let text = std::fs::read_to_string("/proc/thread-self/schedstat").unwrap_or_default();
     let ran = text.split_whitespace().next().and_then(|ran| ran.parse::<f64>().ok());

@@ -1,4 +1,4 @@
-//! The methods that tell the charge, and the scenarios of their inputs.
+//! The methods that estimate the charge, and the scenarios of their inputs.
 
 use super::cell::{Row, half};
 use super::circuit::{Circuit, PAIR_S, through_pair};
@@ -10,7 +10,7 @@ use shsa_estimate::matrix::Matrix;
 use shsa_estimate::method::{self, Measurement};
 use shsa_estimate::unscented::{Points, Unscented};
 
-/// A method that tells the charge.
+/// A method that estimates the charge.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum Method {
     Count,

@@ -11,7 +11,7 @@ use std::process::{Child, Command, Stdio};
 /// Arguments of the hidden commands.
 #[derive(clap::Subcommand)]
 pub(super) enum Arguments {
-    /// Says again under another name what is said under one.
+    /// Publishes the values of one name again under another.
     #[command(hide = true)]
     Relay {
         /// Which middleware.

@@ -23,7 +23,7 @@ a recording that both read is not so many times as quick as the reader in Python
 pub(crate) struct Arguments {
     /// The recordings.
     folder: PathBuf,
-    /// A Python that has the readers; which they are, `--readers` says.
+    /// A Python interpreter with the readers that `--readers` lists.
     #[arg(long, default_value = "python3")]
     python: String,
     /// How often each is read; the least time counts.
@@ -92,7 +92,7 @@ fn measure(arguments: &Arguments, recording: &Recorded) -> anyhow::Result<Measur
     Ok(Measured { name, own, other: in_python(arguments, path, &topics) })
 }
 
-/// The seconds of the reader in Python, or the last line that it says.
+/// The seconds of the reader in Python, or the last line of its output.
 fn in_python(arguments: &Arguments, path: &Path, topics: &[&str]) -> Result<f64, String> {
     let mut command = Command::new(&arguments.python);
     command.args(["-c", READERS, &arguments.rounds.to_string()]).arg(path).args(topics);

@@ -1,5 +1,5 @@
 //! `shsa-bench truth`: calibrates random plants with known truth and watches them; compares the promised with the measured false
-//! alarms, and tells the smallest detected fault.
+//! alarms, and reports the smallest detected fault.
 
 mod plant;
 mod measure;

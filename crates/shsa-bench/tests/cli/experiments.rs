@@ -27,7 +27,7 @@ fn complete_trees_have_as_many_substitutions_as_the_formula_says() {
             let line = of(&lines, search, "all", depth);
             assert_eq!((&line["found"], &line["stop"]), (&count.into(), &"complete".into()), "{line}");
         }
-        // There are 2^31 answers: a limit ends each search, and the search tells the bound of the others.
+        // There are 2^31 answers: a limit ends each search, and the search gives the bound of the others.
         let line = of(&lines, search, "all", 10);
         assert!(line["stop"].as_str().unwrap().starts_with("limit"), "{line}");
         assert!(line["bound"].as_f64().unwrap() > 0.0, "{line}");

@@ -6,7 +6,7 @@ use std::time::Duration;
 /// A moment like [`std::time::Instant`] that goes on while the machine is suspended. A lid that was closed for an hour is an hour
 /// of absence, and deadlines within it have passed.
 ///
-/// On Linux it reads `CLOCK_BOOTTIME`. Elsewhere it is an `Instant`, and only the step of the wall clock tells a sleep of the
+/// On Linux it reads `CLOCK_BOOTTIME`. Elsewhere it is an `Instant`, and only the step of the wall clock shows a sleep of the
 /// machine.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub(crate) struct Uptime(Duration);

@@ -35,7 +35,7 @@ pub(super) struct Attendance {
     back: Option<Time>,
     /// The present absence, and the time until which its messages may arrive.
     present: Option<(Absence, Time)>,
-    /// A past absence that was not told yet.
+    /// A past absence that was not reported yet.
     over: Option<Absence>,
 }
 
@@ -77,7 +77,7 @@ impl Attendance {
         has_waited
     }
 
-    /// Whether the process was away until a moment ago; true once for each absence. Absences told by a broker do not count.
+    /// Whether the process was away until a moment ago; true once for each absence. Absences reported by a broker do not count.
     pub(super) fn has_come_back(&mut self, now: Time) -> bool {
         if self.seen.is_some() {
             self.beat(now);
@@ -85,7 +85,7 @@ impl Attendance {
         self.back.take().is_some_and(|back| now - back < AWAY)
     }
 
-    /// A past absence; told once.
+    /// A past absence; reported once.
     pub(super) fn take_over(&mut self) -> Option<Absence> {
         self.over.take()
     }
@@ -131,7 +131,7 @@ impl Inbox {
         self.lock().attendance.has_come_back(now)
     }
 
-    /// A past absence whose messages have all arrived; told once.
+    /// A past absence whose messages have all arrived; reported once.
     #[must_use]
     pub fn absence(&self) -> Option<Absence> {
         self.lock().attendance.take_over()

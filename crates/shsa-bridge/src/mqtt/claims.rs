@@ -159,7 +159,7 @@ impl Claims {
         self.inbox.wake();
     }
 
-    /// The topic and text of the own claims; the text is empty if there are none. `None`: there is nobody to tell.
+    /// The topic and text of the own claims; the text is empty if there are none. `None`: there is no receiver.
     pub(super) fn said(&self) -> Option<(String, String)> {
         let mut state = self.lock();
         if state.own.is_empty() && state.watches.is_empty() {

@@ -1,6 +1,6 @@
 //! One interface to both versions of the protocol: requests go in, events come out.
 //!
-//! A new client is made for each connection. [`Client::unfinished`] tells what the previous one had not finished; its other state
+//! A new client is made for each connection. [`Client::unfinished`] gives what the previous one had not finished; its other state
 //! is dropped.
 
 use super::options::{Delivery, Options, Presence, Version};
@@ -236,7 +236,7 @@ impl Client {
         }
     }
 
-    /// The events from before the connection broke that were not told yet: an answer may arrive together with the end.
+    /// The events from before the connection broke that were not reported yet: an answer may arrive together with the end.
     pub(super) fn left_over(&mut self) -> Vec<Happening> {
         match self {
             Client::V4(connection) => connection.state.events.drain(..).map(happening_v4).collect(),
@@ -383,7 +383,7 @@ fn refused(reason: impl Into<String>) -> Failure {
 /// A certificate that one side does not accept is a refusal; every other error may be gone at the next attempt.
 fn of_error(error: &(dyn Error + 'static)) -> Failure {
     let reason = error.to_string();
-    // The library tells the cause of some errors only by their text.
+    // The library gives the cause of some errors only in their text.
     let is_refusal = is_tls(error) || reason.contains("received fatal alert");
     let text = reason.strip_prefix("I/O: ").unwrap_or(&reason);
     Failure { is_refusal, reason: text.to_owned() }

@@ -56,7 +56,7 @@ pub struct MqttBridge {
 
 impl MqttBridge {
     /// Connects; received messages wait in `inbox`. Returns when the first attempt has ended, or its time has passed. An
-    /// unreachable broker is no error: the bridge keeps trying, and [`Bridge::link`] tells.
+    /// unreachable broker is no error: the bridge keeps trying, and [`Bridge::link`] shows the state.
     ///
     /// # Errors
     /// [`BridgeError::Configuration`] for files that cannot be used, [`BridgeError::Refused`] when the broker refuses the

@@ -81,9 +81,10 @@ pub struct Options {
     /// How others learn whether this client is connected; `None`: not at all.
     pub presence: Option<Presence>,
     /// `shsa/NAME/claims` lists the client's claims under this name ([`Bridge::attend`](crate::Bridge::attend)); its
-    /// [`presence`](Options::presence) must be told on `shsa/NAME/status` by `online` and `offline`. `None`: it claims nothing.
+    /// [`presence`](Options::presence) must be reported on `shsa/NAME/status` by `online` and `offline`. `None`: it claims
+    /// nothing.
     pub claims: Option<String>,
-    /// The largest payload in bytes; larger ones are dropped and told.
+    /// The largest payload in bytes; larger ones are dropped and reported.
     pub size_limit: usize,
     /// How long [`MqttBridge::open`](super::MqttBridge::open) waits for the first attempt.
     pub first_attempt: Duration,

@@ -73,7 +73,7 @@ async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_liv
         None => Failure { is_refusal: false, reason: "the client library has failed".to_owned() },
     };
     let lasted = since.map_or(Duration::ZERO, |since: Uptime| since.elapsed());
-    // Not every broker tells the reason.
+    // Not every broker gives the reason.
     if short_lived >= FIGHT && !failure.is_refusal && (1..STABLE.as_nanos()).contains(&lasted.as_nanos()) {
         let name = &options.name;
         failure.reason +=

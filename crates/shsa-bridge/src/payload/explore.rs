@@ -9,9 +9,9 @@ use shsa_message::json::{self, Kind, Place, Visitor};
 use shsa_message::ros::{Types, full_name};
 use shsa_message::source::Field;
 
-/// The most fields of one payload that are told.
+/// The most fields of one payload that are reported.
 pub const FIELDS_MAX: usize = 1000;
-/// The most elements of a list of objects that are told.
+/// The most elements of a list of objects that are reported.
 const ELEMENTS_MAX: usize = 16;
 
 /// One field of a payload.
@@ -128,7 +128,7 @@ impl Map {
         Some(self.nodes.len() - 1)
     }
 
-    /// The content of a leaf: a node that is neither an object nor an element of a list that is told as a whole.
+    /// The content of a leaf: a node that is neither an object nor an element of a list that is reported as a whole.
     fn content(&self, index: usize, text: &str) -> Option<Content> {
         let node = &self.nodes[index];
         let parent = self.nodes[node.parent].place?;

@@ -1,4 +1,4 @@
-//! Payloads of a type that the transport tells: CDR messages of ROS 2.
+//! Payloads whose type the transport gives: CDR messages of ROS 2.
 
 use super::Unreadable;
 use super::reader::Reading;

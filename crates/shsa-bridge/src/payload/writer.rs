@@ -41,10 +41,10 @@ impl Writer {
         Writer::without_pattern(Shape::Number)
     }
 
-    /// Writes one JSON object:
-    /// `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality` and `status` are
-    /// the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known. Where a safety contract
-    /// demands something, `"admitted":"met","level":"SIL 2","rank":2` tell on which ground the value goes out, and at which level.
+    /// Writes one JSON object: `{"value":..,"lo":..,"hi":..,"stamp_ns":..,"quality":"Good","status":0,"source":".."}`. `quality`
+    /// and `status` are the name and the number of an OPC UA status code; `lo` and `hi` are null where no bounds are known. Where
+    /// a safety contract demands something, `"admitted":"met","level":"SIL 2","rank":2` give the ground of the admission, and the
+    /// level.
     #[must_use]
     pub fn envelope() -> Writer {
         Writer::without_pattern(Shape::Envelope)

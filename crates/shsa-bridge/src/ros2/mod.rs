@@ -1,6 +1,6 @@
 //! ROS 2 over Zenoh: as a node among nodes of `rmw_zenoh`, or at the keys of `zenoh-bridge-ros2dds`.
 //!
-//! Received payloads are CDR; the key tells the type, or else the subscription. A value is published as `std_msgs/msg/Float64` (a
+//! Received payloads are CDR; the key has the type, or else the subscription. A value is published as `std_msgs/msg/Float64` (a
 //! list as `Float64MultiArray`) unless the topic was [advertised](Bridge::advertise) with another type, as `TYPE#FIELD` if the
 //! value is not its field `data`. A text is published as `std_msgs/msg/String`. A topic that was received before keeps its type.
 //!
@@ -33,7 +33,7 @@ use std::time::Duration;
 pub enum Wire {
     /// Of `rmw_zenoh`: the nodes themselves speak Zenoh.
     Rmw,
-    /// Of `zenoh-bridge-ros2dds`: the nodes speak DDS, and a bridge translates. Types are not told: subscribe with one.
+    /// Of `zenoh-bridge-ros2dds`: the nodes speak DDS, and a bridge translates. The keys have no types: subscribe with one.
     Plain,
 }
 
@@ -93,7 +93,7 @@ pub struct Ros2Bridge {
 }
 
 impl Ros2Bridge {
-    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] tells).
+    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] shows the state).
     ///
     /// # Errors
     /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.

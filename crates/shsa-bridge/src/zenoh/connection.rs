@@ -227,7 +227,7 @@ impl Shared {
 /// Classifies an error by its text, as Zenoh's errors are texts.
 fn kind_of(problem: &str, mode: Mode) -> BridgeError {
     let text = problem.to_lowercase();
-    // The last text is a router's answer to a wrong password; it tells no more.
+    // The last text is a router's answer to a wrong password; it has no details.
     let refusals =
         ["certificate", "unknownissuer", "notvalidforname", "handshake", "alert", "received a close message"];
     if refusals.iter().any(|word| text.contains(word)) {

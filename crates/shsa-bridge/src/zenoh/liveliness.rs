@@ -56,7 +56,7 @@ impl<'a> Liveliness<'a> {
         let token = Token(held.clone());
         self.connection.when_open(move |session| {
             let mut held = held.lock().unwrap_or_else(PoisonError::into_inner);
-            // Fails only if the session is closed: then there is nobody to tell.
+            // Fails only if the session is closed: then there is no receiver.
             if let (Held::Waiting, Ok(token)) = (&*held, session.liveliness().declare_token(key).wait()) {
                 *held = Held::Declared { _until_dropped: token };
             }

@@ -61,7 +61,7 @@ pub struct ZenohBridge {
 type Topics = Arc<RwLock<BTreeMap<String, Vec<Arc<str>>>>>;
 
 impl ZenohBridge {
-    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] tells).
+    /// Connects; an unreachable network is tried again in the background ([`Bridge::link`] shows the state).
     ///
     /// # Errors
     /// When the options cannot be used, an address cannot be listened on, or the other side refuses us.

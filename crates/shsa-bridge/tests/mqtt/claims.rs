@@ -43,7 +43,7 @@ fn a_claim_is_heard_of_until_it_is_dropped_or_its_client_is_gone() {
         assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));
         drop(first);
         assert_eq!(next(&mut attendance), Seen::Gone("a/first".into()));
-        // The broker tells that the client is gone; then the client comes back.
+        // The broker reports that the client is gone; then the client comes back.
         cut.cut();
         assert_eq!(next(&mut attendance), Seen::Gone("a/third".into()));
         assert_eq!(next(&mut attendance), Seen::Alive("a/third".into()));

@@ -32,7 +32,7 @@ pub enum Misdated {
     /// The clock is this much behind the time of reception, beyond the usual amount; ahead of it where negative.
     Off(Span),
     /// The stamp has been the same for this long, while values have changed.
-    Standing(Span),
+    Stopped(Span),
 }
 
 /// The clock of one signal.
@@ -107,7 +107,7 @@ impl Clocks {
         let reference = self.reference;
         let clock = &mut self.list[observation.signal];
         if let Some(stood) = clock.stood(observation, now) {
-            return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Standing(stood));
+            return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Stopped(stood));
         }
         let lasted = clock.lasted(amount, now);
         let margin = clock.margin;

@@ -3,7 +3,7 @@
 use super::comparisons::Comparisons;
 use crate::diagnosis::Component;
 use crate::knowledge::{Id, KnowledgeBase, RelationId, SignalId, SignalSet};
-use crate::residual_selection::{Findings, Told};
+use crate::residual_selection::{Findings, Isolability};
 use alloc::vec::Vec;
 
 /// The comparisons' reactions to a fault of each signal and relation.
@@ -27,7 +27,7 @@ impl Faults {
 
     /// The findings about a fault of a component; `None` for a common cause.
     #[must_use]
-    pub fn told(&self, component: Component) -> Option<&Told> {
+    pub fn isolability(&self, component: Component) -> Option<&Isolability> {
         match component {
             Component::Signal(signal) => Some(self.findings.signal(signal)),
             Component::Relation(relation) => Some(self.findings.relation(relation)),
@@ -37,15 +37,15 @@ impl Faults {
 
     /// The findings about a relation that does not hold.
     #[must_use]
-    pub fn of_relation(&self, relation: RelationId) -> &Told {
+    pub fn of_relation(&self, relation: RelationId) -> &Isolability {
         self.findings.relation(relation)
     }
 
     /// All components that a fault is isolable from, signals and then relations, in file order.
-    pub fn told_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
-        let told = self.told(component);
+    pub fn isolable_components_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
+        let told = self.isolability(component);
         self.components()
-            .filter(move |&other| other != component && told.is_some_and(|told| told.is_told_from(other)))
+            .filter(move |&other| other != component && told.is_some_and(|told| told.is_isolable_from(other)))
     }
 
     /// All signals, then all relations, in file order.

@@ -128,7 +128,7 @@ fn untold(
     let of = |component| equation(knowledge, structure, component);
     let mut untold = Vec::new();
     for fault in faults.components() {
-        let (Some(own), Some(told)) = (of(fault), faults.told(fault)) else { continue };
+        let (Some(own), Some(told)) = (of(fault), faults.isolability(fault)) else { continue };
         if !isolability.is_detectable(own) {
             continue;
         }

@@ -116,7 +116,7 @@ fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Rea
             let by = Span(off.0.saturating_abs());
             if off.0 < 0 { Reason::StampsAhead { by } } else { Reason::StampsBehind { by } }
         }
-        Evidence::WrongClock(Misdated::Standing(lasted)) => Reason::StampStands { lasted },
+        Evidence::WrongClock(Misdated::Stopped(lasted)) => Reason::StampStands { lasted },
     }
 }
 

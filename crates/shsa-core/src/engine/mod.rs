@@ -35,7 +35,7 @@ pub use what_if::WhatIf;
 
 pub use crate::order::{Order, Subject};
 
-pub use crate::residual_selection::{Told, WatchBudget, can_be_watched, to_watch, witnesses};
+pub use crate::residual_selection::{Isolability, WatchBudget, can_be_watched, to_watch, witnesses};
 
 use crate::computation::Task;
 use crate::diagnosis::{Component, Judge, Verdict};

@@ -8,7 +8,7 @@ use crate::knowledge::{IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, RelationSet
 ///
 /// Single faults: all comparisons that show the fault disagree, and each component that alone explains them is suspect.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Told {
+pub struct Isolability {
     /// The number of comparisons that show the fault.
     pub shown_by: u32,
     /// The signals that are part of each of these comparisons.
@@ -17,10 +17,10 @@ pub struct Told {
     pub relations: RelationSet,
 }
 
-impl Told {
+impl Isolability {
     /// Whether the fault is isolable from a fault of another component; false for an undetectable fault.
     #[must_use]
-    pub fn is_told_from(&self, other: Component) -> bool {
+    pub fn is_isolable_from(&self, other: Component) -> bool {
         let explains = match other {
             Component::Signal(signal) => self.signals.contains(signal),
             Component::Relation(relation) => self.relations.contains(relation),
@@ -45,8 +45,8 @@ impl Told {
 /// The findings about every component of a knowledge base.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Findings {
-    signals: IdVec<SignalId, Told>,
-    relations: IdVec<RelationId, Told>,
+    signals: IdVec<SignalId, Isolability>,
+    relations: IdVec<RelationId, Isolability>,
     /// The relations with a declared prior probability of a fault.
     fallible: RelationSet,
 }
@@ -59,8 +59,8 @@ impl Findings {
             knowledge.relations()[*id].properties.prior().is_some_and(|prior| prior >= NEGLIGIBLE)
         };
         Findings {
-            signals: IdVec::filled(knowledge.signals().len(), |_| Told::default()),
-            relations: IdVec::filled(knowledge.relations().len(), |_| Told::default()),
+            signals: IdVec::filled(knowledge.signals().len(), |_| Isolability::default()),
+            relations: IdVec::filled(knowledge.relations().len(), |_| Isolability::default()),
             fallible: knowledge.relations().ids().filter(may_fail).collect(),
         }
     }
@@ -78,8 +78,8 @@ impl Findings {
     pub fn share(&mut self, knowledge: &KnowledgeBase) {
         for signal in knowledge.signals().ids() {
             let found = &self.signals[knowledge.witness(signal)];
-            let Told { shown_by, signals, relations } = found.clone();
-            self.signals[signal] = Told { shown_by, signals: knowledge.with_same(signals), relations };
+            let Isolability { shown_by, signals, relations } = found.clone();
+            self.signals[signal] = Isolability { shown_by, signals: knowledge.with_same(signals), relations };
         }
         for finding in self.relations.iter_mut() {
             finding.signals = knowledge.with_same(core::mem::take(&mut finding.signals));
@@ -88,13 +88,13 @@ impl Findings {
 
     /// The findings about a signal.
     #[must_use]
-    pub fn signal(&self, signal: SignalId) -> &Told {
+    pub fn signal(&self, signal: SignalId) -> &Isolability {
         &self.signals[signal]
     }
 
     /// The findings about a relation.
     #[must_use]
-    pub fn relation(&self, relation: RelationId) -> &Told {
+    pub fn relation(&self, relation: RelationId) -> &Isolability {
         &self.relations[relation]
     }
 

@@ -16,7 +16,7 @@ mod budget;
 
 pub use budget::{WatchBudget, afford};
 pub use fault_signature::FaultSignature;
-pub use findings::{Findings, Told};
+pub use findings::{Findings, Isolability};
 pub use isolation::isolate;
 pub use witnesses::{Witnesses, witnesses};
 

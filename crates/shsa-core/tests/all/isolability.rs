@@ -149,14 +149,15 @@ fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
     let mut told = 0;
     for (at, _) in rows.iter().enumerate() {
         let fault = component(rows, at);
-        let found = analysis.faults.told(fault).unwrap();
+        let found = analysis.faults.isolability(fault).unwrap();
         let (shows, expected) = (found.shown_by > 0, is_over(rows, variables, at, None));
         let name = |component| format!("{case}: {component:?} of {rows:?}");
         assert!(!shows || expected, "{} shows against the definition", name(fault));
         assert_eq!(expected && !shows, gap(fault, None), "{} at all", name(fault));
         for other in (0..rows.len()).filter(|&other| other != at) {
             let from = component(rows, other);
-            let (is_told, expected) = (found.is_told_from(from), is_over(rows, variables, at, Some(other)));
+            let (is_told, expected) =
+                (found.is_isolable_from(from), is_over(rows, variables, at, Some(other)));
             assert!(!is_told || expected, "{} from {from:?} against the definition", name(fault));
             let is_gap = shows && expected && !is_told;
             assert_eq!(is_gap, gap(fault, Some(from)), "{} from {from:?}", name(fault));
@@ -218,7 +219,7 @@ fn what_is_looked_behind_is_watched() {
 
 /// In a chain through a measured number, a fault at one end is isolable from one of the middle.
 #[test]
-fn a_fault_is_told_from_one_of_the_number_between_by_looking_behind_it() {
+fn a_fault_is_isolable_from_one_of_the_number_between_by_looking_behind_it() {
     let row = |of: &[usize]| Row { variables: of.to_vec(), solved_for: of.to_vec() };
     // x0 - x1 - x2, all measured.
     let rows = [row(&[0, 1]), row(&[1, 2]), row(&[0]), row(&[1]), row(&[2])];

@@ -20,7 +20,7 @@ use std::collections::VecDeque;
 
 /// The probability that a prediction's interval holds the truth: as witnesses, predictions must rarely be wrong.
 const CERTAIN: f64 = 0.999_9;
-/// A prediction this many times less certain than the measurement says nothing about it.
+/// A prediction this many times less certain than the measurement is no evidence about it.
 const VAGUE: f64 = 10.0;
 
 /// A computed signal.

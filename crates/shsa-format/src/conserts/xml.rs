@@ -28,7 +28,7 @@ impl Element {
     }
 }
 
-/// The root element; `None`, and told why, where the text is broken. Time: linear in the text.
+/// The root element; `None`, with a reported problem, where the text is malformed. Time: linear in the text.
 pub(super) fn read(reader: &mut Reader, source: &str) -> Option<Element> {
     let mut open: Vec<Element> = Vec::new();
     let mut root = None;

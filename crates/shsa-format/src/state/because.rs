@@ -1,6 +1,7 @@
 //! The reasons of an accusation: codes with arguments. Earlier versions wrote words; these are read as they are.
 //!
-//! `[{"code": "disagree", "arguments": {"one": "/a", ..}}, {"code": "probability", "joint": "namely", ..}]`, spans in nanoseconds.
+//! `[{"code": "disagree", "arguments": {"one": "/a", ..}}, {"code": "probability", "joint": "namely", ..}]`, spans in
+//! nanoseconds.
 
 use super::StateError;
 use crate::journal::Number;
@@ -18,7 +19,7 @@ use shsa_core::time::Span;
 #[serde(deny_unknown_fields)]
 struct ClauseForm {
     code: String,
-    /// How it follows the one before; `next` where it says nothing.
+    /// How it follows the one before; `next` where the field is missing.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     joint: Option<String>,
     #[serde(default, skip_serializing_if = "Map::is_empty")]

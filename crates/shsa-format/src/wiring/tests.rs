@@ -1,4 +1,4 @@
-//! What a wiring says, and what is wrong with one.
+//! The content of a wiring, and its errors.
 
 use super::read::{RETRY, WITHIN};
 use super::*;

@@ -17,7 +17,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("too-fast", "from {from} to {to} within {within}, at most {most} a second is possible"),
     ("stamp-went-back", "its time stamp went back by {by}"),
     ("arrived-late", "arrived {after} after its time stamp, {allowed} is allowed"),
-    ("stood-still", "it has said exactly the same for {lasted}, {allowed} is allowed"),
+    ("stood-still", "its value has been exactly the same for {lasted}, {allowed} is allowed"),
     (
         "stamps-ahead",
         "its time stamps are {by} ahead of the time of reception, and no two clocks of one system \
@@ -30,19 +30,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ),
     ("stamp-stands", "its time stamp has been the same for {lasted}, while its values have changed"),
     ("readings", "({bad} of {of} values)"),
-    ("spoken-again", "it has spoken again for {lasted}"),
+    ("spoken-again", "it has given values again for {lasted}"),
     // What comparisons show.
     ("disagree", "{one} says {value} where {other} says {expected} ({bad} of {of} comparisons)"),
     ("says-more", "{more} has said {by} more than {less} on average"),
     ("scatter", "{one} and {other} scatter against each other"),
-    ("other-times", "{one} and {other} tell the same at different times"),
+    ("other-times", "{one} and {other} show the same at different times"),
     ("disagreed", "{one} and {other} disagreed"),
     ("more-disagreements", "and {count} more disagreements"),
     ("no-disagreement", "it disagrees with nothing itself"),
-    ("said-the-same", "it has said the same for {lasted}"),
-    ("seems-early", "it seems to tell things {by} early"),
-    ("seems-late", "it seems to tell things {by} late"),
-    ("scatters", "its values scatter around what others say"),
+    ("said-the-same", "its value has been the same for {lasted}"),
+    ("seems-early", "its values seem to be {by} early"),
+    ("seems-late", "its values seem to be {by} late"),
+    ("scatters", "its values scatter around those of others"),
     ("built-up", "the difference has built up slowly"),
     // How the blame was found.
     ("shared-explains-best", "{cause}, which {signals} share, explains it best"),
@@ -61,19 +61,19 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("witnesses-agree", "its values are sound and others agree with it for {lasted}"),
     (
         "came-back",
-        "its values are sound and where they could have got to from the last one before, and nothing \
-         has contradicted them, for {lasted}",
+        "its values are sound, can have followed from the last one before the fault, and are not \
+         contradicted, for {lasted}",
     ),
     (
         "nothing-either-way",
-        "nothing has spoken against it any more for {lasted}, and nothing for it: where nothing else is \
-         left it may serve, and what rests on it is uncertain",
+        "no evidence has accused or supported it for {lasted}: where nothing else is left it may serve, \
+         and what rests on it is uncertain",
     ),
     ("contradicted-again", "it is contradicted again"),
-    ("cleared", "cleared by order of the operator: what spoke against it is forgotten"),
-    ("cleared-with", "cleared with {cause} by order of the operator: what spoke against it is forgotten"),
+    ("cleared", "cleared by order of the operator: the evidence against it is forgotten"),
+    ("cleared-with", "cleared with {cause} by order of the operator: the evidence against it is forgotten"),
     ("described-anew", "the changed model describes it anew"),
-    ("comparisons-gone", "the comparisons that spoke about it are gone with the changed model"),
+    ("comparisons-gone", "the comparisons with it are gone with the changed model"),
     // Why a source of a need is left.
     ("served-before", "{source} served it before the restart and must not be used now"),
     ("left", "{source} is left"),
@@ -105,7 +105,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("trusted-again", "what serves it is trusted again"),
     ("served-again", "it is served again"),
     ("served-again-uncertain", "it is served again, as uncertain"),
-    ("uncertain", "it cannot be told which is right: {served_by} goes out as uncertain"),
+    ("uncertain", "it is unknown which is right: {served_by} goes out as uncertain"),
     // Why a need is not served.
     ("no-value", "no value for {age}"),
     ("no-value-from", "no value for {age} from {source}, which alone may serve it by order of the operator"),
@@ -150,8 +150,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "the contract of {need} is overridden for {lasts}, by order of the operator: {because}",
     ),
     ("override-over", "the contract of {need} is not overridden any more"),
-    ("attested", "{evidence} is so, by order of the operator"),
-    ("denied", "{evidence} is not so, by order of the operator"),
+    ("attested", "{evidence} holds, by order of the operator"),
+    ("denied", "{evidence} does not hold, by order of the operator"),
     ("cannot-obey", "`{order}` cannot be obeyed"),
     ("no-more-in-force", "`{order}` is not in force any more"),
     ("served-forgotten", "what served {need} is forgotten"),
@@ -160,7 +160,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("nothing-demanded", "no contract demands anything for {need}"),
     ("override-needs", "an override needs a length of time above zero and a reason"),
     ("override-first", "override the contract first, for a time and with a reason, or name another source"),
-    ("no-evidence", "no contract has evidence `{name}` that could be told"),
+    ("no-evidence", "no contract has evidence `{name}` that an operator could state"),
     ("no-signal", "there is no signal `{name}`"),
     ("no-relation", "there is no relation `{name}`"),
     ("no-cause", "there is no common cause `{name}`"),
@@ -183,8 +183,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("none-in-force", "no order is in force"),
     ("nothing-to-do", "nothing has to be done"),
     ("change-the-need", "change the need, or name another source"),
-    ("clear-later", "clear it when it speaks again"),
+    ("clear-later", "clear it when it gives values again"),
     ("nothing-to-clear", "there is nothing to clear"),
-    // Words of somebody else.
+    // Words from outside.
     ("told", "{words}"),
 ];

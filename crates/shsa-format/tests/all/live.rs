@@ -143,7 +143,7 @@ fn joined_files_are_both_named() {
     let right = other.replace("km/h", "m/s");
     let (live, report) = join(&[written("a.yaml", MODEL), written("b.yaml", &right)]).unwrap();
     assert_eq!((report, live.knowledge().signals().len()), (Report::default(), 3));
-    // What is wrong with the whole is told in the part that it stands in.
+    // What is wrong with the whole is reported in the part that it stands in.
     let broken = right.replace("variable: speed", "variable: spede");
     let report = join(&[written("a.yaml", MODEL), written("b.yaml", &broken)]).unwrap_err();
     assert_eq!((report.diagnostics[0].file.as_str(), report.diagnostics[0].line), ("b.yaml", 5));

@@ -30,7 +30,7 @@ fn substitutions(knowledge: &KnowledgeBase, variable: VariableId, options: &Opti
     })
 }
 
-/// What SWI-Prolog says of each file and variable; `None` for a variable that took too long.
+/// The answers of SWI-Prolog for each file and variable; `None` for a variable that took too long.
 fn answers(files: &[PathBuf]) -> Option<BTreeMap<(String, String), Option<Sets>>> {
     let program = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/all/prolog/substitution.pl");
     let output = match Command::new("swipl").arg(program).arg("--").args(files).output() {
@@ -226,7 +226,7 @@ fn random_models_have_the_substitutions_that_prolog_finds() {
     assert!(variables > 800 && found > 1_000, "{variables} variables, {found} substitutions");
 }
 
-/// What was recorded of the public programs; `None`, said loudly, where it is not there.
+/// The recorded answers of the public programs; `None`, with a loud message, where they are missing.
 fn reference(file: &str) -> Option<Value> {
     let path = format!("{}/../../../shared/reference/{file}", env!("CARGO_MANIFEST_DIR"));
     match fs::read_to_string(&path) {

@@ -23,7 +23,7 @@ pub(crate) struct Delay {
     pub(crate) left: f64,
 }
 
-/// What a way said, of values at the ends of their validities.
+/// The values of a way, each at the end of its validity.
 pub(crate) fn curve(outputs: &[(Validity, f64)]) -> Curve {
     Curve::new(outputs.iter().map(|(at, value)| (at.to.seconds(), *value)).collect())
 }

@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 const HIGHER: [&str; 2] = ["detected", "isolated"];
 /// Counts that are better when they are lower.
 const LOWER: [&str; 3] = ["wrong_blame", "false_alarms", "unmet"];
-/// Measures that are better when they are lower; they are told, but are never a regression.
+/// Measures that are better when they are lower; they are reported, but are never a regression.
 const MEASURES: [&str; 2] = ["latency_median_s", "latency_worst_s"];
 
 /// A figure of a cell that has changed.
@@ -132,7 +132,7 @@ fn cell(before: &Value, now: &Value) -> Vec<Change> {
     let fault = format!("{}{multiple}", now["kind"].as_str().unwrap_or_default());
     let signal = now["signal"].as_str().unwrap_or_default();
     let change = |figure: String, before: &Value, now: &Value, higher: bool, is_count: bool| {
-        // A fault that was never detected has no latency; the figure `detected` tells this.
+        // A fault that was never detected has no latency; the figure `detected` shows this.
         let (old, new) = (before.as_f64()?, now.as_f64()?);
         ((old - new).abs() > 1e-9 * old.abs().max(new.abs())).then(|| Change {
             fault: fault.clone(),

@@ -83,7 +83,7 @@ impl Detectable {
             return false;
         }
         let seen = |kind| self.smallest.seen(signal, kind);
-        // If no bias or drift is ever detected, nothing tells that the fault is too small: the run counts.
+        // If no bias or drift is ever detected, nothing shows that the fault is too small: the run counts.
         let Some(((bias, within), (drift, _))) = seen(Kind::Bias).zip(seen(Kind::Drift)) else {
             return false;
         };

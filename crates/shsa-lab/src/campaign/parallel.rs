@@ -25,7 +25,7 @@ impl Progress for () {
     fn end(&self) {}
 }
 
-/// The results of `work` for each number below a count, in order; tells the progress.
+/// The results of `work` for each number below a count, in order; reports the progress.
 pub(super) fn on_all_cores<T: Send>(
     count: usize,
     threads: Option<NonZeroUsize>,

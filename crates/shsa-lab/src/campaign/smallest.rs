@@ -24,7 +24,7 @@ use std::num::NonZeroUsize;
 /// The largest amount in the search, as a multiple of the first one,
 const MOST_TIMES: f64 = 256.0;
 
-/// and as a multiple of the values' range: if the error is declared at a relation, the signal's own error tells little.
+/// and as a multiple of the values' range: if the error is declared at a relation, the signal's own error means little.
 const MOST_RANGES: f64 = 8.0;
 
 /// The smallest amount in the search, as a part of the first one.

@@ -1,14 +1,14 @@
-//! Few relations of many: none that follows from others, none with signals that do not belong.
+//! Chooses few of many relations: none that follows from others, none with unrelated signals.
 
 use crate::learning::form::{Relation, Shape};
 
-/// A relation with more signals has to leave so much less than one among them.
+/// The share of the error of a smaller relation that a relation with more signals may leave at most.
 const MUCH_LESS: f64 = 0.4;
 
-/// What was chosen so far.
+/// The choice so far.
 pub(crate) struct Choice {
     relations: Vec<Relation>,
-    /// Of each signal one that says the same, perhaps later.
+    /// For each signal one with the same content, perhaps delayed.
     same_as: Vec<usize>,
 }
 
@@ -25,12 +25,12 @@ impl Choice {
         at
     }
 
-    /// Whether two signals are known to say the same.
+    /// Whether two signals are known to have the same content.
     pub(crate) fn is_same(&self, one: usize, other: usize) -> bool {
         self.root(one) == self.root(other)
     }
 
-    /// Relations of two, the best first: those that say the same join what they belong to, each once.
+    /// Takes relations of two signals, the best first; those of equal signals join groups, each signal once.
     pub(crate) fn take_pairs(&mut self, mut pairs: Vec<Relation>) {
         pairs.sort_by(|one, other| one.score.all().total_cmp(&other.score.all()));
         let (same, other): (Vec<Relation>, Vec<Relation>) =
@@ -72,7 +72,7 @@ impl Choice {
         }
     }
 
-    /// What a relation is about: one of each that say the same.
+    /// The signals of a relation, each replaced by the representative of its group.
     fn members(&self, relation: &Relation) -> Vec<usize> {
         let mut members: Vec<usize> = relation.signals().into_iter().map(|it| self.root(it)).collect();
         members.sort_unstable();

@@ -1,4 +1,4 @@
-//! Signals that are computed from another one, noise and all: no witnesses of their own.
+//! Signals that are computed from another one with its noise: they are no independent witnesses.
 
 use crate::learning::least_squares::solve;
 use crate::learning::signal::Seen;
@@ -8,24 +8,24 @@ use crate::learning::signal::Seen;
 pub struct Copied {
     /// The copy.
     pub signal: usize,
-    /// What it is computed from.
+    /// The original.
     pub of: usize,
-    /// Times this, in SI units.
+    /// The factor, in SI units.
     pub factor: f64,
-    /// Plus this, in SI units.
+    /// The offset, in SI units.
     pub offset: f64,
 }
 
-/// Digits of a written number that may be rounded away.
+/// The relative rounding of written numbers.
 const ROUNDED: f64 = 2e-6;
 
-/// A signal that moves by less than this many roundings repeats others by chance.
+/// A signal that moves by less than this many roundings equals others by chance.
 const BEYOND_ROUNDING: f64 = 100.0;
 
-/// Fewer different values say the same by chance.
+/// Signals with fewer different values equal others by chance.
 const LEAST_VALUES: usize = 50;
 
-/// All copies; of two that say the same, the later one is taken for the copy.
+/// All copies; of two signals with the same values, the later one counts as the copy.
 pub(crate) fn all(seen: &Seen<'_>) -> Vec<Copied> {
     let mut copies: Vec<Copied> = Vec::new();
     for signal in 0..seen.signals.len() {

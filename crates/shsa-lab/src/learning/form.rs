@@ -1,40 +1,40 @@
-//! The forms that a relation may have, and how each is fitted and judged.
+//! The forms of relations, their fit and their errors.
 
 use crate::learning::least_squares::solve;
 use crate::learning::signal::{Part, Seen};
 
-/// Of relations with steps so many samples may be wrong: those around each step.
+/// The share of samples that may be wrong in relations with steps: those around each step.
 const TRIMMED: f64 = 0.05;
 
-/// A part in which the target moves by less than this share of what it does in all is judged by the latter.
+/// In a part in which the target moves by less than this share of its whole movement, errors are related to the latter.
 const STILL: f64 = 0.5;
 
 /// The window of an integral's rate, as a share of the recording.
 const INTEGRAL_WINDOW: f64 = 0.05;
 
-/// By how much what is left may grow for numbers that a person would write, and what counts as nothing.
+/// How much the error may grow by a plain number (no offset, a factor of 1 or -1), and which error counts as zero.
 const PLAIN: f64 = 1.02;
 const LEAST_LEFT: f64 = 1e-4;
 
 /// Rounds in which the ends of a saturation are found.
 const ROUNDS: usize = 12;
 
-/// How the target follows from the inputs; the numbers stand in [`Relation::numbers`].
+/// How the target follows from the inputs; the constants are in [`Relation::numbers`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {
     /// `x(t - lag) + n0`.
     Equal {
-        /// How much later the target says it, in seconds.
+        /// The delay of the target, in seconds.
         lag_s: f64,
     },
     /// `n0 x(t - lag) + n1`.
     Line {
-        /// How much later the target says it, in seconds.
+        /// The delay of the target, in seconds.
         lag_s: f64,
     },
     /// `n0 + n1 x + n2 x^2 ..`, of this degree.
     Polynomial(usize),
-    /// `n0 x + n1`, and never below `n2` nor above `n3`.
+    /// `n0 x + n1`, limited to `n2` below and `n3` above.
     Saturated,
     /// `n0` times the mean of x over a window, `+ n1`.
     Mean {
@@ -52,35 +52,36 @@ pub enum Shape {
     Product(Vec<i8>),
     /// `n0 x0 + n1 x1 .. + c`.
     Sum,
-    /// `n_i x0` while x1 is the i-th of these.
+    /// `n_i x0` while x1 has the i-th of these values.
     Gears(Vec<f64>),
 }
 
 /// A relation that was fitted.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Relation {
-    /// The signal that is told, by its place.
+    /// The determined signal, by its index.
     pub target: usize,
-    /// The signals that tell it.
+    /// The signals that determine the target, by their indices.
     pub inputs: Vec<usize>,
-    /// How.
+    /// The form.
     pub shape: Shape,
-    /// The numbers of the shape, in SI units from the zeros of the signals' own.
+    /// The constants of the form, in SI units from the zeros of the signals' own units.
     pub numbers: Vec<f64>,
-    /// Of an integral: the window in seconds over which its rate is compared.
+    /// For an integral, the window in seconds over which its rate is compared.
     pub window_s: Option<f64>,
-    /// How wrong it is.
+    /// The errors.
     pub score: Score,
 }
 
-/// What of the target a relation leaves unexplained, as shares of its standard deviation, with the numbers of the fitted part.
+/// The unexplained part of the target in each part of the data, as shares of its standard deviation, with the constants of the
+/// fitted part.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
-    /// Where the numbers were fitted.
+    /// In the part to which the constants were fitted.
     pub fitted: f64,
-    /// Where the form was chosen.
+    /// In the part by which the form was chosen.
     pub chosen: f64,
-    /// On the rest.
+    /// In the remaining part.
     pub unseen: f64,
 }
 
@@ -107,7 +108,7 @@ impl Relation {
     }
 }
 
-/// A form with its data: the target, what is added with a factor of 1, and the columns whose factors are fitted.
+/// A form with its data: the target, the term with the factor 1, and the columns whose factors are fitted.
 pub(crate) struct Design {
     parts: Vec<Part>,
     target: Vec<f64>,
@@ -116,7 +117,7 @@ pub(crate) struct Design {
 }
 
 impl Design {
-    /// The rows at which all that is needed has a value.
+    /// The rows at which all signals have a value.
     pub(crate) fn new(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
         let clock = seen.slowest(inputs.iter().copied().chain([target]));
         let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
@@ -146,7 +147,7 @@ impl Design {
         design
     }
 
-    /// The numbers that fit best over some parts.
+    /// The best constants over some parts.
     fn fit(&self, shape: &Shape, is_used: impl Fn(Part) -> bool) -> Option<Vec<f64>> {
         let rest: Vec<f64> =
             self.target.iter().zip(&self.fixed).map(|(target, fixed)| target - fixed).collect();
@@ -158,8 +159,8 @@ impl Design {
         }
     }
 
-    /// The numbers, where it costs next to nothing those that a person would write: no offset, a factor of 1 or -1. The others
-    /// are fitted again.
+    /// Replaces constants by plain ones (no offset, a factor of 1 or -1) where that hardly increases the error, and fits the
+    /// others again.
     fn plain(&self, shape: &Shape, numbers: Vec<f64>) -> Vec<f64> {
         let offset = match shape {
             Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) => return numbers,
@@ -179,7 +180,7 @@ impl Design {
         numbers
     }
 
-    /// The numbers that fit best when some are given.
+    /// The best constants when some are given.
     fn fit_others(&self, held: &[Option<f64>]) -> Option<Vec<f64>> {
         let given = |row: usize| {
             self.columns
@@ -196,7 +197,7 @@ impl Design {
         held.iter().map(|it| it.or_else(|| fitted.next())).collect()
     }
 
-    /// Each gear's own time is parted: some are used late only.
+    /// Divides the time of each gear into parts, as some gears are used late only.
     fn part_each_gear(&mut self) {
         for column in &self.columns {
             let rows: Vec<usize> = (0..column.len()).filter(|row| column[*row] != 0.0).collect();
@@ -206,7 +207,7 @@ impl Design {
         }
     }
 
-    /// The factors of the gears, without the samples around each change.
+    /// The factors of the gears, fitted without the samples around each change.
     fn fit_gears(&self, shape: &Shape, rest: &[f64], is_used: &impl Fn(usize) -> bool) -> Option<Vec<f64>> {
         let first = solve(&self.columns, rest, is_used)?;
         let errors = self.errors(shape, &first);
@@ -215,7 +216,7 @@ impl Design {
         solve(&self.columns, rest, |row| is_used(row) && errors[row].abs() <= most)
     }
 
-    /// By how much the target differs from what the numbers make of the inputs.
+    /// The differences between the target and the relation.
     fn errors(&self, shape: &Shape, numbers: &[f64]) -> Vec<f64> {
         let row = |row: usize| {
             let told =
@@ -253,12 +254,12 @@ impl Design {
         Some(Score { fitted: fitted?, chosen: chosen?, unseen: unseen? })
     }
 
-    /// What numbers leave of the target, as a share.
+    /// The share of the target that these constants leave unexplained.
     pub(crate) fn left(&self, shape: &Shape, numbers: &[f64]) -> f64 {
         root_mean_square(&self.errors(shape, numbers)) / deviation(self.target.iter().copied())
     }
 
-    /// What is left of it when a parabola of time is all that is known.
+    /// The share of the target that a parabola in time leaves unexplained.
     pub(crate) fn left_by_time(&self) -> f64 {
         let columns = self.time();
         let Some(numbers) = solve(&columns, &self.target, |_| true) else { return 1.0 };
@@ -269,7 +270,7 @@ impl Design {
         root_mean_square(&left) / deviation(self.target.iter().copied())
     }
 
-    /// The factor of the first column beside a parabola of time, in either half.
+    /// The factor of the first column beside a parabola in time, in either half.
     pub(crate) fn factors_beside_time(&self) -> Option<[f64; 2]> {
         let columns: Vec<Vec<f64>> = self.columns.first().cloned().into_iter().chain(self.time()).collect();
         let half = self.target.len() / 2;
@@ -284,7 +285,7 @@ impl Design {
     }
 }
 
-/// Fits the first part, judges on the others, and then fits all of it.
+/// Fits the first part, computes the errors on the others, and then fits all data.
 pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Option<Relation> {
     let design = Design::new(seen, target, inputs, shape);
     let early = design.fit(shape, |part| part == Part::Fitted)?;
@@ -294,8 +295,8 @@ pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shap
     Some(Relation { target, inputs: inputs.to_vec(), shape: shape.clone(), numbers, window_s, score })
 }
 
-/// What a relation leaves unexplained of other data of the same signals, offset freed: the share of the target's standard
-/// deviation; `None` where they say nothing about it.
+/// The share of the target's standard deviation that a relation leaves unexplained in other data of the same signals, with its
+/// offset fitted again; `None` where the data have no values for it.
 pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f64> {
     let design = Design::new(seen, relation.target, &relation.inputs, &relation.shape);
     let errors = design.errors(&relation.shape, &relation.numbers);
@@ -303,7 +304,7 @@ pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f6
     (errors.len() >= 10 && moves > 0.0).then(|| deviation(errors.iter().copied()) / moves)
 }
 
-/// What is added with a factor of 1, and what factors belong to.
+/// The term with the factor 1, and the columns whose factors are fitted.
 fn regressors(
     seen: &Seen<'_>,
     inputs: &[usize],
@@ -347,8 +348,8 @@ fn regressors(
     Some((0.0, columns))
 }
 
-/// Slope, offset, lowest and highest of a line that is cut off: the line through what lies between, and the means of what
-/// lies beyond, in turns.
+/// Slope, offset, lower and upper limit of a saturated line. The fit alternates between the line through the values between the
+/// limits, and the means of the values beyond.
 fn saturated(columns: &[Vec<f64>], target: &[f64], is_used: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
     let rows: Vec<usize> = (0..target.len()).filter(|row| is_used(*row)).collect();
     let ends = rows
@@ -374,7 +375,7 @@ fn saturated(columns: &[Vec<f64>], target: &[f64], is_used: impl Fn(usize) -> bo
     Some(vec![line[0], line[1], low, high])
 }
 
-/// The largest size but for the share that is trimmed.
+/// The largest size without the trimmed share.
 fn most_of(sizes: impl Iterator<Item = f64>) -> f64 {
     crate::order::quantile(&crate::order::sorted(sizes), 1.0 - TRIMMED).unwrap_or(f64::INFINITY)
 }

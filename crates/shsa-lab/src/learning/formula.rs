@@ -4,12 +4,12 @@ use crate::learning::form::{Relation, Shape};
 use crate::learning::signal::Signal;
 use shsa_core::unit::{Dimension, Unit};
 
-/// Digits that a fitted number is written with.
+/// The digits of a fitted number.
 const DIGITS: i32 = 4;
 
-/// The equation of a relation; `name` gives the name of the variable that a signal tells.
+/// The equation of a relation; `name` gives the name of a signal's variable.
 ///
-/// An integral counts from a moment that nobody knows, so it is written as the rate that it has.
+/// The start of an integral is unknown, so an integral is written as its rate.
 #[must_use]
 pub fn formula(signals: &[Signal], relation: &Relation, name: &dyn Fn(usize) -> String) -> String {
     let writer = Writer { signals, name };
@@ -59,7 +59,7 @@ impl Writer<'_> {
         self.signals[signal].unit.as_ref()
     }
 
-    /// A variable as an amount: what has a zero by convention is counted from it.
+    /// A variable as an amount: one with a conventional zero is counted from its zero.
     fn amount(&self, signal: usize) -> String {
         let name = (self.name)(signal);
         match self.unit(signal) {
@@ -87,7 +87,7 @@ impl Writer<'_> {
         }
     }
 
-    /// A factor with the unit that makes the target's of those of what it is multiplied with.
+    /// A factor with the unit that converts the unit of its operand to that of the target.
     fn factor(&self, value: f64, target: usize, of: Option<Dimension>) -> String {
         let own = self.unit(target).map(|unit| unit.dimension);
         match own.zip(of).and_then(|(own, of)| own.over(of)) {
@@ -185,7 +185,7 @@ fn add(text: &mut String, is_negative: bool, term: &str) {
     *text += &format!("{sign}{term}");
 }
 
-/// A number with the digits that count.
+/// A number with its significant digits.
 fn digits(value: f64) -> String {
     if value == 0.0 || !value.is_finite() {
         return "0".to_owned();

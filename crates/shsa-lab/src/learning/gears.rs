@@ -1,14 +1,14 @@
-//! Factors that another signal chooses: gears, ranges, modes.
+//! Factors that another signal selects: gears, ranges, modes.
 
 use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::form::{Relation, Shape, fit};
 use crate::learning::signal::Seen;
 
-/// How many different levels a signal may have that chooses, and the share of the samples that each needs.
+/// The most levels of a selecting signal, and the share of the samples that each level needs.
 const MOST_LEVELS: usize = 8;
 const LEAST_SHARE: f64 = 0.03;
 
-/// All relations `y = k_i x` in which a signal with few levels says which k.
+/// All relations `y = k_i x` in which a signal with few levels selects k.
 pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
     let mut found = Vec::new();
     for &chooser in signals {
@@ -25,7 +25,7 @@ pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
     found
 }
 
-/// The levels of a signal that has a few whole ones.
+/// The levels of a signal that has few whole ones.
 fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
     let values = seen.curves[signal].values();
     let mut levels: Vec<(f64, usize)> = Vec::new();

@@ -1,25 +1,25 @@
-//! By how much one signal is later than another.
+//! The delay between two signals.
 
 use crate::learning::form::deviation;
 use crate::learning::signal::Seen;
 
-/// The longest delay that is looked for: in seconds, and as a share of the recording.
+/// The longest delay that is searched: in seconds, and as a share of the recording.
 const LONGEST_S: f64 = 6.0;
 const LONGEST: f64 = 0.05;
 
-/// Delays that are tried to either side, and moments that they are tried at.
+/// The number of delays tried to either side, and the number of moments at which each is tried.
 const STEPS: i32 = 60;
 const MOMENTS: usize = 300;
 
-/// Rounds of a golden section between the neighbours of the best.
+/// Rounds of the golden-section search between the neighbours of the best delay.
 const ROUNDS: usize = 25;
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// Less than this correlation at every delay is none.
+/// Below this correlation at every delay, signals are unrelated.
 const RELATED: f64 = 0.9;
 
-/// How much later `one` says what `other` does, in seconds, negative when it is earlier; `None` where none fits better than any
-/// other. Time: O(delays * moments * log n).
+/// The delay of `one` after `other` in seconds, negative when it is earlier; `None` where no delay fits better than the others.
+/// Time: O(delays * moments * log n).
 pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f64> {
     let longest = LONGEST_S.min(LONGEST * seen.duration_s);
     let step = longest / f64::from(STEPS);
@@ -39,7 +39,7 @@ pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f
     Some(0.5 * (low + high))
 }
 
-/// The correlation of both, as a function of the delay.
+/// The correlation of both signals as a function of the delay.
 fn correlated_at(
     seen: &Seen<'_>,
     one: usize,
@@ -68,7 +68,7 @@ fn correlated_at(
     }
 }
 
-/// Pearson's correlation of pairs; 0 where one of them stands still.
+/// Pearson's correlation of pairs; 0 where one of the two is constant.
 fn correlation(pairs: &[(f64, f64)]) -> f64 {
     let count = pairs.len().max(1) as f64;
     let means = pairs.iter().fold((0.0, 0.0), |sum, it| (sum.0 + it.0 / count, sum.1 + it.1 / count));

@@ -2,11 +2,11 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// What a column keeps of its length beside those before it, below which it counts as their sum.
+/// A column counts as dependent when less than this share of its length is orthogonal to the columns before it.
 const DEPENDENT: f64 = 1e-9;
 
-/// The numbers with which the columns come nearest to the target over the rows that are used; `None` where columns depend on
-/// each other, or rows are fewer than columns. Time: O(rows * columns^2).
+/// The factors by which the columns come nearest to the target over the used rows; `None` where columns are dependent, or rows
+/// are fewer than columns. Time: O(rows * columns^2).
 pub(crate) fn solve(
     columns: &[Vec<f64>],
     target: &[f64],

@@ -1,8 +1,8 @@
 //! Relations between signals, found in a recording.
 //!
-//! `signals (at the moments of each) -> copies -> pairs -> products, sums, gears -> choice (few, none of which says what others
-//! do)`. Numbers are fitted to the first half of the time; forms compete on the next fifth; the rest tells how wrong each is.
-//! Simple forms come first, and units have to come out.
+//! `signals (at the moments of each) -> copies -> pairs -> products, sums, gears -> choice (few relations, none of which follows
+//! from others)`. Constants are fitted to the first half of the time; forms compete on the next fifth; the rest gives the error
+//! of each relation. Simple forms are preferred, and units must match.
 
 mod signal;
 mod least_squares;
@@ -25,25 +25,25 @@ pub use signal::Signal;
 
 use signal::Seen;
 
-/// No relation leaves more than this share of what its target does.
+/// The largest share of its target that a relation may leave unexplained.
 const MOST_UNEXPLAINED: f64 = 0.1;
 
-/// A more complex form has to leave no more than this share of what a simpler one leaves.
+/// The share of the error of a simpler form that a more complex form may leave at most.
 const WORTH: f64 = 0.75;
 
-/// A relation has to leave no more than this share of what a parabola of time leaves: two that drift are not related.
+/// The share of the error of a parabola in time that a relation may leave at most: two signals that drift are not related.
 const BEATS_TIME: f64 = 0.5;
 
-/// What was found in a recording.
+/// The relations of a recording.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Learned {
-    /// Signals that are computed from another.
+    /// Signals that are computed from another one.
     pub copies: Vec<Copied>,
     /// Relations, none of which follows from others.
     pub relations: Vec<Relation>,
 }
 
-/// Finds relations. The same signals give the same relations. Time: O(signals^3) in products, with bounded moments each.
+/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each.
 #[must_use]
 pub fn learn(signals: &[Signal]) -> Learned {
     let seen = Seen::new(signals);
@@ -70,8 +70,8 @@ pub fn learn(signals: &[Signal]) -> Learned {
     Learned { copies, relations: choice.relations() }
 }
 
-/// What a relation leaves unexplained of another recording of the same signals, with its numbers kept and its offset freed;
-/// `None` where the recording says nothing about it.
+/// The unexplained share of a relation in another recording of the same signals, with its constants kept and its offset fitted
+/// again; `None` where the recording has no values for it.
 #[must_use]
 pub fn share_elsewhere(signals: &[Signal], relation: &Relation) -> Option<f64> {
     form::share_elsewhere(&Seen::new(signals), relation)

@@ -1,4 +1,4 @@
-//! Relations of two signals: equal, lines, curves, rates and integrals, the earlier with or without a delay.
+//! Relations of two signals: equal, linear, polynomial, rates and integrals, with or without a delay of the target.
 
 use crate::learning::form::{Design, Relation, Shape, fit};
 use crate::learning::lag::lag_between;
@@ -6,17 +6,18 @@ use crate::learning::signal::Seen;
 use crate::learning::{BEATS_TIME, MOST_UNEXPLAINED, WORTH};
 use shsa_core::unit::Dimension;
 
-/// Windows of rates and means, in periods of the slower signal, and the longest as a share of the recording.
+/// Windows of rates and means in periods of the slower signal, and the longest window as a share of the recording.
 const WINDOWS: [f64; 7] = [1.0, 2.0, 4.0, 8.0, 16.0, 32.0, 64.0];
 const LONGEST_WINDOW: f64 = 0.1;
 
-/// An integral of known units is believed when it is that of the units, but for so much.
+/// The relative error of the factor of an integral whose units are known; a correct factor is 1.
 const OFF_UNITY: f64 = 0.04;
 
-/// By how much an integral leaves less than a parabola of time: the sum of anything positive grows with time.
+/// The share of the error of a parabola in time that an integral may leave at most: the integral of any positive signal grows
+/// with time.
 const INTEGRAL_BEATS_TIME: f64 = 0.8;
 
-/// How far its factor may be off beside a parabola of time.
+/// The relative error of that factor beside a parabola in time.
 const OFF_BESIDE_TIME: f64 = 0.25;
 
 /// The best relation of two signals, if there is any.
@@ -34,7 +35,7 @@ pub(crate) fn of(seen: &Seen<'_>, one: usize, other: usize) -> Option<Relation> 
     best
 }
 
-/// How much less a form has to leave than an earlier, simpler one; forms that are as simple only have to be better.
+/// The share of the error of an earlier, simpler form that a form may leave; an equally simple form only has to be better.
 fn needed(best: &Relation, found: &Relation) -> f64 {
     let is_turned = best.numbers.len() == found.numbers.len() && best.shape != found.shape
         || std::mem::discriminant(&best.shape) == std::mem::discriminant(&found.shape)
@@ -42,7 +43,7 @@ fn needed(best: &Relation, found: &Relation) -> f64 {
     if is_turned { 1.0 } else { WORTH }
 }
 
-/// Whether a relation leaves little, and less than time itself does.
+/// Whether a relation leaves little unexplained, and less than time alone.
 fn holds(seen: &Seen<'_>, found: &Relation) -> bool {
     if found.score.worst() > MOST_UNEXPLAINED {
         return false;
@@ -56,14 +57,14 @@ fn holds(seen: &Seen<'_>, found: &Relation) -> bool {
     }
 }
 
-/// Whether the factor is that of the units; `None` where these are not known.
+/// Whether the factor is 1 in matching units; `None` where the units are unknown.
 fn is_unity(seen: &Seen<'_>, found: &Relation) -> Option<bool> {
     seen.dimension(found.target).and(seen.dimension(found.inputs[0]))?;
     Some((found.numbers[0] - 1.0).abs() < OFF_UNITY)
 }
 
-/// Whether the factor is the same beside a parabola of time, in both halves: what a sum has beyond its growth is that of the
-/// input, too, however much slower noise there is.
+/// Whether the factor is the same beside a parabola in time, in both halves: then the integral follows the input beyond its
+/// growth with time, whatever slower noise there is.
 fn bends_alike(design: &Design, factor: f64) -> bool {
     let beside = design.factors_beside_time();
     beside.is_some_and(|halves| halves.iter().all(|half| (half / factor - 1.0).abs() < OFF_BESIDE_TIME))
@@ -102,7 +103,7 @@ fn shapes(seen: &Seen<'_>, one: usize, other: usize) -> Vec<(usize, Vec<usize>, 
     shapes
 }
 
-/// Whether the target may count the rate of the input.
+/// Whether the target may be the rate of the input.
 fn is_rate(seen: &Seen<'_>, target: usize, input: usize) -> bool {
     match (seen.dimension(target), seen.dimension(input)) {
         (Some(target), Some(input)) => input.over(Dimension::TIME) == Some(target),

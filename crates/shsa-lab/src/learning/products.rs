@@ -4,11 +4,11 @@ use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::form::{Relation, Shape, fit};
 use crate::learning::signal::{Clock, Seen};
 
-/// Moments that candidates are looked at before they are fitted, and what they may leave there.
+/// The number of moments at which candidates are tested before a fit, and the error that they may leave there.
 const MOMENTS: usize = 200;
 const PROMISING: f64 = 2.0 * MOST_UNEXPLAINED;
 
-/// All products and quotients that hold. Time: O(signals^3 * moments), of signals whose units fit.
+/// All products and quotients that hold. Time: O(signals^3 * moments), for signals whose units match.
 pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
     let mut found = Vec::new();
     for &target in signals {
@@ -27,7 +27,7 @@ pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
     found
 }
 
-/// Whether the units of a product come out.
+/// Whether the units of a product match.
 fn fits(seen: &Seen<'_>, target: usize, one: usize, other: usize) -> bool {
     let is_point = |signal: usize| seen.signals[signal].unit.as_ref().is_some_and(|unit| unit.is_affine());
     if [target, one, other].into_iter().any(is_point) {
@@ -39,7 +39,7 @@ fn fits(seen: &Seen<'_>, target: usize, one: usize, other: usize) -> bool {
     }
 }
 
-/// Whether the product leaves little at some moments.
+/// Whether the product leaves little unexplained at some moments.
 fn promises(seen: &Seen<'_>, target: usize, one: usize, other: usize) -> bool {
     let clock = seen.slowest([target, one, other]);
     let rows = rows(clock, target, one, other);
@@ -64,7 +64,7 @@ fn rows(clock: &Clock, target: usize, one: usize, other: usize) -> Vec<(f64, f64
         .collect()
 }
 
-/// The product, or one of the two quotients that say the same: the one that leaves least.
+/// The product, or one of its two quotients: the one that leaves least unexplained.
 fn turned(seen: &Seen<'_>, target: usize, one: usize, other: usize) -> Option<Relation> {
     let turns =
         [(target, [one, other], [1, 1]), (one, [target, other], [1, -1]), (other, [target, one], [1, -1])];

@@ -1,44 +1,44 @@
-//! Signals as they were recorded, and all of them at the moments of each.
+//! The recorded signals, and all of them at the moments of each.
 
 use crate::curve::Curve;
 use shsa_core::unit::{Dimension, Unit};
 
-/// Relations are looked for at no more moments than this, taken evenly.
+/// The most moments at which relations are searched, taken evenly.
 const MOST_MOMENTS: usize = 2_000;
 
-/// Where the part ends that numbers are fitted to, and the one that forms are chosen with, as shares of the time.
+/// The end of the part for fits, and the end of the part for the choice of forms, as shares of the time.
 const FITTED: f64 = 0.5;
 const CHOSEN: f64 = 0.7;
 
-/// Two signals are of one rate when their periods differ by less than this.
+/// Two signals have the same rate when their periods differ by less than this factor.
 const SAME_RATE: f64 = 1.2;
 
-/// What one signal said.
+/// The values of one signal.
 #[derive(Clone, Debug)]
 pub struct Signal {
     /// Its name.
     pub name: String,
-    /// What its numbers count; `None` where nobody has said.
+    /// The unit; `None` where it is unknown.
     pub unit: Option<Unit>,
-    /// Times in seconds, in any order, and values in its unit.
+    /// Times in seconds, in any order, with values in the unit.
     pub points: Vec<(f64, f64)>,
 }
 
-/// The part of a recording that a moment lies in.
+/// A part of a recording.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Part {
-    /// Numbers are fitted to it.
+    /// Constants are fitted to this part.
     Fitted,
-    /// Forms are chosen with it.
+    /// Forms are chosen by this part.
     Chosen,
-    /// It tells how wrong a relation is.
+    /// This part gives the error of a relation.
     Unseen,
 }
 
 impl Part {
     pub(crate) const ALL: [Part; 3] = [Part::Fitted, Part::Chosen, Part::Unseen];
 
-    /// The part that holds what comes after this share of the time.
+    /// The part at this share of the time.
     pub(crate) fn at(share: f64) -> Part {
         match share {
             share if share < FITTED => Part::Fitted,
@@ -48,16 +48,16 @@ impl Part {
     }
 }
 
-/// The moments of a signal, with what every signal that is not slower says at them.
+/// The moments of a signal, with the values of all signals that are not slower.
 #[derive(Debug)]
 pub(crate) struct Clock {
     pub(crate) times: Vec<f64>,
     pub(crate) parts: Vec<Part>,
-    /// Of each signal; not a number where it says nothing; empty of signals that are slower.
+    /// The values of each signal; not a number where it has none; empty for slower signals.
     pub(crate) values: Vec<Vec<f64>>,
 }
 
-/// Signals, prepared.
+/// The signals, prepared for the search.
 #[derive(Debug)]
 pub(crate) struct Seen<'s> {
     pub(crate) signals: &'s [Signal],
@@ -65,7 +65,7 @@ pub(crate) struct Seen<'s> {
     pub(crate) clocks: Vec<Clock>,
     /// The clock of each signal.
     clock_of: Vec<usize>,
-    /// From the first to the last moment, in seconds.
+    /// The time from the first to the last moment, in seconds.
     pub(crate) duration_s: f64,
 }
 
@@ -95,7 +95,7 @@ impl<'s> Seen<'s> {
         self.curves[signal].period_s()
     }
 
-    /// What a signal's numbers count, with angles as plain numbers; `None` when it is not known.
+    /// The dimension of a signal, with angles as plain numbers; `None` when it is unknown.
     pub(crate) fn dimension(&self, signal: usize) -> Option<Dimension> {
         self.signals[signal].unit.as_ref().map(|unit| unit.dimension.without_angle())
     }
@@ -106,7 +106,7 @@ impl<'s> Seen<'s> {
     }
 }
 
-/// Its values in SI units, counted from its own zero.
+/// The values in SI units, counted from the zero of the signal's own unit.
 fn in_si(signal: &Signal) -> Vec<(f64, f64)> {
     let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
     let finite = signal.points.iter().filter(|(time, value)| time.is_finite() && value.is_finite());

@@ -8,11 +8,11 @@ use nalgebra::{DMatrix, DVector};
 /// Terms of a sum.
 const MOST_TERMS: usize = 4;
 
-/// Of more signals, sums are grown from the best few of each size.
+/// Of more signals, sums are extended from the best few of each size.
 const ALL_SUBSETS: usize = 20;
 const KEPT: usize = 30;
 
-/// All sums that hold: for each target the smallest one that leaves little, with as many terms as are worth it.
+/// All sums that hold: for each target the smallest sum that leaves little unexplained, with as many terms as improve it enough.
 pub(crate) fn all(
     seen: &Seen<'_>,
     signals: &[usize],
@@ -110,7 +110,7 @@ impl Moments {
         Some(Moments { together })
     }
 
-    /// The share of the target's variance that a set of terms leaves.
+    /// The share of the target's variance that a set of terms leaves unexplained.
     fn left(&self, inputs: &[usize], terms: &[usize]) -> Option<f64> {
         let places: Vec<usize> =
             terms.iter().filter_map(|term| inputs.iter().position(|input| input == term)).collect();

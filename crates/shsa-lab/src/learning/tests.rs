@@ -1,4 +1,4 @@
-//! What is found in signals that are made of known relations, and what is not.
+//! Signals made of known relations: which relations are found, and which are not.
 
 use super::{Signal, formula, learn};
 use crate::calibration::Chance;
@@ -8,7 +8,7 @@ use std::f64::consts::TAU;
 const DURATION_S: f64 = 300.0;
 const RATE_HZ: f64 = 10.0;
 
-/// A slow wave of several periods that have nothing to do with those of another number.
+/// A slow wave of several periods, unrelated to those of other numbers.
 fn wave(number: u32, time: f64) -> f64 {
     let of = |part: u32| {
         let hz = (3.0 + 2.3 * f64::from(part * part) + 0.37 * f64::from(number * (part + 2))) / DURATION_S;

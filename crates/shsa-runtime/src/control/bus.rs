@@ -145,15 +145,15 @@ impl Clerk {
     }
 
     fn answer_letter(&self, question: &Question) -> Option<String> {
-        let letter = Letter::read(&question.payload);
-        let (id, wish) = match letter {
-            Ok(letter) => (letter.id, letter.wish),
+        let envelope = Envelope::read(&question.payload);
+        let (id, content) = match envelope {
+            Ok(envelope) => (envelope.id, envelope.content),
             // An answer without an address or `id` would reach everybody, and nobody could assign it.
             Err(_) if !question.is_addressed => return None,
             Err(why) => (Value::Null, Err(why)),
         };
         let done = match &question.problem {
-            None => wish.and_then(|wish| self.carry_out(wish, &question.caller)),
+            None => content.and_then(|content| self.carry_out(content, &question.caller)),
             Some(problem) => Err(problem.clone()),
         };
         let answer = match done {
@@ -169,10 +169,10 @@ impl Clerk {
         Some(answer.to_string())
     }
 
-    fn carry_out(&self, wish: Wish, caller: &str) -> Result<Value, String> {
-        let reply = match wish {
-            Wish::Ask { request, token } => self.look(request, token.as_deref(), caller)?,
-            Wish::Order { order, token } => {
+    fn carry_out(&self, content: BusRequest, caller: &str) -> Result<Value, String> {
+        let reply = match content {
+            BusRequest::Ask { request, token } => self.look(request, token.as_deref(), caller)?,
+            BusRequest::Order { order, token } => {
                 // The token is checked first: a caller without it learns nothing about possible orders.
                 let seen = self.guard.look(Role::Order, token.as_deref(), caller);
                 if let Some(why) = seen.refusal("the right `token`") {
@@ -224,21 +224,21 @@ fn parameter<'p>(parameters: &'p str, name: &str) -> Option<&'p str> {
 }
 
 /// A request and its `id`, if it has one. It has no `Debug`: it may hold a token.
-struct Letter {
+struct Envelope {
     id: Value,
-    /// The wish of the request, or what is wrong with it. The error does not repeat the request's text.
-    wish: Result<Wish, String>,
+    /// The content of the request, or what is wrong with it. The error does not repeat the request's text.
+    content: Result<BusRequest, String>,
 }
 
-enum Wish {
+enum BusRequest {
     Ask { request: Request, token: Option<String> },
     Order { order: Map<String, Value>, token: Option<String> },
 }
 
-impl Letter {
+impl Envelope {
     /// # Errors
     /// When the text is no JSON object with a valid `id`; the error does not repeat the text.
-    fn read(words: &[u8]) -> Result<Letter, String> {
+    fn read(words: &[u8]) -> Result<Envelope, String> {
         let fields: Map<String, Value> =
             serde_json::from_slice(words).map_err(|_| "a request is a JSON object".to_owned())?;
         let id = fields.get("id").cloned().unwrap_or_default();
@@ -249,12 +249,12 @@ impl Letter {
         if is_lost {
             return Err("neither `ask` nor `order`".to_owned());
         }
-        Ok(Letter { id, wish: Wish::read(fields) })
+        Ok(Envelope { id, content: BusRequest::read(fields) })
     }
 }
 
-impl Wish {
-    fn read(mut fields: Map<String, Value>) -> Result<Wish, String> {
+impl BusRequest {
+    fn read(mut fields: Map<String, Value>) -> Result<BusRequest, String> {
         fields.remove("id");
         let token = match fields.remove("token") {
             None => None,
@@ -262,10 +262,10 @@ impl Wish {
             Some(_) => return Err("`token` is a text".to_owned()),
         };
         match (fields.remove("ask"), fields.remove("order")) {
-            (Some(ask), None) => Ok(Wish::Ask { request: Wish::ask(&ask, fields)?, token }),
+            (Some(ask), None) => Ok(BusRequest::Ask { request: BusRequest::ask(&ask, fields)?, token }),
             (None, Some(Value::Object(order))) => {
                 nothing_else(&fields)?;
-                Ok(Wish::Order { order, token })
+                Ok(BusRequest::Order { order, token })
             }
             (None, Some(_)) => Err("`order` is an object, as {\"order\": \"reload\"}".to_owned()),
             _ => Err("either `ask` or `order`".to_owned()),
@@ -305,12 +305,12 @@ mod tests {
     /// Checks how a request is understood.
     #[track_caller]
     fn check(words: &str, expected: &str) {
-        let shown = match Letter::read(words.as_bytes()) {
+        let shown = match Envelope::read(words.as_bytes()) {
             Err(why) => format!("unreadable: {why}"),
-            Ok(Letter { id, wish }) => match wish {
+            Ok(Envelope { id, content }) => match content {
                 Err(why) => format!("{id} refused: {why}"),
-                Ok(Wish::Ask { request, .. }) => format!("{id} {request:?}"),
-                Ok(Wish::Order { order, token }) => {
+                Ok(BusRequest::Ask { request, .. }) => format!("{id} {request:?}"),
+                Ok(BusRequest::Order { order, token }) => {
                     format!("{id} {} with {}", Value::Object(order), token.unwrap_or_default())
                 }
             },
@@ -344,7 +344,9 @@ mod tests {
             r#"{"id": 1, "order": {}, "token": ["the-secret"]}"#,
             r#"{"id": 1, "ask": "state", "the-secret": 1}"#,
         ] {
-            let Ok(Letter { wish: Err(why), .. }) = Letter::read(words.as_bytes()) else { panic!("{words}") };
+            let Ok(Envelope { content: Err(why), .. }) = Envelope::read(words.as_bytes()) else {
+                panic!("{words}")
+            };
             assert!(!why.contains("the-secret"), "{why}");
         }
     }

@@ -1,7 +1,8 @@
-//! The connections over which requests come over HTTP: few at a time, and none is held by who says nothing.
+//! The connections for HTTP requests: few at a time, and an idle client cannot hold one for long.
 //!
-//! Every connection costs a file descriptor, and those are needed for the bus and the disk. When as many are open as may be, the
-//! oldest one without a request under way makes room for a new one: whoever opens thousands and says nothing closes his own.
+//! Every connection costs a file descriptor, and the bus and the disk need descriptors, too. When the limit is reached, the
+//! oldest connection without a request under way makes room for a new one: a client that opens thousands of idle connections
+//! closes its own.
 
 use axum::Router;
 use axum::extract::Request;
@@ -22,18 +23,18 @@ use tokio::net::{TcpListener, TcpStream};
 use tokio::task::AbortHandle;
 use tokio::time::{sleep, timeout};
 
-/// Connections at a time, where the process may have as many files open as usual.
+/// Connections at a time, where the process may open as many files as usual.
 const MOST: usize = 64;
 /// The share of the process's file descriptors that connections may take.
 const SHARE: u64 = 4;
-/// Within this time a request is there as a whole, and answered; a connection without one is closed after it.
+/// The time for a whole request and its answer; an idle connection is closed after this time.
 const PATIENCE: Duration = Duration::from_secs(10);
-/// Of a request's line and headers, and of what is read at once.
+/// The buffer for a request's line and headers, bytes.
 const BUFFER: usize = 16 * 1024;
-/// Until it is tried again, when no connection can be had.
+/// The pause before the next attempt when no connection can be accepted.
 const PAUSE: Duration = Duration::from_millis(50);
 
-/// Who asks.
+/// The address of the client.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Caller(pub(super) IpAddr);
 
@@ -44,7 +45,7 @@ pub(super) async fn serve(listener: TcpListener, routes: Router) {
         match listener.accept().await {
             Ok((stream, address)) => open.add(stream, address.ip().to_canonical(), &routes),
             Err(_) => {
-                // No descriptor is left, most likely.
+                // Most likely no descriptor is left.
                 open.make_room();
                 sleep(PAUSE).await;
             }
@@ -70,11 +71,11 @@ struct Open {
 
 struct Connection {
     task: AbortHandle,
-    /// How many requests are under way.
+    /// The number of requests under way.
     requests: Arc<AtomicUsize>,
 }
 
-/// A request that is under way as long as this is there.
+/// Counts a request as under way until it is dropped.
 struct UnderWay(Arc<AtomicUsize>);
 
 impl UnderWay {
@@ -118,11 +119,11 @@ async fn converse(stream: TcpStream, caller: IpAddr, routes: Router, requests: A
     let routes = routes.layer(Extension(Caller(caller))).layer(from_fn(count));
     let mut server = http1::Builder::new();
     server.timer(TokioTimer::new()).header_read_timeout(PATIENCE).max_buf_size(BUFFER);
-    // How a connection ends is its client's matter.
+    // An error of a connection concerns only its client.
     let _ = server.serve_connection(TokioIo::new(stream), TowerToHyperService::new(routes)).await;
 }
 
-/// A request is under way until its answer is there; one for a stream until the stream ends.
+/// Answers a request. It is under way until its answer is complete; for a stream, until the stream ends.
 async fn answer(request: Request, next: Next, under_way: UnderWay) -> Response {
     let Ok(response) = timeout(PATIENCE, next.run(request)).await else {
         return StatusCode::REQUEST_TIMEOUT.into_response();

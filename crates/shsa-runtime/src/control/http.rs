@@ -1,15 +1,15 @@
-//! The control interface over HTTP: health for everyone who can reach it, state, events and metrics too unless a token is
-//! wanted for them, orders for who has the token.
+//! The control interface over HTTP. Anybody may ask for the health. State, events and metrics are open, too, unless the options
+//! demand a token for them. Orders always need the token.
 //!
 //! | request | gives |
 //! |---|---|
 //! | `GET /` | the live page; its files are below `/web/` |
 //! | `GET /changes` | what the page draws: all rows, then those that change, as server-sent events |
-//! | `GET /bands?model=NAME&variable=NAME` | what all ways of knowing a variable say, as server-sent events |
-//! | `GET /model?model=NAME` | what a model consists of |
+//! | `GET /bands?model=NAME&variable=NAME` | the values of all ways of knowing a variable, as server-sent events |
+//! | `GET /model?model=NAME` | the content of a model |
 //! | `GET /what-if?model=NAME&lost=["a"]` | what would serve its needs without some signals |
 //! | `GET /health` | 200 while every need is served, else 503; the needs with their quality |
-//! | `GET /state` | everything: needs, signals with verdicts and counts, figures |
+//! | `GET /state` | the whole state: needs, signals with verdicts and counts, figures |
 //! | `GET /events?since=N` | the last decisions from number N on |
 //! | `GET /events/stream` | every decision from now on, as server-sent events |
 //! | `GET /metrics` | figures for Prometheus |
@@ -42,14 +42,14 @@ use tokio_stream::wrappers::BroadcastStream;
 /// The largest order, bytes.
 const LARGEST: usize = 4 * 1024 * 1024;
 
-/// Streams of decisions at a time: each holds a connection for as long as its client wishes.
+/// Event streams at a time: each holds a connection for as long as its client wishes.
 const STREAMS: usize = 16;
 
-/// What the two forms of figures are.
+/// The content type of the OpenMetrics form.
 const OPEN_METRICS: &str = "application/openmetrics-text; version=1.0.0; charset=utf-8";
 const TEXT_FORMAT: &str = "text/plain; version=0.0.4; charset=utf-8";
 
-/// What the requests have in common.
+/// The data that all requests share.
 #[derive(Clone)]
 pub(super) struct Shared {
     desk: Desk,
@@ -57,14 +57,14 @@ pub(super) struct Shared {
     listeners: broadcast::WeakSender<String>,
     pub(super) streams: Arc<Semaphore>,
     pub(super) pages: Pages,
-    /// Names of this host, beside its addresses and `localhost`.
+    /// Names of this host besides its addresses and `localhost`.
     hosts: Arc<[String]>,
 }
 
-/// Serves requests from a thread of its own until the process ends; the address that it listens on.
+/// Serves requests from a thread of its own until the process ends; returns the address on which it listens.
 ///
 /// # Errors
-/// When the address cannot be had.
+/// When the address cannot be bound.
 pub(in super::super) fn serve(
     address: SocketAddr,
     hosts: &[String],
@@ -109,7 +109,7 @@ fn routes(shared: Shared) -> Router {
         .with_state(shared)
 }
 
-/// A page of somewhere else whose name was made to point here is not answered (DNS rebinding).
+/// Rejects requests under a foreign host name: a page of another site may have made its name point here (DNS rebinding).
 async fn refuse_foreign_names(State(shared): State<Shared>, request: HttpRequest, next: Next) -> Response {
     let host = request.headers().get(header::HOST).and_then(|host| host.to_str().ok()).unwrap_or_default();
     if is_ours(host, &shared.hosts) {
@@ -118,7 +118,7 @@ async fn refuse_foreign_names(State(shared): State<Shared>, request: HttpRequest
     problem(StatusCode::FORBIDDEN, "ask by address, as localhost, or by a name that --http-host allows")
 }
 
-/// Whether a `Host` is an address, `localhost` or one of some names; with or without a port.
+/// Whether a `Host`, with or without a port, is an address, `localhost` or one of some names.
 fn is_ours(host: &str, names: &[String]) -> bool {
     let name = host.rsplit_once(':').filter(|(_, port)| port.bytes().all(|byte| byte.is_ascii_digit()));
     let name = name.map_or(host, |(name, _)| name).trim_end_matches('.');
@@ -126,7 +126,7 @@ fn is_ours(host: &str, names: &[String]) -> bool {
     is_address || name == "localhost" || names.iter().any(|ours| ours.eq_ignore_ascii_case(name))
 }
 
-/// Only who may look sees what is going on; everyone may ask whether it is well.
+/// Admits requests that may look; everybody may ask for the health.
 async fn admit(
     State(shared): State<Shared>,
     Extension(Caller(caller)): Extension<Caller>,
@@ -147,7 +147,7 @@ pub(super) fn problem(status: StatusCode, why: &str) -> Response {
 pub(super) async fn ask(shared: &Shared, request: Request) -> Result<Reply, Response> {
     let (sender, receiver) = oneshot::channel();
     let handed = shared.desk.call(request, move |reply| {
-        // Who has asked may have gone.
+        // The client may have gone.
         let _ = sender.send(reply);
     });
     if !handed {
@@ -178,7 +178,7 @@ async fn health(State(shared): State<Shared>) -> Response {
     }
 }
 
-/// In OpenMetrics where that is asked for, else in the older text format.
+/// The metrics in OpenMetrics where the client asks for it, else in the older text format.
 async fn metrics(State(shared): State<Shared>, headers: HeaderMap) -> Response {
     let accepted = headers.get_all(header::ACCEPT).iter().filter_map(|value| value.to_str().ok());
     let is_open = accepted.into_iter().any(|value| value.contains("application/openmetrics-text"));
@@ -225,13 +225,13 @@ fn status_of(seen: Answer) -> StatusCode {
     }
 }
 
-/// The scheme of `Authorization` is read without regard to case (RFC 9110, 11.1).
+/// The token of a request; the scheme of `Authorization` is case-insensitive (RFC 9110, 11.1).
 fn token(headers: &HeaderMap) -> Option<&str> {
     let (scheme, token) = headers.get(header::AUTHORIZATION)?.to_str().ok()?.split_once(' ')?;
     scheme.eq_ignore_ascii_case("bearer").then(|| token.trim_start())
 }
 
-/// The body is read from whoever has shown the token, so that nobody else makes us keep anything.
+/// Reads the body only after the token was checked, so that strangers cannot make the process store anything.
 async fn order(
     State(shared): State<Shared>,
     Extension(Caller(caller)): Extension<Caller>,

@@ -32,7 +32,7 @@ pub(super) enum Request {
     Health,
     /// What the live page draws, as far as it has changed.
     Look(Look),
-    /// What the ways of knowing a variable have said, as far as it is new.
+    /// The new values of the ways of knowing a variable.
     Bands(BandsOf),
     /// To hand over the knowledge base of the model of this name, where there is one.
     Model(String, oneshot::Sender<Box<KnowledgeBase>>),

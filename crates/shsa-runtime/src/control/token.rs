@@ -16,7 +16,7 @@ const MOST_WRONG: usize = 5;
 const WINDOW: Duration = Duration::from_secs(10);
 /// The number of sources whose wrong tokens are remembered.
 const MOST_SOURCES: usize = 256;
-/// The first wrong tokens of different sources are told once in this time.
+/// The first wrong tokens of different sources are reported once in this time.
 const TOLD_EVERY: Duration = Duration::from_secs(1);
 
 /// Whether users other than the owner and the group may read a file.
@@ -95,7 +95,7 @@ pub(in super::super) enum Answer {
 }
 
 impl Answer {
-    /// The reason of a refusal; `wanted` says how to show the token. `None` for a pass.
+    /// The reason of a refusal; `wanted` describes how to show the token. `None` for a pass.
     pub(in super::super) fn refusal(self, wanted: &str) -> Option<String> {
         match self {
             Answer::Pass => None,
@@ -144,7 +144,7 @@ struct Wrong {
     sources: BTreeMap<String, VecDeque<Instant>>,
     /// The number of wrong tokens since the start.
     count: u64,
-    /// When a wrong token was told last.
+    /// When a wrong token was reported last.
     told: Option<Instant>,
 }
 
@@ -162,7 +162,7 @@ impl Wrong {
         }
     }
 
-    /// Counts a wrong token; returns a note if it is to be told.
+    /// Counts a wrong token; returns a note if it is to be reported.
     fn count(&mut self, source: &str, now: Instant) -> Option<String> {
         self.count += 1;
         self.forget(now);

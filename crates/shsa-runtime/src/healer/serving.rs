@@ -1,4 +1,4 @@
-//! Serves needs: sends values, takes over names, tells the state of each need.
+//! Serves needs: sends values, takes over names, reports the state of each need.
 
 use super::Healer;
 use crate::outlet::Outlet;
@@ -22,9 +22,9 @@ pub(in super::super) struct Served {
     pub(in super::super) failed: Vec<(String, BridgeError)>,
 }
 
-/// The part of a need's state whose changes are told at once.
+/// The part of a need's state whose changes are reported at once.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) struct Standing {
+pub(in super::super) struct ReportedState {
     quality: Quality,
     admitted: Option<Admitted>,
     /// The stage of its takeover, and the quality under the name that is taken.
@@ -96,7 +96,7 @@ impl Healer {
         for takeover in takeovers.iter_mut().filter(|takeover| takeover.need() == publication.need) {
             // If the need has the name of its own source, only the takeover publishes it.
             is_gate &= takeover.topic().trim_matches('/') != outlet.topic().trim_matches('/');
-            // Readers of the source's name get plain numbers, which cannot tell bounds.
+            // Readers of the source's name get plain numbers, which cannot express bounds.
             let is_certain = publication.quality != engine::Quality::Uncertain;
             if is_certain && only.is_none_or(|only| only == takeover.topic()) {
                 let sent = takeover.send(publication, stamp, outlet.provenance(), bridge);
@@ -278,9 +278,9 @@ impl Healer {
         status
     }
 
-    /// The state of every need as far as its changes are told at once.
-    pub(in super::super) fn standings(&self, now: Time) -> impl Iterator<Item = Standing> + Clone {
-        self.outlets.enumerate().map(move |(id, outlet)| Standing {
+    /// The state of every need as far as its changes are reported at once.
+    pub(in super::super) fn reported_states(&self, now: Time) -> impl Iterator<Item = ReportedState> + Clone {
+        self.outlets.enumerate().map(move |(id, outlet)| ReportedState {
             quality: outlet.quality(now),
             admitted: outlet.admitted(now),
             takeover: self.takeover_of(id).map(|takeover| (takeover.stage(), self.quality_of(takeover, now))),

@@ -86,7 +86,7 @@ pub(super) struct Workers {
 pub(super) struct Consequences {
     /// Reports for the engine, in this order.
     pub(super) reports: Vec<(NeedId, Report)>,
-    /// Notes for the run to tell: kind and text.
+    /// Notes for the run to report: kind and text.
     pub(super) notes: Vec<(&'static str, String)>,
     /// Relations to forbid.
     pub(super) forbid: Vec<String>,

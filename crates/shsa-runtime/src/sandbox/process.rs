@@ -102,7 +102,7 @@ impl Process {
         }
     }
 
-    /// The processor time that the process has used, if the operating system tells it.
+    /// The processor time that the process has used, if the operating system gives it.
     pub(super) fn used(&self) -> Option<Span> {
         let text = std::fs::read_to_string(format!("/proc/{}/schedstat", self.id())).ok()?;
         text.split(' ').next()?.parse().ok().map(Span)

@@ -13,10 +13,10 @@ use std::io::{self, Read, stdin, stdout};
 
 /// The main function of the program of [`SandboxOptions`](crate::SandboxOptions). It confines itself, with `memory` bytes beyond
 /// its present memory, and computes from standard input to standard output until the input ends. Returns `false` when it cannot
-/// do as ordered; it has told the starting process why.
+/// do as ordered; it has reported the reason to the starting process.
 ///
 /// # Errors
-/// When it cannot even tell why.
+/// When it cannot even report the reason.
 pub fn substitute(memory: u64) -> Result<bool, RuntimeError> {
     let (mut input, mut output) = (stdin().lock(), stdout().lock());
     let prepared = confine::enter(memory)

@@ -38,7 +38,7 @@ const UNSEEN: Span = Span::from_millis(2_000);
 pub(super) enum Consequence {
     /// Passes a report to the engine.
     Report(Report),
-    /// Lets the run tell a note.
+    /// Lets the run report a note.
     Tell(&'static str, String),
     /// Forbids a relation whose process fails again and again.
     Forbid(String),

@@ -1,7 +1,7 @@
 //! Reports of a run about itself: its link, losses, missing comparisons, and the state of each need.
 
 use super::Session;
-use crate::healer::{Healer, Standing};
+use crate::healer::{Healer, ReportedState};
 use crate::journal::Missing;
 use shsa_bridge::{Absence, Losses, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
@@ -15,7 +15,7 @@ const REPORTED_EVERY: Span = Span::from_millis(1_000);
 /// How often the run looks for comparisons that are not made.
 const COMPARED: Span = Span::from_millis(60_000);
 
-/// What was told last about the run itself, so that only changes are told.
+/// What was reported last about the run itself, so that only changes are reported.
 #[derive(Debug)]
 pub(in super::super) struct Reported {
     pub(super) next: Time,
@@ -25,23 +25,23 @@ pub(in super::super) struct Reported {
     /// Whether a journal waits for the disk.
     waits: bool,
     /// The state of each need as published last, by model.
-    standings: Vec<Vec<Standing>>,
+    reported_states: Vec<Vec<ReportedState>>,
     /// The earliest time at which the quality of a need may change by itself; until then no turn has to check the needs.
     pub(super) doubt: Time,
-    /// The time of the next look for missing comparisons, and the remarks already told.
+    /// The time of the next look for missing comparisons, and the remarks already reported.
     compared: (Time, BTreeSet<String>),
 }
 
 impl Reported {
     pub(in super::super) fn new() -> Reported {
         let (next, doubt) = (Time::MIN, Time::MIN);
-        let (losses, standings) = (BTreeMap::new(), Vec::new());
+        let (losses, reported_states) = (BTreeMap::new(), Vec::new());
         Reported {
             next,
             losses,
             missing: 0,
             waits: false,
-            standings,
+            reported_states,
             doubt,
             compared: (Time::MIN, BTreeSet::new()),
         }
@@ -51,7 +51,7 @@ impl Reported {
 impl Session {
     pub(super) fn report(&mut self, now: Time) {
         if now >= self.reported.doubt {
-            self.tell_standings(now);
+            self.report_states(now);
         }
         if now < self.reported.next {
             return;
@@ -69,7 +69,7 @@ impl Session {
         if let Some(told) = self.log.troubles(now) {
             self.log.noted(now, "terminal", &told, self.bridge.as_mut());
         }
-        self.reported.standings.clear();
+        self.reported.reported_states.clear();
         self.reported.doubt = Time::MIN;
     }
 
@@ -160,16 +160,16 @@ impl Session {
     }
 
     /// Publishes the state of each need when it has changed, and once a second.
-    fn tell_standings(&mut self, now: Time) {
+    fn report_states(&mut self, now: Time) {
         let Session { name, bridge, healers, reported, ownership, log, connection, .. } = self;
         let clock = bridge.inbox().clock().clone();
-        reported.standings.resize(healers.len(), Vec::new());
-        for (healer, told) in healers.iter().zip(&mut reported.standings) {
-            let standings = healer.standings(now);
-            if standings.clone().eq(told.iter().copied()) {
+        reported.reported_states.resize(healers.len(), Vec::new());
+        for (healer, told) in healers.iter().zip(&mut reported.reported_states) {
+            let reported_states = healer.reported_states(now);
+            if reported_states.clone().eq(told.iter().copied()) {
                 continue;
             }
-            for (at, ((id, outlet), standing)) in healer.outlets().zip(standings.clone()).enumerate() {
+            for (at, ((id, outlet), standing)) in healer.outlets().zip(reported_states.clone()).enumerate() {
                 let is_others =
                     ownership.as_ref().is_some_and(|ownership| ownership.is_others(outlet.topic()));
                 if told.get(at) == Some(&standing) || is_others {
@@ -185,7 +185,7 @@ impl Session {
                     log.undelivered(&topic, &error, bridge.as_mut());
                 }
             }
-            *told = standings.collect();
+            *told = reported_states.collect();
         }
         let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
         reported.doubt = last.fold(Time::MAX, Time::min);

@@ -14,7 +14,7 @@ use shsa_bridge::{Link, Quality};
 use shsa_core::time::Time;
 use std::collections::BTreeMap;
 
-/// So many decisions are told to who has heard of none.
+/// The most decisions for a reader that has followed none.
 const MOST_NEWS: u64 = 200;
 
 impl Session {
@@ -27,7 +27,7 @@ impl Session {
                 Request::Bands(wanted) => self.bands(&wanted).map_or_else(Reply::Refused, Reply::Json),
                 Request::Model(name, taker) => {
                     let healer = self.healers.iter().find(|healer| healer.name() == name);
-                    // Who has asked may have gone.
+                    // The reader may have gone.
                     healer.map(|healer| taker.send(Box::new(healer.engine().knowledge().clone())).ok());
                     Reply::Json(Value::Null)
                 }
@@ -57,7 +57,7 @@ impl Session {
         )
     }
 
-    /// Carries out an order and tells it; or returns the reason of a refusal.
+    /// Carries out an order and reports it; or returns the reason of a refusal.
     fn order(&mut self, order: &Order, caller: &str) -> Result<Reply, RuntimeError> {
         let now = self.now();
         let done = match order {
@@ -112,7 +112,7 @@ impl Session {
         })
     }
 
-    /// What the live page draws, as far as who looks has not seen it.
+    /// The changes for the live page since a reader's last look.
     fn seen(&self, look: Look) -> Value {
         let (now, clock, next) = (self.now(), self.clock(), self.log.next());
         let news = self.log.since(look.since.unwrap_or(next.saturating_sub(MOST_NEWS)));

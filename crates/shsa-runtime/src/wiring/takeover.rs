@@ -52,14 +52,14 @@ pub(in super::super) struct Takeover {
     is_ours: bool,
     /// The output of the action that silenced the source.
     said: String,
-    /// Whether an action to silence the source has begun, and the source was neither heard nor let back since.
+    /// Whether an action to silence the source has begun, and the source has neither sent a message nor got its name back since.
     is_silenced: bool,
     /// Whether the source may publish again; until it does, its name is served.
     is_released: bool,
     is_ordered_back: bool,
     /// The source is not let back before this moment.
     not_before: Time,
-    /// The note that was told last.
+    /// The note that was reported last.
     last: Option<Note>,
     notes: VecDeque<Note>,
     counts: Counts,
@@ -169,7 +169,7 @@ impl Takeover {
         self.stage.name()
     }
 
-    /// The next note that was not told yet.
+    /// The next note that was not reported yet.
     pub(in super::super) fn note(&mut self) -> Option<Note> {
         self.notes.pop_front()
     }

@@ -89,7 +89,7 @@ fn rest(report: &Report<'_>) -> Map<String, Value> {
 fn signal(report: &Report<'_>, id: SignalId) -> Value {
     let analysis = report.analysis;
     let isolable: Vec<&str> = analysis.faults.isolable_from(id).map(|other| report.signal(other)).collect();
-    let relations = analysis.faults.told_from(Component::Signal(id));
+    let relations = analysis.faults.isolable_components_from(Component::Signal(id));
     let relations: Vec<&str> =
         relations.filter(|it| matches!(it, Component::Relation(_))).map(|it| report.component(it)).collect();
     json!({
@@ -109,8 +109,10 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
 /// A relation is faulty when it does not hold.
 fn relation(report: &Report<'_>, id: RelationId) -> Value {
     let (faults, told) = (&report.analysis.faults, report.analysis.faults.of_relation(id));
-    let isolable: Vec<&str> =
-        faults.told_from(Component::Relation(id)).map(|other| report.component(other)).collect();
+    let isolable: Vec<&str> = faults
+        .isolable_components_from(Component::Relation(id))
+        .map(|other| report.component(other))
+        .collect();
     let prior = report.knowledge.relations()[id].properties.prior();
     json!({
         "relation": report.component(Component::Relation(id)),

@@ -2,7 +2,7 @@
 
 use super::names::Report;
 use shsa_core::diagnosis::Component;
-use shsa_core::engine::Told;
+use shsa_core::engine::Isolability;
 use shsa_core::knowledge::{SignalId, SignalSet};
 use shsa_format::drawing::escaped;
 use shsa_format::text::counted;
@@ -58,8 +58,8 @@ fn shown(report: &Report<'_>) -> Vec<Component> {
         |signal: SignalId| groups.iter().find(|group| group.contains(signal)).and_then(|g| g.iter().next());
     let mut shown: Vec<Component> = faults.components().collect();
     if shown.len() > MOST {
-        let is_sure = |told: &Told| told.signals.len() + told.relations.len() == 1;
-        shown.retain(|&component| !faults.told(component).is_some_and(is_sure));
+        let is_sure = |told: &Isolability| told.signals.len() + told.relations.len() == 1;
+        shown.retain(|&component| !faults.isolability(component).is_some_and(is_sure));
         shown.truncate(MOST);
     }
     shown.sort_by_key(|&component| match component {
@@ -70,8 +70,8 @@ fn shown(report: &Report<'_>) -> Vec<Component> {
 }
 
 fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
-    let nothing = Told::default();
-    let told = report.analysis.faults.told(row).unwrap_or(&nothing);
+    let nothing = Isolability::default();
+    let told = report.analysis.faults.isolability(row).unwrap_or(&nothing);
     let (fault, other) = (report.component(row), report.component(column));
     let count = || counted(told.shown_by as usize, "comparison");
     let (class, sign, title) = if told.shown_by == 0 {
@@ -83,7 +83,7 @@ fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
             format!("{} show a fault in {fault}.", count())
                 .replace("1 comparison show", "1 comparison shows"),
         )
-    } else if told.is_told_from(column) {
+    } else if told.is_isolable_from(column) {
         ("told", "", format!("A fault in {fault} is told from one in {other}."))
     } else {
         let through = format!("{} that show it rest on {other}, too", all(&count()));

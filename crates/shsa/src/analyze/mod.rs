@@ -33,8 +33,8 @@ pub(crate) struct Arguments {
     /// How many added sensors and relations to list, the most helpful first; 0 tries none.
     #[arg(long, value_name = "N", default_value_t = 10)]
     additions: usize,
-    /// How many signals to analyse, in file order; of a larger model the others are left out as if they were not there, and that
-    /// is told. Who can be told from whom takes memory and output by the square of them.
+    /// How many signals to analyse, in file order; of a larger model the others are left out, with a note. Memory and output
+    /// grow with the square of this number.
     #[arg(long, value_name = "N", default_value_t = 4_000)]
     signals: usize,
     #[command(flatten)]
@@ -77,7 +77,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if unserved { Outcome::No } else { Outcome::Done })
 }
 
-/// The model with at most `most` signals, and the number of signals left out, which is told first.
+/// The model with at most `most` signals, and the number of signals left out, which is reported first.
 fn part(path: &Path, most: usize) -> anyhow::Result<(KnowledgeBase, usize)> {
     let whole = show::load_model(path)?;
     let count = whole.signals().len();

@@ -88,7 +88,7 @@ impl<'a> Report<'a> {
         Names::new(self.knowledge).obstacles(obstacles)
     }
 
-    /// Faults that the structure could tell and no comparison does, one line for each reason.
+    /// Faults that the structure could detect or isolate and no comparison does, one line for each reason.
     pub(super) fn gaps(&self) -> Vec<String> {
         Names::new(self.knowledge).by_reason(&self.analysis.gaps)
     }

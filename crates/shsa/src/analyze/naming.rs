@@ -1,4 +1,4 @@
-//! The names of a model's elements, and descriptions of why comparisons tell less than the structure.
+//! The names of a model's elements, and the reasons why comparisons isolate fewer faults than the structure.
 
 use shsa_core::analysis::{Gap, Obstacle, Watch};
 use shsa_core::diagnosis::Component;
@@ -70,7 +70,7 @@ impl<'a> Names<'a> {
         }
     }
 
-    /// Faults that only the structure tells, one line for each reason, in the order of first occurrence.
+    /// Faults that only the structure isolates, one line for each reason, in the order of first occurrence.
     pub(crate) fn by_reason(&self, gaps: &[Gap]) -> Vec<String> {
         let mut by_reason: Vec<(&[Obstacle], Vec<Apart>)> = Vec::new();
         for Gap { fault, from, obstacles } in gaps {

@@ -159,7 +159,7 @@ fn relations(report: &Report<'_>) -> String {
     let others = (knowledge.signals().len() + knowledge.relations().len()).saturating_sub(1);
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.told_from(component).count();
+        let told = faults.isolable_components_from(component).count();
         let class = if told == others { "yes" } else { "no" };
         format!(
             "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td><td class=\"{class}\">{told} of {others}</td></tr>\n",

@@ -6,10 +6,10 @@ use shsa_core::analysis::{Addition, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
 
-/// The most signals that are named for a variable whose faults further ways would tell.
+/// The most signals that are named for a variable whose faults further ways would detect or isolate.
 const MOST_HIDDEN: usize = 12;
 
-/// The most reasons why comparisons tell less than the structure.
+/// The most reasons why comparisons isolate fewer faults than the structure.
 const MOST_REASONS: usize = 20;
 
 /// Tables of signals, needs and additions, then the weaknesses in sentences.
@@ -61,7 +61,7 @@ fn relations(report: &Report<'_>) -> String {
     let others = knowledge.signals().len() + knowledge.relations().len() - 1;
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.told_from(component).count();
+        let told = faults.isolable_components_from(component).count();
         vec![
             report.component(component).to_owned(),
             yes(faults.of_relation(relation).shown_by > 0),
@@ -71,7 +71,7 @@ fn relations(report: &Report<'_>) -> String {
     show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
 }
 
-/// Faults that the structure could tell and no comparison does, with the reasons.
+/// Faults that the structure could detect or isolate and no comparison does, with the reasons.
 fn gaps(report: &Report<'_>) -> String {
     let lines = report.gaps();
     if lines.is_empty() {

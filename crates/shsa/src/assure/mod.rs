@@ -26,11 +26,11 @@ Example: shsa assure models/stop.yaml
   shsa assure models/stop.yaml --format gsn -o case
   shsa assure leader.model follower.model
 
-The evidence of a moment, by who has a contract and what it observes; what is not named is not known:
+The evidence of a moment, by owner of a contract and name of the evidence; evidence without an entry is unknown:
   /lidar: { fresh: 40 ms, sound: true }
   computer: { spare: [18 %, 22 %] }
 
-A file of conserts-rs (YAML) or of safeTbox (.model) is taken for what it is; several of them are composed, in any order.";
+Files of conserts-rs (YAML) or safeTbox (.model) are recognised; several of them are composed, in any order.";
 
 /// What is written.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
@@ -161,7 +161,7 @@ fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
     }
 }
 
-/// The text of a file; tells what is wrong with it.
+/// The text of a file; prints the problem with it.
 fn read(path: &Path) -> anyhow::Result<String> {
     read_text(path, "model").map_err(|report| {
         show::tell_report(&report);

@@ -108,7 +108,7 @@ fn case(argument: &Argument) -> String {
     drawn + &table(&["", "What is said", "Stands"], argument.nodes.iter().map(row).collect())
 }
 
-/// A cell with a verdict, told by a sign as well as by colour.
+/// A cell with a verdict, shown by a sign as well as by colour.
 fn state(verdict: Verdict) -> String {
     let (class, sign) = match verdict {
         Verdict::Holds => ("yes", '\u{2713}'),

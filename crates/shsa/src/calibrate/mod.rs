@@ -27,17 +27,20 @@ use std::str::FromStr;
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa calibrate models/car.yaml drive/ --patch tuned.yaml
 
-The promise is about the whole loop: on other recordings of the same healthy system, no more than so many moments an hour at
-which a signal is suspected or called failed. The numbers are fitted to the first part of each recording: how far signals and
-relations scatter, and one factor of that for the whole model, found with the engine itself over recordings that could have been
-(what is left of the values drawn anew in blocks, with tails beyond what was seen). They are tested once on the rest, which they
-have not seen. What is fitted: value errors of signals, errors of the relations that are shown to hold, delays of signals that are
-compared themselves; time-outs and rates of change only where healthy data exceed them; `frozen_after` of signals that have noise
-of their own in every reading. Of a single recording it is assumed, not measured, how much recordings differ. A short stretch in
-which one signal leaves all that it agrees with is taken for a fault, told, and not fitted. With --faults it is also said how
-large a fault must be, by kind, so that the whole loop gives an alarm at each of 5 moments.
-Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal is
-called failed.")]
+The promise is about the whole loop: on other recordings of the same healthy system, at most this many moments an hour at \
+which a signal is suspected or failed. The numbers are fitted to the first part of each recording: the scatter of signals and \
+relations, and one factor of the scatter for the whole model. The factor is found with the engine itself over surrogate recordings \
+(the residuals drawn anew in blocks, with tails beyond the recorded ones). The rest of the recordings, which the fit has not used, \
+tests the numbers once.
+
+Calibration fits value errors of signals, errors of the relations that are shown to hold, and delays of signals that are \
+compared themselves; time-outs and rates of change only where healthy data exceed them; `frozen_after` of signals that have noise \
+of their own in every reading. With a single recording, the difference between recordings is assumed, not measured. A short stretch \
+in which one signal leaves all ways that it agrees with elsewhere counts as a fault: it is reported, and not fitted. With --faults \
+the smallest fault of each kind is listed with which the whole loop gives an alarm at each of 5 moments.
+
+Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal \
+fails.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -50,14 +53,14 @@ pub(crate) struct Arguments {
     /// Where the part to fit ends and the part to test on begins; half of the recording when not given.
     #[arg(long, value_name = "TIME", value_parser = moment)]
     split: Option<Span>,
-    /// A time that is not healthy and is left out, such as 20s..30s; may be given several times.
+    /// A time with a fault, which is left out, such as 20s..30s; may be given several times.
     #[arg(long, value_name = "FROM..TO")]
     skip: Vec<Stretch>,
-    /// Fit stretches that look like faults, too: where one of two ways leaves the other by five times as much as ever else.
+    /// Fit stretches that look like faults, too: where two ways differ by five times as much as at any other time.
     #[arg(long)]
     all: bool,
-    /// Find the smallest fault of each kind that the whole loop sees, too, with the fitted numbers and in the part that they are
-    /// fitted to, by trying; each lasts so long, a quarter of that part when no time is given. This may take minutes.
+    /// Find the smallest fault of each kind that the whole loop detects, too, with the fitted numbers and in the part that they are
+    /// fitted to, by trial. SPAN is the length of each fault, by default a quarter of that part. This may take minutes.
     #[arg(long, value_name = "SPAN", num_args = 0..=1, require_equals = true, value_parser = parse_span)]
     faults: Option<Option<Span>>,
     /// The longest delay that is searched for.

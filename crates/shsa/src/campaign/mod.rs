@@ -33,12 +33,14 @@ use std::sync::{Mutex, PoisonError};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa campaign models/car.yaml drive/ --html campaign.html
 
-Amounts are multiples of what the model declares: of the value error of a value of median size, for a delay of the
-error of time and the mean time between values. Where a signal declares no error, as its tolerance stands at a relation,
-2 times is the smallest bias of it that is seen in the recording. Faults begin at N onsets, evenly from the N-th part of
-the time that a fault leaves to its end, in all sessions together: what is one is said by `shsa replay --help`. A run
-whose signal is accused before its fault counts like any other. What is left out is told with the shares. With --compare the exit status is 1 when fewer faults are detected or isolated, or more
-signals are blamed wrongly, more alarms are false or more needs unmet in any cell than in the stored campaign.")]
+Amounts are multiples of the declared errors: of the value error of a value of median size; for a delay of the time error and the \
+mean time between values. Where a signal declares no error, because its tolerance is that of a relation, 2 times is its smallest bias \
+that is detected in the recording. Faults begin at N onsets, evenly distributed over all sessions together (`shsa replay --help` \
+describes sessions). A run whose signal is accused before its fault counts like any other. The shares are printed with the faults \
+that are left out.
+
+With --compare the exit status is 1 when in any cell fewer faults are detected or isolated, more signals are blamed wrongly, more \
+alarms are false, or more needs are unmet than in the stored campaign.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -199,7 +201,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     tell(
         arguments,
         files,
-        &Told { campaign: &campaign, object, comparison: comparison.as_ref(), detectable },
+        &Results { campaign: &campaign, object, comparison: comparison.as_ref(), detectable },
     )?;
     Ok(match comparison.is_some_and(|comparison| comparison.is_worse()) {
         true => Outcome::No,
@@ -225,15 +227,15 @@ fn is_printed(path: &Path) -> bool {
 }
 
 /// A campaign with its results.
-struct Told<'a> {
+struct Results<'a> {
     campaign: &'a Campaign<'a>,
     object: Value,
     comparison: Option<&'a Comparison>,
     detectable: Option<&'a Detectable>,
 }
 
-fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Told<'_>) -> anyhow::Result<()> {
-    let Told { campaign, object, comparison, detectable } = told;
+fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Results<'_>) -> anyhow::Result<()> {
+    let Results { campaign, object, comparison, detectable } = told;
     if let Some(mut file) = json {
         writeln!(file, "{object}")?;
         file.flush()?;

@@ -58,21 +58,21 @@ pub(crate) enum System {
 #[derive(Clone, Debug, Args)]
 #[command(after_help = "Example: shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html")]
 pub(crate) struct DemoArgs {
-    /// What to simulate
+    /// The simulated system
     name: System,
-    /// Does not wait for the time to pass: events and summary only
+    /// Do not wait for the time to pass: events and summary only
     #[arg(long)]
     fast: bool,
     /// Another start, other noise, other turns
     #[arg(long, default_value_t = 1)]
     seed: u64,
-    /// Takes dmin from the lidar alone, whatever it says
+    /// Take dmin from the lidar alone, right or wrong
     #[arg(long)]
     without_shsa: bool,
-    /// Prints the summary as one JSON object, and nothing else
+    /// Print the summary as one JSON object, and nothing else
     #[arg(long)]
     json: bool,
-    /// Shows it on the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
+    /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
     page: bool,
     /// Writes the page of `shsa replay --report` about it, with the assurance case: car, stop, platoon

@@ -32,7 +32,7 @@ pub(crate) struct Item {
 }
 
 /// The evidence about a signal at a moment, with the names of its model.
-pub(super) struct Testimony<'a> {
+pub(super) struct EvidenceInWords<'a> {
     pub(super) signal: &'a str,
     pub(super) words: Words<'a>,
     pub(super) evidence: &'a Evidence,
@@ -43,14 +43,14 @@ pub(super) struct Testimony<'a> {
 /// An inquiry with the names of its model.
 pub(super) struct Explanation<'a> {
     pub(super) inquiry: &'a Inquiry,
-    pub(super) testimony: Testimony<'a>,
+    pub(super) evidence_in_words: EvidenceInWords<'a>,
 }
 
 impl<'a> std::ops::Deref for Explanation<'a> {
-    type Target = Testimony<'a>;
+    type Target = EvidenceInWords<'a>;
 
-    fn deref(&self) -> &Testimony<'a> {
-        &self.testimony
+    fn deref(&self) -> &EvidenceInWords<'a> {
+        &self.evidence_in_words
     }
 }
 
@@ -64,7 +64,7 @@ impl<'a> Explanation<'a> {
         let words = Words { knowledge, first: inquiry.run.first };
         let event = inquiry.focus.event.and_then(|number| inquiry.run.events.get(number));
         let (signal, evidence) = (&*inquiry.signal, &inquiry.focus.evidence);
-        Explanation { inquiry, testimony: Testimony { signal, words, evidence, event } }
+        Explanation { inquiry, evidence_in_words: EvidenceInWords { signal, words, evidence, event } }
     }
 
     pub(super) fn time(&self) -> Time {
@@ -95,29 +95,29 @@ impl<'a> Explanation<'a> {
     }
 
     pub(super) fn sections(&self) -> Vec<Section> {
-        let mut sections = self.heard();
-        sections.push(Section { title: "What came of it", items: self.aftermath() });
+        let mut sections = self.evidence_sections();
+        sections.push(Section { title: "What followed", items: self.aftermath() });
         sections.push(Section { title: "The needs", items: self.needs() });
         sections.retain(|section| !section.items.is_empty());
         sections
     }
 }
 
-impl<'a> Testimony<'a> {
+impl<'a> EvidenceInWords<'a> {
     pub(super) fn evidence(&self) -> &'a Evidence {
         self.evidence
     }
 
     /// The evidence of the witnesses, and the rivals.
-    pub(super) fn heard(&self) -> Vec<Section> {
+    pub(super) fn evidence_sections(&self) -> Vec<Section> {
         let mut sections = vec![
             Section { title: "In plain words", items: self.plain() },
-            Section { title: "What spoke against it", items: self.compared(Speaks::Against) },
-            Section { title: "What spoke for it", items: self.compared(Speaks::For) },
-            Section { title: "What had nothing to say", items: self.compared(Speaks::Not) },
+            Section { title: "Evidence against it", items: self.compared(Bearing::Against) },
+            Section { title: "Evidence for it", items: self.compared(Bearing::For) },
+            Section { title: "Comparisons that are no evidence", items: self.compared(Bearing::None) },
         ];
         if self.is_accused() {
-            sections.push(Section { title: "Who else it could have been", items: self.rivals() });
+            sections.push(Section { title: "Other candidates", items: self.rivals() });
             let items = self.would_clear().into_iter().map(item).collect();
             sections.push(Section { title: "What would have cleared it", items });
         }
@@ -139,14 +139,16 @@ impl<'a> Testimony<'a> {
 
     fn plain(&self) -> Vec<Item> {
         let all = self.evidence().comparisons.len();
-        let (against, speaks_for) = (self.conflicts().count(), self.supports().count());
+        let (against, support) = (self.conflicts().count(), self.supports().count());
         let signal = self.signal;
         let parts = match all {
             0 => {
-                format!("No comparison speaks about {signal}: nothing else in the model knows what it says.")
+                format!(
+                    "No comparison is evidence about {signal}: no other way in the model gives its variable."
+                )
             }
             _ => format!(
-                "Of {} that {signal} is part of, {against} spoke against it and {speaks_for} for it.",
+                "Of {} that {signal} is part of, {against} are evidence against it and {support} for it.",
                 counted(all, "comparison")
             ),
         };
@@ -161,20 +163,22 @@ impl<'a> Testimony<'a> {
     /// Why the verdict follows.
     fn reason(&self) -> Option<String> {
         let signal = self.signal;
-        let untold: Vec<&str> = self.untold().iter().map(|rival| self.words.signal(rival.signal)).collect();
+        let undistinguished: Vec<&str> =
+            self.undistinguished().iter().map(|rival| self.words.signal(rival.signal)).collect();
         let is_compared = self.conflicts().next().is_some();
         match (
             self.event.filter(|event| event.signal.is_some()).map(|event| event.kind),
             self.evidence().verdict,
         ) {
-            (Some(EventKind::Failed), _) if is_compared && untold.is_empty() => {
+            (Some(EventKind::Failed), _) if is_compared && undistinguished.is_empty() => {
                 Some(format!("Of all signals in these disagreements, {signal} alone is part of each."))
             }
-            (Some(EventKind::Suspected), _) if !untold.is_empty() => {
-                Some(format!("Nothing tells it from {}, so it is only suspected.", listed(&untold)))
-            }
+            (Some(EventKind::Suspected), _) if !undistinguished.is_empty() => Some(format!(
+                "No evidence distinguishes it from {}, so it is only suspected.",
+                listed(&undistinguished)
+            )),
             (None, Verdict::Unknown) => {
-                Some("No independent witness spoke about it. That is not health.".to_owned())
+                Some("No independent witness has evidence about it: unknown is not healthy.".to_owned())
             }
             (None, Verdict::Healthy) => Some(
                 "At least one independent witness agreed with it, and nothing disagreed enough to count."
@@ -184,15 +188,15 @@ impl<'a> Testimony<'a> {
         }
     }
 
-    fn compared(&self, speaks: Speaks) -> Vec<Item> {
+    fn compared(&self, bearing: Bearing) -> Vec<Item> {
         let chosen: Vec<&Comparison> =
-            self.evidence().comparisons.iter().filter(|each| Speaks::of(each) == speaks).collect();
+            self.evidence().comparisons.iter().filter(|each| Bearing::of(each) == bearing).collect();
         let mut items: Vec<Item> = chosen
             .iter()
             .take(MOST_LISTED)
             .map(|each| {
-                let notes = match speaks {
-                    Speaks::Not => vec![self.words.why_silent(each, self.evidence().time)],
+                let notes = match bearing {
+                    Bearing::None => vec![self.words.why_silent(each, self.evidence().time)],
                     _ => [self.words.counted(each)].into_iter().chain(self.words.rests_on(each)).collect(),
                 };
                 Item { text: self.words.comparison(each), notes }
@@ -212,19 +216,19 @@ pub(super) fn known<'a>(inquiry: &'a Inquiry, source: &'a Source, snapshot: &Sna
 
 /// The side for which a comparison is evidence.
 #[derive(Clone, Copy, PartialEq, Eq)]
-pub(super) enum Speaks {
+pub(super) enum Bearing {
     Against,
     For,
-    Not,
+    None,
 }
 
-impl Speaks {
-    pub(super) fn of(comparison: &Comparison) -> Speaks {
+impl Bearing {
+    pub(super) fn of(comparison: &Comparison) -> Bearing {
         match comparison.relationship {
-            _ if !comparison.explained_by.is_empty() => Speaks::Not,
-            ResidualState::Conflict | ResidualState::Undecided => Speaks::Against,
-            ResidualState::Agree if comparison.bears_witness => Speaks::For,
-            ResidualState::Agree | ResidualState::Unknown => Speaks::Not,
+            _ if !comparison.explained_by.is_empty() => Bearing::None,
+            ResidualState::Conflict | ResidualState::Undecided => Bearing::Against,
+            ResidualState::Agree if comparison.bears_witness => Bearing::For,
+            ResidualState::Agree | ResidualState::Unknown => Bearing::None,
         }
     }
 }

@@ -97,7 +97,7 @@ fn blamed(run: &Run, number: usize) -> Option<String> {
     run.told_events().take(number + 1).filter_map(name).last()
 }
 
-/// Whether an event says that a signal is not trusted.
+/// Whether an event reports that a signal is not trusted.
 pub(crate) fn is_accusation(event: &Event) -> bool {
     event.signal.is_some()
         && matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent)

@@ -1,6 +1,6 @@
 //! Explanations and lists of decisions as JSON.
 
-use super::explanation::{Explanation, Speaks};
+use super::explanation::{Bearing, Explanation};
 use super::text::subject;
 use super::words::Words;
 use serde_json::{Value, json};
@@ -38,8 +38,8 @@ fn decision(number: usize, known: &KnowledgeBase, event: &Event, first: Time) ->
 
 pub(super) fn object(explanation: &Explanation<'_>) -> Value {
     let (words, evidence, run) = (explanation.words, explanation.evidence(), &explanation.inquiry.run);
-    let told = |speaks: Speaks| -> Vec<Value> {
-        let chosen = evidence.comparisons.iter().filter(|each| Speaks::of(each) == speaks);
+    let told = |bearing: Bearing| -> Vec<Value> {
+        let chosen = evidence.comparisons.iter().filter(|each| Bearing::of(each) == bearing);
         chosen.map(|each| comparison(words, each, evidence.time)).collect()
     };
     let rivals: Vec<Value> = evidence.rivals.iter().map(|each| rival(words, each)).collect();
@@ -61,9 +61,9 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
         "symptom": explanation.event.and_then(|event| event.symptom).map(Symptom::name),
         "verdict": event::verdict(evidence.absence, evidence.verdict),
         "because": explanation.event.map(|event| words::reasons(&event.because)),
-        "against": told(Speaks::Against),
-        "for": told(Speaks::For),
-        "silent": told(Speaks::Not),
+        "against": told(Bearing::Against),
+        "for": told(Bearing::For),
+        "silent": told(Bearing::None),
         "rivals": rivals,
         "would_clear": if explanation.is_accused() { explanation.would_clear() } else { Vec::new() },
         "probation_s": evidence.probation.seconds(),
@@ -86,7 +86,7 @@ fn comparison(words: Words<'_>, comparison: &Comparison, at: Time) -> Value {
         "of": comparison.counts.1,
         "since_s": comparison.onset.map(|onset| (onset - words.first).seconds()),
     });
-    if let (Speaks::Not, Some(object)) = (Speaks::of(comparison), value.as_object_mut()) {
+    if let (Bearing::None, Some(object)) = (Bearing::of(comparison), value.as_object_mut()) {
         object.insert("why".to_owned(), json!(words.why_silent(comparison, at)));
     }
     value

@@ -20,7 +20,7 @@ pub(crate) use inquiry::is_accusation;
 pub(crate) use page::list as listed_items;
 pub(crate) use text::subject;
 
-use explanation::{Explanation, Testimony};
+use explanation::{EvidenceInWords, Explanation};
 use inquiry::inquire;
 use question::{Question, asked, files};
 use shsa_core::engine::{Event, Evidence, Options};
@@ -53,7 +53,7 @@ pub(crate) struct Arguments {
     /// Explain the decision of this number in the list.
     #[arg(long, value_name = "NUMBER")]
     decision: Option<usize>,
-    /// Draw what the witnesses said over time.
+    /// Draw the values of the witnesses over time.
     #[arg(long, value_name = "FILE")]
     svg: Option<PathBuf>,
     /// Write the explanation with its drawings to a page for the browser, which needs nothing else.
@@ -91,7 +91,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// The evidence about the signal of a decision, in sections; times count from `first`.
-pub(crate) fn testimony(
+pub(crate) fn evidence_sections(
     known: &KnowledgeBase,
     first: Time,
     evidence: &Evidence,
@@ -99,7 +99,7 @@ pub(crate) fn testimony(
 ) -> Vec<Section> {
     let words = words::Words { knowledge: known, first };
     let signal = words.signal(evidence.signal);
-    Testimony { signal, words, evidence, event: Some(event) }.heard()
+    EvidenceInWords { signal, words, evidence, event: Some(event) }.evidence_sections()
 }
 
 /// The inputs of the run.

@@ -10,12 +10,12 @@ const DRAWN: &str = "Each band is one way of knowing the variable: between its e
 /// An introduction to each section, for first-time readers.
 fn about(title: &str) -> &'static str {
     match title {
-        "What spoke against it" => {
+        "Evidence against it" => {
             "Two ways of knowing the same variable that disagree: one of the signals that they rest on is faulty."
         }
-        "What spoke for it" => "Comparisons with independent witnesses that agree.",
-        "What had nothing to say" => "No evidence is neither for nor against it.",
-        "Who else it could have been" => "Every other signal in the comparisons that disagree.",
+        "Evidence for it" => "Comparisons with independent witnesses that agree.",
+        "Comparisons that are no evidence" => "They count neither for nor against it.",
+        "Other candidates" => "Every other signal in the comparisons that disagree.",
         _ => "",
     }
 }

@@ -88,7 +88,7 @@ impl<'a> Words<'a> {
             Tendency::Drift if ahead < 0.0 => format!("the first has said {by} less on average"),
             Tendency::Drift => format!("the first has said {by} more on average"),
             Tendency::Noise => "the two scatter against each other".to_owned(),
-            Tendency::Skew => "the two tell the same at different times".to_owned(),
+            Tendency::Skew => "the two show the same at different times".to_owned(),
             Tendency::Calm | Tendency::Building => "the two differ".to_owned(),
         }
     }

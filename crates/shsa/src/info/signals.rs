@@ -1,4 +1,4 @@
-//! The variables and signals of a recording, as the beginning of a model. Comments tell what is still open.
+//! The variables and signals of a recording, as the beginning of a model. Comments name what is still open.
 
 use crate::scan::draft::{quoted, unique, unit, variable};
 use crate::scan::text::rate;

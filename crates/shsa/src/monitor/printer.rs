@@ -29,7 +29,7 @@ pub(super) struct Printer<'a> {
     /// The origin of the times in the text.
     start: Time,
     steps: usize,
-    /// Whether left-out combinations were told.
+    /// Whether left-out combinations were reported.
     truncated: bool,
     /// The number of steps in which each way has failed.
     failures: BTreeMap<usize, usize>,

@@ -34,25 +34,25 @@ use std::time::{Duration, Instant};
 #[command(after_help = "Example: shsa replay models/car.yaml drive/ --inject bias=2:wheel_1@20s..
 
 Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO
-  stuck, stuck=1.5  the value stays, or is this one
-  bias=2            this is added
-  drift=0.1         this is added for every second
-  noise=0.5         up to plus or minus this is added
-  spike=5           this is added to one value in ten
-  scale=1.3         multiplied by this
-  spoof=3           this comes instead
-  delay=600ms       comes later, with its old time stamp
-  drop              nothing comes
+  stuck, stuck=1.5  the value stays, or is the amount
+  bias=2            the amount is added
+  drift=0.1         the amount is added for every second
+  noise=0.5         noise up to plus or minus the amount is added
+  spike=5           the amount is added to one value in ten
+  scale=1.3         values are multiplied by the amount
+  spoof=3           the amount comes instead
+  delay=600ms       values come later, with their old time stamps
+  drop              values are lost
 Times count from the first observation; FROM and TO may be left out. Amounts are in the signal's unit.
 
-Recordings with different signals, such as one file for each topic, are replayed together. Two that have the same signal are \
-sessions, one after the other, unless the second goes on at once where the first ends: each has an engine of its own, and its \
-times count from its own first observation, those of faults, --reload, --from, --until and --skip, too. Where the clock was set \
-within a file (by more than an hour forwards, or back over what is recorded already) a new session begins as well, and after each \
-stretch that is left out; there times go on.
+Recordings with different signals, such as one file for each topic, are replayed together. Two recordings with the same signal are \
+sessions, one after the other, unless the second follows at once at the end of the first. Each session has an engine of its own, and \
+all times count from its own first observation: those of faults, --reload, --from, --until and --skip, too. A new session also begins \
+where the clock was set within a file (by more than an hour forwards, or back over recorded times), and after each stretch that is \
+left out; there times continue.
 
---reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and takes the \
-place of the old one. Any other is a change: its entries are added, or replace those of the same name, and null \
+--reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and replaces \
+the old one. Any other file is a change: its entries are added, or replace those of the same name, and null \
 removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with errors changes nothing (exit status 3).")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.

@@ -37,8 +37,8 @@ pub(super) struct Stage {
     pub(super) change: Option<(String, String)>,
 }
 
-/// The knowledge bases of a run in the order of time, and whether a file was refused. The problems of a refused file were told,
-/// and the previous model stays.
+/// The knowledge bases of a run in the order of time, and whether a file was refused. The problems of a refused file were
+/// reported, and the previous model stays.
 ///
 /// # Errors
 /// When a file cannot be read.

@@ -1,4 +1,4 @@
-//! The first draft of a model: the received variables and signals. It can be loaded; comments tell what is still open.
+//! The first draft of a model: the received variables and signals. It can be loaded; comments name what is still open.
 
 use super::Scan;
 use super::heard::Heard;
@@ -105,7 +105,7 @@ fn stamp_of(heard: &Heard) -> Option<&'static str> {
     })
 }
 
-/// A variable's name: that of the field, with that of the topic if the former says too little.
+/// A variable's name: that of the field, with that of the topic if the former is too general.
 pub(crate) fn variable(topic: &str, path: &str) -> String {
     let words = |text: &str| -> Vec<String> {
         let is_word = |c: char| c.is_ascii_alphanumeric() || c == '_';

@@ -93,7 +93,7 @@ impl Heard {
         self.last_message.as_ref().is_some_and(|message| message.value().is_some())
     }
 
-    /// The type if the bus tells it, else the form of the payload.
+    /// The type if the bus gives it, else the form of the payload.
     pub(super) fn form(&self) -> String {
         if let Some(message_type) = &self.message_type {
             return message_type.to_string();

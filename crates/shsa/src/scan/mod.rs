@@ -29,17 +29,16 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
 
-Exit status: 1 when nothing is heard, or a signal of the model is missing; 4 when the bus cannot be reached, which is told at
-once.")]
+Exit status: 1 when no message is received, or a signal of the model is missing; 4 when the bus cannot be reached.")]
 pub(crate) struct Arguments {
-    /// A knowledge base: tells which signal each field carries, and which signals are missing.
+    /// A knowledge base: the scan shows which signal each field carries, and which signals are missing.
     model: Option<PathBuf>,
     #[command(flatten)]
     bus: BusArguments,
     /// How long to listen, as `10 s`.
     #[arg(long = "for", value_name = "TIME", default_value = "5s", value_parser = parse_span)]
     duration: Span,
-    /// Write a model with the signals that were heard and that MODEL does not have, to be completed by hand.
+    /// Write a model with the received signals that MODEL does not have, to be completed by hand.
     #[arg(long, conflicts_with = "json")]
     draft: bool,
     /// Print one JSON object instead of text.
@@ -55,7 +54,7 @@ struct Scan {
     matched: Option<Matched>,
 }
 
-/// Receives messages for a while, and tells the results.
+/// Receives messages for a while, and reports the results.
 ///
 /// # Errors
 /// When the model is invalid, or the bus cannot be used.

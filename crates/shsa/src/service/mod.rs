@@ -37,17 +37,18 @@ const TRIALS: usize = 32;
 #[command(
     after_help = "Example: shsa service -i /left#data -i /right#data -p \"y = (x[0] + x[1]) / 2\" -o /mean#data --bus zenoh
 
-x[0], x[1].. are the inputs and y[0], y[1].. the outputs, in their order; x and y alone where there is one.
-The language is that of the models, without units: + - * / ^, if, min, max, sqrt, either, previous, derivative,
-integral, delay and so on. An input that is missing or too old gives no value, and so does what needs it.
-A bus that cannot be reached is told at once, and waited for as long as --patience says.
+x[0], x[1].. are the inputs and y[0], y[1].. the outputs, in their order; x and y alone where there is one. The language is that of \
+models, without units: + - * / ^, if, min, max, sqrt, either, previous, derivative, integral, delay and others. An input that is \
+missing or too old has no value, and neither has a result that needs it. A bus that cannot be reached is reported at once, and tried \
+again for the time of --patience.
+
 Exit status: 0 after a signal or the end of its life; 2 bad usage; 4 the bus could not be reached for longer than --patience."
 )]
 pub(crate) struct Arguments {
     /// An input, as TOPIC#FIELD; once for each.
     #[arg(short, long = "input", value_name = "TOPIC#FIELD")]
     input: Vec<String>,
-    /// What is computed: `y = x[0] + x[1]`; several statements with `;` or several times.
+    /// The computation: `y = x[0] + x[1]`; several statements with `;` or several times.
     #[arg(short, long, value_name = "FORMULA", required = true)]
     program: Vec<String>,
     /// An output, as TOPIC or TOPIC#FIELD; once for each.
@@ -65,7 +66,7 @@ pub(crate) struct Arguments {
     /// Inputs that are lists, by their numbers: `0,2`.
     #[arg(long, value_name = "N", value_delimiter = ',')]
     vector: Vec<usize>,
-    /// Tell the figures on standard error in this period, and at the end: counts, execution times.
+    /// Print figures on standard error in this period, and at the end: counts, execution times.
     #[arg(long, value_name = "TIME", value_parser = parse_span)]
     stats: Option<Span>,
     /// End when the bus cannot be reached for this time, as `5 s`; else it is waited for.
@@ -74,7 +75,7 @@ pub(crate) struct Arguments {
     /// End by itself after this time.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
-    /// What it is called on the bus.
+    /// The name of the service on the bus.
     #[arg(long, default_value = "shsa-service", value_name = "NAME")]
     name: String,
     /// Instead of a bus: messages on standard input and output, as lines like

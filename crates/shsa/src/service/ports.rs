@@ -24,7 +24,7 @@ pub(super) struct Ports {
 #[derive(Clone, Debug)]
 struct Port {
     max_age: Option<Span>,
-    /// The latest value, its time, and the quality told by its publisher.
+    /// The latest value, its time, and the quality given by its publisher.
     latest: Option<(RawValue, Time, Option<Quality>)>,
     is_new: bool,
 }
@@ -118,7 +118,7 @@ impl Ports {
         fresh.map(|latest| latest.map(|(value, ..)| value)).collect()
     }
 
-    /// The worst quality told by a publisher: the results are no better.
+    /// The worst quality given by a publisher: the results are no better.
     pub(super) fn quality(&self) -> Quality {
         let rank = |quality: &Quality| Quality::ALL.iter().position(|known| known == quality);
         let told = self.ports.iter().filter_map(|port| port.latest.as_ref()?.2);

@@ -91,12 +91,12 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     ));
 }
 
-/// Whether a decision tells that a sensor became silent, published again, or was replaced meanwhile; or that all sensors were
+/// Whether a decision reports that a sensor became silent, published again, or was replaced meanwhile; or that all sensors were
 /// delayed.
 fn is_of_silence(decision: &Value) -> bool {
     let because = decision["because"].as_str().unwrap_or_default();
     decision["symptom"] == "silent"
-        || because.starts_with("it has spoken again")
+        || because.starts_with("it has given values again")
         || because.starts_with("no value for")
         || because == "it is served again"
         || because.starts_with("its source gives values again")

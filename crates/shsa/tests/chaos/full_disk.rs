@@ -89,7 +89,7 @@ fn saved(folder: &str) -> bool {
     state.to_string().contains("failed")
 }
 
-/// The number of missing inputs that an event tells.
+/// The number of missing inputs in an event.
 fn missing(event: &Value) -> Option<u64> {
     let because = event["because"].as_str().filter(|_| event["kind"] == "disk")?;
     because.split(' ').next()?.parse().ok()

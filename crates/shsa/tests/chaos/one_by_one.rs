@@ -102,7 +102,7 @@ fn both(scenario: &Scenario, faults: &[Fault], wanted: &'static str) {
     row(scenario, &[(true, wanted), (false, wanted)], |world| world.live_through(faults));
 }
 
-/// Runs an action in worlds with and without stamps; each world names the event that must be told.
+/// Runs an action in worlds with and without stamps; each world names the event that must be reported.
 fn row(scenario: &Scenario, worlds: &[(bool, &'static str)], act: impl Fn(&mut World) + Sync) {
     let Some(python) = real::python() else { return };
     let _turn = beside_others();

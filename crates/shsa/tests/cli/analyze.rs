@@ -292,7 +292,7 @@ fn a_page_that_cannot_be_written_is_an_error() {
     tank::folder().refuses("analyze tank.yaml --html no/such/folder.html", &["no/such/folder.html"]);
 }
 
-/// A thousand signals in a hundred robots take seconds, and limits that were reached are told.
+/// A thousand signals in a hundred robots take seconds, and limits that were reached are reported.
 #[test]
 fn a_thousand_signals_come_back() {
     let mut model = "shsa: 1\nvariables:\n".to_owned();

@@ -158,7 +158,7 @@ fn numbers_that_do_worse_than_the_model_are_not_written() {
     assert!(!folder.path("tuned.yaml").exists());
 }
 
-/// Calibration expects no values in a gap that it was told to skip.
+/// Calibration expects no values in a gap that it shall skip.
 #[test]
 fn a_stretch_that_is_left_out_makes_no_time_out() {
     let mut text = "t [s],a,b\n".to_owned();

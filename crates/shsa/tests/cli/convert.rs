@@ -1,4 +1,4 @@
-//! `shsa convert`: conversions between forms, and the losses that are told.
+//! `shsa convert`: conversions between forms, and the losses that are reported.
 
 use crate::folder::Folder;
 use crate::tank;

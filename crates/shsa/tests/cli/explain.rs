@@ -48,21 +48,21 @@ fn a_lie_is_explained() {
         &text,
         &[
             "/level was found to have failed at ",
-            "Of 2 comparisons that /level is part of, 2 spoke against it and 0 for it.",
+            "Of 2 comparisons that /level is part of, 2 are evidence against it and 0 for it.",
             "Of all signals in these disagreements, /level alone is part of each.",
-            "What spoke against it\n  level: /level said ",
+            "Evidence against it\n  level: /level said ",
             "/pressure by hydrostatic said ",
             ", since 30.000 s\n",
             "/pressure: ruled out as the only culprit\n      1 disagreement with /level would be left, such as /level against \
              /volume by cylinder\n",
-            "If it is sound, at least 2 others lie at once, such as /pressure and /volume",
+            "If it is sound, at least 2 others are faulty at once, such as /pressure and /volume",
             "Had it agreed with ",
             "agree in every comparison for 5.0 s",
             "At the end, 59.000 s, it is failed and not trusted again: 2 comparisons still disagree.",
             "level substituted, now from /pressure by hydrostatic",
         ],
     );
-    assert!(!text.contains("What spoke for it"), "{text}");
+    assert!(!text.contains("Evidence for it"), "{text}");
 }
 
 #[test]
@@ -116,7 +116,7 @@ fn what_cannot_be_told_apart_is_said_with_what_would_help() {
         &text,
         &[
             "/level was suspected at ",
-            "Nothing tells it from /pressure, so it is only suspected.",
+            "No evidence distinguishes it from /pressure, so it is only suspected.",
             "/pressure: not ruled out, it is part of every disagreement with /level",
             "A further witness of level that rests neither on /level nor on /pressure",
             "`shsa analyze` ranks what could be added",
@@ -128,13 +128,13 @@ fn what_cannot_be_told_apart_is_said_with_what_would_help() {
 #[test]
 fn a_witness_that_was_silent_is_named() {
     let folder = tank::folder();
-    // The volume is only known until 10 s; later it would have told the two apart.
+    // The volume is only known until 10 s; later it would have distinguished the two.
     let text = folder.ends("explain tank.yaml run.csv /level --inject drop:/volume@10s..", 0).stdout;
     tells(
         &text,
         &[
-            "Nothing tells it from /pressure",
-            "What had nothing to say\n  level: /level against /volume by cylinder\n      /volume was silent\n",
+            "No evidence distinguishes it from /pressure",
+            "Comparisons that are no evidence\n  level: /level against /volume by cylinder\n      /volume was silent\n",
             "A comparison that the model has: level: /level against /volume by cylinder; but /volume was silent.",
         ],
     );
@@ -148,9 +148,9 @@ fn a_time_without_a_decision_tells_the_verdict_and_why() {
         &text,
         &[
             "/level was healthy at 20.000 s: no decision about it stood",
-            "0 spoke against it and 2 for it",
+            "0 are evidence against it and 2 for it",
             "At least one independent witness agreed with it",
-            "What came of it",
+            "What followed",
             "failed\n",
         ],
     );
@@ -168,7 +168,11 @@ fn a_time_without_a_decision_tells_the_verdict_and_why() {
     let text = folder.ends("explain alone.yaml run.csv /level@20s --svg alone.svg", 0).stdout;
     tells(
         &text,
-        &["/level was unknown at 20.000 s", "No comparison speaks about /level", "That is not health."],
+        &[
+            "/level was unknown at 20.000 s",
+            "No comparison is evidence about /level",
+            "No comparison is evidence about /level: no other way",
+        ],
     );
     assert!(folder.read("alone.svg").contains("shsa-strong"));
 }
@@ -194,7 +198,7 @@ fn a_signal_that_recovers_is_told_to_be_trusted_again() {
         &text,
         &[
             "/pressure was found to have failed at ",
-            "What came of it\n",
+            "What followed\n",
             " restored\n      every comparison with it agrees again",
         ],
     );
@@ -203,7 +207,7 @@ fn a_signal_that_recovers_is_told_to_be_trusted_again() {
     let number = restored["number"].as_u64().unwrap();
     let faults = "--inject bias=6:/pressure@5s..15s";
     let text = folder.ends(&format!("explain tank.yaml run.csv {faults} --decision {number}"), 0).stdout;
-    tells(&text, &["/pressure was trusted again at ", "What spoke for it"]);
+    tells(&text, &["/pressure was trusted again at ", "Evidence for it"]);
 }
 
 #[test]
@@ -212,7 +216,7 @@ fn a_decision_about_a_need_leads_to_the_signal() {
     let text = folder.ends("explain tank.yaml run.csv --decision 2", 0).stdout;
     tells(
         &text,
-        &["level was substituted at ", "after what was decided about /level", "What spoke against it"],
+        &["level was substituted at ", "after what was decided about /level", "Evidence against it"],
     );
     folder.refuses(
         "explain tank.yaml run.csv --decision 3",
@@ -242,7 +246,7 @@ fn a_model_that_changes_is_followed() {
     folder.write("change.yaml", WITHOUT_VOLUME);
     let text =
         folder.ends("explain tank.yaml run.csv /level --reload change.yaml@10s --svg out.svg", 0).stdout;
-    tells(&text, &["/level was suspected", "Nothing tells it from /pressure"]);
+    tells(&text, &["/level was suspected", "No evidence distinguishes it from /pressure"]);
     tells(&folder.read("out.svg"), &["/pressure by hydrostatic", "suspected 3"]);
     let text = folder.ends("explain tank.yaml run.csv /volume@5s --reload change.yaml@10s", 0).stdout;
     tells(&text, &["/volume was healthy at 5.000 s"]);
@@ -273,14 +277,7 @@ fn drawings_and_pages_show_the_bands() {
     let page = folder.read("out.html");
     tells(
         &page,
-        &[
-            "<!DOCTYPE html>",
-            "<svg ",
-            "Over time",
-            "What spoke against it",
-            "Who else it could have been",
-            "tank.yaml",
-        ],
+        &["<!DOCTYPE html>", "<svg ", "Over time", "Evidence against it", "Other candidates", "tank.yaml"],
     );
     for outside in ["<script", "src=", "href=", "@import", "url("] {
         assert!(!page.contains(outside), "{outside}");

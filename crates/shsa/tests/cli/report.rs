@@ -24,10 +24,10 @@ fn a_page_tells_needs_decisions_signals_model_and_command() {
         assert!(told.contains(&time) && told.contains(event["kind"].as_str().unwrap()), "{told}");
     }
     let first = between(&page, "id=\"decision-1\">", "</details>");
-    assert!(first.contains("What spoke against it") && first.contains("/level said"), "{first}");
+    assert!(first.contains("Evidence against it") && first.contains("/level said"), "{first}");
     let explained = folder.ends("explain tank.yaml run.csv /level --inject bias=1:/level@10s..20s", 0).stdout;
     let spoken = between(first, "In plain words</h4>\n<ul>\n<li>", "</li>");
-    // Page and command tell the same, but the terminal's lines are wrapped.
+    // Page and command show the same, but the terminal's lines are wrapped.
     let words = |text: &str| text.split_whitespace().collect::<Vec<_>>().join(" ");
     assert!(words(&explained).contains(&words(spoken)), "{explained}\n{spoken}");
     for (signal, found) in report["signals"].as_object().unwrap() {

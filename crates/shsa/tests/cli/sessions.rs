@@ -240,7 +240,7 @@ fn a_campaign_says_what_is_in_no_share_and_counts_what_was_accused() {
     for text in [&ended.stdout, &folder.read("p.html"), &folder.read("c.md")] {
         assert!(text.contains("whose signal was accused before"), "{text}");
     }
-    // A constant value does not change when it is stuck, and this is told.
+    // A constant value does not change when it is stuck, and this is reported.
     let still: String = (0..100).map(|second| format!("{second},1,1\n")).collect();
     let folder = days(&[("1", format!("time [s],a,b\n{still}"))]);
     let ended = folder.ends("campaign m.yaml 1 --kinds stuck,drop --onsets 2", 0);

@@ -102,7 +102,7 @@ fn three_tanks_leak() {
     assert_eq!(pairs, told);
 }
 
-/// The speed is measured; to tell the current from it, the speed is eliminated.
+/// The speed is measured; to isolate the current from it, the speed is eliminated.
 #[test]
 fn the_sensors_of_an_electric_motor_are_told_apart_by_looking_behind_one() {
     let model = "\
@@ -135,7 +135,7 @@ signals:
     assert_eq!(gap(&answer, "ammeter", &json!("tachometer"))["because"], "winding is not solved for speed");
 }
 
-/// Flux and speed voltage of each phase determine each other: nothing is compared, and this is told.
+/// Flux and speed voltage of each phase determine each other: nothing is compared, and this is reported.
 #[test]
 fn the_loops_of_an_induction_motor_are_told_as_such() {
     let model = "\

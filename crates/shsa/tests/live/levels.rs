@@ -35,7 +35,7 @@ fn text(hex: &Value) -> String {
     String::from_utf8((0..hex.len()).step_by(2).map(byte).collect()).unwrap()
 }
 
-/// What a consumer hears of the level: on the value's message within and beside it, and on the status.
+/// The level that a consumer receives: on the value's message within and beside it, and on the status.
 #[derive(Debug, PartialEq)]
 struct Heard {
     is_status: bool,

@@ -122,7 +122,7 @@ fn who_does_not_read_holds_nobody_up() {
     let mut times: Vec<i64> = vec![parts.next("state")["head"]["time_ns"].as_i64().unwrap()];
     times.extend((0..20).map(|_| parts.next("change")["head"]["time_ns"].as_i64().unwrap()));
     assert!(times.is_sorted());
-    // Who wakes up is told the rest, and then what is.
+    // A page that wakes up gets the rest of the last part, and then the present state.
     for mut sleeper in sleepers {
         let mut time = sleeper.next("state")["head"]["time_ns"].as_i64().unwrap();
         for _ in 0..1_000 {

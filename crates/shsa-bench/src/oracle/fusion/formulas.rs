@@ -154,7 +154,7 @@ struct MaskedStep {
     estimate: Estimate,
 }
 
-/// A filter that leaves suspects out of its update, and still tells the innovation of each.
+/// A filter that leaves suspects out of its update, and still gives the innovation of each.
 pub(super) fn compare_masking(case: &Masking, compared: &mut Compared) -> anyhow::Result<()> {
     let mut filter = case.model.extended()?;
     let mut last = Time(0);

@@ -257,7 +257,7 @@ impl<'w> Maker<'w> {
         (0..self.count).map(|at| value(at, at as f64 / (self.count - 1).max(1) as f64)).collect()
     }
 
-    /// Waves whose frequencies are so many periods in all.
+    /// Waves whose frequencies make this many periods in the whole time.
     fn own(&mut self, sd: f64, from: f64, to: f64) -> Vec<f64> {
         let duration_s = self.duration_s();
         self.waves(sd, from / duration_s, to / duration_s)
@@ -279,7 +279,7 @@ impl<'w> Maker<'w> {
         self.each(|at, _| size * sine(at as f64 * STEP_S))
     }
 
-    /// Values that are each held for about so long.
+    /// Values that are each held for about this time.
     fn held(&mut self, hold_s: f64, least_s: f64, mut value: impl FnMut(&mut Chance) -> f64) -> Vec<f64> {
         let (mut until, mut now) = (f64::NEG_INFINITY, 0.0);
         (0..self.count)

@@ -290,7 +290,7 @@ impl Provider {
                 return Some(self.event(knowledge, kind, because, now));
             };
             // The switch is reported even after an event that nothing serves the need.
-            self.told.lose(self.settings.switching.probation, now);
+            self.reported.lose(self.settings.switching.probation, now);
             return Some(self.event(knowledge, EventKind::Unhealable, because.then(Joint::And, absent), now));
         }
         let because = self.absent(knowledge, monitor).map(|absent| only.then(Joint::And, absent));
@@ -373,7 +373,7 @@ impl Provider {
     ) -> Unsure {
         let kind = self.settings.when_unsure;
         // A change of the model repeats no event: values may have been uncertain before the change.
-        let is_told = self.told.is_uncertain();
+        let is_told = self.reported.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
         let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);
         unsure.following(last, is_told)

@@ -18,19 +18,19 @@ pub(super) struct Episode {
     /// Since when the source gives all values again.
     own_since: Option<Time>,
     /// The stand-in that an event has reported.
-    told: Option<WayIndex>,
+    reported: Option<WayIndex>,
 }
 
 impl Episode {
     /// An episode that begins now.
     pub(super) fn new(way: WayIndex, now: Time) -> Episode {
-        Episode { way, since: now, own_since: None, told: None }
+        Episode { way, since: now, own_since: None, reported: None }
     }
 
     /// The episode after a change of the model; `None` where the stand-in is gone.
     pub(super) fn inherit(self, inheritance: &Inheritance) -> Option<Episode> {
         let way = inheritance.way(self.way)?;
-        Some(Episode { way, told: self.told.and_then(|way| inheritance.way(way)), ..self })
+        Some(Episode { way, reported: self.reported.and_then(|way| inheritance.way(way)), ..self })
     }
 
     /// Notes a value of a stand-in; returns how long it has stood in where an event is due.
@@ -39,17 +39,17 @@ impl Episode {
         if self.way != way {
             (self.way, self.since) = (way, now);
         }
-        if self.told == Some(way) || now - self.since <= max_age {
+        if self.reported == Some(way) || now - self.since <= max_age {
             return None;
         }
-        self.told = Some(way);
+        self.reported = Some(way);
         Some(now - self.since)
     }
 
     /// Notes a value of the source itself; returns whether the episode is over.
     pub(super) fn note_own(&mut self, settings: &Settings, now: Time) -> bool {
         let own_since = *self.own_since.get_or_insert(now);
-        let calm = match self.told {
+        let calm = match self.reported {
             Some(_) => settings.switching.hold.max(settings.max_age),
             None => settings.half_age(),
         };
@@ -57,8 +57,8 @@ impl Episode {
     }
 
     /// The stand-in that an event has reported.
-    pub(super) fn told(&self) -> Option<WayIndex> {
-        self.told
+    pub(super) fn reported(&self) -> Option<WayIndex> {
+        self.reported
     }
 }
 

@@ -4,7 +4,7 @@
 //! support is held back even before there is a verdict, and a trusted way that is not contradicted fills in.
 
 mod settings;
-mod told;
+mod reported;
 mod statistics;
 mod blend;
 mod pace;
@@ -41,11 +41,11 @@ use alloc::string::String;
 use blend::Blend;
 use delegate::Delegate;
 use refusal::Refusals;
+use reported::Reported;
 use settings::Settings;
 use sources::Sources;
 use state::State;
 use statistics::Statistics;
-use told::Told;
 
 /// How a need is served.
 #[derive(Clone, Debug, PartialEq)]
@@ -120,7 +120,7 @@ pub(super) struct Provider {
     last: Option<(Time, Sample)>,
     /// The server of the last value, and the rest of the offset from the server before.
     blend: Blend,
-    told: Told,
+    reported: Reported,
     statistics: Statistics,
 }
 
@@ -146,7 +146,7 @@ impl Provider {
             started: None,
             last: None,
             blend: Blend::default(),
-            told: Told::NOTHING,
+            reported: Reported::NOTHING,
             statistics: Statistics::default(),
         };
         provider.refusals.note(knowledge, graph, ready_sources, id, &Lost::default());
@@ -183,10 +183,10 @@ impl Provider {
     /// what comes can change something.
     pub(super) fn next_deadline(&self, now: Time) -> Option<Time> {
         let served = self.last_served();
-        let overdue = served.filter(|_| !self.told.is_unserved());
+        let overdue = served.filter(|_| !self.reported.is_unserved());
         let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
         let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
-        let own = self.state.deadline(&self.settings, &self.told, served, held, now);
+        let own = self.state.deadline(&self.settings, &self.reported, served, held, now);
         overdue.into_iter().chain(own).chain(self.contracts.deadline()).min()
     }
 
@@ -233,8 +233,8 @@ impl Provider {
         because: Option<Reasons>,
         now: Time,
     ) -> Option<Event> {
-        let because = because.filter(|_| !self.told.is_unserved())?;
-        self.told.lose(self.settings.switching.probation, now);
+        let because = because.filter(|_| !self.reported.is_unserved())?;
+        self.reported.lose(self.settings.switching.probation, now);
         Some(self.event(knowledge, EventKind::Unhealable, because, now))
     }
 
@@ -250,7 +250,7 @@ impl Provider {
 
     /// Whether an event has reported that nothing serves the need.
     pub(super) fn is_unserved(&self) -> bool {
-        self.told.is_unserved()
+        self.reported.is_unserved()
     }
 
     /// The last published value, and when it was published.
@@ -289,7 +289,7 @@ impl Provider {
         self.started = old.started;
         self.last = old.last;
         self.statistics = old.statistics;
-        self.told = old.told;
+        self.reported = old.reported;
         self.switched = old.switched;
         self.refusals.inherit(&old.refusals, change);
         self.blend = old.blend.renamed(|server| match server {
@@ -357,7 +357,7 @@ impl Provider {
         let Situation { knowledge, monitor, now, .. } = *situation;
         self.started = Some(now);
         self.switched = before.switched;
-        self.told.recall(before.unserved);
+        self.reported.recall(before.unserved);
         // An older value is no evidence about now: it makes no jump, and no computation continues from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
         self.blend.pass_to(Server::Active { since: self.switched });

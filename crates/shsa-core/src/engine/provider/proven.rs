@@ -20,19 +20,19 @@ pub(super) struct Ranked {
     pub(super) utility: f64,
     figures: Figures,
     goes_on: bool,
-    pub(super) standing: Standing,
+    pub(super) rank: Rank,
 }
 
 impl Ranked {
     pub(super) fn new(at: usize, utility: f64, figures: Figures, goes_on: bool) -> Ranked {
-        Ranked { at, utility, figures, goes_on, standing: Standing::NONE }
+        Ranked { at, utility, figures, goes_on, rank: Rank::NONE }
     }
 
     /// Better sources come first: not relying on the need's own last value, then by utility, by record, and by the order of the
     /// search.
     pub(super) fn order(&self, other: &Ranked) -> Ordering {
         let by_utility = self.goes_on.cmp(&other.goes_on).then(other.utility.total_cmp(&self.utility));
-        by_utility.then(self.standing.cmp(&other.standing)).then(self.at.cmp(&other.at))
+        by_utility.then(self.rank.cmp(&other.rank)).then(self.at.cmp(&other.at))
     }
 
     /// The source's record, as events report it.
@@ -44,18 +44,18 @@ impl Ranked {
 
 /// The record of a source compared with others of the same utility; less is better.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Standing {
+pub(super) struct Rank {
     /// Per cent of the time in which the source was present and right.
     share: Reverse<u32>,
     /// The source's error beyond the smallest one, in steps of the root of two; an unknown error ranks last.
     distance: u32,
 }
 
-impl Standing {
-    /// The standing of every source where records do not count.
-    const NONE: Standing = Standing { share: Reverse(0), distance: 0 };
+impl Rank {
+    /// The rank of every source where records do not count.
+    const NONE: Rank = Rank { share: Reverse(0), distance: 0 };
 
-    pub(super) fn among(all: &[Ranked], ranked: &Ranked) -> Standing {
+    pub(super) fn among(all: &[Ranked], ranked: &Ranked) -> Rank {
         let equals = || {
             let is_equal = |other: &&Ranked| other.utility.total_cmp(&ranked.utility) == Ordering::Equal;
             all.iter().filter(is_equal).map(|other| other.figures)
@@ -70,10 +70,7 @@ impl Standing {
             true => 0,
             false => libm::floor(2.0 * libm::log2(error / finest.max(f64::MIN_POSITIVE))) as u32,
         };
-        Standing {
-            share: Reverse(libm::round(100.0 * share) as u32),
-            distance: error.map_or(u32::MAX, steps),
-        }
+        Rank { share: Reverse(libm::round(100.0 * share) as u32), distance: error.map_or(u32::MAX, steps) }
     }
 }
 
@@ -85,14 +82,14 @@ mod tests {
 
     fn ranked(agreement: Option<f64>, error: Option<f64>, availability: Option<f64>) -> Ranked {
         let figures = Figures { agreement, error, width: error.map(|_| 1.0), availability };
-        Ranked { at: 0, utility: 1.0, figures, goes_on: false, standing: Standing::NONE }
+        Ranked { at: 0, utility: 1.0, figures, goes_on: false, rank: Rank::NONE }
     }
 
     /// Checks that each source of the list is better than the next.
     #[track_caller]
     fn check(list: &[Ranked]) {
-        let standings: Vec<Standing> = list.iter().map(|one| Standing::among(list, one)).collect();
-        assert!(standings.is_sorted_by(|one, other| one < other), "{standings:?}");
+        let ranks: Vec<Rank> = list.iter().map(|one| Rank::among(list, one)).collect();
+        assert!(ranks.is_sorted_by(|one, other| one < other), "{ranks:?}");
     }
 
     #[test]
@@ -114,9 +111,9 @@ mod tests {
             ranked(Some(0.999), Some(0.04), Some(0.998)),
             ranked(Some(1.0), Some(0.0), Some(1.0)),
         ];
-        let standings = list.map(|one| Standing::among(&list, &one));
-        assert_eq!(standings[0], standings[1]);
-        assert_eq!(standings[0], standings[2]);
+        let ranks = list.map(|one| Rank::among(&list, &one));
+        assert_eq!(ranks[0], ranks[1]);
+        assert_eq!(ranks[0], ranks[2]);
     }
 
     fn share() -> impl Strategy<Value = Option<f64>> {
@@ -135,8 +132,8 @@ mod tests {
             let raised = |share: f64, by: f64| Some(share + (1.0 - share) * by);
             all.push(ranked(Some(one.0), Some(one.1), Some(one.2)));
             all.push(ranked(raised(one.0, better.0), Some(one.1 * better.1), raised(one.2, better.2)));
-            let standing = |back: usize| Standing::among(&all, &all[all.len() - back]);
-            prop_assert!(standing(1) <= standing(2));
+            let rank = |back: usize| Rank::among(&all, &all[all.len() - back]);
+            prop_assert!(rank(1) <= rank(2));
         }
     }
 }

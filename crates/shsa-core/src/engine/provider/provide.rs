@@ -2,8 +2,8 @@
 
 use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
 use super::episode::{Episode, Fault};
+use super::reported::News;
 use super::settings::Given;
-use super::told::News;
 use super::{Provider, Server, State};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
@@ -227,7 +227,7 @@ impl Provider {
         if !episode.note_own(&self.settings, now) {
             return None;
         }
-        let told = episode.told();
+        let told = episode.reported();
         serving.episode = None;
         let before = monitor.way(told?).map(|way| way.computation.way().describe(knowledge));
         let before = before.map_or(Reason::BeforeNothing, |source| Reason::Before { source });
@@ -325,11 +325,12 @@ impl Provider {
     fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
         let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
-        let because = match self.told.serve(is_certain, is_break, self.settings.switching.probation, now)? {
-            News::TrustedAgain => Reason::TrustedAgain,
-            News::ServedAgain if is_certain => Reason::ServedAgain,
-            News::ServedAgain => Reason::ServedAgainUncertain,
-        };
+        let because =
+            match self.reported.serve(is_certain, is_break, self.settings.switching.probation, now)? {
+                News::TrustedAgain => Reason::TrustedAgain,
+                News::ServedAgain if is_certain => Reason::ServedAgain,
+                News::ServedAgain => Reason::ServedAgainUncertain,
+            };
         Some(self.event(knowledge, EventKind::Restored, because, now))
     }
 
@@ -359,8 +360,8 @@ impl Provider {
         let is_decided = matches!(self.state, State::Unsure(_));
         let unsure = self.state.unsure_mut()?;
         let (served_by, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
-        self.told.doubt();
-        if self.told.is_unserved() {
+        self.reported.doubt();
+        if self.reported.is_unserved() {
             // The event that the need is served again reports the uncertainty, too.
             return None;
         }
@@ -379,7 +380,7 @@ impl Provider {
     /// Reports when the need has not been served for longer than a value may be old.
     fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let age = now - self.last_served()?;
-        if age <= self.settings.max_age || self.told.is_unserved() {
+        if age <= self.settings.max_age || self.reported.is_unserved() {
             return None;
         }
         let limits = Reason::Limits { age: self.settings.max_age, width: self.settings.max_width };

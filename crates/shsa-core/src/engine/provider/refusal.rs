@@ -14,7 +14,7 @@ use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
 /// At most this many refusals are remembered, so that each is reported once.
-const MOST_TOLD: usize = 256;
+const MOST_REPORTED: usize = 256;
 
 /// The wait before a source that fell short is used again doubles at most this often.
 const MOST_DOUBLINGS: u32 = 6;
@@ -22,7 +22,7 @@ const MOST_DOUBLINGS: u32 = 6;
 /// Refused sources, each with its shortfalls, and sources whose values fell short.
 #[derive(Debug, Default)]
 pub(super) struct Refusals {
-    told: Vec<Refused>,
+    reported: Vec<Refused>,
     open: Vec<Refused>,
     short: Vec<Short>,
 }
@@ -56,13 +56,13 @@ impl Refusals {
     /// left aside.
     pub(super) fn inherit(&mut self, old: &Refusals, change: &Succession<'_>) {
         let same = |(way, reasons): &Refused| Some((way.succeeded(change.lineage)?, reasons.clone()));
-        self.told = old.told.iter().filter_map(same).collect();
+        self.reported = old.reported.iter().filter_map(same).collect();
         self.short = old.short.iter().filter_map(|short| short.inherit(change)).collect();
     }
 
     /// Marks the open refusals as reported: after a restart they are no news.
     pub(super) fn take_as_told(&mut self) {
-        self.told.append(&mut self.open);
+        self.reported.append(&mut self.open);
     }
 
     /// Notes the sources better than the allowed ones that the need's demands refuse.
@@ -74,11 +74,14 @@ impl Refusals {
         need: NeedId,
         lost: &Lost,
     ) {
-        let Refusals { told, open, .. } = self;
+        let Refusals { reported, open, .. } = self;
         for (way, shortfalls) in ready_sources.refused(knowledge, graph, need, lost) {
             let reasons = shortfalls.iter().map(|shortfall| shortfall.reason(knowledge));
             let refused = (way, reasons.collect());
-            if told.len() + open.len() < MOST_TOLD && !told.contains(&refused) && !open.contains(&refused) {
+            if reported.len() + open.len() < MOST_REPORTED
+                && !reported.contains(&refused)
+                && !open.contains(&refused)
+            {
                 open.push(refused);
             }
         }
@@ -103,7 +106,7 @@ impl Refusals {
             let count = (open.len() - MOST_NAMED) as u64;
             because = because.then(Joint::Next, Reason::MoreSources { count });
         }
-        self.told.extend(open);
+        self.reported.extend(open);
         because
     }
 

@@ -4,7 +4,7 @@
 
 use super::super::ready_sources::ReadySources;
 use super::super::ways::{Lost, Source};
-use super::proven::{Ranked, Standing};
+use super::proven::{Rank, Ranked};
 use super::situation::Situation;
 use crate::assurance::Assessments;
 use crate::knowledge::{KnowledgeBase, NeedId, VariableId};
@@ -164,9 +164,9 @@ impl Sources {
     /// Compares the record of each source with those of the others.
     fn compare(&mut self) {
         for at in 0..self.ranked.len() {
-            let standing = self.ranked.get(at).map(|ranked| Standing::among(&self.ranked, ranked));
-            if let (Some(ranked), Some(standing)) = (self.ranked.get_mut(at), standing) {
-                ranked.standing = standing;
+            let rank = self.ranked.get(at).map(|ranked| Rank::among(&self.ranked, ranked));
+            if let (Some(ranked), Some(rank)) = (self.ranked.get_mut(at), rank) {
+                ranked.rank = rank;
             }
         }
     }

@@ -3,8 +3,8 @@
 use super::Better;
 use super::episode::Episode;
 use super::pace::Pace;
+use super::reported::Reported;
 use super::settings::Settings;
-use super::told::Told;
 use super::unsure::Unsure;
 use crate::knowledge::{KnowledgeBase, SignalSet};
 use crate::monitor::rests_on;
@@ -170,7 +170,7 @@ impl State {
     pub(super) fn deadline(
         &self,
         settings: &Settings,
-        told: &Told,
+        reported: &Reported,
         served: Option<Time>,
         held: impl FnOnce() -> Option<Time>,
         now: Time,
@@ -179,7 +179,7 @@ impl State {
             served.map(|served| self.late_after(served, settings) + Span(1)).filter(|late| *late > now);
         let own = match self {
             State::Serving(_) => held(),
-            State::Unsure(unsure) if !told.is_unserved() => {
+            State::Unsure(unsure) if !reported.is_unserved() => {
                 unsure.ends(settings.max_age).map(|ends| ends + Span(1))
             }
             State::Unserved | State::Unsure(_) => None,

@@ -13,7 +13,7 @@ use alloc::vec::Vec;
 
 /// The inputs of plans.
 #[derive(Clone, Copy)]
-pub(super) struct Ground<'a> {
+pub(super) struct Inputs<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) graph: &'a Graph,
     pub(super) derivations: &'a Derivations,
@@ -33,15 +33,15 @@ impl Workshop {
     /// All plans of a variable, and the work they took; `None` when `work` is not enough for the first.
     pub(super) fn prepare(
         &mut self,
-        ground: Ground,
+        inputs: Inputs,
         variable: VariableId,
         work: u64,
     ) -> (Option<Prepared>, u64) {
-        self.reach.fit(ground.graph.variables());
-        let left = work.min(ground.preparation.work_each);
+        self.reach.fit(inputs.graph.variables());
+        let left = work.min(inputs.preparation.work_each);
         let (entries, plans, reads) = (BTreeMap::new(), Vec::new(), Vec::new());
         let workshop = self;
-        let job = Job { workshop, ground, variable, entries, plans, reads, left };
+        let job = Job { workshop, inputs, variable, entries, plans, reads, left };
         let (prepared, unused) = job.run();
         let work = left - unused;
         let enough = if unused == 0 { u64::MAX } else { work };
@@ -66,7 +66,7 @@ struct Situation<'a> {
 
 struct Job<'a> {
     workshop: &'a mut Workshop,
-    ground: Ground<'a>,
+    inputs: Inputs<'a>,
     variable: VariableId,
     /// By the lost signals: the place of the plan, and the signals whose loss matters then.
     entries: BTreeMap<Vec<SignalId>, (usize, Vec<SignalId>)>,
@@ -79,7 +79,7 @@ struct Job<'a> {
 impl<'a> Job<'a> {
     fn run(mut self) -> (Option<Prepared>, u64) {
         let Some(base) = self.without(&[], None) else { return (None, 0) };
-        let events = self.ground.derivations.with_origins(&base.matters);
+        let events = self.inputs.derivations.with_origins(&base.matters);
         let complete = self.losses(&base, &events).is_some();
         let entry = |(lost, (plan, matters))| Entry { lost, plan, matters };
         let entries = self.entries.into_iter().map(entry).collect();
@@ -99,7 +99,7 @@ impl<'a> Job<'a> {
         for &event in events {
             self.event(base, &[event])?;
         }
-        if self.ground.preparation.pairs {
+        if self.inputs.preparation.pairs {
             self.pairs(base, &leaders)?;
             self.pairs_of_events(base, events)?;
         }
@@ -108,7 +108,7 @@ impl<'a> Job<'a> {
 
     /// The loss of some signals and all that are derived from them; returns the signals that matter after it.
     fn event(&mut self, base: &Situation<'a>, lost: &[SignalId]) -> Option<Vec<SignalId>> {
-        let lost = self.ground.derivations.with_derived(lost);
+        let lost = self.inputs.derivations.with_derived(lost);
         let (mut set, mut matters) = (Vec::new(), base.matters.clone());
         loop {
             let all = with(&set, &lost, &matters);
@@ -126,10 +126,10 @@ impl<'a> Job<'a> {
     fn pairs_of_events(&mut self, base: &Situation<'a>, events: &[SignalId]) -> Option<()> {
         for &one in events {
             let matters = self.event(base, &[one])?;
-            for &other in events.iter().chain(&self.ground.derivations.with_origins(&matters)) {
+            for &other in events.iter().chain(&self.inputs.derivations.with_origins(&matters)) {
                 self.pay(1)?;
                 // Without derived signals, the loss is one of the pairs.
-                if self.ground.derivations.with_derived(&[one, other]).len() > 2 {
+                if self.inputs.derivations.with_derived(&[one, other]).len() > 2 {
                     self.event(base, &[one, other])?;
                 }
             }
@@ -164,7 +164,7 @@ impl<'a> Job<'a> {
         known: &Situation<'a>,
         lost: &[SignalId],
     ) -> Option<Option<Situation<'a>>> {
-        let view = View::new(self.ground.graph, &without(self.ground.options, lost));
+        let view = View::new(self.inputs.graph, &without(self.inputs.options, lost));
         if !self.makes_no_difference(base, known, &view, lost)? {
             return self.without(lost, Some((base, view))).map(Some);
         }
@@ -189,11 +189,11 @@ impl<'a> Job<'a> {
         view: &View<'a>,
         lost: &[SignalId],
     ) -> Option<bool> {
-        if self.ground.preparation.requirements.limits_paths() {
+        if self.inputs.preparation.requirements.limits_paths() {
             // A provided variable may be older, or less exact, than a computed one.
             return Some(false);
         }
-        for variable in lost.iter().filter_map(|&signal| self.ground.graph.carried(signal)) {
+        for variable in lost.iter().filter_map(|&signal| self.inputs.graph.carried(signal)) {
             let (before, after) = (known.view.status(variable), view.status(variable));
             if before == after {
                 continue;
@@ -205,7 +205,7 @@ impl<'a> Job<'a> {
             }
             let beyond = if core::ptr::eq(base, known) { &[][..] } else { known.reached.readings(variable) };
             for reading in base.reached.readings(variable).iter().chain(beyond) {
-                self.pay(1 + self.ground.graph.inputs(reading.producer.relation).len() as u64)?;
+                self.pay(1 + self.inputs.graph.inputs(reading.producer.relation).len() as u64)?;
                 let weight = |view: &View| view.weight(&reading.producer, reading.place);
                 if weight(view) < weight(&known.view) {
                     return Some(false);
@@ -222,20 +222,20 @@ impl<'a> Job<'a> {
         lost: &[SignalId],
         after: Option<(&Situation<'a>, View<'a>)>,
     ) -> Option<Situation<'a>> {
-        let options = without(self.ground.options, lost);
+        let options = without(self.inputs.options, lost);
         let (view, reached) = match after {
             Some((base, view)) => {
                 let reached = self.reach_beyond(base, &view, lost, &options)?;
                 (view, reached)
             }
             None => {
-                let view = View::new(self.ground.graph, &options);
+                let view = View::new(self.inputs.graph, &options);
                 let reached = self.workshop.reach.from(&view, self.variable, &options, self.left)?;
                 (view, reached)
             }
         };
         self.pay(reached.work)?;
-        let Ground { knowledge, graph, preparation, .. } = self.ground;
+        let Inputs { knowledge, graph, preparation, .. } = self.inputs;
         let Preparation { count, limits, requirements, .. } = preparation;
         let search =
             BestFirst::with_scratch(&mut self.workshop.scratch, graph, self.variable, &options, *limits);
@@ -271,7 +271,7 @@ impl<'a> Job<'a> {
                 && !base.reached.readings(variable).is_empty()
                 && !options.substitute_provided
         };
-        let carried = lost.iter().filter_map(|&signal| self.ground.graph.carried(signal));
+        let carried = lost.iter().filter_map(|&signal| self.inputs.graph.carried(signal));
         let mut lost: Vec<_> = carried.filter(is_lost).collect();
         lost.sort_unstable();
         lost.dedup();
@@ -285,9 +285,9 @@ impl<'a> Job<'a> {
 
     /// The usable signals that carry the reached variables, ascending.
     fn carriers(&self, reached: &Reached) -> Vec<SignalId> {
-        let forbidden = &self.ground.options.forbidden_signals;
+        let forbidden = &self.inputs.options.forbidden_signals;
         let carriers =
-            reached.variables.iter().flat_map(|&variable| self.ground.graph.usable_carriers(variable));
+            reached.variables.iter().flat_map(|&variable| self.inputs.graph.usable_carriers(variable));
         let mut carriers: Vec<_> = carriers.filter(|signal| !forbidden.contains(signal)).collect();
         carriers.sort_unstable();
         carriers

@@ -27,7 +27,7 @@ use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use carry::Succession;
 use derivation::Derivations;
-use job::{Ground, Workshop};
+use job::{Inputs, Workshop};
 use prepare::{Prepared, without};
 
 /// The best plans of some variables after each loss; of no variables by default.
@@ -301,8 +301,8 @@ impl Contingency {
         work: u64,
     ) -> (Option<Prepared>, u64) {
         let Contingency { derivations, preparation, options, workshop, .. } = self;
-        let ground = Ground { knowledge, graph, derivations, preparation, options };
-        let made = workshop.prepare(ground, variable, work);
+        let inputs = Inputs { knowledge, graph, derivations, preparation, options };
+        let made = workshop.prepare(inputs, variable, work);
         self.searches += made.0.as_ref().map_or(0, |made| made.plans.len() as u64);
         made
     }

@@ -281,7 +281,7 @@ fn a_cut_or_a_choice_before_the_full_stop_is_no_part_of_it() {
 }
 
 #[test]
-fn prolog_is_told_from_yaml() {
+fn prolog_is_distinguished_from_yaml() {
     for text in [
         "% x",
         "\u{feff} /* a */ f(x).",

@@ -146,7 +146,7 @@ fn kind_of(address: &str) -> &str {
 struct Reader {
     clock: Clock,
     /// By address; transducers by address and name.
-    topics: BTreeMap<(String, String), Told>,
+    topics: BTreeMap<(String, String), ReportedTopic>,
     /// The number of lines without a sentence.
     other: u64,
     /// The number of sentences without a known time.
@@ -155,7 +155,7 @@ struct Reader {
 
 /// A topic that was reported.
 #[derive(Clone, Copy)]
-struct Told {
+struct ReportedTopic {
     id: TopicId,
     known: Option<&'static Known>,
 }
@@ -194,7 +194,7 @@ impl Reader {
         }
     }
 
-    fn told(&mut self, address: &str, cells: usize, listener: &mut dyn Listener) -> Option<Told> {
+    fn told(&mut self, address: &str, cells: usize, listener: &mut dyn Listener) -> Option<ReportedTopic> {
         if let Some(told) = self.topics.get(&(address.to_owned(), String::new())) {
             return Some(*told);
         }
@@ -209,7 +209,7 @@ impl Reader {
         };
         let kind = format!("NMEA {name}");
         let id = listener.topic(Topic { full: address, ..Topic::new(name, &kind, fields) });
-        let told = Told { id, known };
+        let told = ReportedTopic { id, known };
         self.topics.insert((address.to_owned(), String::new()), told);
         Some(told)
     }
@@ -230,7 +230,7 @@ impl Reader {
                     let tags = [("name", name)];
                     let topic = Topic::new("XDR", "NMEA XDR", Fields::named(fields));
                     let id = listener.topic(Topic { full: sentence.address, tags: &tags, ..topic });
-                    self.topics.insert(key, Told { id, known: None });
+                    self.topics.insert(key, ReportedTopic { id, known: None });
                     id
                 }
             };

@@ -1,4 +1,4 @@
-//! `docs/events.md` against the kinds of the core; the stories that it names show what it says.
+//! `docs/events.md` against the kinds of the core; the stories that it names show what it describes.
 
 use super::document::{Document, code};
 use shsa_core::diagnosis::Verdict;
@@ -19,7 +19,7 @@ fn linked(cell: &str) -> String {
     path.unwrap_or_else(|| panic!("no link to a story in {cell}")).to_owned()
 }
 
-/// The events of stories, each told once.
+/// The events of stories, each reported once.
 #[derive(Default)]
 struct Told(BTreeMap<String, Vec<Event>>);
 

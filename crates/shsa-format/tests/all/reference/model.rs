@@ -116,7 +116,7 @@ fn every_property_is_described() {
     page().section("Properties").names_exactly("property", PROPERTIES);
 }
 
-/// The cell of a section that says what holds without a key.
+/// The cell of a section with the default of a key.
 fn without(section: &str, head: &str, name: &str) -> String {
     let rows = page().section(section).rows(head);
     let row = rows.into_iter().find(|row| code(&row[0]) == [name]).unwrap();

@@ -74,7 +74,7 @@ fn lines_of_json_are_read_as_told() {
     assert!(scan[0] == 1.0 && scan[1].is_nan() && scan[2] == f64::INFINITY, "{scan:?}");
 }
 
-/// Written lines have the keys that are told, and no other.
+/// Written lines have the keys that are reported, and no other.
 #[test]
 fn every_key_of_a_line_is_described() {
     let sample = Sample { wanted: 0, time: Time(5), received: Time(7), value: RawValue::Number(1.0) };

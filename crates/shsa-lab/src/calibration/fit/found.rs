@@ -63,7 +63,7 @@ pub struct PairFit {
     pub spread: f64,
     /// This distance as a share of the variation of the first way, both for means over several comparisons.
     pub unexplained: f64,
-    /// Whether the two ways are shown to tell the same; a pair that does not hold is not fitted.
+    /// Whether the two ways are shown to measure the same; a pair that does not hold is not fitted.
     pub holds: bool,
     /// The delay of the first way relative to the second in seconds, and the remaining share of the spread; `None` when no delay
     /// was accepted.

@@ -28,7 +28,7 @@ const PAIR: f64 = std::f64::consts::SQRT_2;
 const TOGETHER: usize = 31;
 /// The least number of blocks.
 const FEWEST_BLOCKS: usize = 10;
-/// Above this share of the values' own variation, nothing shows that two ways tell the same.
+/// Above this share of the values' own variation, nothing shows that two ways measure the same.
 pub(super) const UNEXPLAINED: f64 = 0.5;
 
 /// The deviation of one signal, in the signal's unit.

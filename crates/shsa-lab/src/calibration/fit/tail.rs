@@ -4,7 +4,7 @@ use crate::calibration::chance::Chance;
 
 /// The tail begins at this quantile, on either side.
 const FROM: f64 = 0.95;
-/// With fewer clusters, a tail tells nothing about its shape.
+/// With fewer clusters, the shape of a tail is unknown.
 const FEWEST: usize = 8;
 /// The range of shapes: from bounded to so heavy that there is barely a variance.
 const SHAPES: (f64, f64) = (-0.4, 0.45);

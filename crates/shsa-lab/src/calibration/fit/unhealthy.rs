@@ -17,7 +17,7 @@ const TIMES: f64 = 5.0;
 /// At most one block in this many may be unhealthy: frequent deviations are no exception.
 const ONE_IN: usize = 10;
 
-/// Fewer blocks do not tell what is usual.
+/// Fewer blocks do not show what is usual.
 const FEWEST_BLOCKS: usize = 20;
 
 /// An unhealthy stretch of the fitted part.

@@ -1,5 +1,5 @@
-//! What the pages show, row by row, each with the look that has changed it: the difference for a reader are the rows that have
-//! changed since it was told.
+//! The rows that the pages show, each with the number of the look that has changed it. A reader gets the rows that have changed
+//! since its last look.
 
 use crate::view::{Look, SIGNALS};
 use serde_json::{Map, Value, json};
@@ -7,10 +7,10 @@ use std::collections::{BTreeMap, VecDeque};
 use std::time::Duration;
 use tokio::time::Instant;
 
-/// So many decisions are kept for pages that are opened.
+/// How many decisions are kept for pages that are opened later.
 const EVENTS: usize = 200;
 
-/// Tables of which a look brings only some rows.
+/// The tables of which a look updates only some rows.
 const IN_TURN: [&str; 2] = ["signals", "readings"];
 
 /// A table of a model.
@@ -20,31 +20,31 @@ struct Table {
     name: String,
 }
 
-/// A row of a table; one that is gone is null.
+/// A row of a table; a removed row is null.
 #[derive(Debug)]
 struct Row {
     value: Value,
-    /// The look that has changed it.
+    /// The number of the look that has changed the row.
     changed: u64,
 }
 
-/// What the pages show.
+/// The content of all pages.
 #[derive(Debug, Default)]
 pub(super) struct Board {
-    /// When the run was looked at last.
+    /// The time of the last look at the run.
     looked: Option<Instant>,
     /// The number of that look, from 1.
     number: u64,
-    /// What stands above all tables.
+    /// The values above all tables.
     head: Map<String, Value>,
     tables: BTreeMap<Table, BTreeMap<String, Row>>,
-    /// Of each model.
+    /// The version of each model.
     versions: BTreeMap<String, u64>,
-    /// The latest decisions, each with the look that has brought it.
+    /// The latest decisions, each with the number of the look that has brought it.
     events: VecDeque<(u64, Value)>,
     /// The number of the next decision.
     since: Option<u64>,
-    /// The signal whose turn is next.
+    /// The first signal of the next look.
     from: usize,
 }
 
@@ -54,12 +54,12 @@ impl Board {
         self.number
     }
 
-    /// Whether the run was not looked at for so long.
+    /// Whether the last look at the run is older than `age`.
     pub(super) fn is_older_than(&self, age: Duration) -> bool {
         self.looked.is_none_or(|looked| looked.elapsed() >= age)
     }
 
-    /// What is to be looked at next.
+    /// The next look at the run.
     pub(super) fn look(&self) -> Look {
         Look { since: self.since, from: self.from }
     }
@@ -74,7 +74,7 @@ impl Board {
         self.versions.get(model).copied()
     }
 
-    /// Takes in what was seen; whether something was decided.
+    /// Adds the result of a look; returns whether there was a decision.
     pub(super) fn take(&mut self, seen: Value) -> bool {
         let Value::Object(mut head) = seen else { return false };
         self.looked = Some(Instant::now());
@@ -105,7 +105,7 @@ impl Board {
         has_news
     }
 
-    /// Another version of a model has other rows.
+    /// Drops the rows of an earlier version of a model.
     fn follow(&mut self, model: &str, version: u64) {
         if self.versions.insert(model.to_owned(), version).is_none_or(|before| before == version) {
             return;
@@ -114,13 +114,13 @@ impl Board {
         rows.flat_map(|(_, rows)| rows.values_mut()).for_each(|row| row.change(Value::Null, self.number));
     }
 
-    /// Takes in rows that are not seen in the run, but follow from it.
+    /// Adds rows that follow from the run without being a part of it.
     pub(super) fn add(&mut self, model: &str, name: &str, rows: Value) {
         self.number += 1;
         self.fill(model, name, rows);
     }
 
-    /// Takes in rows of a table. O(rows log rows).
+    /// Adds rows of a table. O(rows log rows).
     fn fill(&mut self, model: &str, name: &str, rows: Value) {
         let Value::Object(mut news) = rows else { return };
         let table = Table { model: model.to_owned(), name: name.to_owned() };
@@ -144,7 +144,7 @@ impl Board {
         rows.filter(|(_, row)| !row.value.is_null()).map(|(name, row)| (name.as_str(), &row.value))
     }
 
-    /// What has changed since a look; everything for who has seen none. O(rows).
+    /// The changes since a look; everything for a new reader. O(rows).
     pub(super) fn part(&self, seen: Option<u64>) -> Value {
         let mut models: Map<String, Value> = Map::new();
         let is_news = |row: &&Row| match seen {
@@ -178,7 +178,7 @@ impl Row {
 mod tests {
     use super::*;
 
-    /// What was seen of a run with one model, two needs and some signals.
+    /// The result of a look at a run with one model, two needs and some signals.
     fn seen(next_event: u64, signals: &[(&str, &str)], value: f64) -> Value {
         let signals: Map<String, Value> = signals
             .iter()
@@ -214,7 +214,7 @@ mod tests {
         assert_eq!(rows(&board.part(Some(quick))), [r#"signals/t={"verdict":"healthy"}"#]);
         let slow = quick;
         assert!(board.take(seen(4, &[("s", "failed")], 0.7)));
-        // The slow one gets the latest row of each, and nothing of what was in between.
+        // The slow reader gets the latest row of each, and no earlier ones.
         let missed = rows(&board.part(Some(slow)));
         assert_eq!(missed.len(), 3, "{missed:?}");
         assert!(missed.contains(&"values/a=[0.7,0.7]".to_owned()), "{missed:?}");

@@ -1,4 +1,4 @@
-//! The models as pages know them: fetched from the run once for each version, and asked in threads that decide nothing.
+//! The models for the pages: fetched from the run once for each version, and examined in threads that decide nothing.
 
 use super::super::Request;
 use super::super::http::{Shared, ask};
@@ -13,10 +13,10 @@ use tokio::task::spawn_blocking;
 pub(super) struct Known(Arc<Mutex<BTreeMap<String, Arc<WhatIf>>>>);
 
 impl Known {
-    /// A model as it is now; `None` where there is none of this name, or the run is ending.
+    /// A model in its present version; `None` where there is none of this name, or the run is ending.
     pub(super) async fn model(&self, shared: &Shared, name: &str) -> Option<Arc<WhatIf>> {
         let version = shared.pages.board.lock().await.version(name);
-        // Whoever comes meanwhile waits for the same.
+        // Other readers wait for the same answer.
         let mut models = self.0.lock().await;
         let known = models.get(name).filter(|it| Some(it.knowledge().version()) == version);
         if let Some(known) = known {

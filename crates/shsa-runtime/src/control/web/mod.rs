@@ -1,8 +1,8 @@
-//! The live page over HTTP, and the stream that it draws: all rows first, then those that have changed.
+//! The live page over HTTP, and the stream behind it: all rows first, then those that have changed.
 //!
-//! The next part of a stream is made only when its reader has taken the one before. Who reads slowly gets fewer parts with the
-//! latest rows in each, and who does not read costs nothing. All pages share one [`Board`], however many there are, and the run is
-//! asked no oftener than for one page.
+//! The next part of a stream is made only when its reader has taken the one before. A slow reader gets fewer parts with the
+//! latest rows in each, and an idle reader costs nothing. All pages share one [`Board`], and looks at the run are no more
+//! frequent than for one page.
 
 mod board;
 mod known;
@@ -28,21 +28,21 @@ use tokio::task::spawn_blocking;
 use tokio::time::{Instant, sleep};
 use tokio_stream::StreamExt;
 
-/// How often a page gets news at most.
+/// The shortest time between two updates of a page.
 const PACE: Duration = Duration::from_millis(100);
-/// A page takes no more than one part in so many of the thread that serves all of them.
+/// All pages together take at most one part in this many of the serving thread's time.
 const SHARE: u32 = 10;
 
-/// What all pages see.
+/// The state that all pages share.
 #[derive(Clone, Default)]
 pub(super) struct Pages {
     board: Arc<Mutex<Board>>,
     known: Known,
-    /// Taken by who finds out what is left if more is lost.
+    /// Held while a thread computes which losses the needs survive.
     turn: Arc<Mutex<()>>,
 }
 
-/// A file of the page; who has it already is told so.
+/// A file of the page; a browser with the same version gets an empty answer.
 pub(super) async fn file(uri: Uri, headers: HeaderMap) -> Response {
     let Some(file) = shsa_web::file(uri.path()) else {
         return problem(StatusCode::NOT_FOUND, "there is no such page");
@@ -68,18 +68,18 @@ pub(super) async fn changes(State(shared): State<Shared>) -> Response {
     stream(shared, |shared| Reader { shared, seen: None, rest: Duration::ZERO })
 }
 
-/// Whose bands are asked for.
+/// The variable whose bands are requested.
 #[derive(Deserialize)]
 pub(super) struct OfVariable {
     model: String,
     variable: String,
 }
 
-/// What the ways of knowing a variable say from now on, as server-sent events.
+/// The values of all ways of knowing a variable from now on, as server-sent events.
 pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVariable>) -> Response {
     let OfVariable { model, variable } = asked;
     let wanted = BandsOf { model, variable, heard: Heard::default() };
-    // Whether there is such a variable.
+    // Checks that the variable exists.
     match ask(&shared, Request::Bands(wanted.clone())).await {
         Ok(Reply::Refused(why)) => problem(StatusCode::NOT_FOUND, &why),
         Err(response) => response,
@@ -87,8 +87,8 @@ pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVa
     }
 }
 
-/// Server-sent events of somebody who is told part by part, until the run ends.
-fn stream<T: Told>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
+/// A stream of server-sent events, made part by part until the run ends.
+fn stream<T: Parts>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
     let Ok(place) = shared.streams.clone().try_acquire_owned() else {
         return problem(StatusCode::SERVICE_UNAVAILABLE, "as many streams as may be are open already");
     };
@@ -96,29 +96,29 @@ fn stream<T: Told>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
     let parts = tokio_stream::iter(std::iter::repeat(told));
     let parts = parts.then(|told| async move { told.lock().await.next().await });
     let parts = parts.map_while(move |part| {
-        // As long as the stream is there.
+        // Holds the place for as long as the stream exists.
         let _held = &place;
         part.map(Ok::<_, Infallible>)
     });
     Sse::new(parts).keep_alive(KeepAlive::default()).into_response()
 }
 
-/// Somebody who is told part by part.
-trait Told: Send + 'static {
-    /// What is told next; `None` when the run is ending.
+/// A source of the parts of a stream.
+trait Parts: Send + 'static {
+    /// The next part; `None` when the run is ending.
     fn next(&mut self) -> impl Future<Output = Option<Event>> + Send;
 }
 
-/// Somebody who looks at the page.
+/// The stream of a page.
 struct Reader {
     shared: Shared,
-    /// The number of the last look that has gone out; `None` before the first.
+    /// The number of the last sent look; `None` before the first.
     seen: Option<u64>,
-    /// How long the next part has to wait.
+    /// The pause before the next part.
     rest: Duration,
 }
 
-impl Told for Reader {
+impl Parts for Reader {
     async fn next(&mut self) -> Option<Event> {
         sleep(self.rest).await;
         let pages = self.shared.pages.clone();
@@ -145,14 +145,14 @@ async fn refresh(shared: &Shared, board: &mut Board) -> Option<()> {
     Some(())
 }
 
-/// Somebody who looks at the bands of a variable.
+/// The stream of a variable's bands.
 struct Listener {
     shared: Shared,
     wanted: BandsOf,
     is_first: bool,
 }
 
-impl Told for Listener {
+impl Parts for Listener {
     async fn next(&mut self) -> Option<Event> {
         if !std::mem::take(&mut self.is_first) {
             sleep(PACE).await;
@@ -164,13 +164,13 @@ impl Told for Listener {
     }
 }
 
-/// Which model is asked about.
+/// The requested model.
 #[derive(Deserialize)]
 pub(super) struct OfModel {
     model: String,
 }
 
-/// What a model consists of.
+/// The content of a model.
 pub(super) async fn model(
     State(shared): State<Shared>,
     Query(OfModel { model }): Query<OfModel>,
@@ -181,7 +181,7 @@ pub(super) async fn model(
     }
 }
 
-/// What is asked about losses.
+/// A question about losses.
 #[derive(Deserialize)]
 pub(super) struct Losses {
     model: String,

@@ -1,4 +1,4 @@
-//! What is left if more is lost: how many losses each need survives now, and what would take over.
+//! How many further losses each need survives, and what would serve it after each of them.
 
 use super::super::http::Shared;
 use super::board::Board;
@@ -10,14 +10,14 @@ use shsa_core::substitution::Way;
 use std::collections::{BTreeMap, BTreeSet};
 use tokio::task::spawn_blocking;
 
-/// What may be spent on the needs of one model after a decision, in steps.
+/// The effort for the needs of one model after a decision, in steps.
 const STEPS: u64 = 300_000;
-/// So many losses of one signal are told of each need.
+/// The most losses of one signal that are listed for each need.
 const MOST_LOSSES: usize = 200;
 
-/// Finds out how many losses the needs survive now, beside everything else; it is on the board when it is known.
+/// Computes in a thread of its own how many losses the needs survive now; the result goes to the board.
 pub(super) fn look_ahead(shared: &Shared, board: &Board) {
-    // Who finds out already looks again when it is done.
+    // The thread that computes at present starts again at its end.
     let Ok(turn) = shared.pages.turn.clone().try_lock_owned() else { return };
     let (shared, mut known) = (shared.clone(), situations(board));
     tokio::spawn(async move {
@@ -29,7 +29,7 @@ pub(super) fn look_ahead(shared: &Shared, board: &Board) {
             let board = shared.pages.board.lock().await;
             let now = situations(&board);
             if now == known {
-                // Before the board is let go: what is decided next finds the turn free.
+                // Released before the board, so that the next decision can start a new computation.
                 drop(turn);
                 return;
             }
@@ -38,13 +38,13 @@ pub(super) fn look_ahead(shared: &Shared, board: &Board) {
     });
 }
 
-/// How a model stands.
+/// The present state of a model.
 #[derive(Clone, PartialEq, Eq)]
 struct Situation {
     model: String,
     /// The signals that nothing may rest on.
     lost: BTreeSet<String>,
-    /// Of each need, the signals that serve it.
+    /// The signals that serve each need.
     serving: BTreeMap<String, Vec<String>>,
 }
 

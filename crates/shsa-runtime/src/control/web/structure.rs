@@ -1,4 +1,4 @@
-//! What a model consists of, for who draws it as a graph.
+//! The content of a model for its drawing as a graph.
 
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};

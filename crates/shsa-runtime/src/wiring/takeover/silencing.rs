@@ -39,7 +39,7 @@ impl Takeover {
             return self.refuse("no message of it was heard yet, so nobody knows how to write one", now);
         }
         if let (Some(patterns), Some(message)) = (&mut patterns, self.template.remembered()) {
-            // The kept message is only needed after a restart, which tells when it is missing.
+            // The kept message is only needed after a restart, which reports when it is missing.
             let _ = patterns.keep(&self.signal, &message);
         }
         let job = Job::begin(&self.settings.silence, bridge);

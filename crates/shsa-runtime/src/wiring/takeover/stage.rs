@@ -3,7 +3,7 @@
 use crate::wiring::action::Job;
 use shsa_core::time::Time;
 
-/// A note to tell.
+/// A note to report.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(in super::super::super) struct Note {
     /// `silenced`, `refused`, `returning`, `returned`.
@@ -40,14 +40,14 @@ pub(super) enum Stage {
     /// The source publishes itself.
     Watching,
     Silencing(Job),
-    /// When the name was last heard, and how often.
+    /// When the last message under the name came, and how many have come.
     Checking {
         heard: Option<Time>,
         count: u64,
     },
     /// This instance publishes under the name.
     Taken,
-    /// The source is let back; its name is served until the source is heard again.
+    /// The source may publish again; its name is served until its first message.
     Restoring(Job),
     /// The attempt has failed, or the source is back: nothing is done before `until`.
     Waiting {

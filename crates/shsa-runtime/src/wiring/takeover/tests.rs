@@ -241,7 +241,7 @@ fn a_source_that_cannot_be_let_back_is_told_and_tried_again() {
     bench.pass(500);
     assert_eq!(bench.told(), []);
     bench.pass(600);
-    bench.check_told("returning", "nothing speaks against it any more");
+    bench.check_told("returning", "no evidence is against it any more");
 }
 
 #[test]

@@ -20,7 +20,7 @@ impl Takeover {
         match () {
             () if self.is_released || now < self.not_before => None,
             () if self.is_ordered_back => Some("by order of the operator"),
-            () if !is_bad => Some("nothing speaks against it any more"),
+            () if !is_bad => Some("no evidence is against it any more"),
             () if is_probed => Some("it gets another chance"),
             () => None,
         }

@@ -60,14 +60,14 @@ impl<'a> Explanation<'a> {
                 && each.explained_by.is_empty()
         });
         let why = match (left.count(), end.clean_since) {
-            _ if end.absence.is_some() => "nothing usable comes".to_owned(),
+            _ if end.absence.is_some() => "no usable value comes".to_owned(),
             (0, Some(since)) => format!(
                 "all agree since {}, and {} of that are asked",
                 self.words.time(since),
                 words::span(end.probation)
             ),
-            (0, None) if end.stands_still => "it still says what it said when it was accused".to_owned(),
-            (0, None) => "no independent witness speaks for it".to_owned(),
+            (0, None) if end.stands_still => "it still has the value with which it was accused".to_owned(),
+            (0, None) => "no independent witness supports it".to_owned(),
             (1, _) => "one comparison still disagrees".to_owned(),
             (count, _) => format!("{count} comparisons still disagree"),
         };

@@ -1,7 +1,7 @@
 //! The rivals: other signals that may be faulty instead; and what would have cleared the signal.
 
 use super::super::words::listed;
-use super::{Item, MOST_LISTED, Testimony, item};
+use super::{EvidenceInWords, Item, MOST_LISTED, item};
 use shsa_core::diagnosis::Component;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::diagnosis::candidates as diagnosis;
@@ -15,9 +15,9 @@ use std::collections::BTreeSet;
 /// An equal probability for every rival, because only their number matters here.
 const EQUAL_PRIOR: f64 = 0.01;
 
-impl<'a> Testimony<'a> {
-    /// Signals that no evidence tells from the accused.
-    pub(super) fn untold(&self) -> Vec<&'a Rival> {
+impl<'a> EvidenceInWords<'a> {
+    /// Signals that no evidence distinguishes from the accused.
+    pub(super) fn undistinguished(&self) -> Vec<&'a Rival> {
         self.evidence().rivals.iter().filter(|rival| rival.explains_all()).collect()
     }
 
@@ -45,7 +45,7 @@ impl<'a> Testimony<'a> {
         if let Some(first) = rival.supported.first() {
             let (own, other) = (self.words.way(&first.own), self.words.way(&first.other));
             let count = rival.supported.len();
-            let speak = if count == 1 { "speaks" } else { "speak" };
+            let speak = if count == 1 { "bearing" } else { "speak" };
             let count = counted(count, "comparison");
             notes.push(format!("{count} without {signal} {speak} for it, such as {own} with {other}"));
         }
@@ -80,11 +80,11 @@ impl<'a> Testimony<'a> {
             .collect();
         (liars.len() > 1).then(|| {
             let names = self.words.signals(&liars);
-            format!("If it is sound, at least {} others lie at once, such as {names}", liars.len())
+            format!("If it is sound, at least {} others are faulty at once, such as {names}", liars.len())
         })
     }
 
-    /// The evidence that would have told the signal from the others, or spoken for it.
+    /// The evidence that would have distinguished the signal from the others, or supported it.
     pub(in super::super) fn would_clear(&self) -> Vec<String> {
         let (evidence, signal) = (self.evidence(), self.signal);
         if self.conflicts().next().is_none() {
@@ -92,13 +92,14 @@ impl<'a> Testimony<'a> {
                 self.event.and_then(|event| event.symptom).is_some_and(|it| it != Symptom::Inconsistent);
             return if absent { vec![format!("Possible values of {signal}, in time.")] } else { Vec::new() };
         }
-        let untold = self.untold();
-        let mut lines: Vec<String> = self.unheard(&untold);
+        let undistinguished = self.undistinguished();
+        let mut lines: Vec<String> = self.unheard(&undistinguished);
         let variable = self.variable();
-        if untold.is_empty() {
+        if undistinguished.is_empty() {
             lines.extend(self.nearest_rival());
         } else {
-            let names: Vec<&str> = untold.iter().map(|rival| self.words.signal(rival.signal)).collect();
+            let names: Vec<&str> =
+                undistinguished.iter().map(|rival| self.words.signal(rival.signal)).collect();
             lines.push(format!(
                 "A further witness of {variable} that rests neither on {signal} nor on {}: whichever it agrees with is \
                  cleared. `shsa analyze` ranks what could be added.",
@@ -128,13 +129,13 @@ impl<'a> Testimony<'a> {
         ))
     }
 
-    /// Comparisons of the model that would have told the signal from others, if they had had a result.
-    fn unheard(&self, untold: &[&Rival]) -> Vec<String> {
+    /// Comparisons of the model that would have distinguished the signal from others, if they had had a result.
+    fn unheard(&self, undistinguished: &[&Rival]) -> Vec<String> {
         let of_signal = self.evidence().comparisons.iter().filter(|each| {
             let is_unknown = each.relationship == ResidualState::Unknown && each.bears_witness;
-            is_unknown && !untold.iter().any(|rival| each.signals.contains(rival.signal))
+            is_unknown && !undistinguished.iter().any(|rival| each.signals.contains(rival.signal))
         });
-        let of_rivals = untold.iter().flat_map(|rival| &rival.unheard);
+        let of_rivals = undistinguished.iter().flat_map(|rival| &rival.unheard);
         let told = |each: &Comparison| {
             let (what, why) =
                 (self.words.comparison(each), self.words.why_silent(each, self.evidence().time));

@@ -4,7 +4,7 @@
 use super::case::{Admissions, Cases};
 use super::thinned::{Stretches, Thinned};
 use crate::bands::{Giver, Watched};
-use crate::explain::{Section, is_accusation, testimony};
+use crate::explain::{Section, evidence_sections, is_accusation};
 use core::ops::Bound;
 use shsa_core::circle;
 use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
@@ -228,7 +228,7 @@ impl Recorder {
 fn explanation(run: &Run, known: &KnowledgeBase, event: &Event) -> Option<Vec<Section>> {
     let signal = run.engine.knowledge().signal(&known.signals()[event.signal?].name)?;
     let evidence = run.engine.evidence(signal, event.time);
-    Some(testimony(run.engine.knowledge(), run.first, &evidence, event))
+    Some(evidence_sections(run.engine.knowledge(), run.first, &evidence, event))
 }
 
 impl VariableRecord {

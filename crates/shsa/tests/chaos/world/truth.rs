@@ -1,4 +1,4 @@
-//! Compares the consumer's values with the truth: the last decimals of every reading tell the time of its measurement.
+//! Compares the consumer's values with the truth: the last decimals of every reading encode the time of its measurement.
 
 use serde_json::Value;
 
@@ -6,7 +6,7 @@ use serde_json::Value;
 const PERIOD: f64 = 60.0;
 const LOW: f64 = 10.0;
 const SLOPE: f64 = 2.0;
-/// Readings tell their time modulo this, seconds.
+/// Readings encode their time modulo this, seconds.
 const TURN: f64 = 100.0;
 /// The largest error of a value without a fault: two sensors can agree although they differ by the sum of their errors, plus the
 /// change that `max_rate` allows between two readings, plus rounding.

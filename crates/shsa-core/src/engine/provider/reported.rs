@@ -4,7 +4,7 @@ use crate::time::{Span, Time};
 
 /// The last reported state.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Standing {
+enum Service {
     /// The need is served; this is the initial state.
     Served,
     /// The need is not served.
@@ -25,8 +25,8 @@ pub(super) enum News {
 
 /// What events have reported about a need, and since when it is served.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Told {
-    standing: Standing,
+pub(super) struct Reported {
+    service: Service,
     /// Whether an event has reported that values are uncertain.
     is_uncertain: bool,
     /// When an event last reported that the need is served again, and since when it is served without a break.
@@ -34,13 +34,13 @@ pub(super) struct Told {
     steady_since: Option<Time>,
 }
 
-impl Told {
+impl Reported {
     /// Nothing has been reported.
-    pub(super) const NOTHING: Told =
-        Told { standing: Standing::Served, is_uncertain: false, served_again: None, steady_since: None };
+    pub(super) const NOTHING: Reported =
+        Reported { service: Service::Served, is_uncertain: false, served_again: None, steady_since: None };
 
     pub(super) fn is_unserved(&self) -> bool {
-        self.standing != Standing::Served
+        self.service != Service::Served
     }
 
     pub(super) fn is_uncertain(&self) -> bool {
@@ -49,14 +49,14 @@ impl Told {
 
     /// Sets what was reported before a restart.
     pub(super) fn recall(&mut self, unserved: bool) {
-        self.standing = if unserved { Standing::Unserved { is_wary: false } } else { Standing::Served };
+        self.service = if unserved { Service::Unserved { is_wary: false } } else { Service::Served };
     }
 
     /// Notes an event that the need is not served. If the need is then served for moments only, the service is reported after the
     /// probation.
     pub(super) fn lose(&mut self, probation: Span, now: Time) {
         let is_wary = self.served_again.is_some_and(|at| now - at < probation);
-        self.standing = Standing::Unserved { is_wary };
+        self.service = Service::Unserved { is_wary };
         self.is_uncertain = false;
     }
 
@@ -77,14 +77,14 @@ impl Told {
         if is_break || self.steady_since.is_none() {
             self.steady_since = Some(now);
         }
-        let Standing::Unserved { is_wary } = self.standing else {
+        let Service::Unserved { is_wary } = self.service else {
             return was_uncertain.then_some(News::TrustedAgain);
         };
         let lasts = self.steady_since.is_some_and(|since| now - since >= probation);
         if is_wary && !lasts {
             return None;
         }
-        self.standing = Standing::Served;
+        self.service = Service::Served;
         self.served_again = Some(now);
         Some(News::ServedAgain)
     }
