@@ -218,7 +218,7 @@ impl Outlet {
 
     /// The middle of a value's validity, by the wall clock.
     pub(super) fn stamp(publication: &Publication, clock: &Clock) -> Time {
-        clock.by_wall(Time(publication.validity.from.0.midpoint(publication.validity.to.0)))
+        clock.by_wall(publication.validity.centre())
     }
 
     /// Sends a value. Sends nothing if the messages to copy are not known yet, or if the value cannot be written.

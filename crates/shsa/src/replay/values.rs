@@ -46,7 +46,7 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
     };
     let mut told = json!({
         "signal": need.signal,
-        "time_ns": publication.validity.to.0,
+        "time_ns": publication.validity.centre().0,
         "received_ns": publication.time.0,
         "value": value,
         "quality": publication.quality.name(),

@@ -229,6 +229,22 @@ fn what_is_served_is_written() {
 }
 
 #[test]
+fn an_uncertain_time_is_written_by_its_middle() {
+    let model = "shsa: 1
+variables: { x: { range: [-100, 100] } }
+signals: { a: { variable: x, source: r#a, rate: 1 Hz, value_error: 0.1, time_error: 200 ms } }
+needs: { x: { signal: /x, max_age: 5 s } }
+";
+    let folder =
+        Folder::with(&[("m.yaml", model.as_bytes()), ("r.csv", b"time [s],a\n0,1\n1,1.01\n2,1\n3,1.01\n")]);
+    folder.ends("replay m.yaml r.csv --output out.jsonl", 0);
+    let lines = folder.read("out.jsonl");
+    let values: Vec<Value> = lines.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let times: Vec<i64> = values.iter().map(|value| value["time_ns"].as_i64().unwrap()).collect();
+    assert_eq!(times, [0, 1_000_000_000, 2_000_000_000, 3_000_000_000]);
+}
+
+#[test]
 fn injected_faults_are_compared_with_the_run_without() {
     let report = tank::folder().json("replay tank.yaml run.csv --inject bias=1:/level@10s..20s", 0);
     let need = &report["needs"]["level"];

@@ -65,7 +65,7 @@ impl NeedRecord {
         self.last = Some((publication.time, publication.quality));
         self.admissions.take(publication);
         if let PublishedValue::Scalar(value) = &publication.value {
-            self.values.push(publication.validity.to, *value);
+            self.values.push(publication.validity.centre(), *value);
         }
     }
 
