@@ -40,7 +40,7 @@ impl History {
         let value = self.predicted(0, samples, at)?;
         let estimate = Interval::new(value - reach, value + reach);
         if max_rate <= 0.0 {
-            return estimate.is_bounded().then_some(estimate);
+            return (!estimate.is_empty() && estimate.is_bounded()).then_some(estimate);
         }
         let farthest = (moment.to - newest.validity.from).seconds();
         let possible = newest.value.widened(farthest * max_rate);
