@@ -4,6 +4,7 @@ mod processor;
 mod program;
 mod structure;
 mod table;
+mod in_loop;
 mod alignment;
 mod charge;
 mod day;

@@ -278,9 +278,16 @@ impl Kernel for Product<'_> {
 /// A pivot up to this share of its diagonal element counts as zero.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
-/// How far rounding alone may bring a pivot below zero, as a share of its diagonal element; earlier small pivots magnify
-/// rounding.
+/// How far rounding alone may bring a pivot below zero, as a share of its diagonal element, while no earlier pivot is small.
 const LOST: f64 = 1e-10;
+
+/// How far rounding alone may bring a pivot below zero, as a share of its diagonal element. An earlier pivot is wrong by about
+/// [`ROUNDING`] of its own diagonal element; divided by the pivot, this share carries over to all later ones. `magnified` is the
+/// largest diagonal element in units of its pivot so far.
+#[inline(always)]
+fn lost(magnified: f64) -> f64 {
+    LOST.max(ROUNDING * magnified)
+}
 
 /// `p = l diag(d) l'`, of the lower triangle of `p`. n^3 / 2 products.
 pub(crate) struct Factor<'a> {
@@ -297,7 +304,7 @@ impl Kernel for Factor<'_> {
     fn run(self, size: impl Size, scratch: &mut [f64]) -> Option<(usize, f64)> {
         let n = size.rows();
         let (p, l, d) = (self.p.get(..n * n)?, self.l.get_mut(..n * n)?, self.d.get_mut(..n)?);
-        let (sum, mut worst) = (scratch.get_mut(..n)?, None);
+        let (sum, mut worst, mut magnified) = (scratch.get_mut(..n)?, None, 1.0_f64);
         for (j, column) in size.columns(p).enumerate() {
             sum.copy_from_slice(column);
             for (l, d) in size.columns(l).zip(d.iter()).take(j) {
@@ -305,7 +312,7 @@ impl Kernel for Factor<'_> {
             }
             let (pivot, own) = (*sum.get(j)?, column.get(j)?.abs());
             let is_number = pivot.is_finite();
-            if (pivot < -LOST * own || !is_number) && worst.is_none() {
+            if (pivot < -lost(magnified) * own || !is_number) && worst.is_none() {
                 worst = Some((j, pivot));
             }
             let is_zero = pivot <= ROUNDING * own || !is_number;
@@ -315,6 +322,7 @@ impl Kernel for Factor<'_> {
                 l.fill(0.0);
             } else {
                 let inverse = 1.0 / pivot;
+                magnified = magnified.max(own * inverse);
                 l.iter_mut().zip(sum.iter()).for_each(|(l, sum)| *l = sum * inverse);
                 l.get_mut(..j)?.fill(0.0);
             }
@@ -339,14 +347,15 @@ impl Kernel for Definite<'_> {
         let n = size.rows();
         let (p, work) = (self.p.get(..n * n)?, self.work.get_mut(..n * n)?);
         work.copy_from_slice(p);
-        let (eliminated, mut is_sound) = (scratch.get_mut(..n)?, true);
+        let (eliminated, mut is_sound, mut magnified) = (scratch.get_mut(..n)?, true, 1.0_f64);
         // Each pivot is eliminated from all later columns at once, which is faster than column by column.
         for j in 0..n {
             let (pivot, own) = (*work.get(j * n + j)?, p.get(j * n + j)?.abs());
-            is_sound &= pivot >= -LOST * own && pivot.is_finite();
+            is_sound &= pivot >= -lost(magnified) * own && pivot.is_finite();
             if pivot > ROUNDING * own {
                 eliminated.copy_from_slice(work.get(j * n..(j + 1) * n)?);
                 let inverse = 1.0 / pivot;
+                magnified = magnified.max(own * inverse);
                 for (column, below) in size.columns_mut(work).zip(eliminated.iter()).skip(j + 1) {
                     add_scaled(column, -below * inverse, eliminated);
                 }

@@ -225,15 +225,24 @@ mod tests {
     }
 
     proptest! {
+        /// The first two rows are almost parallel where `beside` is small: then rounding is magnified.
         #[test]
-        fn factors_give_the_matrix_again(numbers in prop::collection::vec(-3.0..3.0_f64, 12)) {
-            let half = Matrix::from_row_slice(4, 3, &numbers);
+        fn factors_give_the_matrix_again(numbers in prop::collection::vec(-3.0..3.0_f64, 12), beside in -9.0..0.5_f64) {
+            let mut half = Matrix::from_row_slice(4, 3, &numbers);
+            let near = half.row(0) + half.row(1) * 10_f64.powf(beside);
+            half.set_row(1, &near);
             let p = &half * half.transpose();
             let mut factors = Factors::new(4);
             prop_assert_eq!(factors.factor(&p, 4), None);
+            let mut sound = p.clone();
+            prop_assert!(!heal(&mut sound, &mut Factors::new(4), &mut work(4)));
             let mut again = Matrix::zeros(4, 4);
             factors.product(&mut again);
-            prop_assert!((&again - &p).amax() < 1e-9, "{} {}", again, p);
+            // A pivot within rounding of zero is taken for zero with its column, and the root of that share may be missing; the
+            // rounding of a small pivot is magnified as `lost` says.
+            let kept = (0..4).filter(|i| factors.d[*i] > 0.0).map(|i| p[(i, i)] / factors.d[i]);
+            let share = 1e-7 + 4e-15 * kept.fold(1.0, f64::max);
+            prop_assert!((&again - &p).amax() <= share * p.amax(), "{share} {again} {p}");
         }
 
         #[test]

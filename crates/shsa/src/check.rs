@@ -23,6 +23,7 @@ Limits for the readings of a signal; a reading beyond is out of range, too fast,
                        `timeout` together where a `delay` is given, else `none`
   frozen_after: 2 s    the longest time with exactly the same reading (of at least three); default:
                        no limit. For sensors of which no two readings are equal
+  rests_at: 0          the value at which `frozen_after` does not count
 
 Errors of a signal's values:
   value_error: 0.3     a bound, plus-minus or [lowest, highest]: a value within it is sound, a value
@@ -35,6 +36,8 @@ Times of a signal's values:
   delay: 500 ms        the age of the content at its time stamp
   mean_over: 1 s       the time over which each value is a mean, centred at the stamp minus the
                        delay; the value is compared with means over the same time
+  access: estimate     a computation after the latest value uses an estimate for its moment; default:
+                       `port`, the latest value; `both`: the latest value for half a period
   time_error: 50 ms    the error of that moment, to either side
   hold: true           a value stands until the next one, as with polled signals: a repeated value
                        is no new measurement, and the signal is silent only after a given `timeout`";

@@ -6,9 +6,10 @@
 mod cell;
 mod circuit;
 mod methods;
+mod modelled;
 
-use crate::Outcome;
 use crate::table::{Errors, Table, write_document};
+use crate::{Outcome, tell};
 use cell::Row;
 use circuit::Circuit;
 use methods::{Method, Scenario, run_method};
@@ -25,6 +26,9 @@ columns Time(s), Current(A), Voltage(V), Capacity(Ah) and Mode. The circuit is f
 pub(crate) struct Arguments {
     /// A recording of charges and discharges from empty to full.
     file: PathBuf,
+    /// The model of the cell, models/cell-charge.yaml, to be run in the loop over the recording.
+    #[arg(long, value_name = "FILE")]
+    model: Option<PathBuf>,
     /// Write charge.md there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -64,12 +68,16 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             })
         )?;
     }
-    let table = table(&results);
+    let mut tables = vec![table(&results)];
+    match &arguments.model {
+        Some(model) => tables.push(modelled::table(model, &arguments.file, &rows, arguments.json)?),
+        None => tell("SKIPPED: the model in the loop: no --model FILE"),
+    }
     if !arguments.json {
-        writeln!(stdout().lock(), "{table}")?;
+        tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;
     }
     if let Some(folder) = &arguments.out {
-        write_document(folder, "charge", "State of charge", &introduction(&circuit), &[table])?;
+        write_document(folder, "charge", "State of charge", &introduction(&circuit), &tables)?;
     }
     Ok(Outcome::Done)
 }
@@ -109,7 +117,7 @@ fn table(results: &[Result]) -> Table {
 
 fn introduction(circuit: &Circuit) -> String {
     format!(
-        "Written by `shsa-bench charge discharge_1c.csv --out docs`.\n\n\
+        "Written by `shsa-bench charge discharge_1c.csv --model models/cell-charge.yaml --out docs`.\n\n\
          A cell is charged and discharged four times ([batterysim/equiv-circ-model]\
          (https://github.com/batterysim/equiv-circ-model), MIT). What is true is the count of the cycler itself, which ends each \
          charge within 0.2 % of where the one before did. The circuit, an open-circuit curve of {} points, a resistance of \

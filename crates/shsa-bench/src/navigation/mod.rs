@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         table(&results, "Speed: mean square error in (m/s)²", |error| error.speed.mean_square()),
     ];
     match &arguments.husky {
-        Some(file) => tables.push(husky::table(file)?),
+        Some(file) => tables.push(husky::table(file, arguments.json)?),
         None => tell("SKIPPED: the recorded rover: no --husky FILE"),
     }
     if !arguments.json {

@@ -62,6 +62,21 @@ fn the_charge_is_known_with_one_sensor_lost() {
     }
 }
 
+/// The same holds for what the model serves in the loop, and its voltage is there throughout: no gap as long as its max_age.
+#[test]
+fn the_model_serves_charge_and_voltage_with_one_sensor_lost() {
+    let Some(file) = recorded("battery/discharge_1c.csv") else { return };
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/cell-charge.yaml");
+    let lines = lines(&format!("charge {} --model {model}", file.display()));
+    let runs: Vec<&Value> = lines.iter().filter(|line| line["model"].is_string()).collect();
+    assert_eq!(runs.len(), 6);
+    for run in runs {
+        let limit = if run["lost"].is_null() { 0.01 } else { 0.02 };
+        assert!(run["greatest"].as_f64().unwrap() < limit, "{run}");
+        assert!(run["voltage_gap_s"].as_f64().unwrap() < 150.0, "{run}");
+    }
+}
+
 #[test]
 fn what_moves_evenly_is_better_extrapolated() {
     let Some(folder) = recorded("") else { return };

@@ -2,7 +2,8 @@
 //!
 //! A [`History`] keeps the recent past of one input, bounded. It answers two questions: which values overlap a validity
 //! ([`History::overlapping`], for combinations), and what is the value at a validity ([`History::at`]): the hull of the
-//! overlapping samples, else the nearest value, grown by the largest rate of change over the gap. A [`Port`] keeps the past of
+//! overlapping samples, else the nearest value, grown by the largest rate of change over the gap; [`History::ahead`] estimates what
+//! comes after the newest one. A [`Port`] keeps the past of
 //! one signal, scalar or vector, tests each observation by itself (late, out of order, invalid, out of range, too fast, the same
 //! for too long), and counts the results. [`Clocks`] find wrong time stamps.
 
@@ -10,6 +11,7 @@ mod clock;
 mod reception;
 mod history;
 mod about;
+mod ahead;
 mod gate;
 mod port;
 

@@ -173,7 +173,8 @@ impl Port {
             RawValue::Interval { lo, hi } => signal.enclose_bounds(lo, hi),
             RawValue::Vector(_) => return None,
         };
-        let is_same = self.standstill.value == Some(value);
+        let rests = signal.limits.rests_at.is_some_and(|rest| value.contains(rest));
+        let is_same = !rests && self.standstill.value == Some(value);
         self.standstill.record(is_same, Some(value), now)
     }
 
@@ -315,6 +316,12 @@ impl Port {
     #[must_use]
     pub fn scalar_at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
         self.scalars.at(moment, reach)
+    }
+
+    /// The estimate of a scalar after its newest sample; see [`History::ahead`].
+    #[must_use]
+    pub fn scalar_ahead(&self, moment: Validity, max_rate: f64) -> Option<Interval> {
+        self.scalars.ahead(moment, max_rate)
     }
 
     /// The vector that overlaps a moment or is nearest to it within `max_gap`.

@@ -4,7 +4,7 @@ use crate::alignment::{Known, Port, Reach, Sample};
 use crate::circle;
 use crate::expression::Value;
 use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Shape, SignalId};
+use crate::knowledge::{Access, IdVec, KnowledgeBase, Lineage, Shape, SignalId};
 use crate::time::{Span, Validity};
 
 /// The source of a program's input.
@@ -37,6 +37,8 @@ pub(super) struct Input {
     delay: Span,
     /// Whether a value stands until the next one.
     stands: bool,
+    /// What is taken for the value after the latest one.
+    access: Access,
     /// Whether its observations are the moments at which the way is evaluated, and it is read as it was observed there.
     pub(super) is_trigger: bool,
 }
@@ -47,10 +49,10 @@ impl Input {
         let max_rate = knowledge.variables()[description.variable].max_rate.unwrap_or(0.0);
         let max_gap = period(knowledge, signal).map(|period| period.times(2) + description.delay);
         let shape = knowledge.variables()[description.variable].shape;
-        let (delay, stands) = (description.delay, description.holds);
+        let (delay, stands, access) = (description.delay, description.holds, description.access);
         // What only repeats the value that stands is no observation to look up.
         let is_trigger = trigger == Some(signal) && !stands;
-        Input { signal, shape, max_rate, max_gap, delay, stands, is_trigger }
+        Input { signal, shape, max_rate, max_gap, delay, stands, access, is_trigger }
     }
 
     pub(super) fn succeeded(self, lineage: &Lineage) -> Option<Input> {
@@ -97,7 +99,14 @@ impl Input {
 
     #[inline(never)]
     fn scalar_near(&self, port: &Port, moment: Validity) -> Option<Interval> {
-        port.scalar_at(moment, self.reach(self.max_gap(port))).map(|reading| reading.value)
+        let reading = port.scalar_at(moment, self.reach(self.max_gap(port)))?;
+        let is_fresh = match self.access {
+            Access::Port => true,
+            Access::Estimate => false,
+            Access::Both => port.spacing().is_none_or(|spacing| reading.gap.times(2) <= spacing),
+        };
+        let estimate = if is_fresh { None } else { port.scalar_ahead(moment, self.max_rate) };
+        Some(estimate.unwrap_or(reading.value))
     }
 
     fn reach(&self, max_gap: Span) -> Reach {

@@ -262,8 +262,12 @@ pub struct SignalDraft {
     pub max_delay: Option<Text>,
     /// How long readings may stay exactly the same, or `none`.
     pub frozen_after: Option<Text>,
+    /// The value at which readings may stay the same for any time: a number in the signal's unit, or a quantity.
+    pub rests_at: Option<Text>,
     /// `true` when a value stands until the next one, or `false`.
     pub hold: Option<Text>,
+    /// `port`, `estimate` or `both`: what is computed from it later takes for its value.
+    pub access: Option<Text>,
     /// Names of signals that it is computed from.
     pub derived_from: Vec<Text>,
     /// Common causes (a device, a clock, a power supply) that the signal shares with others, each with its prior probability.

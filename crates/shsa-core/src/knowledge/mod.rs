@@ -48,7 +48,7 @@ pub use lineage::Lineage;
 pub use need::{INTEGRITY_LEVELS, ISOLATIONS, Need, Switching, WhenUnsure, integrity_level};
 pub use parts::{Contradiction, join, part};
 pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
-pub use signal::{CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
+pub use signal::{Access, CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 pub use variable::{Shape, Variable};
 

@@ -68,7 +68,9 @@ impl Draft {
                 &mut it.max_rate,
                 &mut it.max_delay,
                 &mut it.frozen_after,
+                &mut it.rests_at,
                 &mut it.hold,
+                &mut it.access,
             ];
             texts.into_iter().flatten().chain(&mut it.derived_from).for_each(&mut *each);
             it.shares.iter_mut().for_each(|(cause, prior)| {

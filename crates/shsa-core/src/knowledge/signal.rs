@@ -50,6 +50,24 @@ impl Scaling {
     }
 }
 
+/// What is computed from a signal at a moment after its latest value takes for its value then.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum Access {
+    /// The latest value.
+    #[default]
+    Port,
+    /// An estimate from its recent values.
+    Estimate,
+    /// The latest value for half a period, then the estimate.
+    Both,
+}
+
+impl Access {
+    /// Every access and its name in models.
+    pub const NAMES: [(&str, Access); 3] =
+        [("port", Access::Port), ("estimate", Access::Estimate), ("both", Access::Both)];
+}
+
 /// The limits of a sound signal's readings, including its errors; `None` where no limit is known.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct ReadingLimits {
@@ -62,6 +80,8 @@ pub struct ReadingLimits {
     pub max_delay: Option<Span>,
     /// How long readings may stay exactly the same while they keep coming.
     pub frozen_after: Option<Span>,
+    /// The value, SI, at which readings may stay the same for as long as they like, as a speed does at rest.
+    pub rests_at: Option<f64>,
     /// The turn after which the variable's values repeat, SI; see [`Variable::wraps`](super::Variable::wraps).
     pub turn: Option<f64>,
 }
@@ -114,6 +134,8 @@ pub struct Signal {
     /// Whether a value stands until the next one: it is asked for now and then, and what it says again between two answers is no
     /// new measurement.
     pub holds: bool,
+    /// What is computed from it later takes for its value.
+    pub access: Access,
     /// What its readings can be.
     pub limits: ReadingLimits,
     /// The signals that this signal is computed from: it is no independent witness about them.
@@ -141,6 +163,7 @@ impl Signal {
             mean_over: Span::ZERO,
             timeout: None,
             holds: false,
+            access: Access::Port,
             limits: ReadingLimits::default(),
             derived_from: Vec::new(),
             properties: Properties::new(),

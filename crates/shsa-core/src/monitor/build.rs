@@ -9,7 +9,7 @@ use crate::alignment::{Clocks, History, Port, Reach};
 use crate::computation::Computation;
 use crate::expression::{Formula, Symbol};
 use crate::knowledge::{
-    Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
+    Access, Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
 use crate::substitution::{Step, Way};
 use crate::time::Span;
@@ -196,7 +196,8 @@ fn lookback(computations: &[Computation]) -> Span {
 fn port(knowledge: &KnowledgeBase, signal: SignalId, lookback: Span) -> Port {
     let signal = &knowledge.signals()[signal];
     let variable = &knowledge.variables()[signal.variable];
-    Port::new(variable.shape, signal, capacity(signal.rate_hz, lookback))
+    let estimated = if signal.access == Access::Port { 0 } else { History::AHEAD };
+    Port::new(variable.shape, signal, capacity(signal.rate_hz, lookback).max(estimated))
 }
 
 fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {

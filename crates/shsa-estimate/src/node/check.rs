@@ -38,18 +38,12 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
             "choose another method, or change its model",
         )];
     }
-    let Ok(mut system) = build::system(knowledge, fusion, false) else { return Vec::new() };
-    let count = fusion.inputs.len().min(MOST);
-    let all = unobserved(&mut system, fusion, &|_| true);
-    let mut found: Vec<Diagnostic> = all.iter().map(|state| of_state(fusion, *state)).collect();
-    for lost in (0..count).filter(|_| count > 1) {
-        let states = unobserved(&mut system, fusion, &|input| input != lost);
-        let names: Vec<String> = states
-            .iter()
-            .filter(|state| !all.contains(state))
-            .filter_map(|state| fusion.states.get(*state).map(|state| format!("`{}`", state.name)))
-            .collect();
-        let Some(input) = fusion.inputs.get(lost).filter(|_| !names.is_empty()) else { continue };
+    let Some(Observability { never, without }) = observability(knowledge, fusion) else { return Vec::new() };
+    let mut found: Vec<Diagnostic> = never.iter().map(|state| of_state(fusion, *state)).collect();
+    for (lost, states) in without.iter().enumerate().filter(|(_, states)| !states.is_empty()) {
+        let Some(input) = fusion.inputs.get(lost) else { continue };
+        let names = states.iter().filter_map(|state| fusion.states.get(*state));
+        let names: Vec<String> = names.map(|state| format!("`{}`", state.name)).collect();
         let place = fusion.places.inputs.get(lost).copied().unwrap_or(fusion.places.name);
         let (signal, names) = (&knowledge.signals()[input.signal].name, names.join(" and "));
         let message = format!("without `{signal}` nothing observes {names}");
@@ -57,6 +51,30 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
         found.push(told(Severity::Note, place, message, help));
     }
     found
+}
+
+/// Which states of a fusion its inputs observe; states by their places, ascending.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Observability {
+    /// States that all inputs together do not observe.
+    pub never: Vec<usize>,
+    /// For each of the first 64 inputs, in their order: the states that only it observes.
+    pub without: Vec<Vec<usize>>,
+}
+
+/// Which states a fusion's inputs observe, all together and without each one; `None` when its model cannot be set up. Time: that
+/// of 65 decompositions of matrices of n columns.
+#[must_use]
+pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Observability> {
+    let mut system = build::system(knowledge, fusion, false).ok()?;
+    let never = unobserved(&mut system, fusion, &|_| true);
+    let mut without = |lost: usize| {
+        let mut states = unobserved(&mut system, fusion, &|input| input != lost);
+        states.retain(|state| !never.contains(state));
+        states
+    };
+    let without = (0..fusion.inputs.len().min(MOST)).map(&mut without).collect();
+    Some(Observability { never, without })
 }
 
 fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {

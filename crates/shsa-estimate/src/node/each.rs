@@ -91,15 +91,21 @@ impl Each {
         }
     }
 
-    /// The fresh last measurements of a quantity's sensors, in their order.
+    /// The fresh last measurements of a quantity's sensors, in their order. Those that wrap are brought next to the present
+    /// estimate, which may have gone on round the circle since.
     fn stack(&mut self, state: usize) {
         self.stack.clear();
+        let mean = self.estimate.mean.get(state).copied().unwrap_or(0.0);
         let standing = self.latest.chunks_exact(KEPT).zip(&self.sensors).enumerate();
         for (sensor, (kept, declared)) in standing.filter(|(_, (_, declared))| declared.state == state) {
             if let [value, variance, age] = *kept
                 && age <= declared.fresh_s
             {
                 let grown = variance + self.growth.get(state).copied().unwrap_or(0.0) * age;
+                let value = match declared.turn {
+                    Some(_) => mean + wrapped(value - mean, declared.turn),
+                    None => value,
+                };
                 self.stack.push(Measurement { sensor, value, variance: Some(grown) });
             }
         }

@@ -16,7 +16,7 @@ mod inlet;
 mod told;
 mod nodes;
 
-pub use check::check;
+pub use check::{Observability, check, observability};
 pub use nodes::{Nodes, engine};
 
 use crate::Error;

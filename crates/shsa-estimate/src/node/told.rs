@@ -42,11 +42,12 @@ impl Computed {
         Computed { signal, unit: made.unit.clone(), turn, reach: two_sided(share) }
     }
 
-    /// The value as an observation; `None` if it is not a number.
+    /// The value as an observation; `None` if it is not a number, or may be anywhere on the circle.
     fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
         let reach = self.reach * variance.max(0.0).sqrt();
         let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
-        if interval.is_empty() || !interval.is_bounded() {
+        let is_anywhere = self.turn.is_some_and(|(turn, _)| interval.width() >= turn);
+        if interval.is_empty() || !interval.is_bounded() || is_anywhere {
             return None;
         }
         let shown = self.turn.map_or(interval, |(turn, from)| circle::brought_back(interval, from, turn));

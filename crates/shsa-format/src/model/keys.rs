@@ -3,7 +3,7 @@
 //! The reader and the schema use these tables, and so do the tests of the reference.
 
 use shsa_core::knowledge::{
-    Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
+    Access, Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
 };
 
 /// A top-level section of a model.
@@ -142,7 +142,7 @@ pub const RELATION: [Key; 8] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 20] = [
+pub const SIGNAL: [Key; 22] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -159,7 +159,14 @@ pub const SIGNAL: [Key; 20] = [
     text("max_rate", "a rate of change", "12 m/s^2"),
     span("max_delay"),
     span("frozen_after"),
+    text("rests_at", "a value", "0"),
     formed("hold", Form::Flag, "`true` or `false`", "true"),
+    formed(
+        "access",
+        Form::Choice(|| Access::NAMES.map(|(name, _)| name).into()),
+        "`port`, `estimate` or `both`",
+        "estimate",
+    ),
     names("derived_from", "names of signals"),
     formed("shares", Form::Shares, "what it shares with other signals", "[imu], or shares: { imu: 0.001 }"),
     numbers("properties"),

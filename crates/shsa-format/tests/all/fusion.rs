@@ -192,3 +192,56 @@ fn clocks_that_all_run_ahead_are_followed() {
     let measured = engine.measurements(0, 0);
     assert!(measured.used > 90 && measured.ahead < 6 && measured.restarts == 1, "{measured:?}");
 }
+
+const COURSE: &str = "
+shsa: 1
+variables: { heading: { unit: deg, wraps: 360 deg } }
+signals:
+  /compass: { variable: heading, rate: 10 Hz, noise: 1 }
+  /stars: { variable: heading, rate: 10 Hz, noise: 1 }
+fusion:
+  course:
+    method: METHOD
+    states: { heading: { spread: 180, noise: 60 } }
+    inputs: { heading: heading }
+    outputs: { fused/heading: heading }
+    period: 500 ms
+    unknown_after: 30 s
+    particles: 300
+needs: { heading: { signal: /rover/heading, max_age: 1 s } }
+";
+
+/// The widest published heading, in turns, and when the last one was published: both sensors speak for 2 s, and never again.
+fn widest(method: &str) -> (f64, Time) {
+    let loaded = load(&COURSE.replace("METHOD", method), "course.yaml");
+    let (mut engine, mut widest, mut last) = (engine(&loaded.knowledge), 0.0_f64, Time(0));
+    for number in 0..300 {
+        let at = Time(0) + STEP.times(number);
+        for name in ["/compass", "/stars"].into_iter().filter(|_| number < 20) {
+            let signal = loaded.knowledge.signal(name).unwrap();
+            let value = RawValue::Number(350.0 + number as f64);
+            feed(&mut engine, vec![Observation { signal, stamp: at, received: at, value }]);
+        }
+        engine.pass(Ticks::before(at));
+        for output in std::iter::from_fn(|| engine.poll()) {
+            if let Output::Publication(Publication { value: PublishedValue::Scalar(value), time, .. }) =
+                output
+            {
+                widest = widest.max(value.width() / std::f64::consts::TAU);
+                last = time;
+            }
+        }
+    }
+    (widest, last)
+}
+
+#[test]
+fn what_may_be_anywhere_on_the_circle_is_not_told() {
+    for method in
+        ["marzullo", "schmid", "brooks_iyengar", "confidence", "kalman", "unscented_kalman", "student"]
+    {
+        let (widest, last) = widest(method);
+        assert!(widest > 0.3 && widest < 1.0, "{method}: {widest} turns");
+        assert!(Time(2_000_000_000) < last && last < Time(20_000_000_000), "{method}: {last:?}");
+    }
+}

@@ -64,8 +64,11 @@ impl<'a> Report<'a> {
         self.analysis.needs_lost(signal).map(|need| self.need(need)).collect()
     }
 
+    /// The signals whose faults nothing shows; what is computed does not fail by itself.
     pub(super) fn undetectable(&self) -> SignalSet {
-        let hidden = |&signal: &SignalId| !self.analysis.faults.is_detectable(signal);
+        let hidden = |&signal: &SignalId| {
+            !self.analysis.faults.is_detectable(signal) && !self.knowledge.is_computed(signal)
+        };
         self.knowledge.signals().ids().filter(hidden).collect()
     }
 

@@ -4,7 +4,8 @@ use super::names::{Report, losses};
 use crate::show::{self, Paint};
 use shsa_core::analysis::{Addition, Watch};
 use shsa_core::diagnosis::Component;
-use shsa_core::knowledge::{RelationId, SignalId};
+use shsa_core::knowledge::{Fusion, RelationId, SignalId};
+use shsa_estimate::node::observability;
 
 /// The most signals that are named for a variable whose faults further ways would detect or isolate.
 const MOST_HIDDEN: usize = 12;
@@ -16,6 +17,7 @@ const MOST_REASONS: usize = 20;
 pub(super) fn text(report: &Report<'_>) -> String {
     let blocks = [
         signals(report),
+        fusions(report),
         relations(report),
         needs(report),
         weaknesses(report),
@@ -34,7 +36,34 @@ fn signals(report: &Report<'_>) -> String {
     }
     let head =
         ["signal", "carries", "detectable", "isolable", "substitutable", "tolerates", "its loss takes"];
-    show::table(&head, report.knowledge.signals().ids().map(|signal| signal_row(report, signal)).collect())
+    let measured = report.knowledge.signals().ids().filter(|signal| !report.knowledge.is_computed(*signal));
+    show::table(&head, measured.map(|signal| signal_row(report, signal)).collect())
+}
+
+/// What each fusion says of its inputs, and what the loss of each takes.
+fn fusions(report: &Report<'_>) -> String {
+    let rows: Vec<Vec<String>> = report.knowledge.fusions().iter().flat_map(|it| fused(report, it)).collect();
+    if rows.is_empty() {
+        return String::new();
+    }
+    show::table(&["fusion", "input", "the others tell", "what only it observes"], rows)
+}
+
+fn fused<'r>(report: &'r Report<'_>, fusion: &'r Fusion) -> impl Iterator<Item = Vec<String>> + 'r {
+    let observed = observability(report.knowledge, fusion);
+    fusion.inputs.iter().enumerate().map(move |(place, input)| {
+        let prediction = fusion.predictions.iter().find(|it| it.without == [place]);
+        let told = match prediction.map(|it| it.is_anchored) {
+            Some(false) => show::paint(Paint::Green, "what it measures"),
+            Some(true) => "how it changes".to_owned(),
+            None => "nothing".to_owned(),
+        };
+        let only = observed.as_ref().and_then(|it| it.without.get(place)).into_iter().flatten();
+        let only: Vec<&str> =
+            only.filter_map(|state| fusion.states.get(*state)).map(|it| it.name.as_str()).collect();
+        let only = if only.is_empty() { "-".to_owned() } else { only.join(", ") };
+        vec![fusion.name.clone(), report.signal(input.signal).to_owned(), told, only]
+    })
 }
 
 fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {

@@ -1,5 +1,7 @@
 //! Checks signals.
 
+mod standing;
+
 use super::problems::Problems;
 use super::quantity;
 use super::variables::{Variables, max_rate, possible};
@@ -10,7 +12,7 @@ use crate::knowledge::properties::SharedNames;
 use crate::knowledge::rows::Rows;
 use crate::knowledge::sources::{self, Found};
 use crate::knowledge::{
-    IdVec, Properties, ReadingLimits, Scaling, Shape, Signal, SignalId, Variable, VariableId,
+    Access, IdVec, Properties, ReadingLimits, Scaling, Shape, Signal, SignalId, Variable, VariableId,
 };
 use crate::time::Span;
 use crate::unit::Unit;
@@ -18,6 +20,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
+use standing::{frozen_after, holds, rests_at};
 
 /// A rated signal is silent after this many periods: on every real bus, one or two readings are lost or late.
 const SILENT_PERIODS: f64 = 5.0;
@@ -119,6 +122,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let timeout = timeout(problems, draft.timeout.as_ref(), rate_hz.filter(|_| !holds));
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
     let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
+    let rests_at = rests_at(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
         name: draft.name.text.clone(),
@@ -138,7 +142,8 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         mean_over: mean_over.unwrap_or(Span::ZERO),
         timeout,
         holds,
-        limits: ReadingLimits { max_delay, frozen_after, ..possible },
+        access: access(problems, draft.access.as_ref(), variable.map(|id| &variables.list[id])),
+        limits: ReadingLimits { max_delay, frozen_after, rests_at, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,
@@ -236,23 +241,6 @@ fn timeout(problems: &mut Problems, text: Option<&Text>, rate_hz: Option<f64>) -
     }
 }
 
-fn holds(problems: &mut Problems, text: Option<&Text>, variable: Option<&Variable>) -> bool {
-    let Some(text) = text else { return false };
-    match (text.text.as_str(), variable) {
-        ("false", _) => false,
-        ("true", Some(variable)) if variable.shape == Shape::Vector => {
-            vectors_have_none(problems, "hold", text, variable);
-            false
-        }
-        ("true", _) => true,
-        (other, _) => {
-            let message = format!("`{other}` does not say whether a value stands until the next one");
-            problems.error(text, message, "write `hold: true`, or leave it away");
-            false
-        }
-    }
-}
-
 fn mean_over(problems: &mut Problems, draft: &SignalDraft, variable: Option<&Variable>) -> Option<Span> {
     let text = draft.mean_over.as_ref()?;
     match variable {
@@ -273,14 +261,18 @@ fn max_delay(problems: &mut Problems, text: Option<&Text>, usual: Option<(Span, 
     }
 }
 
-fn frozen_after(problems: &mut Problems, text: Option<&Text>) -> Option<Span> {
-    let text = text.filter(|text| text.text != "none")?;
-    let read = quantity::span(problems, text)?;
-    if read == Span::ZERO {
-        problems.error(text, "a signal that may never say the same twice", "write a time, or leave it away");
-        return None;
+fn access(problems: &mut Problems, text: Option<&Text>, variable: Option<&Variable>) -> Access {
+    let Some(text) = text else { return Access::Port };
+    let Some((_, access)) = Access::NAMES.into_iter().find(|(name, _)| *name == text.text) else {
+        let message = format!("`{}` does not say what is taken for a value between two of them", text.text);
+        problems.error(text, message, "write `access: port`, `access: estimate` or `access: both`");
+        return Access::Port;
+    };
+    if let Some(variable) = variable.filter(|variable| variable.shape == Shape::Vector) {
+        vectors_have_none(problems, "access", text, variable);
+        return Access::Port;
     }
-    Some(read)
+    access
 }
 
 fn vectors_have_none(problems: &mut Problems, key: &str, text: &Text, variable: &Variable) {

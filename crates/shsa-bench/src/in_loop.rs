@@ -1,0 +1,104 @@
+//! A model in the whole loop over a recording, with a fault: what its needs are served with.
+
+use anyhow::{Context, bail};
+use shsa_core::engine::{Engine, Input, Options, Output, PublishedValue, Ticks};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::observation::Observation;
+use shsa_core::time::Time;
+use shsa_format::fault::Fault;
+use shsa_format::model::load;
+use shsa_format::recording::{ReadOptions, Sample, Wanted, read};
+use std::path::Path;
+
+/// A model with the recording of its signals.
+pub(crate) struct Recorded {
+    knowledge: KnowledgeBase,
+    signals: Vec<SignalId>,
+    samples: Vec<Sample>,
+}
+
+/// A value of a need.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Served {
+    /// When the value was true.
+    pub(crate) at: Time,
+    pub(crate) value: Interval,
+}
+
+impl Recorded {
+    /// Reads a recording by the sources of a model's signals.
+    ///
+    /// # Errors
+    /// The model has errors, or the recording cannot be read.
+    pub(crate) fn new(model: &str, recording: &Path) -> anyhow::Result<Recorded> {
+        let loaded = load(model, "the model");
+        if !loaded.report.ok() {
+            bail!("{}", loaded.report.render(false));
+        }
+        let knowledge = loaded.knowledge;
+        let ids = knowledge.signals().ids().filter(|id| !knowledge.is_computed(*id));
+        let signals: Vec<SignalId> = ids.collect();
+        let wanted: Vec<Wanted> = signals
+            .iter()
+            .map(|id| Wanted::new(&knowledge.signals()[*id].name, &knowledge.signals()[*id].source))
+            .collect();
+        let samples = read(&[recording.to_owned()], &wanted, &ReadOptions::default())?.samples;
+        Ok(Recorded { knowledge, signals, samples })
+    }
+
+    /// When the recording begins and ends.
+    ///
+    /// # Errors
+    /// It has no values.
+    pub(crate) fn span(&self) -> anyhow::Result<(Time, Time)> {
+        let ends = self.samples.first().zip(self.samples.last());
+        let (first, last) = ends.context("the recording has none of the signals")?;
+        Ok((first.received, last.received))
+    }
+
+    /// Runs the engine with a fault in the notation of `shsa replay --inject`, and returns what the needs with these names were
+    /// served with.
+    ///
+    /// # Errors
+    /// The fault or a need is unknown.
+    pub(crate) fn serve<const N: usize>(
+        &self,
+        fault: Option<&str>,
+        needs: [&str; N],
+    ) -> anyhow::Result<[Vec<Served>; N]> {
+        let mut samples = self.samples.clone();
+        if let Some(fault) = fault {
+            self.inject(&fault.parse()?, &mut samples)?;
+        }
+        let mut engine = shsa_estimate::node::engine(self.knowledge.clone(), Options::default());
+        let mut served = needs.map(|_| Vec::new());
+        for sample in samples {
+            let Some(signal) = self.signals.get(sample.wanted).copied() else { continue };
+            let Sample { time: stamp, received, value, .. } = sample;
+            engine.pass(Ticks::before(received));
+            engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
+            self.collect(&mut engine, needs, &mut served);
+        }
+        Ok(served)
+    }
+
+    fn inject(&self, fault: &Fault, samples: &mut Vec<Sample>) -> anyhow::Result<()> {
+        let name = |id: &SignalId| self.knowledge.signals()[*id].name == fault.signal;
+        let place = self.signals.iter().position(name).context("the fault is of no signal")?;
+        let scaling = self.knowledge.signals()[self.signals[place]].scaling;
+        fault.inject(samples, place, scaling, self.span()?.0, 1);
+        Ok(())
+    }
+
+    fn collect<const N: usize>(&self, engine: &mut Engine, needs: [&str; N], served: &mut [Vec<Served>; N]) {
+        while let Some(output) = engine.poll() {
+            let Output::Publication(publication) = output else { continue };
+            let name = &self.knowledge.needs()[publication.need].signal;
+            let place = needs.iter().position(|need| need == name);
+            if let (Some(place), PublishedValue::Scalar(value)) = (place, publication.value) {
+                served[place].push(Served { at: publication.validity.centre(), value });
+            }
+        }
+    }
+}
