@@ -40,7 +40,8 @@ fn what_nothing_observes_is_told() {
     let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
     check(
         &text,
-        "10:7 warning: nothing observes `position`: it stays as uncertain as it was at first, or becomes more so (add an input that it shows in, or leave the state away)",
+        "10:7 warning: nothing observes `position`: it stays as uncertain as it was at first, or becomes more so (add an input that it shows in, or leave the state away)
+         12:15 note: without `/odom` nothing observes `speed` (its uncertainty grows then: a second input that measures it would hold it)",
     );
 }
 
