@@ -21,8 +21,7 @@ impl Typed {
     fn factor(&self) -> Option<f64> {
         let is_plain = self.measure == PLAIN || self.measure == Measure::Zero;
         let constant = is_plain.then(|| simplified(self.formula.clone()).as_constant()).flatten();
-        // Between two factors lies more than one multiple of the zero of a temperature scale.
-        constant.filter(|constant| constant.is_certain() || constant.is(0.0)).map(|constant| constant.value)
+        constant.map(|constant| constant.value)
     }
 }
 
