@@ -1,5 +1,8 @@
 //! The common parts of every page for the browser: one file, without scripts and external resources.
 
+use shsa_core::assurance::Verdict;
+use shsa_format::case::words;
+
 /// A page. `title` is escaped already, `kind` is a word for the kind of page, `lead` and `body` are HTML.
 pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> String {
     format!(
@@ -20,4 +23,14 @@ pub(crate) fn section(title: &str, about: &str, body: &str) -> String {
         true => String::new(),
         false => format!("<section>\n<h2>{title}</h2>\n{about}{body}</section>\n"),
     }
+}
+
+/// A cell with a verdict, shown by a sign as well as by colour.
+pub(crate) fn verdict_cell(verdict: Verdict) -> String {
+    let (class, sign) = match verdict {
+        Verdict::Holds => ("yes", '\u{2713}'),
+        Verdict::Open | Verdict::Circular => ("quiet", '?'),
+        Verdict::Refused => ("no", '\u{2717}'),
+    };
+    format!("<td class=\"{class}\">{sign} {}</td>", words::verdict(verdict))
 }

@@ -3,7 +3,7 @@
 use super::claim::Claim;
 use super::model::{Need, Report};
 use super::text::listed;
-use crate::page::{document, section};
+use crate::page::{document, section, verdict_cell};
 use shsa_core::assurance::{EvidenceId, Verdict};
 use shsa_core::knowledge::Id;
 use shsa_format::case::{Argument, Node, words};
@@ -69,7 +69,7 @@ fn ways(report: &Report<'_>, need: &Need) -> String {
             "<tr><td class=\"name\">{}</td><td>{}</td>{}<td>{}</td></tr>\n",
             escaped(&cells[0]),
             escaped(&cells[1]),
-            state(assessment.verdict),
+            verdict_cell(assessment.verdict),
             escaped(&conditions)
         )
     };
@@ -99,23 +99,13 @@ fn losses(report: &Report<'_>, need: &Need) -> String {
 fn case(argument: &Argument) -> String {
     let row = |node: &Node| {
         let kind = words::kind(node.kind);
-        format!("<tr><td>{kind}</td><td>{}</td>{}</tr>\n", escaped(&node.text), state(node.state))
+        format!("<tr><td>{kind}</td><td>{}</td>{}</tr>\n", escaped(&node.text), verdict_cell(node.state))
     };
     let drawn = match drawing::argument(argument) {
         Ok(svg) => format!("<div class=\"graph\">{svg}</div>\n"),
         Err(too_large) => format!("<p>Not drawn: {}.</p>\n", escaped(&too_large.to_string())),
     };
     drawn + &table(&["", "What is said", "Stands"], argument.nodes.iter().map(row).collect())
-}
-
-/// A cell with a verdict, shown by a sign as well as by colour.
-fn state(verdict: Verdict) -> String {
-    let (class, sign) = match verdict {
-        Verdict::Holds => ("yes", '\u{2713}'),
-        Verdict::Open | Verdict::Circular => ("quiet", '?'),
-        Verdict::Refused => ("no", '\u{2717}'),
-    };
-    format!("<td class=\"{class}\">{sign} {}</td>", words::verdict(verdict))
 }
 
 fn table(head: &[&str], rows: Vec<String>) -> String {

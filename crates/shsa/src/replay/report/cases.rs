@@ -2,6 +2,7 @@
 
 use super::Part;
 use super::strip::{Look, Piece, key, strip};
+use crate::page::verdict_cell;
 use crate::replay::picture::{Admissions, Course, NeedCase, Recorder, WayCase};
 use shsa_core::assurance::{Admitted, Ground, Verdict};
 use shsa_core::time::{Time, Validity};
@@ -81,7 +82,7 @@ fn ways(part: &Part<'_>, case: &NeedCase) -> String {
         format!(
             "<tr><th class=\"name\" scope=\"row\">{}</th><td>{served}</td>{}<td class=\"time\">{}</td></tr>\n",
             escaped(&way.name),
-            verdict(way.argument.state()),
+            verdict_cell(way.argument.state()),
             strip.unwrap_or_default()
         )
     };
@@ -98,7 +99,7 @@ fn argument(part: &Part<'_>, way: &WayCase) -> String {
             "<tr><td>{}</td><td class=\"name\">{}</td>{}<td class=\"time\">{}</td></tr>\n",
             words::kind(node.kind),
             escaped(&node.text),
-            verdict(node.state),
+            verdict_cell(node.state),
             course_strip(part, &node.text, course)
         )
     };
@@ -129,16 +130,6 @@ fn course_strip(part: &Part<'_>, of: &str, course: &Course) -> String {
 fn piece(part: &Part<'_>, stretch: Validity, look: Look, name: String) -> Piece {
     let since = |time: Time| (time - part.run.first).seconds();
     Piece { from: since(stretch.from), to: since(stretch.to.min(part.run.last)), look, name }
-}
-
-/// A verdict with a sign, so that it does not depend on colour.
-fn verdict(verdict: Verdict) -> String {
-    let (class, sign) = match verdict {
-        Verdict::Holds => ("yes", '✓'),
-        Verdict::Open | Verdict::Circular => ("quiet", '?'),
-        Verdict::Refused => ("no", '✗'),
-    };
-    format!("<td class=\"{class}\">{sign} {}</td>", words::verdict(verdict))
 }
 
 fn table(head: &str, rows: &str) -> String {
