@@ -13,7 +13,7 @@ mod room;
 mod score;
 mod screen;
 mod sensors;
-mod told;
+mod stories;
 mod world;
 
 use crate::outcome::Outcome;
@@ -95,7 +95,7 @@ impl DemoArgs {
 /// When standard output is closed.
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     if args.name != System::Rover {
-        return told::run(args);
+        return stories::run(args);
     }
     if args.report.is_some() {
         bail!("the rover has no report: its live page is --page");
