@@ -45,6 +45,27 @@ contracts:
   /warn: { policy: warn, asks: { near: { of: a, error: at most 1, level: SIL 3 } } }
 ";
 
+/// The same signals and needs under other contracts: one guarantees more, one demands less, one policy is sterner, a platform is
+/// slower, a relation has no word of its own.
+pub(super) fn changed() -> String {
+    [
+        ("level: SIL 1, when: narrow", "level: SIL 2, when: narrow"),
+        ("/warn: { policy: warn", "/warn: { policy: stop"),
+        ("/degrade: { policy: degrade", "/degrade: { policy: warn"),
+        (
+            "asks: { near: { of: a, error: at most 1, level: SIL 2 }, time",
+            "asks: { near: { of: a, error: at most 1, level: SIL 1 }, time",
+        ),
+        ("value of /idle at least 4", "value of /idle at least 6"),
+        ("    gives: { near: { error: at most 1, level: SIL 3 } }\n", ""),
+    ]
+    .iter()
+    .fold(CERTIFIED.to_owned(), |text, (before, after)| {
+        assert!(text.contains(before), "{before}");
+        text.replace(before, after)
+    })
+}
+
 /// The rank of SIL 3, which nobody gives who was not checked.
 const CHECKED: u32 = 2;
 
