@@ -60,7 +60,7 @@ pub(crate) static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
     [CORNERS, CAR, ROVER, QUAD, HUSKY, CERTIFIED].iter().map(knowledge).collect()
 });
 
-/// What takes the place of a model while it is in use: of the one with contracts, other contracts; of any other, itself.
+/// What takes the place of the model with contracts, the last one, while it is in use.
 static SUCCESSOR: LazyLock<KnowledgeBase> = LazyLock::new(|| {
     let loaded = load(&changed(), "m.yaml");
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));
@@ -124,15 +124,15 @@ const GAPS_NS: [i64; 24] = [
     i64::MIN,
 ];
 
-/// The first byte chooses a model, and after how many inputs its successor takes over (0: never); each step takes four bytes: the signal (or a tick, or a burst of all), the time step, the
+/// The first byte chooses a model, and of the last one after how many inputs its successor takes over (0: never); each step takes four bytes: the signal (or a tick, or a burst of all), the time step, the
 /// value, and the shape with the stamp; or an operator's order: its subject, the time step, its kind.
 pub fn run(bytes: &[u8]) {
     let (model, steps) = bytes.split_first().unwrap_or((&0, &[]));
     let (reload, model) = (usize::from(*model) / MODELS.len(), usize::from(*model) % MODELS.len());
     let knowledge = &MODELS[model];
     let inputs = inputs(knowledge, steps);
-    let successor = if model == MODELS.len() - 1 { &SUCCESSOR } else { knowledge };
-    let said = || Run::of(knowledge, &inputs, reload.checked_sub(1).map(|after| (after, successor)));
+    let successor = (model == MODELS.len() - 1).then_some(&*SUCCESSOR);
+    let said = || Run::of(knowledge, &inputs, reload.checked_sub(1).zip(successor));
     assert_eq!(said(), said(), "two runs differ");
 }
 

@@ -1,6 +1,6 @@
 //! The seeds of the fuzz target.
 
-/// For each model, kept and changed: healthy signals, one wrong, one silent, orders, strange times and shapes.
+/// For each model, and for the last one with a change of it: healthy signals, one wrong, one silent, orders, strange times and shapes.
 #[must_use]
 pub fn seeds() -> Vec<Vec<u8>> {
     let well = [255, 5, 144, 144];
@@ -40,7 +40,7 @@ pub fn seeds() -> Vec<Vec<u8>> {
         // Told, overridden for a time, and denied.
         &[well, [128, 5, 7, 0], well, [128, 5, 6, 100], well, [3, 5, 20, 0], well, [128, 5, 8, 0], well],
     ];
-    // Without a change of the model, and with one after the first inputs.
-    let models = 0..12_u8;
+    // The last model again, with a change of it after two inputs.
+    let models = (0..6).chain([5 + 6 * 3]);
     models.flat_map(|model| steps.map(|steps| [&[model][..], steps.as_flattened()].concat())).collect()
 }
