@@ -99,12 +99,15 @@ pub(super) struct Known {
     /// By the name of the need: until when.
     overridden: BTreeMap<String, Time>,
     checked: BTreeSet<String>,
+    /// Whether the input denies that anything is checked. The inputs before it are settled with it, by the evidence before it.
+    is_denial: bool,
 }
 
 impl Known {
     pub(super) fn hear(&mut self, input: &Input) {
         let now = self.now.map_or(input.time(), |now| now.max(input.time()));
         self.now = Some(now);
+        self.is_denial = false;
         let Input::Order { order, .. } = input else { return };
         match order {
             Order::Override { need, lasts, .. } => {
@@ -112,7 +115,9 @@ impl Known {
                 *until = (*until).max(now + *lasts);
             }
             Order::Attest { evidence, holds: true } => _ = self.checked.insert(evidence.clone()),
-            Order::Attest { evidence, holds: false } => _ = self.checked.remove(evidence),
+            Order::Attest { evidence, holds: false } => {
+                self.is_denial = self.checked.remove(evidence) && self.checked.is_empty();
+            }
             _ => {}
         }
     }
@@ -136,7 +141,7 @@ impl Known {
             Ground::Overridden => until.is_some_and(|until| publication.time < *until),
         };
         assert!(is_allowed, "{publication:?} under {policy:?}, overridden until {until:?}");
-        let is_checked = !self.checked.is_empty();
+        let is_checked = !self.checked.is_empty() || self.is_denial;
         assert!(
             is_checked || level.is_none_or(|level| level.rank < CHECKED),
             "nobody gives it: {publication:?}"
