@@ -6,11 +6,11 @@ use std::hash::{DefaultHasher, Hash, Hasher};
 use std::io;
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// The longest input in bytes.
 const LENGTH_MAX: usize = 4096;
-/// A longer time for one input is an error like a panic, because all work must be bounded.
+/// A longer processor time for one input is an error like a panic, because all work must be bounded.
 const DURATION_MAX: Duration = Duration::from_secs(1);
 /// Bytes that are special to readers.
 const BYTES: &[u8] = b"\0\x01\x7f\x80\xff \t\n\r\"'#%()*+,-./0123456789:;<=>?@[]^_eEnN{|}~";
@@ -62,15 +62,22 @@ fn pick(seeds: &[Vec<u8>], random: &mut Random) -> Vec<u8> {
     seeds.get(random.below(seeds.len())).cloned().unwrap_or_default()
 }
 
-/// Feeds one input; returns the time it took.
+/// Feeds one input; returns the processor time it took.
 ///
 /// # Errors
 /// When the target panicked or took too long; the text tells which.
 pub fn feed(target: &Target, input: &[u8]) -> Result<Duration, String> {
-    let start = Instant::now();
+    let start = processor_time();
     catch_unwind(AssertUnwindSafe(|| (target.run)(input))).map_err(|_| "it panicked".to_owned())?;
-    let elapsed = start.elapsed();
+    let elapsed = processor_time().saturating_sub(start);
     if elapsed > DURATION_MAX { Err(format!("it took {elapsed:.1?}")) } else { Ok(elapsed) }
+}
+
+/// The processor time of this thread: other work on the machine does not count.
+fn processor_time() -> Duration {
+    let time = rustix::time::clock_gettime(rustix::time::ClockId::ThreadCPUTime);
+    let nanoseconds = u32::try_from(time.tv_nsec).unwrap_or(0);
+    Duration::new(u64::try_from(time.tv_sec).unwrap_or(0), nanoseconds)
 }
 
 /// The result of a run without an error.

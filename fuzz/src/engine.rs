@@ -1,9 +1,11 @@
 //! The engine: for any inputs in any order, it keeps its promises about time, trust and values, and its results are reproducible.
 
 mod contracts;
+mod seeds;
 
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
-use contracts::{CERTIFIED, Known};
+use contracts::{CERTIFIED, Known, changed};
+pub use seeds::seeds;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject, Ticks};
 use shsa_core::interval::Interval;
@@ -56,6 +58,13 @@ pub(crate) static MODELS: LazyLock<Vec<KnowledgeBase>> = LazyLock::new(|| {
         loaded.knowledge
     };
     [CORNERS, CAR, ROVER, QUAD, HUSKY, CERTIFIED].iter().map(knowledge).collect()
+});
+
+/// What takes the place of the model with contracts, the last one, while it is in use.
+static SUCCESSOR: LazyLock<KnowledgeBase> = LazyLock::new(|| {
+    let loaded = load(&changed(), "m.yaml");
+    assert!(loaded.report.ok(), "{}", loaded.report.render(false));
+    loaded.knowledge
 });
 
 /// The most steps of an input, so that it stays within the driver's time.
@@ -115,13 +124,16 @@ const GAPS_NS: [i64; 24] = [
     i64::MIN,
 ];
 
-/// The first byte chooses a model; each step takes four bytes: the signal (or a tick, or a burst of all), the time step, the
+/// The first byte chooses a model, and of the last one after how many inputs its successor takes over (0: never); each step takes four bytes: the signal (or a tick, or a burst of all), the time step, the
 /// value, and the shape with the stamp; or an operator's order: its subject, the time step, its kind.
 pub fn run(bytes: &[u8]) {
     let (model, steps) = bytes.split_first().unwrap_or((&0, &[]));
-    let knowledge = &MODELS[usize::from(*model) % MODELS.len()];
+    let (reload, model) = (usize::from(*model) / MODELS.len(), usize::from(*model) % MODELS.len());
+    let knowledge = &MODELS[model];
     let inputs = inputs(knowledge, steps);
-    assert_eq!(Run::of(knowledge, &inputs), Run::of(knowledge, &inputs), "two runs differ");
+    let successor = (model == MODELS.len() - 1).then_some(&*SUCCESSOR);
+    let said = || Run::of(knowledge, &inputs, reload.checked_sub(1).zip(successor));
+    assert_eq!(said(), said(), "two runs differ");
 }
 
 /// The inputs for four bytes a step, from time zero on.
@@ -226,26 +238,40 @@ pub(crate) struct Run<'a> {
     said: Vec<String>,
 }
 
-impl Run<'_> {
-    fn of(knowledge: &KnowledgeBase, inputs: &[Input]) -> Vec<String> {
+impl<'a> Run<'a> {
+    /// Of a new engine; another knowledge base takes over after so many inputs.
+    fn of(
+        knowledge: &'a KnowledgeBase,
+        inputs: &[Input],
+        reload: Option<(usize, &'a KnowledgeBase)>,
+    ) -> Vec<String> {
         let engine = shsa_estimate::node::engine(knowledge.clone(), Options::default());
-        Run::new(knowledge, engine, Time::MIN).through(inputs)
+        let mut run = Run::new(knowledge, engine, Time::MIN);
+        let Some((after, successor)) = reload else { return run.through(inputs) };
+        let (before, rest) = inputs.split_at(after.min(inputs.len()));
+        run.give(before);
+        run.reload(successor);
+        run.through(rest)
     }
 
     /// A run of an engine of this knowledge base at this time.
-    pub(crate) fn new(knowledge: &KnowledgeBase, engine: Engine, now: Time) -> Run<'_> {
+    pub(crate) fn new(knowledge: &'a KnowledgeBase, engine: Engine, now: Time) -> Run<'a> {
         Run { knowledge, engine, now, known: Known::default(), said: Vec::new() }
     }
 
     /// The outputs for the inputs, with the ticks that are due between them.
     pub(crate) fn through(mut self, inputs: &[Input]) -> Vec<String> {
+        self.give(inputs);
+        self.pass_until(self.now + Span::from_millis(60_000));
+        self.said
+    }
+
+    fn give(&mut self, inputs: &[Input]) {
         for input in inputs {
             let time = input.time();
             self.pass_until(time);
             self.take(input.clone(), time);
         }
-        self.pass_until(self.now + Span::from_millis(60_000));
-        self.said
     }
 
     /// Passes the ticks that are due before `moment`: after each one the next is later, and their number is bounded.
@@ -270,11 +296,23 @@ impl Run<'_> {
         self.known.hear(&input);
         self.engine.handle(input);
         self.now = self.now.max(time);
+        self.listen(None);
+    }
+
+    /// Another knowledge base with the same signals and needs takes over. What was decided before is of the old one.
+    fn reload(&mut self, successor: &'a KnowledgeBase) {
+        self.engine.reload(successor.clone(), self.now);
+        self.listen(Some(successor));
+    }
+
+    /// Checks all outputs, and how each need is served; `successor` is what the outputs after a change are of.
+    fn listen(&mut self, successor: Option<&'a KnowledgeBase>) {
         while let Some(output) = self.engine.poll() {
             match &output {
                 Output::Publication(publication) => self.check(publication),
                 Output::Event(event) => assert!(event.time <= self.now, "from the future: {event:?}"),
-                Output::Task { .. } | Output::Reloaded(_) => {}
+                Output::Reloaded(_) => self.knowledge = successor.unwrap_or(self.knowledge),
+                Output::Task { .. } => {}
             }
             self.said.push(format!("{output:?}"));
         }
@@ -331,48 +369,4 @@ impl Run<'_> {
             }
         }
     }
-}
-
-/// For each model: healthy signals, one wrong, one silent, orders, strange times and shapes.
-#[must_use]
-pub fn seeds() -> Vec<Vec<u8>> {
-    let well = [255, 5, 144, 144];
-    let steps: [&[[u8; 4]]; 8] = [
-        &[well, well, well],
-        &[well, [160, 5, 144, 240], [160, 5, 144, 240], well],
-        &[well, well, [7, 15, 144, 0], well, [1, 5, 144, 0], [1, 13, 2, 0], well],
-        &[well, [0, 22, 144, 0], [1, 5, 144, 0], well],
-        &[
-            well,
-            [0, 23, 144, 0],
-            [2, 17, 144, 0x90],
-            [3, 5, 3, 0xa9],
-            [4, 5, 144, 11],
-            [5, 5, 144, 13],
-            [5, 5, 144, 12],
-        ],
-        &[
-            well,
-            [128, 5, 0, 2],
-            [129, 5, 3, 0],
-            well,
-            [160, 5, 144, 240],
-            [128, 5, 5, 2],
-            [130, 5, 4, 0],
-            well,
-        ],
-        &[
-            [0, 0, 144, 0],
-            [1, 0, 144, 0],
-            [0, 0, 145, 0],
-            [9, 1, 144, 0],
-            [161, 20, 160, 120],
-            [162, 19, 144, 2],
-            well,
-        ],
-        // Told, overridden for a time, and denied.
-        &[well, [128, 5, 7, 0], well, [128, 5, 6, 100], well, [3, 5, 20, 0], well, [128, 5, 8, 0], well],
-    ];
-    let models = 0..6_u8;
-    models.flat_map(|model| steps.map(|steps| [&[model][..], steps.as_flattened()].concat())).collect()
 }

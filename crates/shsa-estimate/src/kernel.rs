@@ -281,21 +281,13 @@ const ROUNDING: f64 = 16.0 * f64::EPSILON;
 /// How far rounding alone may bring a pivot below zero, as a share of its diagonal element, while no earlier pivot is small.
 const LOST: f64 = 1e-10;
 
-/// A pivot below this share of its diagonal element is small: it magnifies rounding.
-const SMALL: f64 = 1e-2;
-
 /// How far rounding alone may bring a pivot below zero, as a share of its diagonal element. An earlier pivot is wrong by about
 /// [`ROUNDING`] of its own diagonal element; divided by the pivot, this share carries over to all later ones, and is magnified
-/// again by each small one. `magnified` is the product of the small pivots' diagonal elements, in units of these pivots.
+/// again by each. `magnified` is the product of the diagonal elements so far, in units of their pivots. A negative pivot that is
+/// not reported counts as zero all the same.
 #[inline(always)]
 fn lost(magnified: f64) -> f64 {
     LOST.max(ROUNDING * magnified)
-}
-
-/// What is magnified so far, after a pivot that is a `share` of its diagonal element.
-#[inline(always)]
-fn magnified_by(share: f64, magnified: f64) -> f64 {
-    if share < SMALL { magnified / share } else { magnified }
 }
 
 /// `p = l diag(d) l'`, of the lower triangle of `p`. n^3 / 2 products.
@@ -331,7 +323,7 @@ impl Kernel for Factor<'_> {
                 l.fill(0.0);
             } else {
                 let inverse = 1.0 / pivot;
-                magnified = magnified_by(pivot / own, magnified);
+                magnified *= own * inverse;
                 l.iter_mut().zip(sum.iter()).for_each(|(l, sum)| *l = sum * inverse);
                 l.get_mut(..j)?.fill(0.0);
             }
@@ -364,7 +356,7 @@ impl Kernel for Definite<'_> {
             if pivot > ROUNDING * own {
                 eliminated.copy_from_slice(work.get(j * n..(j + 1) * n)?);
                 let inverse = 1.0 / pivot;
-                magnified = magnified_by(pivot / own, magnified);
+                magnified *= own * inverse;
                 for (column, below) in size.columns_mut(work).zip(eliminated.iter()).skip(j + 1) {
                     add_scaled(column, -below * inverse, eliminated);
                 }

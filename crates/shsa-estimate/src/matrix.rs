@@ -225,9 +225,10 @@ mod tests {
     }
 
     proptest! {
-        /// The first two rows are almost parallel where `beside` is small: then rounding is magnified.
+        /// The first two rows are almost parallel where `beside` is small: then rounding is magnified. Where they are closer still, a
+        /// pivot may be nothing but rounding, and no factors without an exchange of rows give the matrix again.
         #[test]
-        fn factors_give_the_matrix_again(numbers in prop::collection::vec(-3.0..3.0_f64, 12), beside in -9.0..0.5_f64) {
+        fn factors_give_the_matrix_again(numbers in prop::collection::vec(-3.0..3.0_f64, 12), beside in -3.0..0.5_f64) {
             let mut half = Matrix::from_row_slice(4, 3, &numbers);
             let near = half.row(0) + half.row(1) * 10_f64.powf(beside);
             half.set_row(1, &near);
@@ -238,10 +239,10 @@ mod tests {
             prop_assert!(!heal(&mut sound, &mut Factors::new(4), &mut work(4)));
             let mut again = Matrix::zeros(4, 4);
             factors.product(&mut again);
-            // A pivot within rounding of zero is taken for zero with its column, and the root of that share may be missing; the
-            // rounding of a small pivot is magnified as `lost` says.
+            // A pivot within rounding of zero is taken for zero with its column, which is as large as the root of the pivot. How far
+            // rounding goes is what `lost` says.
             let kept = (0..4).filter(|i| factors.d[*i] > 0.0).map(|i| p[(i, i)] / factors.d[i]);
-            let share = 1e-7 + 4e-15 * kept.filter(|magnified| *magnified > 100.0).product::<f64>();
+            let share = 4.0 * (16.0 * f64::EPSILON * kept.product::<f64>()).sqrt();
             prop_assert!((&again - &p).amax() <= share * p.amax(), "{share} {again} {p}");
         }
 

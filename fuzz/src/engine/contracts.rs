@@ -45,6 +45,27 @@ contracts:
   /warn: { policy: warn, asks: { near: { of: a, error: at most 1, level: SIL 3 } } }
 ";
 
+/// The same signals and needs under other contracts: one guarantees more, one demands less, one policy is sterner, a platform is
+/// slower, a relation has no word of its own.
+pub(super) fn changed() -> String {
+    [
+        ("level: SIL 1, when: narrow", "level: SIL 2, when: narrow"),
+        ("/warn: { policy: warn", "/warn: { policy: stop"),
+        ("/degrade: { policy: degrade", "/degrade: { policy: warn"),
+        (
+            "asks: { near: { of: a, error: at most 1, level: SIL 2 }, time",
+            "asks: { near: { of: a, error: at most 1, level: SIL 1 }, time",
+        ),
+        ("value of /idle at least 4", "value of /idle at least 6"),
+        ("    gives: { near: { error: at most 1, level: SIL 3 } }\n", ""),
+    ]
+    .iter()
+    .fold(CERTIFIED.to_owned(), |text, (before, after)| {
+        assert!(text.contains(before), "{before}");
+        text.replace(before, after)
+    })
+}
+
 /// The rank of SIL 3, which nobody gives who was not checked.
 const CHECKED: u32 = 2;
 
@@ -78,12 +99,15 @@ pub(super) struct Known {
     /// By the name of the need: until when.
     overridden: BTreeMap<String, Time>,
     checked: BTreeSet<String>,
+    /// Whether the input denies that anything is checked. The inputs before it are settled with it, by the evidence before it.
+    is_denial: bool,
 }
 
 impl Known {
     pub(super) fn hear(&mut self, input: &Input) {
         let now = self.now.map_or(input.time(), |now| now.max(input.time()));
         self.now = Some(now);
+        self.is_denial = false;
         let Input::Order { order, .. } = input else { return };
         match order {
             Order::Override { need, lasts, .. } => {
@@ -91,7 +115,9 @@ impl Known {
                 *until = (*until).max(now + *lasts);
             }
             Order::Attest { evidence, holds: true } => _ = self.checked.insert(evidence.clone()),
-            Order::Attest { evidence, holds: false } => _ = self.checked.remove(evidence),
+            Order::Attest { evidence, holds: false } => {
+                self.is_denial = self.checked.remove(evidence) && self.checked.is_empty();
+            }
             _ => {}
         }
     }
@@ -115,7 +141,7 @@ impl Known {
             Ground::Overridden => until.is_some_and(|until| publication.time < *until),
         };
         assert!(is_allowed, "{publication:?} under {policy:?}, overridden until {until:?}");
-        let is_checked = !self.checked.is_empty();
+        let is_checked = !self.checked.is_empty() || self.is_denial;
         assert!(
             is_checked || level.is_none_or(|level| level.rank < CHECKED),
             "nobody gives it: {publication:?}"
