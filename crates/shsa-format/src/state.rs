@@ -10,7 +10,9 @@ use crate::order::{OrderError, OrderForm};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 use shsa_core::diagnosis::{Record, Verdict};
-use shsa_core::engine::{Accusation, Missing, Published, Remembered, Served, Snapshot, Subject, Trending};
+use shsa_core::engine::{
+    Accusation, Compared, Missing, Published, Remembered, Served, Snapshot, Subject, Trending,
+};
 use shsa_core::interval::Interval;
 use shsa_core::monitor::{Absence, Symptom, Tendency, TrendRecord};
 use shsa_core::time::{Time, Validity};
@@ -119,6 +121,17 @@ struct VerdictForm {
     said: Option<Bounds>,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     charge: Option<AccusationForm>,
+    /// The comparisons that have disagreed with it. Not in earlier versions.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    grounds: Vec<GroundForm>,
+}
+
+#[derive(Clone, Debug, Serialize, Deserialize)]
+#[serde(deny_unknown_fields)]
+struct GroundForm {
+    variable: String,
+    way: String,
+    other: String,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -256,7 +269,7 @@ impl StateForm {
 
 impl From<&Remembered> for VerdictForm {
     fn from(remembered: &Remembered) -> VerdictForm {
-        let Remembered { subject, record, accusation } = remembered;
+        let Remembered { subject, record, accusation, grounds } = remembered;
         let (signal, relation) = match subject {
             Subject::Signal(name) => (Some(name.clone()), None),
             Subject::Relation(name) => (None, Some(name.clone())),
@@ -274,6 +287,7 @@ impl From<&Remembered> for VerdictForm {
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
             charge: accusation.as_ref().map(AccusationForm::from),
+            grounds: grounds.iter().cloned().map(GroundForm::from).collect(),
         }
     }
 }
@@ -298,7 +312,21 @@ impl VerdictForm {
             said: self.said.map(|said| interval(said.lo, said.hi)),
         };
         let accusation = self.charge.map(AccusationForm::accusation).transpose()?;
-        Ok(Remembered { subject, record, accusation })
+        let grounds = self.grounds.into_iter().map(GroundForm::compared).collect();
+        Ok(Remembered { subject, record, accusation, grounds })
+    }
+}
+
+impl From<Compared> for GroundForm {
+    fn from(Compared { variable, way, other }: Compared) -> GroundForm {
+        GroundForm { variable, way, other }
+    }
+}
+
+impl GroundForm {
+    fn compared(self) -> Compared {
+        let GroundForm { variable, way, other } = self;
+        Compared { variable, way, other }
     }
 }
 
@@ -341,7 +369,7 @@ impl AbsenceForm {
 
 impl From<&Trending> for TrendForm {
     fn from(trending: &Trending) -> TrendForm {
-        let Trending { variable, way, other, record } = trending.clone();
+        let Trending { compared: Compared { variable, way, other }, record } = trending.clone();
         let TrendRecord { usual, sums, means, weight, tendency } = record;
         TrendForm {
             variable,
@@ -361,7 +389,7 @@ impl TrendForm {
         let TrendForm { variable, way, other, usual, sums, means, weight, tendency } = self;
         let tendency = named("`tendency`", &tendency, &TENDENCIES)?;
         let record = TrendRecord { usual, sums, means, weight, tendency };
-        Ok(Trending { variable, way, other, record })
+        Ok(Trending { compared: Compared { variable, way, other }, record })
     }
 }
 
