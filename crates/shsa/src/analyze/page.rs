@@ -139,7 +139,8 @@ fn signals(report: &Report<'_>) -> String {
 fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
     let analysis = report.analysis;
     let others = report.knowledge.signals().len() - 1;
-    let told = analysis.faults.isolable_from(signal).count();
+    let is_signal = |other: &Component| matches!(other, Component::Signal(_));
+    let told = analysis.isolable_from(Component::Signal(signal)).filter(is_signal).count();
     let class = if told == others { "yes" } else { "no" };
     let lost: Vec<String> = report.needs_lost(signal).into_iter().map(escaped).collect();
     format!(
@@ -155,17 +156,17 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
 }
 
 fn relations(report: &Report<'_>) -> String {
-    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    let knowledge = report.knowledge;
     let others = (knowledge.signals().len() + knowledge.relations().len()).saturating_sub(1);
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.isolable_components_from(component).count();
+        let told = report.analysis.isolable_from(component).count();
         let class = if told == others { "yes" } else { "no" };
         format!(
             "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td><td class=\"{class}\">{told} of {others}</td></tr>\n",
             escaped(report.component(component)),
             escaped(&knowledge.relations()[relation].text),
-            yes(faults.of_relation(relation).shown_by > 0),
+            yes(report.detectable(component) != "no"),
         )
     };
     let rows: Vec<String> = knowledge.relations().ids().map(row).collect();
