@@ -136,6 +136,14 @@ impl Analysis {
             .filter(move |&other| other != component && self.is_isolable_from(component, other))
     }
 
+    /// All components that a fault is isolable from only by comparisons that have several solutions: a fault that leads to another
+    /// one of these is not isolable from them.
+    pub fn isolable_in_part_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
+        self.faults
+            .isolable_components_from(component)
+            .filter(move |&other| !self.partly.is_isolable_from(component, other))
+    }
+
     /// The needs that fail when a signal is lost, in file order.
     pub fn needs_lost(&self, signal: SignalId) -> impl Iterator<Item = NeedId> + '_ {
         let takes = move |(need, tolerance): (NeedId, &Tolerance)| {

@@ -33,8 +33,11 @@ impl Engine {
                 // The snapshot has no readings from before the jump, so a return cannot be recognised later.
                 record.contradicted |= record.failed_by_detector && !self.has_returned(component);
                 let accusation = self.accusations.get(&component).cloned();
-                let grounds =
-                    self.judge.grounds_of(component).filter_map(|pair| self.compared(pair)).collect();
+                let grounds = self
+                    .judge
+                    .grounds_of(component)
+                    .filter_map(|(way, other)| self.compared(way, other))
+                    .collect();
                 Remembered { subject: subject(component), record, accusation, grounds }
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
@@ -59,10 +62,10 @@ impl Engine {
 
     fn trending(&self, pair: &Residual) -> Option<Trending> {
         let record = pair.trend.to_record()?;
-        Some(Trending { compared: self.compared((pair.way, pair.other))?, record })
+        Some(Trending { compared: self.compared(pair.way, pair.other)?, record })
     }
 
-    fn compared(&self, (way, other): (WayIndex, WayIndex)) -> Option<Compared> {
+    fn compared(&self, way: WayIndex, other: WayIndex) -> Option<Compared> {
         let (way, other) = (self.monitor.way(way)?, self.monitor.way(other)?);
         let words = |way: &WatchedWay| way.computation.way().describe(&self.knowledge);
         let variable = self.knowledge.variables()[way.variable()].name.clone();
@@ -148,7 +151,7 @@ impl Engine {
             return AllCompared::new();
         }
         let pairs = self.monitor.residuals().iter().map(|pair| (pair.way, pair.other));
-        pairs.filter_map(|pair| Some((self.compared(pair)?, pair))).collect()
+        pairs.filter_map(|pair| Some((self.compared(pair.0, pair.1)?, pair))).collect()
     }
 
     /// Ways that are no longer observed, or compared in the other order, begin anew.

@@ -99,6 +99,7 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
         "shown_by": analysis.faults.shown_by(id),
         "isolable_from": named(isolable),
         "isolable_from_relations": named(relations),
+        "isolable_in_part_from": named(analysis.isolable_in_part_from(Component::Signal(id)).collect()),
         "in_part": report.in_part(Component::Signal(id)),
         "substitutable": analysis.is_substitutable(id),
         "tolerates": survives(&analysis.signals[id]),
@@ -109,9 +110,12 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
 
 /// A relation is faulty when it does not hold.
 fn relation(report: &Report<'_>, id: RelationId) -> Value {
-    let told = report.analysis.faults.of_relation(id);
+    let (analysis, component) = (report.analysis, Component::Relation(id));
+    let told = analysis.faults.of_relation(id);
     let isolable: Vec<&str> =
-        report.analysis.isolable_from(Component::Relation(id)).map(|other| report.component(other)).collect();
+        analysis.isolable_from(component).map(|other| report.component(other)).collect();
+    let in_part: Vec<&str> =
+        analysis.isolable_in_part_from(component).map(|other| report.component(other)).collect();
     let prior = report.knowledge.relations()[id].properties.prior();
     json!({
         "relation": report.component(Component::Relation(id)),
@@ -119,7 +123,8 @@ fn relation(report: &Report<'_>, id: RelationId) -> Value {
         "detectable": told.shown_by > 0,
         "shown_by": told.shown_by,
         "isolable_from": isolable,
-        "in_part": report.in_part(Component::Relation(id)),
+        "isolable_in_part_from": in_part,
+        "in_part": report.in_part(component),
     })
 }
 

@@ -16,6 +16,20 @@ impl Report<'_> {
         }
     }
 
+    /// From how many others a fault is isolable, and from how many more only in part: `2 of 3`, `0 of 3, 2 in part`.
+    pub(super) fn isolable(
+        &self,
+        component: Component,
+        is_other: impl Fn(&Component) -> bool,
+        others: usize,
+    ) -> String {
+        let told = self.analysis.isolable_from(component).filter(&is_other).count();
+        match self.analysis.isolable_in_part_from(component).filter(&is_other).count() {
+            0 => format!("{told} of {others}"),
+            in_part => format!("{told} of {others}, {in_part} in part"),
+        }
+    }
+
     /// Why a fault is detectable or isolable only in part; empty where there is nothing to say.
     pub(super) fn in_part(&self, component: Component) -> Vec<String> {
         let analysis = self.analysis;

@@ -72,12 +72,11 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
     let others = report.knowledge.signals().len() - 1;
     let component = Component::Signal(signal);
     let is_signal = |other: &Component| matches!(other, Component::Signal(_));
-    let told = analysis.isolable_from(component).filter(is_signal).count();
     vec![
         report.signal(signal).to_owned(),
         report.variable(report.knowledge.signals()[signal].variable).to_owned(),
         detectable(report, component),
-        format!("{told} of {others}"),
+        report.isolable(component, is_signal, others),
         yes(analysis.is_substitutable(signal)),
         losses(&analysis.signals[signal]),
         report.needs_lost(signal).join(", "),
@@ -93,11 +92,10 @@ fn relations(report: &Report<'_>) -> String {
     let others = knowledge.signals().len() + knowledge.relations().len() - 1;
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = report.analysis.isolable_from(component).count();
         vec![
             report.component(component).to_owned(),
             detectable(report, component),
-            format!("{told} of {others}"),
+            report.isolable(component, |_| true, others),
         ]
     };
     show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())

@@ -40,13 +40,13 @@ fn the_tank_as_json() {
     let level = json!({
         "signal": "/level", "variable": "level", "detectable": true, "shown_by": 2,
         "isolable_from": ["/pressure", "/volume"], "isolable_from_relations": ["hydrostatic", "cylinder"], "substitutable": true, "tolerates": 2, "exact": true,
-        "in_part": [], "needs_lost": [],
+        "isolable_in_part_from": [], "in_part": [], "needs_lost": [],
     });
     assert_eq!(answer["signals"][0], level);
     // A component that is in every comparison of the relation cannot be told from it.
     let hydrostatic = json!({
         "relation": "hydrostatic", "prior": null, "detectable": true, "shown_by": 2,
-        "isolable_from": ["/level", "/volume", "cylinder"], "in_part": [],
+        "isolable_from": ["/level", "/volume", "cylinder"], "isolable_in_part_from": [], "in_part": [],
     });
     assert_eq!(answer["relations"][0], hydrostatic);
     let need = json!({
