@@ -163,10 +163,10 @@ fn an_input_that_stands_without_a_limit_is_told() {
         )
     };
     let folder = Folder::new();
-    folder.write("m.yaml", &model(""));
+    folder.write("m.yaml", model(""));
     let told = folder.ends("check m.yaml", 0).stdout;
     let words = "warning: substitutes of power hold /u between two values as if nothing changed: give voltage a `max_rate`";
     assert!(told.starts_with(words), "{told}");
-    folder.write("m.yaml", &model(", max_rate: 2 V/s"));
+    folder.write("m.yaml", model(", max_rate: 2 V/s"));
     assert!(!folder.ends("check m.yaml", 0).stdout.contains("warning"));
 }
