@@ -70,7 +70,7 @@ pub fn markdown(
 fn late_alarms(campaign: &Campaign<'_>, from: &[Span]) -> usize {
     let late = |(baseline, from): (&Baseline<'_>, &Span)| {
         let begin = baseline.first + *from;
-        baseline.alarms.iter().filter(|(time, ..)| *time >= begin).count()
+        baseline.alarms.iter().filter(|alarm| alarm.time >= begin).count()
     };
     campaign.baselines.iter().zip(from).map(late).sum()
 }
