@@ -21,6 +21,7 @@ pub(super) fn text(report: &Report<'_>, style: Style) -> String {
         relations(report, style),
         needs(report, style),
         weaknesses(report, style),
+        partly(report, style),
         gaps(report, style),
         additions(report, style),
         watched(report, style),
@@ -74,12 +75,13 @@ fn fused<'r>(
 fn signal_row(report: &Report<'_>, style: Style, signal: SignalId) -> Vec<String> {
     let analysis = report.analysis;
     let others = report.knowledge.signals().len() - 1;
-    let told = analysis.faults.isolable_from(signal).count();
+    let component = Component::Signal(signal);
+    let is_signal = |other: &Component| matches!(other, Component::Signal(_));
     vec![
         report.signal(signal).to_owned(),
         report.variable(report.knowledge.signals()[signal].variable).to_owned(),
-        yes(style, analysis.faults.is_detectable(signal)),
-        format!("{told} of {others}"),
+        detectable(report, style, component),
+        report.isolable(component, is_signal, others),
         yes(style, analysis.is_substitutable(signal)),
         losses(&analysis.signals[signal]),
         report.needs_lost(signal).join(", "),
@@ -88,18 +90,17 @@ fn signal_row(report: &Report<'_>, style: Style, signal: SignalId) -> Vec<String
 
 /// Relations with their faults: a relation is faulty when it does not hold.
 fn relations(report: &Report<'_>, style: Style) -> String {
-    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    let knowledge = report.knowledge;
     if knowledge.relations().is_empty() {
         return String::new();
     }
     let others = knowledge.signals().len() + knowledge.relations().len() - 1;
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.isolable_components_from(component).count();
         vec![
             report.component(component).to_owned(),
-            yes(style, faults.of_relation(relation).shown_by > 0),
-            format!("{told} of {others}"),
+            detectable(report, style, component),
+            report.isolable(component, |_| true, others),
         ]
     };
     style.table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
@@ -117,6 +118,24 @@ fn gaps(report: &Report<'_>, style: Style) -> String {
         told.push(style.wrapped(&format!("and {more} more reasons (--json)"), 2));
     }
     let head = style.paint(Paint::Bold, "Faults that the structure would tell and no comparison does:");
+    format!("{head}\n{}", told.join("\n"))
+}
+
+fn detectable(report: &Report<'_>, style: Style, component: Component) -> String {
+    match report.detectable(component) {
+        "in part" => style.paint(Paint::Yellow, "in part"),
+        told => yes(style, told == "yes"),
+    }
+}
+
+/// Faults that comparisons show or isolate only in part, with the reasons.
+fn partly(report: &Report<'_>, style: Style) -> String {
+    let lines = report.partly();
+    if lines.is_empty() {
+        return String::new();
+    }
+    let told: Vec<String> = lines.iter().map(|line| style.wrapped(line, 2)).collect();
+    let head = style.paint(Paint::Bold, "Faults that comparisons show only in part:");
     format!("{head}\n{}", told.join("\n"))
 }
 
