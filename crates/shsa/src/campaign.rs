@@ -18,7 +18,7 @@ use shsa_lab::campaign::{
     calibrated, check_settings, instead, measure, settings,
 };
 use shsa_message::span::parse_span;
-use shsa_report::campaign::{markdown, page, text};
+use shsa_report::campaign as report;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::{self, File};
@@ -239,19 +239,19 @@ fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Results<'_>
     }
     if let Some(mut file) = html {
         let title = arguments.model.file_name().unwrap_or_default().to_string_lossy();
-        file.write_all(page(campaign, &title, *comparison).as_bytes())?;
+        file.write_all(report::page(campaign, &title, *comparison).as_bytes())?;
         file.flush()?;
     }
     if let Some(mut file) = markdown {
         let title = arguments.model.file_stem().unwrap_or_default().to_string_lossy();
-        let text = markdown(campaign, &title, &command(arguments), *detectable);
+        let text = report::markdown(campaign, &title, &command(arguments), *detectable);
         file.write_all(text.as_bytes())?;
         file.flush()?;
     }
     let mut output = stdout().lock();
     match arguments.json.as_deref().is_some_and(is_printed) {
         true => writeln!(output, "{object}")?,
-        false => writeln!(output, "{}", text(campaign, *comparison, show::style()))?,
+        false => writeln!(output, "{}", report::text(campaign, *comparison, show::style()))?,
     }
     Ok(())
 }

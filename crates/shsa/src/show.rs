@@ -8,7 +8,7 @@ use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
 use shsa_format::recording::Recording;
-use shsa_report::{Paint, ReportError, Style};
+use shsa_report::{ReportError, Style};
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;

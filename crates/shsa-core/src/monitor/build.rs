@@ -77,9 +77,11 @@ impl Monitor {
     }
 
     fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
-        let supported =
-            |way: &'_ WatchedWay| SupportedWay { way: way.computation.way(), rests_on: &way.rests_on };
-        let ways: Vec<SupportedWay<'_>> = self.ways.iter().map(supported).collect();
+        let ways = self
+            .ways
+            .iter()
+            .map(|watched| SupportedWay { way: watched.computation.way(), rests_on: &watched.rests_on });
+        let ways: Vec<SupportedWay<'_>> = ways.collect();
         let compared = compared(knowledge, &ways);
         for (at, after) in compared {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {

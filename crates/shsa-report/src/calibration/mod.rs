@@ -10,6 +10,44 @@ use shsa_lab::calibration::{Calibration, PairFit, Parameter, Stretch};
 use shsa_lab::campaign::Smallest;
 
 /// A calibration with its inputs.
+///
+/// # Example
+/// ```
+/// use shsa_core::knowledge::{Id, SignalId};
+/// use shsa_core::observation::{Observation, RawValue};
+/// use shsa_core::time::{Span, Time};
+/// use shsa_format::model::live::{Live, Written};
+/// use shsa_lab::calibration::{Options, Session, calibrate};
+/// use shsa_report::{Style, calibration::Report};
+///
+/// let model = "{ shsa: 1, variables: { v: }, signals: { a: { variable: v, rate: 10 Hz }, b: { variable: v, rate: 10 Hz } } }";
+/// let (live, _) = Live::load(Written { name: "two.yaml", text: model }).expect("the model is valid");
+/// // A minute of two sensors that differ by up to 0.02.
+/// let observation = |step: i64| {
+///     let at = Time(step / 2 * 100_000_000);
+///     let off = 0.01 * ((step * 7_919) as f64).sin();
+///     let signal = SignalId::from_index((step % 2) as usize);
+///     Observation { signal, stamp: at, received: at, value: RawValue::Number(1.0 + off) }
+/// };
+/// let half = Time(30_000_000_000);
+/// let (fitted, unseen) = Session::new((0..1_200).map(observation).collect(), &[]).split(half);
+/// let options = Options { finds_steps: false, most_observations: 10_000, ..Options::default() };
+/// let found = calibrate(live.draft(), &[fitted], &[unseen], &options)?;
+/// let report = Report {
+///     draft: live.draft(),
+///     knowledge: live.knowledge(),
+///     found: &found,
+///     smallest: None,
+///     firsts: &[Time(0)],
+///     split: Span::from_millis(30_000),
+///     duration: Span::from_millis(59_900),
+///     refusal: None,
+/// };
+/// assert!(report.text(Style::PLAIN).starts_with("Fitted to the first 30 s of a recording"));
+/// assert_eq!(report.json()["split_s"], 30.0);
+/// assert!(report.patch(Style::PLAIN).contains("signals:\n"));
+/// # Ok::<(), shsa_lab::calibration::Problem>(())
+/// ```
 #[derive(Clone, Copy)]
 pub struct Report<'a> {
     /// The model as it was written.
