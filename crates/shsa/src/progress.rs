@@ -40,7 +40,7 @@ impl Observations {
     /// Counts an input.
     pub(crate) fn count(&mut self, given: &Given<'_>) {
         self.seen += u64::from(matches!(given, Given::Input(Input::Observation(_))));
-        if self.seen % STEP == 0 {
+        if self.seen.is_multiple_of(STEP) {
             self.bar.set_position(self.seen);
         }
     }

@@ -4,6 +4,7 @@ mod text;
 mod json;
 mod patch;
 
+use crate::Style;
 use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_lab::calibration::{Calibration, PairFit, Parameter, Stretch};
@@ -82,6 +83,13 @@ fn number(value: f64) -> String {
 }
 
 impl Report<'_> {
+    /// The change of the model as YAML: every changed variable, signal and relation in full, below comments with its evidence, wrapped
+    /// at the width of the style.
+    #[must_use]
+    pub fn patch(&self, style: Style) -> String {
+        patch::text(self, style)
+    }
+
     fn signal(&self, signal: SignalId) -> &str {
         &self.knowledge.signals()[signal].name
     }

@@ -7,16 +7,8 @@ use shsa_format::model::write;
 use shsa_lab::calibration::{Fitted, Parameter};
 use shsa_lab::campaign::Kind;
 
-impl Report<'_> {
-    /// The change of the model as YAML: every changed variable, signal and relation in full, below comments with its evidence, wrapped
-    /// at the width of the style.
-    #[must_use]
-    pub fn patch(&self, style: Style) -> String {
-        text(self, style)
-    }
-}
-
-fn text(report: &Report<'_>, style: Style) -> String {
+/// The change as YAML: every changed variable, signal and relation in full, below comments with its evidence.
+pub(super) fn text(report: &Report<'_>, style: Style) -> String {
     let mut text = String::new();
     for told in [report.promised(), report.tested()] {
         style.wrapped(&told, 0).lines().for_each(|line| text += &format!("# {line}\n"));

@@ -17,6 +17,7 @@ pub use values::{write_value, write_values};
 use crate::analysis::{shortened, unwatched};
 use crate::{ReportError, Source};
 use needs::{NeedReport, need_report, together};
+use page::Page;
 use shsa_core::alignment::Counts;
 use shsa_core::engine::{Options, WatchBudget};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -149,6 +150,12 @@ impl<'a> Report<'a> {
     #[must_use]
     pub fn all_met(&self) -> bool {
         self.needs.iter().all(|need| need.met)
+    }
+
+    /// A page for the browser. There is a recorder for each session; `made` says of what and how it was made.
+    #[must_use]
+    pub fn page(&self, recorders: &[Recorder], made: &Provenance) -> String {
+        Page { report: self }.write(recorders, made)
     }
 
     fn duration(&self) -> Span {

@@ -51,21 +51,29 @@ pub struct Provenance {
     pub command: String,
 }
 
-impl Report<'_> {
-    /// A page for the browser. There is a recorder for each session; `made` says of what and how it was made.
-    #[must_use]
-    pub fn page(&self, recorders: &[Recorder], made: &Provenance) -> String {
+/// The page of a report.
+pub(super) struct Page<'a> {
+    pub(super) report: &'a Report<'a>,
+}
+
+impl Page<'_> {
+    /// Writes the page; there is a recorder for each part.
+    pub(super) fn write(&self, recorders: &[Recorder], made: &Provenance) -> String {
         let title = escaped(&made.model);
         let lead = format!(
             "{} over {:.1} s{}: {}.",
-            counted(self.observations(), "observation"),
-            self.duration().seconds(),
-            if self.parts.len() > 1 { format!(" in {} sessions", self.parts.len()) } else { String::new() },
-            if self.all_met() { "every need was met" } else { "not every need was met" },
+            counted(self.report.observations(), "observation"),
+            self.report.duration().seconds(),
+            if self.report.parts.len() > 1 {
+                format!(" in {} sessions", self.report.parts.len())
+            } else {
+                String::new()
+            },
+            if self.report.all_met() { "every need was met" } else { "not every need was met" },
         );
         let mut body = self.tiles();
-        for (at, (part, recorder)) in self.parts.iter().zip(recorders).enumerate() {
-            let of = self.number(at).map_or(String::new(), |number| format!(" in session {number}"));
+        for (at, (part, recorder)) in self.report.parts.iter().zip(recorders).enumerate() {
+            let of = self.report.number(at).map_or(String::new(), |number| format!(" in session {number}"));
             body += &section(&format!("Needs{of}"), NEEDS, &self.needs_of_page(at, part, recorder));
             body += &section(&format!("Assurance{of}"), CASES, &cases(part, recorder));
             body += &section(&format!("Decisions{of}"), EVENTS, &decisions(part, recorder));
@@ -77,23 +85,23 @@ impl Report<'_> {
     }
 
     fn tiles(&self) -> String {
-        let met = self.needs.iter().filter(|need| need.met).count();
-        let events: usize = self.parts.iter().map(|part| part.run.events.len()).sum();
+        let met = self.report.needs.iter().filter(|need| need.met).count();
+        let events: usize = self.report.parts.iter().map(|part| part.run.events.len()).sum();
         let tile =
             |number: &str, of: &str| format!("<div class=\"tile\"><b>{number}</b><span>{of}</span></div>\n");
         let tiles = [
-            tile(&format!("{met} of {}", self.needs.len()), "needs met all the time"),
+            tile(&format!("{met} of {}", self.report.needs.len()), "needs met all the time"),
             tile(&events.to_string(), "decisions"),
-            tile(&self.knowledge.signals().len().to_string(), "signals"),
-            tile(&format!("{:.1} s", self.duration().seconds()), "replayed"),
+            tile(&self.report.knowledge.signals().len().to_string(), "signals"),
+            tile(&format!("{:.1} s", self.report.duration().seconds()), "replayed"),
         ];
         format!("<div class=\"tiles\">\n{}</div>\n", tiles.concat())
     }
 
     fn needs_of_page(&self, at: usize, part: &Part<'_>, recorder: &Recorder) -> String {
-        let reports = self.needs_of.get(at).map_or(&[][..], Vec::as_slice);
+        let reports = self.report.needs_of.get(at).map_or(&[][..], Vec::as_slice);
         let of = |report: &NeedReport| {
-            let need = &self.knowledge.needs()[report.id];
+            let need = &self.report.knowledge.needs()[report.id];
             let record = recorder.needs.iter().find(|record| record.signal == need.signal)?;
             Some(self.need_of_page(part, report, record) + &self.band_chart(part, recorder, record))
         };
@@ -101,10 +109,10 @@ impl Report<'_> {
     }
 
     fn need_of_page(&self, part: &Part<'_>, report: &NeedReport, record: &NeedRecord) -> String {
-        let need = &self.knowledge.needs()[report.id];
-        let unit = self.knowledge.variables()[need.variable].unit.as_ref();
+        let need = &self.report.knowledge.needs()[report.id];
+        let unit = self.report.knowledge.variables()[need.variable].unit.as_ref();
         let unit = unit.map_or(String::new(), |unit| format!(" {unit}"));
-        let widest = difference_from_si(self.knowledge, need.variable, report.widest);
+        let widest = difference_from_si(self.report.knowledge, need.variable, report.widest);
         let availability = record.availability(part.duration()) * 100.0;
         let met = if report.met {
             "<span class=\"yes\">✓ met</span>"
@@ -123,7 +131,7 @@ impl Report<'_> {
             cells.iter().map(|(name, value)| format!("<div><dt>{name}</dt><dd>{value}</dd></div>")).collect();
         format!(
             "<h3>{}</h3>\n<dl class=\"facts\">{cells}</dl>\n{}{}",
-            escaped(self.knowledge.need_name(report.id)),
+            escaped(self.report.knowledge.need_name(report.id)),
             served(part, record),
             sources(part, record),
         )
@@ -140,8 +148,8 @@ impl Report<'_> {
             <th class=\"number\">values</th><th class=\"number\">late</th><th class=\"number\">invalid</th>\
             <th class=\"number\">missing</th></tr></thead>";
         let mut rows = String::new();
-        for (id, signal) in self.knowledge.signals().enumerate() {
-            let counts = self.counts(&signal.name, std::slice::from_ref(part));
+        for (id, signal) in self.report.knowledge.signals().enumerate() {
+            let counts = self.report.counts(&signal.name, std::slice::from_ref(part));
             let wrong = counts.invalid + counts.out_of_range + counts.too_fast;
             let pieces = accused(part, &signal.name);
             let label = match pieces.len() {
@@ -157,7 +165,7 @@ impl Report<'_> {
                 strip(&pieces, part.duration().seconds(), &label),
                 counts.accepted,
                 counts.late,
-                self.missing(id),
+                self.report.missing(id),
             );
         }
         format!(
@@ -167,8 +175,9 @@ impl Report<'_> {
     }
 
     fn remarks(&self) -> String {
-        let notes = self.notes.iter().map(shsa_format::comparisons::Noted::text);
+        let notes = self.report.notes.iter().map(shsa_format::comparisons::Noted::text);
         let items: String = self
+            .report
             .warnings
             .iter()
             .cloned()
