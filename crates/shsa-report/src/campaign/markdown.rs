@@ -13,9 +13,9 @@ use std::fmt::Write;
 const REASONS: [&str; 5] = [
     "another signal called failed or silent",
     "a relation, or what signals share, called failed",
-    "not detected, although a comparison of the model shows it",
-    "not detected, and no comparison of the model shows it",
-    "detected but not isolated, although analyze says that it is isolable",
+    "not detected, although a comparison of the model shows the fault",
+    "not detected, and no comparison of the model shows the fault",
+    "detected but not isolated, although the analysis says that it is isolable",
 ];
 
 /// A run whose fault had an effect.
@@ -53,7 +53,7 @@ pub fn markdown(
         let late = late_alarms(campaign, &detectable.from);
         let _ = write!(
             text,
-            "The model is the calibrated one. Of those alarms {late} are in the halves that it has not seen.\n\n{}",
+            "The model is the calibrated one. Of these alarms {late} are in the halves that it was not fitted to.\n\n{}",
             section.amounts(&detectable.smallest)
         );
     }
@@ -149,7 +149,7 @@ impl Section<'_> {
         let kinds = smallest.kinds();
         let onsets: Vec<String> = smallest.onsets.iter().map(|at| format!("{:.1}", at.seconds())).collect();
         let mut text = format!(
-            "Smallest faults seen in the half that it was fitted to, beginning at {} s:\n\n| signal | tolerated | slowest witness |",
+            "Smallest detected faults in the half that it was fitted to, with onsets at {} s:\n\n| signal | tolerated | slowest witness |",
             onsets.join(", ")
         );
         kinds.iter().for_each(|kind| text += &format!(" {} |", kind.name()));
@@ -173,7 +173,7 @@ impl Section<'_> {
             self.row(&mut text, &what.label(), |cell| cell.what == *what);
         }
         self.row(&mut text, "all", all);
-        text + "\nA latency is in periods of the slowest witness that has a say: that is compared with the faulty signal, or with one of those that this is compared with. A period is the time between its values, that in which each of them may be true, or that over which its formula looks back.\n\n"
+        text + "\nA latency is in periods of the slowest witness: a signal that is compared with the faulty one, or with a witness of it. Its period is the longest of three times: between its values, of the uncertainty of their stamps, and over which its formula looks back.\n\n"
     }
 
     fn row(&self, text: &mut String, label: &str, is_wanted: impl Fn(&Cell) -> bool) {

@@ -84,8 +84,8 @@ pub(super) fn headline(campaign: &Campaign<'_>) -> String {
     let not_tried =
         |reason: Reason| (campaign.untried(reason, |_| true), format!("not tried {}", reason.words()));
     let too_small = match tally.too_small_detected {
-        0 => "smaller than what is seen".to_owned(),
-        detected => format!("smaller than what is seen ({detected} of them detected)"),
+        0 => "smaller than the smallest detected fault".to_owned(),
+        detected => format!("smaller than the smallest detected fault ({detected} of them detected)"),
     };
     let mut reasons = vec![
         (tally.without_effect - tally.too_small, "that changed no value".to_owned()),
