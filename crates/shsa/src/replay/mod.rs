@@ -1,31 +1,26 @@
 //! `shsa replay`: the whole loop over recordings, optionally with injected faults.
 
 mod drive;
-mod picture;
 mod reload;
-mod report;
 mod source;
 mod stream;
-mod values;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
-pub(crate) use report::Made;
-pub(crate) use source::{CutArguments, Source, SourceArguments, is_journal, only, read_one, wanted};
+pub(crate) use source::{CutArguments, SourceArguments, is_journal, only, read_one, wanted};
 
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::{Context, bail};
-use picture::Recorder;
-use report::Part;
 use sha2::{Digest, Sha256};
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
-use shsa_format::story::Story;
+use shsa_report::Source;
+use shsa_report::replay::{Part, Provenance, Recorder, Report, write_values};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -111,9 +106,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let clean: Vec<Option<Run>> =
         sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
     let played = sources.iter().zip(&runs).zip(&clean);
-    let parts: Vec<Part<'_>> = played.map(|((source, run), clean)| Part::of(source, run, clean)).collect();
+    let part = |((source, run), clean)| Part { run, clean: Option::as_ref(clean), source };
+    let parts: Vec<Part<'_>> = played.map(part).collect();
     if let Some(output) = output {
-        values::write_values(&parts, output)?;
+        write_values(&parts, output)?;
     }
     finish(arguments, &parts, elapsed, page.map(|file| (file, &*recorders)))
 }
@@ -138,12 +134,16 @@ fn finish(
     elapsed: Duration,
     page: Option<(BufWriter<File>, &[Recorder])>,
 ) -> anyhow::Result<Outcome> {
-    let report = report::Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
+    let report = Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
     if let Some((mut file, recorders)) = page {
-        let page = report::Page { report: &report }.write(recorders, &made(arguments)?);
+        let page = report.page(recorders, &made(arguments)?);
         file.write_all(page.as_bytes()).and_then(|()| file.flush()).context("cannot write the report")?;
     }
-    report.print(arguments.json, elapsed)?;
+    let mut output = stdout().lock();
+    match arguments.json {
+        true => writeln!(output, "{}", report.json(elapsed))?,
+        false => writeln!(output, "{}", report.text(show::style(), elapsed))?,
+    }
     Ok(match (report.all_met(), parts.iter().any(|part| part.source.degraded)) {
         (false, _) => Outcome::No,
         (true, true) => Outcome::Degraded,
@@ -151,32 +151,20 @@ fn finish(
     })
 }
 
-/// The page about a story.
-pub(crate) fn page_of_story(story: &Story, made: &Made) -> anyhow::Result<String> {
-    let source = Source::of_story(story);
-    let (options, mut recorder) = (Options::default(), Recorder::new());
-    let run = play(&source, options, None, Some(&mut recorder))?;
-    let parts = [Part::of(&source, &run, &None)];
-    let report = report::Report::new(&parts, options.watch).context("nothing happens in this story")?;
-    Ok(report::Page { report: &report }.write(&[recorder], made))
-}
-
 /// The model and the command, for the report.
-fn made(arguments: &Arguments) -> anyhow::Result<Made> {
+fn made(arguments: &Arguments) -> anyhow::Result<Provenance> {
     let path = &arguments.model;
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {} again", path.display()))?;
-    Ok(Made::new(path, &bytes))
+    Ok(provenance(path, &bytes))
 }
 
-impl Made {
-    /// Of a file with a model, by the present command.
-    pub(crate) fn new(path: &Path, bytes: &[u8]) -> Made {
-        let hash = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        let words = std::env::args().skip(1).map(|word| quoted(&word));
-        let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
-        let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Made { model, text: String::from_utf8_lossy(bytes).into_owned(), hash, command }
-    }
+/// What a page is made of: a file with these bytes, by the present command.
+pub(crate) fn provenance(path: &Path, bytes: &[u8]) -> Provenance {
+    let hash = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
+    let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Provenance { model, text: String::from_utf8_lossy(bytes).into_owned(), hash, command }
 }
 
 /// A word, quoted for a shell.

@@ -14,7 +14,7 @@ use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
 use shsa_format::recording::{self, Cuts, Recording, Sample, Session, Stretch, Wanted};
-use shsa_format::story::Story;
+use shsa_report::Source;
 use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -77,39 +77,6 @@ impl CutArguments {
     }
 }
 
-/// The inputs of one session.
-pub(crate) struct Source {
-    pub(crate) eras: Vec<Era>,
-    /// The same without the injected faults, for comparison.
-    pub(super) clean: Option<Vec<Era>>,
-    /// Beginning and end of the recording, even if a fault removes its first or last observations.
-    pub(crate) span: Option<(Time, Time)>,
-    /// The origin of times, if it is not the beginning of the run.
-    pub(super) origin: Option<Time>,
-    /// The session's origin, and why it is a session of its own; `None` for a journal.
-    pub(super) session: Option<Session>,
-    /// Rows without a value in all sessions, by signal.
-    pub(super) missing: BTreeMap<String, usize>,
-    pub(crate) degraded: bool,
-}
-
-impl Source {
-    /// The inputs of a story.
-    pub(crate) fn of_story(story: &Story) -> Source {
-        let eras = story.journal();
-        let last = eras.iter().flat_map(|era| &era.inputs).map(Input::time).max();
-        Source {
-            eras,
-            clean: None,
-            span: Some((Time(0), last.unwrap_or_default())),
-            origin: None,
-            session: None,
-            missing: BTreeMap::new(),
-            degraded: false,
-        }
-    }
-}
-
 /// Reads recordings with the injected faults, or a journal, as sessions; returns at least one.
 ///
 /// # Errors
@@ -168,15 +135,7 @@ fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Liv
     if let Some((line, reason)) = &journal.damage {
         show::warn(format_args!("{}:{line}: {reason}; what comes before is replayed", path.display()));
     }
-    Ok(Source {
-        eras: journal.eras,
-        clean: None,
-        span: None,
-        origin: None,
-        session: None,
-        missing: BTreeMap::new(),
-        degraded: journal.damage.is_some(),
-    })
+    Ok(Source { eras: journal.eras, degraded: journal.damage.is_some(), ..Source::default() })
 }
 
 fn read_recordings(
