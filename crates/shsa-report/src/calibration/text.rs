@@ -232,7 +232,7 @@ impl Report<'_> {
     fn faults(&self, smallest: &Smallest, style: Style) -> String {
         let kinds = smallest.kinds();
         let row = |(id, signal): (SignalId, &Signal)| {
-            let cells = kinds.iter().map(|kind| smallest.told(signal, id, *kind));
+            let cells = kinds.iter().map(|kind| smallest.described(signal, id, *kind));
             std::iter::once(signal.name.clone()).chain(cells).collect()
         };
         let head: Vec<&str> =
