@@ -11,6 +11,7 @@ mod basis;
 mod hitting;
 mod comparisons;
 mod faults;
+mod held;
 mod partly;
 mod losses;
 mod survey;
@@ -23,6 +24,7 @@ pub use additions::{Addition, Candidate, Survives};
 pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use gaps::{Gap, Obstacle};
+pub use held::Held;
 pub use losses::Tolerance;
 pub use partly::{Partly, Reservation};
 pub use prospect::{Candidacy, Failure, Prospect, Serving};
@@ -161,13 +163,15 @@ impl Analysis {
     }
 }
 
-/// Comparisons that the model or its structure allows, and the monitor does not make.
+/// Comparisons that the model or its structure allows, and the monitor does not make; and those whose bounds are no bounds.
 #[derive(Clone, Debug)]
 pub struct Unwatched {
     /// As [`Analysis::watched`].
     pub watched: Vec<Watch>,
     /// As [`Analysis::gaps`].
     pub gaps: Vec<Gap>,
+    /// The inputs that substitutes hold between their values without a limit of their change.
+    pub held: Vec<Held>,
 }
 
 /// The part of an analysis about comparisons that are not made, without losses and additions.
@@ -183,6 +187,7 @@ pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
     Unwatched {
         watched: watch::watched(knowledge, &watched.are, &faults),
         gaps: gaps::gaps(knowledge, &basis, &faults),
+        held: held::held(knowledge, comparisons.ways()),
     }
 }
 
