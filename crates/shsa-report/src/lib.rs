@@ -13,6 +13,7 @@ mod bands;
 pub mod analysis;
 pub mod explanation;
 pub mod replay;
+pub mod mcap;
 pub mod assurance;
 pub mod campaign;
 pub mod calibration;

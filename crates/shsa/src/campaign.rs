@@ -5,12 +5,13 @@ use crate::outcome::Outcome;
 use crate::plan::find_signal;
 use crate::progress::Search;
 use crate::reading::ReadArguments;
-use crate::replay::{CutArguments, is_journal, only, wanted, written};
+use crate::replay::{CutArguments, only, wanted, written};
 use crate::show;
 use anyhow::{Context, anyhow, bail};
 use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
+use shsa_format::journal::is_journal_file;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::recording::{self, Recording, Sample, Session};
 use shsa_lab::campaign::{
@@ -306,7 +307,7 @@ fn signals(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<V
 }
 
 fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
-    if let Some(journal) = arguments.recordings.iter().find(|path| is_journal(path)) {
+    if let Some(journal) = arguments.recordings.iter().find(|path| is_journal_file(path)) {
         bail!("{} is a journal; faults can be injected into recordings only", journal.display());
     }
     let mut recording =

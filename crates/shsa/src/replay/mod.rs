@@ -4,15 +4,17 @@ mod drive;
 mod reload;
 mod source;
 mod stream;
+mod record;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
-pub(crate) use source::{CutArguments, SourceArguments, is_journal, only, read_one, wanted};
+pub(crate) use source::{CutArguments, SourceArguments, only, read_one, wanted};
 
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::{Context, bail};
+use record::Record;
 use sha2::{Digest, Sha256};
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
@@ -68,6 +70,13 @@ pub(crate) struct Arguments {
     /// Write every input of the run as a journal that can be replayed; of one session only.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler: inputs, values of all ways of knowing, verdicts,
+    /// decisions, needs. It can be replayed as a journal can; of one session only.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Write a layout for Foxglove that shows the record.
+    #[arg(long, value_name = "FILE", requires = "record")]
+    layout: Option<PathBuf>,
     /// Write every value that the needs are served with, as JSON lines.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -86,20 +95,26 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(outcome);
     }
     let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
-    if let (Some(_), [_, _, ..]) = (&arguments.journal, sources.as_slice()) {
+    if let (Some(_), [_, _, ..]) =
+        (arguments.journal.as_ref().or(arguments.record.as_ref()), sources.as_slice())
+    {
         bail!(
-            "a journal is of one session, and these are {}; say which with --session NUMBER",
+            "a journal, or a record, is of one session, and these are {}; say which with --session NUMBER",
             sources.len()
         );
     }
-    let [mut journal, output, page] = written(arguments)?;
+    let [mut journal, mut record, mut layout, output, page] = written(arguments)?;
+    let made = made(arguments)?;
     let began = Instant::now();
     let options = arguments.options();
     let mut recorders: Vec<Recorder> = page.iter().flat_map(|_| &sources).map(|_| Recorder::new()).collect();
     let mut onlookers = recorders.iter_mut();
     let runs: Vec<Run> = sources
         .iter()
-        .map(|source| play(source, options, journal.take(), onlookers.next()))
+        .map(|source| {
+            let record = record.take().map(|file| Record { file, layout: layout.take(), made: &made });
+            play(source, options, Onlookers { journal: journal.take(), record, page: onlookers.next() })
+        })
         .collect::<anyhow::Result<_>>()?;
     let elapsed = began.elapsed();
     let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
@@ -120,12 +135,12 @@ impl Arguments {
     }
 }
 
-/// Opens the output files: journal, values and page.
-fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 3]> {
+/// Opens the output files: journal, record, its layout, values and page.
+fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 5]> {
     let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
-    let Arguments { journal, output, report, .. } = arguments;
-    written::open([journal.as_deref(), output.as_deref(), report.as_deref()], &read)
+    let Arguments { journal, record, layout, output, report, .. } = arguments;
+    written::open([journal, record, layout, output, report].map(Option::as_deref), &read)
 }
 
 fn finish(
@@ -176,25 +191,30 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn play(
-    source: &Source,
-    options: Options,
+/// What is written during a run.
+struct Onlookers<'a> {
     journal: Option<BufWriter<File>>,
-    mut recorder: Option<&mut Recorder>,
-) -> anyhow::Result<Run> {
+    record: Option<Record<'a>>,
+    page: Option<&'a mut Recorder>,
+}
+
+fn play(source: &Source, options: Options, onlookers: Onlookers<'_>) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
-    let mut journal = match (journal, eras.first()) {
-        (Some(journal), Some(first)) => Some(JournalWriter::new(journal, &first.knowledge)?),
-        _ => None,
-    };
+    let Onlookers { journal, record, page: mut recorder } = onlookers;
+    let first = eras.first().map(|era| &era.knowledge);
+    let journal = journal.zip(first).map(|(file, known)| JournalWriter::new(file, known));
+    let mut journal = journal.transpose()?;
+    let mut record = record.zip(first).map(|(record, known)| record.begin(known)).transpose()?;
     let run = drive(eras, *span, options, |run, given| {
         journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?;
+        record.as_mut().map_or(Ok(()), |record| record.recorder.input(given))?;
         let published = run.publications.len();
         run.give(given);
         recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, published));
-        Ok(())
+        Ok(record.as_mut().map_or(Ok(()), |record| record.recorder.look(run, published))?)
     })?;
     journal.as_mut().map_or(Ok(()), JournalWriter::flush)?;
+    record.map_or(Ok(()), |record| record.finish(&run))?;
     recorder.into_iter().for_each(|recorder| recorder.end(&run));
     Ok(run)
 }

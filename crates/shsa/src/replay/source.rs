@@ -16,8 +16,6 @@ use shsa_format::model::live::Live;
 use shsa_format::recording::{self, Cuts, Recording, Sample, Session, Stretch, Wanted};
 use shsa_report::Source;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -88,7 +86,7 @@ pub(crate) fn read(
     live: Live,
 ) -> anyhow::Result<Vec<Source>> {
     match recordings {
-        [only] if is_journal(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
+        [only] if journal::is_journal_file(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
         _ => read_recordings(recordings, arguments, cuts, live),
     }
 }
@@ -115,23 +113,12 @@ pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
     measured.map(|(_, signal)| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
 }
 
-/// Whether a file is the journal of a run.
-pub(crate) fn is_journal(path: &Path) -> bool {
-    let mut line = String::new();
-    path.is_file()
-        && File::open(path).is_ok_and(|file| {
-            let limited = std::io::Read::take(file, 1 << 20);
-            BufReader::new(limited).read_line(&mut line).is_ok() && journal::is_journal(&line)
-        })
-}
-
 fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Live) -> anyhow::Result<Source> {
     if arguments.changes() || arguments.session.is_some() || !cuts.is_empty() {
         bail!("a journal is replayed as it was; faults, other models and parts are for recordings only");
     }
-    let file = File::open(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let journal = journal::read_journal(BufReader::new(file), live)
-        .with_context(|| format!("{} cannot be replayed", path.display()))?;
+    let journal =
+        journal::read_file(path, live).with_context(|| format!("{} cannot be replayed", path.display()))?;
     if let Some((line, reason)) = &journal.damage {
         show::warn(format_args!("{}:{line}: {reason}; what comes before is replayed", path.display()));
     }

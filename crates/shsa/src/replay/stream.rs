@@ -1,16 +1,17 @@
 //! Replays recordings that are too long for the memory: reads them during the replay.
 
-use super::{Arguments, finish, is_journal, written};
+use super::{Arguments, Record, finish, made, written};
 use crate::outcome::Outcome;
 use crate::progress::Observations;
 use crate::show;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_format::drive::{Era, Given, Run};
-use shsa_format::journal::JournalWriter;
+use shsa_format::journal::{JournalWriter, is_journal_file};
 use shsa_format::recording::{self, Sample, Survey};
 use shsa_report::Source;
 use shsa_report::replay::{Part, Recorder, write_value};
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -26,7 +27,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         arguments.source.changes() || arguments.source.session.is_some() || !arguments.cut.cuts().is_empty();
     let is_long = || arguments.recordings.iter().map(|path| size(path)).sum::<u64>() >= LONG;
     if must_keep
-        || arguments.recordings.iter().any(|path| is_journal(path))
+        || arguments.recordings.iter().any(|path| is_journal_file(path))
         || !(arguments.stream || is_long())
     {
         return Ok(None);
@@ -36,7 +37,11 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
     show::recording(&survey.recording);
-    let [journal, mut values, page] = written(arguments)?;
+    let [journal, record, layout, mut values, page] = written(arguments)?;
+    let made = made(arguments)?;
+    let mcap = record.map(|file| Record { file, layout, made: &made }.begin(knowledge)).transpose()?;
+    // Both closures below write to it.
+    let mcap = RefCell::new(mcap);
     let mut recorder = page.is_some().then(Recorder::new);
     let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;
     let began = Instant::now();
@@ -49,10 +54,12 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let mut bar = Observations::new(survey.count);
     let record = |given: Given<'_>| -> anyhow::Result<()> {
         bar.count(&given);
+        mcap.borrow_mut().as_mut().map_or(Ok(()), |mcap| mcap.recorder.input(given))?;
         Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
     };
     let look = |run: &mut Run| -> anyhow::Result<()> {
         recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, 0));
+        mcap.borrow_mut().as_mut().map_or(Ok(()), |mcap| mcap.recorder.look(run, 0))?;
         let values = values.as_mut();
         values.map_or(Ok(()), |values| {
             let mut publications = run.publications.iter();
@@ -62,6 +69,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let run = Run::streamed(knowledge, span, arguments.options(), observations, record, look)?;
     recorder.as_mut().into_iter().for_each(|recorder| recorder.end(&run));
     drop(bar);
+    mcap.into_inner().map_or(Ok(()), |mcap| mcap.finish(&run))?;
     if let Some(mut journal) = journal {
         journal.flush()?;
     }
