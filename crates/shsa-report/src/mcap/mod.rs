@@ -153,7 +153,7 @@ impl<W: Seekable> McapRecorder<W> {
         if let Some((signal, received)) = self.observed.take() {
             self.reading(run, signal, received)?;
         }
-        for (known, publication) in run.told_values(publications) {
+        for (known, publication) in run.publications_with_models(publications) {
             self.need(run, known, publication)?;
         }
         for number in self.events..run.events.len() {
@@ -235,7 +235,7 @@ impl<W: Seekable> McapRecorder<W> {
     }
 
     fn decision(&mut self, run: &Run, number: usize) -> McapResult<()> {
-        let Some((known, decided)) = run.told_events().nth(number) else { return Ok(()) };
+        let Some((known, decided)) = run.events_with_models().nth(number) else { return Ok(()) };
         let fields = event::fields(known, decided);
         let because = words::reasons(&decided.because);
         let subject = ["signal", "relation", "need", "variable"];
