@@ -25,6 +25,9 @@ struct Total {
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
+/// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
+const LONG: [&str; 3] = ["recordings", "live", "chaos"];
+
 /// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
@@ -97,7 +100,9 @@ impl Queue {
         } else {
             &mut self.computing
         };
-        list.push(program);
+        // Programs are taken from the end.
+        let at = if LONG.contains(&program.name.as_str()) { list.len() } else { 0 };
+        list.insert(at, program);
     }
 }
 
@@ -302,6 +307,16 @@ mod tests {
         shared.change(Queue::complete);
         assert_eq!(next(&shared), None);
         assert_eq!(shared.lock().waiting.len(), 1);
+    }
+
+    #[test]
+    fn long_programs_begin_first() {
+        let mut queue = Queue { has_command: true, ..Queue::default() };
+        for name in ["cli", "recordings", "readme"] {
+            queue.add(Program { name: name.into(), executable: "/x".into(), folder: "/w/shsa".into() });
+        }
+        let taken = std::iter::from_fn(|| queue.computing.pop()).map(|program| program.name);
+        assert_eq!(taken.collect::<Vec<_>>(), ["recordings", "cli", "readme"]);
     }
 
     #[test]

@@ -10,13 +10,13 @@ use shsa_core::time::{Span, Time, Validity};
 
 /// The source of a band's values.
 #[derive(Clone, Debug, PartialEq)]
-pub(crate) enum Giver {
+pub(crate) enum BandSource {
     Way(WayIndex, Way),
     /// The values of a signal that is compared with nothing.
     Signal(SignalId),
 }
 
-impl Giver {
+impl BandSource {
     /// Passes on its values from a moment on, or after it, until `to`, oldest first.
     pub(crate) fn news(&self, engine: &Engine, from: Bound<Time>, to: Time, mut take: impl FnMut(Sample)) {
         let is_new = |sample: &Sample| {
@@ -25,7 +25,7 @@ impl Giver {
         };
         let is_late = |sample: &&Sample| (from, Bound::Unbounded).contains(&sample.validity.to);
         match self {
-            Giver::Way(index, _) => {
+            BandSource::Way(index, _) => {
                 let Some(way) = engine.monitor().way(*index) else { return };
                 let newest = || way.outputs.newest_first().take_while(is_late);
                 let known = newest().count();
@@ -33,7 +33,7 @@ impl Giver {
                     way.outputs.newest(back).copied().filter(is_new).into_iter().for_each(&mut take);
                 }
             }
-            Giver::Signal(signal) => {
+            BandSource::Signal(signal) => {
                 let newest = engine.monitor().ports().find(*signal).and_then(|port| port.newest());
                 newest.copied().filter(is_new).into_iter().for_each(take);
             }
@@ -43,8 +43,8 @@ impl Giver {
     /// The name for a legend.
     pub(crate) fn name(&self, knowledge: &KnowledgeBase) -> String {
         match self {
-            Giver::Way(_, way) => way.describe(knowledge),
-            Giver::Signal(signal) => knowledge.signals()[*signal].name.clone(),
+            BandSource::Way(_, way) => way.describe(knowledge),
+            BandSource::Signal(signal) => knowledge.signals()[*signal].name.clone(),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why
 //! not at a higher one.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
@@ -118,7 +118,7 @@ fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
         let (certificates, report) = conserts::read(&read(path)?, &name);
         show::tell_report(&report);
         if !report.ok() {
-            return Err(AlreadyTold.into());
+            return Err(AlreadyReported.into());
         }
         files.push(certificates);
     }
@@ -161,7 +161,7 @@ fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
 fn read(path: &Path) -> anyhow::Result<String> {
     read_text(path, "model").map_err(|report| {
         show::tell_report(&report);
-        AlreadyTold.into()
+        AlreadyReported.into()
     })
 }
 

@@ -2,7 +2,7 @@
 
 use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::watch::Watching;
 use crate::{service_manager, show};
 use anyhow::Context;
@@ -274,7 +274,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
     let wiring = wiring.map_err(|report| {
         show::tell_report(&report);
-        AlreadyTold
+        AlreadyReported
     })?;
     let journal = |folder: &PathBuf| JournalOptions {
         folder: folder.clone(),

@@ -1,7 +1,7 @@
 //! Output on the terminal: loads a model and reports its problems, colours, aligned tables, values in units.
 
 use crate::log::{self, Level};
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use shsa_bridge::Address;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
@@ -24,7 +24,7 @@ const MOST_NAMES: usize = 20;
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     let loaded = model::load_file(path);
     tell_report(&loaded.report);
-    if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyTold.into()) }
+    if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyReported.into()) }
 }
 
 /// As [`load_model`], for a model that can be changed.
@@ -42,7 +42,7 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
         }
         Err(report) => {
             tell_report(&report);
-            Err(AlreadyTold.into())
+            Err(AlreadyReported.into())
         }
     }
 }
@@ -108,7 +108,7 @@ pub(crate) fn report_error(error: ReportError) -> anyhow::Error {
     match error {
         ReportError::Moment(report) => {
             tell_report(&report);
-            AlreadyTold.into()
+            AlreadyReported.into()
         }
         other => other.into(),
     }

@@ -1,6 +1,6 @@
 //! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::replay::{provenance, written};
 use crate::show;
 use anyhow::{Context, bail};
@@ -54,7 +54,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     if !report.is_empty() {
         show::tell(report.trim_end());
     }
-    loaded.story.ok_or_else(|| AlreadyTold.into())
+    loaded.story.ok_or_else(|| AlreadyReported.into())
 }
 
 /// Runs a story and reports it; returns whether all expectations are met.

@@ -200,7 +200,7 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: Sup
 fn lookback(computations: &[Computation]) -> Span {
     let slowest = |computation: &Computation| {
         let timing = computation.timing();
-        timing.tells_all_after() + timing.period.unwrap_or(Span::ZERO).times(3)
+        timing.complete_after() + timing.period.unwrap_or(Span::ZERO).times(3)
     };
     computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
 }
@@ -346,7 +346,7 @@ fn pair(
     signals.extend(&fast.1.rests_on);
     // The time for which a comparison waits for the faster way.
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
-    let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
+    let lag = timing.complete_after().max(other.complete_after()) + wait;
     let window = Window::new(options.debounce, timing.period, lag);
     let has_branches = [slow.1, fast.1].iter().any(|way| has_branches(knowledge, way.computation.way()));
     Residual {

@@ -15,8 +15,8 @@ const MOST_SIGNALS: usize = 10_000;
 /// The most warnings of one kind, and the most names in each.
 const MOST: usize = 12;
 
-/// Facts known before a run: signals whose faults no comparison shows although others know their variable, and comparisons that the
-/// budget leaves out; one sentence each, and the number of those beyond 12.
+/// Facts known before a run: signals whose faults no comparison shows although others know their variable, comparisons that the
+/// budget leaves out, and inputs that substitutes hold without a limit of their change; one sentence each, and the number of those beyond 12.
 ///
 /// Time: bounded in steps of the search; of more than 10,000 signals there is one sentence only.
 #[must_use]

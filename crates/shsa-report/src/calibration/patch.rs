@@ -89,7 +89,7 @@ fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
         if let Some(smallest) = report.smallest {
             let signal_of_model = &report.knowledge.signals()[signal];
             let told =
-                |kind: Kind| format!("{} {}", kind.name(), smallest.told(signal_of_model, signal, kind));
+                |kind: Kind| format!("{} {}", kind.name(), smallest.described(signal_of_model, signal, kind));
             let told: Vec<String> = smallest.kinds().into_iter().map(told).collect();
             lines.push(format!("smallest faults that give an alarm: {}", told.join(", ")));
         }

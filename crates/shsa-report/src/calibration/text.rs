@@ -248,7 +248,7 @@ impl Report<'_> {
     pub(super) fn faults(&self, smallest: &Smallest) -> Columns {
         let kinds = smallest.kinds();
         let row = |(id, signal): (SignalId, &Signal)| {
-            let cells = kinds.iter().map(|kind| smallest.told(signal, id, *kind));
+            let cells = kinds.iter().map(|kind| smallest.described(signal, id, *kind));
             std::iter::once(signal.name.clone()).chain(cells).collect()
         };
         let head = std::iter::once("smallest seen").chain(kinds.iter().map(|kind| kind.name()));

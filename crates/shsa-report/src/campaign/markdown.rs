@@ -158,7 +158,7 @@ impl Section<'_> {
             let signal = &self.campaign.knowledge().signals()[id];
             let period = self.period(id).map_or("-".to_owned(), |it| format!("{} s", rounded(it.seconds())));
             let _ = write!(text, "| `{}` | {} | {period} |", signal.name, tolerated(signal));
-            kinds.iter().for_each(|&kind| text += &format!(" {} |", smallest.told(signal, id, kind)));
+            kinds.iter().for_each(|&kind| text += &format!(" {} |", smallest.described(signal, id, kind)));
             text.push('\n');
         }
         text + "\n"

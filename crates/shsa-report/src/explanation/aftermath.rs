@@ -41,7 +41,7 @@ impl<'a> Explanation<'a> {
         let (run, signal) = (&self.inquiry.run, &self.inquiry.signal);
         let time = self.time();
         let after = self.inquiry.focus.event.map_or(0, |number| number + 1);
-        let told = run.told_events().enumerate().skip(after);
+        let told = run.events_with_models().enumerate().skip(after);
         told.filter(move |(_, (known, event))| event.time >= time && is_about(known, event, signal))
             .map(|(number, (_, event))| (number, event))
     }
@@ -124,7 +124,7 @@ impl<'a> Explanation<'a> {
                 && event.time < until
                 && event.variable.is_some_and(|variable| touched.contains(&variable))
         };
-        let told = run.told_events().enumerate();
+        let told = run.events_with_models().enumerate();
         told.filter(|(_, (_, event))| is_of_it(event))
             .map(|(number, (known, event))| (number, known, event))
             .collect()

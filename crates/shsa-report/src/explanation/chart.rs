@@ -111,7 +111,7 @@ fn band(explanation: &Explanation<'_>, track: &Track, variable: VariableId) -> B
         }
     };
     Band {
-        name: track.giver.name(words.knowledge),
+        name: track.source.name(words.knowledge),
         is_accused: track.is_accused,
         slices: track.samples.iter().map(slice).collect(),
     }

@@ -82,7 +82,7 @@ impl Onlooker<'_> {
 
 /// The knowledge base of an event.
 fn told(run: &Run, number: usize) -> &KnowledgeBase {
-    run.told_events().nth(number).map_or(run.engine.knowledge(), |(known, _)| known)
+    run.events_with_models().nth(number).map_or(run.engine.knowledge(), |(known, _)| known)
 }
 
 /// Whether an event is about a signal.
@@ -95,7 +95,7 @@ fn blamed(run: &Run, number: usize) -> Option<String> {
     let name = |(known, event): (&KnowledgeBase, &Event)| {
         event.signal.map(|signal| known.signals()[signal].name.clone())
     };
-    run.told_events().take(number + 1).filter_map(name).last()
+    run.events_with_models().take(number + 1).filter_map(name).last()
 }
 
 /// Drives a run to its end, and answers the question; `progress` hears of every input.

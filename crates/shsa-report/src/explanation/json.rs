@@ -17,7 +17,7 @@ use shsa_format::words;
 /// All decisions of a run.
 pub(super) fn list(run: &Run) -> Value {
     let decisions: Vec<Value> = run
-        .told_events()
+        .events_with_models()
         .enumerate()
         .map(|(number, (known, event))| decision(number, known, event, run.first))
         .collect();

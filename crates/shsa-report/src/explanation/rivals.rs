@@ -93,7 +93,7 @@ impl<'a> EvidenceInWords<'a> {
             return if absent { vec![format!("Possible values of {signal}, in time.")] } else { Vec::new() };
         }
         let undistinguished = self.undistinguished();
-        let mut lines: Vec<String> = self.unheard(&undistinguished);
+        let mut lines: Vec<String> = self.without_result(&undistinguished);
         let variable = self.variable();
         if undistinguished.is_empty() {
             lines.extend(self.nearest_rival());
@@ -130,12 +130,12 @@ impl<'a> EvidenceInWords<'a> {
     }
 
     /// Comparisons of the model that would have distinguished the signal from others, if they had had a result.
-    fn unheard(&self, undistinguished: &[&Rival]) -> Vec<String> {
+    fn without_result(&self, undistinguished: &[&Rival]) -> Vec<String> {
         let of_signal = self.evidence.comparisons.iter().filter(|each| {
             let is_unknown = each.relationship == ResidualState::Unknown && each.bears_witness;
             is_unknown && !undistinguished.iter().any(|rival| each.signals.contains(rival.signal))
         });
-        let of_rivals = undistinguished.iter().flat_map(|rival| &rival.unheard);
+        let of_rivals = undistinguished.iter().flat_map(|rival| &rival.without_result);
         let told = |each: &Comparison| {
             let (what, why) = (self.words.comparison(each), self.words.why_silent(each, self.evidence.time));
             format!("A comparison that the model has: {what}; but {why}.")

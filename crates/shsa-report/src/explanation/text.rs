@@ -37,7 +37,7 @@ pub(super) fn list(run: &Run, style: Style) -> String {
             event.substitution.as_ref().map_or(symptom, |source| format!("<- {}", words::served_by(source))),
         ]
     };
-    let rows = run.told_events().enumerate().map(row).collect();
+    let rows = run.events_with_models().enumerate().map(row).collect();
     let table = style.table(&["  #", "time", "decision", "of", ""], rows);
     format!(
         "{table}\n\nWhy? Ask for a signal, for a signal at a time (SIGNAL@TIME), or with --decision NUMBER."

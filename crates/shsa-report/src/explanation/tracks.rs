@@ -1,6 +1,6 @@
 //! The values of a variable's ways over time, and their disagreements; recorded while an engine runs.
 
-use crate::bands::{Giver, Watched, joined};
+use crate::bands::{BandSource, Watched, joined};
 use core::ops::Bound;
 use shsa_core::alignment::Sample;
 use shsa_core::circle;
@@ -15,7 +15,7 @@ const MOST_OTHERS: usize = 5;
 
 /// The values of one way.
 pub(super) struct Track {
-    pub(super) giver: Giver,
+    pub(super) source: BandSource,
     pub(super) is_accused: bool,
     pub(super) samples: Vec<Sample>,
 }
@@ -51,15 +51,15 @@ impl Tracks {
         let accused = sides.iter().filter(rests).take(MOST_ACCUSED);
         let others = sides.iter().filter(|side| !rests(side)).take(MOST_OTHERS);
         let track = |side: &&Side| Track {
-            giver: Giver::Way(side.index, side.way.clone()),
+            source: BandSource::Way(side.index, side.way.clone()),
             is_accused: side.rests_on.contains(evidence.signal),
             samples: Vec::new(),
         };
         let mut tracks: Vec<Track> = accused.chain(others).map(track).collect();
         let left_out = all - tracks.len();
         if tracks.is_empty() {
-            let giver = Giver::Signal(evidence.signal);
-            tracks.push(Track { giver, is_accused: true, samples: Vec::new() });
+            let source = BandSource::Signal(evidence.signal);
+            tracks.push(Track { source, is_accused: true, samples: Vec::new() });
         }
         let watched =
             |comparison: &shsa_core::engine::Comparison| Watched { pair: comparison.pair, last: None };
@@ -109,8 +109,8 @@ impl Tracks {
 impl Track {
     fn look(&mut self, engine: &Engine, (from, to): (Time, Time)) {
         let last = self.samples.last().map(|last| Bound::Excluded(last.validity.to));
-        let Track { giver, samples, .. } = self;
-        giver.news(engine, last.unwrap_or(Bound::Included(from)), to, |sample| samples.push(sample));
+        let Track { source, samples, .. } = self;
+        source.news(engine, last.unwrap_or(Bound::Included(from)), to, |sample| samples.push(sample));
     }
 
     /// Shifts the samples by whole turns: the first one to where `begin` puts it, each further one next to its predecessor.

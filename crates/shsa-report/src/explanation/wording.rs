@@ -1,6 +1,6 @@
 //! Descriptions of comparisons and ways.
 
-use shsa_core::engine::{Comparison, Mute, Side};
+use shsa_core::engine::{Comparison, NoValue, Side};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId, SignalSet};
 use shsa_core::monitor::{Absence, ResidualState, Tendency};
@@ -113,12 +113,12 @@ impl<'a> Words<'a> {
             return "it agrees, but both rest on the signal: this is no evidence".to_owned();
         }
         let sides = [&comparison.own, &comparison.other];
-        if let Some((signal, mute)) = sides.into_iter().find_map(|side| side.mute) {
+        if let Some((signal, why)) = sides.into_iter().find_map(|side| side.without_value) {
             let name = self.signal(signal);
-            return match mute {
-                Mute::Never => format!("{name} had not given a value yet"),
-                Mute::Absent(Absence::Silent) => format!("{name} was silent"),
-                Mute::Absent(Absence::Invalid | Absence::OutOfRange) => {
+            return match why {
+                NoValue::Never => format!("{name} had not given a value yet"),
+                NoValue::Absent(Absence::Silent) => format!("{name} was silent"),
+                NoValue::Absent(Absence::Invalid | Absence::OutOfRange) => {
                     format!("{name} gave no possible value")
                 }
             };

@@ -7,7 +7,7 @@
 mod channels;
 mod layout;
 
-use crate::bands::Giver;
+use crate::bands::BandSource;
 use crate::replay::Provenance;
 use channels::{Channels, Kind};
 use core::ops::Bound;
@@ -77,7 +77,7 @@ pub struct McapRecorder<W: Seekable> {
 
 /// A way of knowing whose values are recorded.
 struct Recorded {
-    giver: Giver,
+    source: BandSource,
     topic: String,
     words: String,
     unit: Option<Unit>,
@@ -153,7 +153,7 @@ impl<W: Seekable> McapRecorder<W> {
         if let Some((signal, received)) = self.observed.take() {
             self.reading(run, signal, received)?;
         }
-        for (known, publication) in run.told_values(publications) {
+        for (known, publication) in run.publications_with_models(publications) {
             self.need(run, known, publication)?;
         }
         for number in self.events..run.events.len() {
@@ -178,8 +178,8 @@ impl<W: Seekable> McapRecorder<W> {
             let words = way.describe(known);
             let topic = topic("ways", &format!("{}/{words}", variable.name));
             let last = before.iter().find(|it| it.topic == topic).and_then(|it| it.last);
-            let giver = Giver::Way(index, way.clone());
-            self.ways.push(Recorded { giver, topic, words, unit: variable.unit.clone(), last });
+            let source = BandSource::Way(index, way.clone());
+            self.ways.push(Recorded { source, topic, words, unit: variable.unit.clone(), last });
         }
     }
 
@@ -235,7 +235,7 @@ impl<W: Seekable> McapRecorder<W> {
     }
 
     fn decision(&mut self, run: &Run, number: usize) -> McapResult<()> {
-        let Some((known, decided)) = run.told_events().nth(number) else { return Ok(()) };
+        let Some((known, decided)) = run.events_with_models().nth(number) else { return Ok(()) };
         let fields = event::fields(known, decided);
         let because = words::reasons(&decided.because);
         let subject = ["signal", "relation", "need", "variable"];
@@ -261,8 +261,8 @@ impl<W: Seekable> McapRecorder<W> {
         for way in ways {
             let from = way.last.map_or(Bound::Included(run.first), Bound::Excluded);
             let mut result = Ok(());
-            let Recorded { giver, topic, words, unit, last } = way;
-            giver.news(&run.engine, from, Time::MAX, |sample| {
+            let Recorded { source, topic, words, unit, last } = way;
+            source.news(&run.engine, from, Time::MAX, |sample| {
                 *last = Some(sample.validity.to);
                 let middle = sample.validity.from + Span(sample.validity.length().0 / 2);
                 let message = Value::Object(interval(sample.value, unit.as_ref())).to_string();

@@ -58,7 +58,7 @@ pub(super) fn chart(part: &Part<'_>, need: &NeedRecord, variable: &VariableRecor
 
 /// The signals that were accused in a run.
 fn accused<'r>(part: &Part<'r>) -> BTreeSet<&'r str> {
-    let events = part.run.told_events().filter(|(_, event)| is_accusation(event));
+    let events = part.run.events_with_models().filter(|(_, event)| is_accusation(event));
     events.filter_map(|(known, event)| Some(&*known.signals()[event.signal?].name)).collect()
 }
 
@@ -66,7 +66,7 @@ fn accused<'r>(part: &Part<'r>) -> BTreeSet<&'r str> {
 fn marks(part: &Part<'_>, need: &NeedRecord, variable: &VariableRecord) -> Vec<Mark> {
     let matters = |signal: &str| variable.ways.iter().any(|way| way.rests_on.iter().any(|it| it == signal));
     part.run
-        .told_events()
+        .events_with_models()
         .filter(|(known, event)| match (event.signal, event.need) {
             (_, Some(id)) => known.needs()[id].signal == need.signal,
             (Some(signal), None) => {

@@ -54,7 +54,7 @@ impl Report<'_> {
             let fields = std::iter::once(time).chain(session).chain(event::fields(known, event));
             Value::Object(fields.collect())
         };
-        part.run.told_events().map(event).collect()
+        part.run.events_with_models().map(event).collect()
     }
 
     fn reloads_json(&self, at: usize, part: &Part<'_>) -> Vec<Value> {

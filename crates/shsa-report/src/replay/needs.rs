@@ -93,12 +93,12 @@ fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)>
     let of_need = |known: &KnowledgeBase, publication: &Publication| {
         known.needs()[publication.need].signal == need.signal && publication.quality != Quality::Uncertain
     };
-    run.told_values(0).filter(move |(known, publication)| of_need(known, publication)).filter_map(
-        |(_, publication)| match &publication.value {
+    run.publications_with_models(0)
+        .filter(move |(known, publication)| of_need(known, publication))
+        .filter_map(|(_, publication)| match &publication.value {
             PublishedValue::Scalar(value) => Some((publication.time, value.midpoint())),
             PublishedValue::Vector(_) => None,
-        },
-    )
+        })
 }
 
 /// The root mean square and the largest difference to the reference value in force at the same time.

@@ -258,7 +258,7 @@ fn accused(part: &Part<'_>, name: &str) -> Vec<Piece> {
     };
     let about: Vec<(Time, EventKind)> = part
         .run
-        .told_events()
+        .events_with_models()
         .filter(|(known, event)| is_about(known, event))
         .map(|(_, event)| (event.time, event.kind))
         .collect();
@@ -306,7 +306,7 @@ fn decisions(part: &Part<'_>, recorder: &Recorder) -> String {
             escaped(subject),
         )
     };
-    let list: String = part.run.told_events().enumerate().take(MOST_EVENTS).map(decision).collect();
+    let list: String = part.run.events_with_models().enumerate().take(MOST_EVENTS).map(decision).collect();
     let more = all.saturating_sub(MOST_EVENTS);
     let more = if more > 0 {
         format!("<p class=\"note\">and {}</p>\n", counted(more, "more decision"))

@@ -42,7 +42,7 @@ impl Report<'_> {
 
     fn events_text(&self, style: Style, at: usize, part: &Part<'_>) -> String {
         let text = |time: Time| format!("{:>9.3} s", part.since(time));
-        let told = part.run.told_events();
+        let told = part.run.events_with_models();
         let mut lines: Vec<(Time, String)> = told
             .map(|(known, event)| (event.time, event_text(style, &text(event.time), known, event)))
             .collect();

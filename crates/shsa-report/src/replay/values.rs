@@ -15,7 +15,7 @@ use std::io::{self, Write};
 pub fn write_values(parts: &[Part<'_>], mut output: impl Write) -> io::Result<()> {
     for (at, part) in parts.iter().enumerate() {
         let session = (parts.len() > 1).then_some(at + 1);
-        for (knowledge, publication) in part.run.told_values(0) {
+        for (knowledge, publication) in part.run.publications_with_models(0) {
             write_value(knowledge, publication, session, &mut output)?;
         }
     }

@@ -2,7 +2,7 @@
 
 mod question;
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::progress::Observations;
 use crate::replay::{SourceArguments, drive, read_one, written};
 use crate::show;
@@ -110,7 +110,7 @@ fn told(path: &Path) -> anyhow::Result<Source> {
     if !report.is_empty() {
         show::tell(report.trim_end());
     }
-    Ok(Source::of_story(&loaded.story.ok_or(AlreadyTold)?))
+    Ok(Source::of_story(&loaded.story.ok_or(AlreadyReported)?))
 }
 
 fn list(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {

@@ -3,7 +3,7 @@
 
 use super::case::{Admissions, Cases};
 use super::thinned::{Stretches, Thinned};
-use crate::bands::{Giver, Watched};
+use crate::bands::{BandSource, Watched};
 use crate::events::is_accusation;
 use crate::explanation::{Section, evidence_sections};
 use core::ops::Bound;
@@ -113,7 +113,7 @@ pub(in crate::replay) struct WayRecord {
     /// The signals that it rests on.
     pub(in crate::replay) rests_on: Vec<String>,
     /// `None` while the present model lacks the way.
-    giver: Option<Giver>,
+    source: Option<BandSource>,
     last: Option<Time>,
     pub(in crate::replay) values: Thinned,
 }
@@ -171,7 +171,7 @@ impl Recorder {
             self.follow(run.engine.knowledge(), run);
         }
         self.cases.look(&run.engine, run.last);
-        for (known, publication) in run.told_values(publications) {
+        for (known, publication) in run.publications_with_models(publications) {
             let signal = &known.needs()[publication.need].signal;
             let first = self.first;
             let Some(need) = self.needs.iter_mut().find(|need| need.signal == *signal) else { continue };
@@ -217,7 +217,7 @@ impl Recorder {
     }
 
     fn hear(&mut self, run: &Run, number: usize) {
-        let Some((known, event)) = run.told_events().nth(number) else { return };
+        let Some((known, event)) = run.events_with_models().nth(number) else { return };
         if let Some(need) = event.need {
             let signal = &known.needs()[need].signal;
             if let Some(record) = self.needs.iter_mut().find(|it| it.signal == *signal) {
@@ -248,7 +248,7 @@ impl VariableRecord {
     }
 
     fn follow(&mut self, variable: Option<VariableId>, known: &KnowledgeBase, run: &Run) {
-        self.ways.iter_mut().for_each(|way| way.giver = None);
+        self.ways.iter_mut().for_each(|way| way.source = None);
         self.watched.clear();
         let Some(variable) = variable else { return };
         let monitor = run.engine.monitor();
@@ -263,14 +263,14 @@ impl VariableRecord {
             .collect();
         for (index, watched) in ways {
             let (way, rests_on) = (watched.computation.way(), &watched.rests_on);
-            let (name, giver) = (way.describe(known), Giver::Way(index, way.clone()));
+            let (name, source) = (way.describe(known), BandSource::Way(index, way.clone()));
             let has_room = self.ways.len() < MOST_WAYS;
             match self.ways.iter_mut().find(|it| it.name == name) {
-                Some(record) => record.giver = Some(giver),
+                Some(record) => record.source = Some(source),
                 None if has_room => {
                     let rests_on = rests_on.iter().map(|it| known.signals()[it].name.clone()).collect();
                     let values = Thinned::new();
-                    self.ways.push(WayRecord { name, rests_on, giver: Some(giver), last: None, values });
+                    self.ways.push(WayRecord { name, rests_on, source: Some(source), last: None, values });
                 }
                 None => self.more_ways += 1,
             }
@@ -282,9 +282,9 @@ impl VariableRecord {
         let VariableRecord { name, ways, conflicts, watched, beside, .. } = self;
         let wraps = known.variable(name).map(|id| &known.variables()[id]);
         for way in ways {
-            let Some(giver) = &way.giver else { continue };
+            let Some(source) = &way.source else { continue };
             let from = way.last.map_or(Bound::Included(run.first), Bound::Excluded);
-            giver.news(&run.engine, from, Time::MAX, |sample| {
+            source.news(&run.engine, from, Time::MAX, |sample| {
                 way.last = Some(sample.validity.to);
                 let value = match wraps.and_then(|variable| Some((variable, variable.wraps?))) {
                     Some((variable, turn)) => {

@@ -68,7 +68,7 @@ struct Prediction {
     contradicts_since: Option<Time>,
     /// How long a reckoning without the input bears witness about it, and when the input last spoke.
     reckoned: Span,
-    heard: Option<Time>,
+    last_input: Option<Time>,
 }
 
 /// An anchored prediction restarts when the last innovation of the filter over all inputs is this many times less uncertain, in
@@ -83,7 +83,7 @@ const LONGEST: Span = Span::from_millis(10_000);
 impl Prediction {
     /// Whether the input returns after a gap that is too long for a reckoning to bear witness.
     fn is_back(&mut self, at: Time) -> bool {
-        let before = self.heard.replace(at);
+        let before = self.last_input.replace(at);
         self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)
     }
 
@@ -120,7 +120,7 @@ pub(super) struct Outputs {
     gradient: Vec<f64>,
     work: Vec<f64>,
     /// The moment of the last outputs.
-    told: Option<Time>,
+    latest: Option<Time>,
 }
 
 impl Outputs {
@@ -136,7 +136,7 @@ impl Outputs {
             let computed = Computed::new(knowledge, it.signal, CERTAIN);
             let set = sets.binary_search(&it.without).ok()?;
             let is_anchored = it.is_anchored;
-            let (contradicts_since, heard) = (None, None);
+            let (contradicts_since, last_input) = (None, None);
             Some(Prediction {
                 computed,
                 input: it.input,
@@ -144,7 +144,7 @@ impl Outputs {
                 is_anchored,
                 contradicts_since,
                 reckoned,
-                heard,
+                last_input,
             })
         });
         let n = model.states.len();
@@ -158,14 +158,14 @@ impl Outputs {
             mean: model.states.iter().map(|state| state.initial).collect(),
             gradient: vec![0.0; n],
             work: vec![0.0; n],
-            told: None,
+            latest: None,
         })
     }
 
     pub(super) fn forget(&mut self) {
-        self.told = None;
+        self.latest = None;
         self.expected.fill(None);
-        self.predictions.iter_mut().for_each(|it| it.heard = None);
+        self.predictions.iter_mut().for_each(|it| it.last_input = None);
     }
 
     pub(super) fn control(&mut self, place: usize, value: f64) {
@@ -215,17 +215,17 @@ impl Outputs {
     }
 
     /// Outputs the estimates of a moment, once.
-    pub(super) fn tell(
+    pub(super) fn publish(
         &mut self,
         estimate: &Estimate<'_>,
         at: Time,
         now: Time,
         queue: &mut VecDeque<Observation>,
     ) {
-        if self.told.is_some_and(|told| at <= told) {
+        if self.latest.is_some_and(|latest| at <= latest) {
             return;
         }
-        self.told = Some(at);
+        self.latest = Some(at);
         self.mean.copy_from_slice(estimate.mean);
         for place in 0..self.outputs.len() {
             let (value, variance) = self.value(place, estimate.spread);
