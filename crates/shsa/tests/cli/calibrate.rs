@@ -117,9 +117,7 @@ fn the_page_has_what_the_text_says_and_the_patch() {
     let told = folder.ends("calibrate m.yaml drive.csv --html page.html --patch patch.yaml", 0).stdout;
     let page = folder.read("page.html");
     assert!(page.starts_with("<!DOCTYPE html>") && !page.contains("<script"), "{page}");
-    for words in
-        ["What was fitted", "Comparisons", "going", "value_error", " h that were not fitted"]
-    {
+    for words in ["What was fitted", "Comparisons", "going", "value_error", " h that were not fitted"] {
         assert!(page.contains(words), "no '{words}'");
     }
     assert!(told.contains(" h that were not fitted"), "{told}");
