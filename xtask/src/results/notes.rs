@@ -57,7 +57,7 @@ Not detected, late, or not isolated:
   barometer, over 3 s and within 1.5 m/s, because the rotors' wash disturbs it near the ground: a bias of 1 m/s is within that error,
   and is detected late, by many comparisons together; a scale of 1.3 is detected while it climbs or sinks quickly.
 - The total speed is computed from the three velocities. So it is no witness for them, only against them: when it alone is
-  wrong, one of the four is faulty for the judge, and none is isolated.
+  wrong, one of the four must be faulty, and none is isolated.
 - Height and vertical speed have only each other: both are suspected, and the need `height` has no other source. A jump
   below 4.8 m stays within what the barometer may do in 3 s.
 - A jump of the position shows for the two seconds that the window holds it; a fault of the latitude or longitude is suspected
