@@ -66,6 +66,9 @@ pub(crate) struct Arguments {
     /// Write what changes in the model, as `shsa replay --reload` takes it, with the evidence.
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
+    /// Write a page for the browser with all of it; it needs nothing else.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
     #[command(flatten)]
     reading: ReadArguments,
     /// Print one JSON object instead of text.
@@ -103,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     show::recording(&recording);
     let parted = Parted::of(&recording, arguments)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
-    arguments.patch.iter().try_for_each(|path| written::ensure_free(path, &read))?;
+    arguments.patch.iter().chain(&arguments.html).try_for_each(|path| written::ensure_free(path, &read))?;
     let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
     let wanted = Options {
         alarms_per_hour: arguments.false_alarms,
@@ -134,6 +137,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     {
         patch.write_all(report.patch(show::style()).as_bytes())?;
         patch.flush()?;
+    }
+    if let Some(path) = &arguments.html
+        && let [Some(mut page)] = written::open([Some(path.as_path())], &read)?
+    {
+        let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
+        page.write_all(report.page(&title).as_bytes())?;
+        page.flush()?;
     }
     let text = if arguments.json { report.json().to_string() } else { report.text(show::style()) };
     writeln!(stdout(), "{text}")?;

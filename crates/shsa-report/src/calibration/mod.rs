@@ -1,7 +1,8 @@
-//! The results of a calibration (`shsa_lab::calibration`): as text, as one JSON object, and as a change of the model.
+//! The results of a calibration (`shsa_lab::calibration`): as text, as one JSON object, as a page, and as a change of the model.
 
 mod text;
 mod json;
+mod page;
 mod patch;
 
 use crate::Style;
@@ -88,6 +89,12 @@ impl Report<'_> {
     #[must_use]
     pub fn patch(&self, style: Style) -> String {
         patch::text(self, style)
+    }
+
+    /// The calibration as one page for the browser; `title` is the name of the model's file.
+    #[must_use]
+    pub fn page(&self, title: &str) -> String {
+        page::page(self, title)
     }
 
     fn signal(&self, signal: SignalId) -> &str {

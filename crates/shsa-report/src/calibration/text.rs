@@ -7,6 +7,19 @@ use shsa_core::time::{Span, Time};
 use shsa_lab::calibration::{Fitted, PairFit, Parameter, Stretch, Verdicts, fewest_expected, most_expected};
 use shsa_lab::campaign::Smallest;
 
+/// A table without its looks.
+pub(super) struct Columns {
+    pub(super) head: Vec<String>,
+    pub(super) rows: Vec<Vec<String>>,
+}
+
+impl Columns {
+    fn text(self, style: Style) -> String {
+        let head: Vec<&str> = self.head.iter().map(String::as_str).collect();
+        style.table(&head, self.rows)
+    }
+}
+
 impl Report<'_> {
     /// The promise, tables of rhythms, comparisons and numbers, remarks, and the result in the part that was not fitted.
     #[must_use]
@@ -14,11 +27,13 @@ impl Report<'_> {
         let remarks = self.remarks();
         let mut parts = vec![
             style.wrapped(&self.promised(), 0),
-            self.rhythms(style),
-            self.pairs(style),
-            self.numbers(style),
+            self.rhythms().text(style),
+            self.pairs().text(style),
+            self.numbers().text(style),
         ];
-        parts.extend(self.smallest.map(|smallest| self.faults(smallest, style)));
+        parts.extend(self.smallest.map(|smallest| {
+            format!("{}\n{}", style.wrapped(&moments(smallest), 0), self.faults(smallest).text(style))
+        }));
         if !remarks.is_empty() {
             parts.push(remarks.iter().map(|remark| style.wrapped(remark, 0)).collect::<Vec<_>>().join("\n"));
         }
@@ -149,7 +164,7 @@ impl Report<'_> {
         timeouts.chain(rates).chain(frozen).collect()
     }
 
-    fn rhythms(&self, style: Style) -> String {
+    pub(super) fn rhythms(&self) -> Columns {
         let row = |(signal, it): (SignalId, &shsa_lab::calibration::Rhythm)| {
             let unit = self.unit(signal);
             let range = it
@@ -178,10 +193,11 @@ impl Report<'_> {
             "range",
             "fastest a second",
         ];
-        style.table(&head, self.knowledge.signals().ids().zip(&self.found.rhythms).map(row).collect())
+        let rows = self.knowledge.signals().ids().zip(&self.found.rhythms).map(row).collect();
+        Columns { head: head.map(str::to_owned).into(), rows }
     }
 
-    fn pairs(&self, style: Style) -> String {
+    pub(super) fn pairs(&self) -> Columns {
         let row = |pair: &PairFit| {
             let amount = |value: f64| self.amount(pair, value);
             vec![
@@ -196,10 +212,10 @@ impl Report<'_> {
             ]
         };
         let head = ["way", "other way", "compared", "offset", "spread", "holds", "gets", "compared later"];
-        style.table(&head, self.found.pairs.iter().map(row).collect())
+        Columns { head: head.map(str::to_owned).into(), rows: self.found.pairs.iter().map(row).collect() }
     }
 
-    fn numbers(&self, style: Style) -> String {
+    pub(super) fn numbers(&self) -> Columns {
         let row = |fitted: &Fitted| {
             let (before, after) =
                 (self.error(self.draft, fitted.parameter), self.error(&self.found.draft, fitted.parameter));
@@ -225,26 +241,21 @@ impl Report<'_> {
         };
         let head =
             ["error of", "now", "fitted", "always", "deviation", "noise", "delay", "smallest step told"];
-        style.table(&head, self.found.fitted.iter().map(row).collect())
+        Columns { head: head.map(str::to_owned).into(), rows: self.found.fitted.iter().map(row).collect() }
     }
 
     /// The smallest detected faults of each signal, by kind.
-    fn faults(&self, smallest: &Smallest, style: Style) -> String {
+    pub(super) fn faults(&self, smallest: &Smallest) -> Columns {
         let kinds = smallest.kinds();
         let row = |(id, signal): (SignalId, &Signal)| {
             let cells = kinds.iter().map(|kind| smallest.described(signal, id, *kind));
             std::iter::once(signal.name.clone()).chain(cells).collect()
         };
-        let head: Vec<&str> =
-            std::iter::once("smallest seen").chain(kinds.iter().map(|kind| kind.name())).collect();
-        let onsets: Vec<String> = smallest.onsets.iter().map(|at| number(at.seconds())).collect();
-        let moments = format!(
-            "smallest faults that give an alarm in the fitted part, beginning at {} s; a drift by what it reaches in {} s",
-            onsets.join(", "),
-            number(smallest.duration.seconds())
-        );
-        let table = style.table(&head, self.knowledge.signals().enumerate().map(row).collect());
-        format!("{}\n{table}", style.wrapped(&moments, 0))
+        let head = std::iter::once("smallest seen").chain(kinds.iter().map(|kind| kind.name()));
+        Columns {
+            head: head.map(str::to_owned).collect(),
+            rows: self.knowledge.signals().enumerate().map(row).collect(),
+        }
     }
 
     /// The remark about a pair, if there is one.
@@ -301,6 +312,16 @@ impl Report<'_> {
         };
         self.found.unhealthy.iter().map(told).collect()
     }
+}
+
+/// When the faults of a search began, and how long they lasted.
+pub(super) fn moments(smallest: &Smallest) -> String {
+    let onsets: Vec<String> = smallest.onsets.iter().map(|at| number(at.seconds())).collect();
+    format!(
+        "smallest faults that give an alarm in the fitted part, beginning at {} s; a drift by what it reaches in {} s",
+        onsets.join(", "),
+        number(smallest.duration.seconds())
+    )
 }
 
 fn optional(value: Option<f64>) -> String {

@@ -1,25 +1,11 @@
 //! A campaign as one HTML page: heat maps of faults by signals, the text, and every figure.
 
 use super::text::{NOT_COUNTED, head, latency, not_counted_rows};
+use crate::page::{document, paragraphs, section, table};
 use shsa_core::knowledge::SignalId;
+use shsa_core::time::Span;
 use shsa_format::drawing::{Heat, escaped};
 use shsa_lab::campaign::{Campaign, Cell, Comparison, LEGEND, Tally, What, rounded};
-use std::fmt::Write;
-
-const STYLE: &str = "
-:root { color-scheme: light dark; }
-body { font: 15px/1.5 system-ui, sans-serif; margin: 2rem auto; padding: 0 1.5rem; max-width: 1400px;
-  background: #ffffff; color: #10151b; }
-h1 { font-size: 1.5rem; } h2 { font-size: 1.15rem; margin-top: 2rem; }
-.maps { display: flex; flex-wrap: wrap; gap: 1.5rem; }
-.map, .wide { overflow-x: auto; max-width: 100%; }
-table { border-collapse: collapse; font-size: 13px; font-variant-numeric: tabular-nums; }
-th, td { padding: .2rem .7rem; border-bottom: 1px solid #d5dae0; text-align: right; white-space: nowrap; }
-th:nth-child(-n+2), td:nth-child(-n+2) { text-align: left; }
-dt { font-weight: 600; } dd { margin: 0 0 .4rem 1.2rem; }
-@media (prefers-color-scheme: dark) {
-  body { background: #10151b; color: #e6edf3; } th, td { border-color: #363d46; }
-}";
 
 /// A cell with its figures.
 type Counted<'a> = (&'a Cell, Tally);
@@ -28,45 +14,30 @@ type Counted<'a> = (&'a Cell, Tally);
 #[must_use]
 pub fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Comparison>) -> String {
     let counted: Vec<Counted<'_>> = campaign.grid.cells.iter().zip(campaign.by_cell()).collect();
-    let mut html = String::new();
-    let title = escaped(title);
-    put(&mut html, format_args!("<!DOCTYPE html>\n<html lang=\"en\">\n<head><meta charset=\"utf-8\">"));
-    put(
-        &mut html,
-        format_args!("<meta name=\"viewport\" content=\"width=device-width\"><title>{title}</title>"),
-    );
-    put(&mut html, format_args!("<style>{STYLE}</style></head>\n<body>\n<h1>Faults tried on {title}</h1>"));
-    for line in head(campaign).lines() {
-        put(&mut html, format_args!("<p>{}</p>", escaped(line)));
-    }
-    if !campaign.grid.left_out.is_empty() {
-        put(&mut html, format_args!("<p>Left out: {}</p>", escaped(&campaign.grid.left_out.join("; "))));
-    }
-    let rows = not_counted_rows(campaign);
-    if !rows.is_empty() {
-        put(&mut html, format_args!("<h2>What is in no share, and what was accused before</h2>"));
-        put_table(&mut html, &NOT_COUNTED.map(str::to_owned), rows.into_iter().map(Vec::from));
-    }
-    if let Some(comparison) = comparison {
-        put_comparison(&mut html, comparison);
-    }
-    put(&mut html, format_args!("<div class=\"maps\">"));
-    for heat in maps(campaign, &counted) {
-        put(&mut html, format_args!("<div class=\"map\">{}</div>", heat.svg()));
-    }
-    put(&mut html, format_args!("</div>\n<h2>What the words mean</h2>\n<dl>"));
-    for (word, meaning) in LEGEND {
-        put(&mut html, format_args!("<dt>{word}</dt><dd>{}</dd>", escaped(meaning)));
-    }
-    put(&mut html, format_args!("</dl>\n<h2>Every figure</h2>"));
-    put_figures(&mut html, campaign, &counted);
-    put(&mut html, format_args!("</body>\n</html>"));
-    html
-}
-
-/// Adds a line; writing to a string cannot fail.
-fn put(html: &mut String, line: std::fmt::Arguments<'_>) {
-    let _ = writeln!(html, "{line}");
+    let about = head(campaign);
+    let mut lines = about.lines();
+    let lead = escaped(lines.next().unwrap_or_default());
+    let left_out = &campaign.grid.left_out;
+    let left_out = (!left_out.is_empty()).then(|| format!("Left out: {}", left_out.join("; ")));
+    let maps: String = maps(campaign, &counted)
+        .iter()
+        .map(|heat| format!("<div class=\"map\">{}</div>", heat.svg()))
+        .collect();
+    let meaning = |(word, meaning): &(&str, &str)| format!("<dt>{word}</dt><dd>{}</dd>", escaped(meaning));
+    let meanings: String = LEGEND.iter().map(meaning).collect();
+    let sections = [
+        paragraphs(lines.map(str::to_owned).chain(left_out)),
+        section("Faults by signals", "", &format!("<div class=\"maps\">{maps}</div>\n")),
+        comparison.map(changes).unwrap_or_default(),
+        section(
+            "What is in no share, and what was accused before",
+            "",
+            &table(&NOT_COUNTED, not_counted_rows(campaign).into_iter().map(Vec::from)),
+        ),
+        section("What the words mean", "", &format!("<dl class=\"words\">{meanings}</dl>\n")),
+        section("Every figure", "", &every_figure(campaign, &counted)),
+    ];
+    document(&escaped(title), "faults tried", &lead, &sections.concat())
 }
 
 fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
@@ -75,9 +46,12 @@ fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
         heat(campaign, counted, "Detected, share of the runs", |tally| tally.share(tally.detected)),
         heat(campaign, counted, "Isolated, share of the runs", |tally| tally.share(tally.isolated)),
         heat(campaign, counted, "Wrong blame, share of the runs", |tally| tally.share(tally.wrong_blame)),
-        heat(campaign, counted, &format!("Median latency, share of the fault's {duration:.1} s"), |tally| {
-            tally.median().map(|latency| latency.seconds() / duration)
-        }),
+        Heat {
+            full: duration,
+            ..heat(campaign, counted, &format!("Median latency, s, of a fault's {duration:.1} s"), |tally| {
+                tally.median().map(Span::seconds)
+            })
+        },
     ];
     for (number, (id, need)) in campaign.knowledge().needs().enumerate().enumerate() {
         let of_need = |tally: &Tally| tally.needs.get(number).copied().unwrap_or_default();
@@ -86,9 +60,9 @@ fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
         let most = counted.iter().map(|(_, tally)| of_need(tally).1).fold(0.0, f64::max);
         let (shown, unit) = campaign.error(id, most);
         if most > 0.0 {
-            let title = format!("{} error, share of {}{unit}", need.signal, rounded(shown));
-            let share = |tally: &Tally| (tally.runs > 0).then(|| of_need(tally).1 / most);
-            maps.push(heat(campaign, counted, &title, share));
+            let title = format!("{} error,{unit}", need.signal);
+            let error = |tally: &Tally| (tally.runs > 0).then(|| campaign.error(id, of_need(tally).1).0);
+            maps.push(Heat { full: shown, ..heat(campaign, counted, &title, error) });
         }
     }
     maps
@@ -118,23 +92,21 @@ fn heat(
             .iter()
             .map(|what| grid.signals.iter().map(|signal| at(what, signal)).collect())
             .collect(),
+        full: 1.0,
     }
 }
 
-fn put_comparison(html: &mut String, comparison: &Comparison) {
-    put(html, format_args!("<h2>What has changed</h2>\n<p>{}</p>", escaped(&comparison.summary())));
-    if comparison.changes.is_empty() {
-        return;
-    }
+fn changes(comparison: &Comparison) -> String {
     let rows = comparison.changes.iter().map(|change| {
         let word = if change.is_better { "better" } else { "worse" };
         let cells = [&change.fault, &change.signal, &change.figure, &change.before, &change.now];
         cells.into_iter().cloned().chain([word.to_owned()]).collect()
     });
-    put_table(html, &["fault", "signal", "figure", "before", "now", ""].map(str::to_owned), rows);
+    let changed = table(&["fault", "signal", "figure", "before", "now", ""], rows);
+    section("What has changed", "", &(paragraphs([comparison.summary()]) + &changed))
 }
 
-fn put_figures(html: &mut String, campaign: &Campaign<'_>, counted: &[Counted<'_>]) {
+fn every_figure(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> String {
     let plain = [
         "fault",
         "signal",
@@ -153,7 +125,7 @@ fn put_figures(html: &mut String, campaign: &Campaign<'_>, counted: &[Counted<'_
     for need in campaign.knowledge().needs() {
         heads.extend([format!("{} unmet", need.signal), "error".to_owned()]);
     }
-    put_table(html, &heads, counted.iter().map(|counted| figures(campaign, counted)));
+    table(&heads, counted.iter().map(|counted| figures(campaign, counted)))
 }
 
 fn figures(campaign: &Campaign<'_>, (cell, tally): &Counted<'_>) -> Vec<String> {
@@ -177,14 +149,4 @@ fn figures(campaign: &Campaign<'_>, (cell, tally): &Counted<'_>) -> Vec<String> 
         row.extend([unmet.to_string(), format!("{}{unit}", rounded(error))]);
     }
     row
-}
-
-fn put_table(html: &mut String, heads: &[String], rows: impl Iterator<Item = Vec<String>>) {
-    let line = |cells: &[String], tag: &str| {
-        let cells = cells.iter().map(|cell| format!("<{tag}>{}</{tag}>", escaped(cell)));
-        format!("<tr>{}</tr>", cells.collect::<String>())
-    };
-    put(html, format_args!("<div class=\"wide\"><table>\n{}", line(heads, "th")));
-    rows.for_each(|row| put(html, format_args!("{}", line(&row, "td"))));
-    put(html, format_args!("</table></div>"));
 }
