@@ -1,10 +1,15 @@
-//! Gives an engine a fixed number of observations, so that the instructions for each can be counted from outside:
-//! `cargo xtask ratchet` runs it under valgrind. The counted part is [`drive`].
+//! Gives an engine a fixed number of observations, or makes a fixed number of searches, so that the instructions for each can be
+//! counted from outside: `cargo xtask ratchet` runs it under valgrind. The counted part is in functions whose names begin with
+//! `drive`.
 
 #[path = "../../crates/shsa-core/tests/models/mod.rs"]
 mod models;
 #[path = "../../crates/shsa-core/tests/models/plant.rs"]
 mod plant;
+#[path = "../../crates/shsa-core/tests/plan_support/generated.rs"]
+#[allow(dead_code, clippy::indexing_slicing, reason = "what tests and benchmarks use")]
+mod generated;
+mod planning;
 
 use models::{Sensor, System};
 use shsa_core::engine::{Engine, Input, Options};
@@ -52,8 +57,14 @@ fn case(name: &str) -> Option<(System, u32, u32)> {
 
 fn main() -> std::io::Result<()> {
     let name = std::env::args().nth(1).unwrap_or_default();
+    if let Some(count) = name.strip_prefix("plan ").and_then(planning::run) {
+        return writeln!(std::io::stdout(), "{count}");
+    }
     let Some((system, before_s, counted_s)) = case(&name) else {
-        return writeln!(std::io::stderr(), "usage: instructions generic|car|climber|rover|plant|many");
+        return writeln!(
+            std::io::stderr(),
+            "usage: instructions generic|car|climber|rover|plant|many|'plan MODEL COUNT bare|without|under'"
+        );
     };
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
     for input in system.inputs(0, before_s) {

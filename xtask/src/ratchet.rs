@@ -28,6 +28,22 @@ struct Ratchet {
     instructions: BTreeMap<String, f64>,
 }
 
+/// Searches that are counted without contracts and under contract: a model, and how many substitutions are wanted.
+const SEARCHES: [&str; 7] = [
+    "drivetrain 1",
+    "tree-170 1",
+    "tree-170 10",
+    "tree-10922 1",
+    "tree-10922 32",
+    "shared-1000 1",
+    "shared-10000 1",
+];
+/// The largest permitted multiple of a search's instructions where all that it finds is admissible under contract.
+const MOST_UNDER_CONTRACT: f64 = 1.2;
+/// How many instructions more a search may take in a model without contracts, whatever its size: those that find that there are
+/// none.
+const MOST_WITHOUT_CONTRACTS: f64 = 64.0;
+
 /// Compares the counts with the ceilings.
 ///
 /// # Errors
@@ -54,10 +70,38 @@ pub(crate) fn check() -> Result<()> {
             exceeded.push(line);
         }
     }
+    exceeded.extend(under_contract()?);
     if !exceeded.is_empty() {
         bail!("{}\nif that is what the change is worth: `cargo xtask ratchet write`", exceeded.join("\n"));
     }
     Ok(())
+}
+
+/// Compares searches without contracts and under contract; returns the lines about those that cost too much.
+fn under_contract() -> Result<Vec<String>> {
+    let mut exceeded = Vec::new();
+    for search in SEARCHES {
+        let count = |mode: &str| count_one(&format!("plan {search} {mode}"));
+        let (line, is_exceeded) = of_search(search, count("bare")?, count("without")?, count("under")?);
+        println!("{line}");
+        if is_exceeded {
+            exceeded.push(line);
+        }
+    }
+    Ok(exceeded)
+}
+
+/// The line about a search, and whether it costs too much.
+fn of_search(search: &str, bare: f64, without: f64, under: f64) -> (String, bool) {
+    let (without, under) = (without - bare, under / bare);
+    let line = format!(
+        "{search}: {bare:.0} instructions for a search, {without:+.0} in a model without contracts, {:+.1} % under contract",
+        (under - 1.0) * 100.0
+    );
+    match without > MOST_WITHOUT_CONTRACTS || under > MOST_UNDER_CONTRACT {
+        true => (format!("{line}: MORE THAN ALLOWED"), true),
+        false => (line, false),
+    }
 }
 
 /// Writes the present counts as ceilings.
@@ -111,12 +155,13 @@ fn count<'a>(systems: impl Iterator<Item = &'a str>) -> Result<BTreeMap<&'a str,
 }
 
 fn count_one(system: &str) -> Result<f64> {
-    // Only instructions within the function that feeds the engine.
+    // Only instructions within the functions that feed the engine, or search.
     let line = [
         "valgrind",
         "--tool=callgrind",
         "--callgrind-out-file=/dev/null",
         "--toggle-collect=instructions::drive*",
+        "--toggle-collect=instructions::planning::drive*",
         "--log-fd=1",
         PROGRAM,
         system,
@@ -144,6 +189,13 @@ mod tests {
         let systems: Vec<&str> = ratchet.instructions.keys().map(String::as_str).collect();
         assert_eq!(systems, ["car", "climber", "generic", "plant", "rover"]);
         assert!(ratchet.instructions.values().all(|ceiling| *ceiling > 10.0));
+    }
+
+    #[test]
+    fn contracts_may_cost_a_fifth_of_a_search_and_nothing_where_there_are_none() {
+        let is_exceeded = |without, under| of_search("tree 1", 10_000.0, without, under).1;
+        assert!(!is_exceeded(10_060.0, 11_900.0));
+        assert!(is_exceeded(10_070.0, 11_900.0) && is_exceeded(10_060.0, 12_100.0));
     }
 
     #[test]

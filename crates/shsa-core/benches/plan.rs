@@ -6,17 +6,12 @@
 mod plan_support;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use plan_support::{drivetrain, first, large, reference, reference_tree, tree};
+use plan_support::{drivetrain, first, large, reference, reference_tree, tree, under_contract};
 use shsa_core::assurance::{Assurance, Reading, Search};
-use shsa_core::interval::{Interval, Truth};
-use shsa_core::knowledge::{
-    Condition, Contract, Contracts, Element, EvidenceSource, Given, Id, IdVec, KnowledgeBase, Measure, Need,
-    Policy, Signal, SignalId, Subject, Switching, VariableId, Watched, WhenUnsure,
-};
+use shsa_core::interval::Truth;
+use shsa_core::knowledge::{ContractId, Element, Id, KnowledgeBase, SignalId, VariableId, Watched};
 use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Options, Plan, Preparation, Scratch};
-use shsa_core::statement::{Scales, Statement};
 use shsa_core::substitution::Way;
-use shsa_core::time::Span;
 use std::hint::black_box;
 
 /// The baseline of a search: a breadth-first visit of the variables that it can reach.
@@ -150,52 +145,8 @@ fn bench_contingency(c: &mut Criterion, name: &str, mut knowledge: KnowledgeBase
     group.finish();
 }
 
-/// The same model under contract: every signal gives ASIL B while a reading of it is fresh, and the root is needed at ASIL A.
-fn under_contract(plain: &KnowledgeBase, root: VariableId) -> KnowledgeBase {
-    let level = Scales::standard().level("asil", "B");
-    let mut needs = IdVec::new();
-    needs.push(Need {
-        variable: root,
-        signal: "/need".to_owned(),
-        max_age: Span::from_millis(500),
-        max_width: None,
-        integrity: Some('A'),
-        min_rate_hz: None,
-        when_unsure: WhenUnsure::Withhold,
-        switching: Switching::default(),
-        is_isolated: false,
-    });
-    let contract = |(id, signal): (SignalId, &Signal)| Contract {
-        name: signal.name.clone(),
-        subject: Subject::Signal(id),
-        runs_on: None,
-        gives: vec![Given {
-            name: "value".to_owned(),
-            statement: Statement {
-                service: plain.variables()[signal.variable].name.clone(),
-                level,
-                properties: Vec::new(),
-            },
-            when: Condition::Watched(0),
-            redundant: None,
-        }],
-        asks: Vec::new(),
-        evidence: vec![Watched {
-            name: "fresh".to_owned(),
-            source: EvidenceSource::Signal(id, Measure::Age),
-            within: Some(Interval::new(0.0, 0.3)),
-            max_age: None,
-        }],
-        policy: Policy::Stop,
-    };
-    let mut contracts = IdVec::new();
-    plain.signals().enumerate().map(contract).for_each(|contract| _ = contracts.push(contract));
-    let (variables, relations, signals) = (plain.variables(), plain.relations(), plain.signals());
-    KnowledgeBase::from_parts(variables.clone(), relations.clone(), signals.clone(), needs)
-        .with_contracts(Contracts::new(contracts))
-}
-
-/// The first answer without contracts, with contracts that are asked of each answer, and what asking them begins with.
+/// The first answer without contracts, with contracts that are asked of each answer, and the bounds that a search uses where
+/// contracts refuse: made, and after a change of one piece of evidence.
 fn contracts(c: &mut Criterion) {
     let (drivetrain, trees) = (drivetrain(), [(2, 8), (2, 14)]);
     let steering = drivetrain.variable("steering_angle").unwrap();
@@ -210,20 +161,29 @@ fn bench_contracts(c: &mut Criterion, name: &str, plain: &KnowledgeBase, root: V
     let knowledge = under_contract(plain, root);
     let (options, assurance) = (Options::default(), Assurance::new(&knowledge).unwrap());
     let need = knowledge.needs().ids().next().unwrap();
-    let read = |_, _: &Watched, _: &Way| Reading::lasting(Truth::True);
+    let all = |_: ContractId, _: &Watched, _: &Way| Reading::lasting(Truth::True);
     let graph = Graph::new(&knowledge);
-    let asked = Search::new(&knowledge, &assurance, need, &read, &[]);
     let without = || BestFirst::new(&graph, black_box(root), &options, Limits::NONE);
-    let mut inside = without().admitted_by(&asked);
-    let first = inside.next();
-    assert_eq!(first, without().next(), "all is admissible, so the best is the same");
-    println!("{name}: {} decisions under contract", inside.expanded());
+    let asked = || Search::new(&knowledge, &assurance, need, &all, &[]);
+    assert_eq!(without().admitted_by(&asked()).next(), without().next(), "all is admissible");
     let mut group = c.benchmark_group(format!("contracts {name}"));
     group.sample_size(10);
     group.bench_function("without", |b| b.iter(|| without().next()));
-    group.bench_function("inside", |b| b.iter(|| without().admitted_by(&asked).next()));
-    group.bench_function("what can be given at all", |b| {
-        b.iter(|| Search::new(&knowledge, &assurance, need, &read, black_box(&[])));
+    group.bench_function("inside", |b| b.iter(|| without().admitted_by(&asked()).next()));
+    group.bench_function("bounds, made", |b| b.iter(|| assurance.bounds(&knowledge, black_box(need))));
+    let mut bounds = assurance.bounds(&knowledge, need);
+    bounds.read(&knowledge, &all);
+    group.bench_function("bounds, no change", |b| b.iter(|| bounds.read(&knowledge, &all)));
+    let first = ContractId::from_index(0);
+    let but_one = |contract, _: &Watched, _: &Way| {
+        Reading::lasting(if contract == first { Truth::False } else { Truth::True })
+    };
+    let mut holds = true;
+    group.bench_function("bounds, one change", |b| {
+        b.iter(|| {
+            holds = !holds;
+            bounds.read(&knowledge, if holds { &all } else { &but_one });
+        });
     });
     group.finish();
 }

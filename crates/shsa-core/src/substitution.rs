@@ -98,21 +98,16 @@ impl Way {
         usable: impl Fn(SignalId) -> bool,
         most: usize,
     ) -> Vec<Way> {
-        let mut choices = Vec::from([Vec::new()]);
-        for &source in &substitution.sources {
-            let carriers = || {
-                let carriers = knowledge.carriers(source).iter().copied();
-                let mut carriers: Vec<_> = carriers.filter(|&signal| usable(signal)).collect();
-                knowledge.utility().sort_signals(knowledge, &mut carriers);
-                carriers.into_iter()
-            };
-            let constant = knowledge.variables()[source].constant.is_some();
-            let options: Vec<_> = if constant { Vec::from([None]) } else { carriers().map(Some).collect() };
-            let longer = |chosen: &Vec<Option<SignalId>>| extensions(chosen, &options);
-            choices = choices.iter().flat_map(longer).take(most).collect();
-        }
-        let way = |signals| Way { substitution: substitution.clone(), signals };
-        choices.into_iter().map(way).collect()
+        Way::each_choice(knowledge, substitution, usable).take(most).collect()
+    }
+
+    /// As [`Way::choices`], one after the other.
+    pub fn each_choice(
+        knowledge: &KnowledgeBase,
+        substitution: &Substitution,
+        usable: impl Fn(SignalId) -> bool,
+    ) -> impl Iterator<Item = Way> {
+        Choices::new(knowledge, substitution, usable)
     }
 
     /// The signals that the way reads.
@@ -170,9 +165,62 @@ impl Way {
     }
 }
 
-fn extensions(chosen: &[Option<SignalId>], options: &[Option<SignalId>]) -> Vec<Vec<Option<SignalId>>> {
-    let extended = |option: &Option<SignalId>| chosen.iter().copied().chain([*option]).collect();
-    options.iter().map(extended).collect()
+/// The choices of one signal for each source, the last source's first.
+struct Choices<'s> {
+    substitution: &'s Substitution,
+    /// The signals of all sources, one source after the other.
+    signals: Vec<SignalId>,
+    /// For each source its first signal, the end of its signals, and the next choice; `None` for a constant.
+    places: Vec<Option<(usize, usize, usize)>>,
+    has_more: bool,
+}
+
+impl<'s> Choices<'s> {
+    fn new(
+        knowledge: &KnowledgeBase,
+        substitution: &'s Substitution,
+        usable: impl Fn(SignalId) -> bool,
+    ) -> Choices<'s> {
+        let count = substitution.sources.len();
+        let (mut signals, mut places) = (Vec::with_capacity(count), Vec::with_capacity(count));
+        for &source in &substitution.sources {
+            if knowledge.variables()[source].constant.is_some() {
+                places.push(None);
+                continue;
+            }
+            let start = signals.len();
+            signals.extend(knowledge.carriers(source).iter().copied().filter(|&signal| usable(signal)));
+            if let Some(own @ [_, _, ..]) = signals.get_mut(start..) {
+                knowledge.utility().sort_signals(knowledge, own);
+            }
+            places.push(Some((start, signals.len(), start)));
+        }
+        let has_more = places.iter().flatten().all(|(start, end, _)| start < end);
+        Choices { substitution, signals, places, has_more }
+    }
+}
+
+impl Iterator for Choices<'_> {
+    type Item = Way;
+
+    fn next(&mut self) -> Option<Way> {
+        if !self.has_more {
+            return None;
+        }
+        let chosen =
+            |place: &Option<(usize, usize, usize)>| place.and_then(|(.., at)| self.signals.get(at).copied());
+        let signals = self.places.iter().map(chosen).collect();
+        self.has_more = false;
+        for (start, end, at) in self.places.iter_mut().flatten().rev() {
+            *at += 1;
+            if at < end {
+                self.has_more = true;
+                break;
+            }
+            *at = *start;
+        }
+        Some(Way { substitution: self.substitution.clone(), signals })
+    }
 }
 
 /// A depth-first walk that lists a step after those that it reads; with an explicit stack, as chains may be long.

@@ -2,6 +2,7 @@
 //! not at a higher one.
 
 use crate::outcome::{AlreadyReported, Outcome};
+use crate::replay::{SourceArguments, recorded};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
@@ -9,6 +10,7 @@ use shsa_format::conserts;
 use shsa_format::drawing;
 use shsa_format::model::read_text;
 use shsa_report::assurance::{CertificateReport, Claim, ModelReport, WrittenMoment, modules};
+use shsa_report::replay::CasesOverTime;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 
@@ -17,6 +19,7 @@ const EXAMPLES: &str = "\
 Example: shsa assure models/stop.yaml
   shsa assure models/stop.yaml --with evidence.yaml
   shsa assure models/stop.yaml --format gsn -o case
+  shsa assure models/stop.yaml --over drive.csv --inject bias=2:/lidar@20s..
   shsa assure leader.model follower.model
 
 The evidence of a moment, by owner of a contract and name of the evidence; evidence without an entry is unknown:
@@ -52,6 +55,11 @@ pub(crate) struct Arguments {
     /// What is observed at one moment; when left away, all is as it should be.
     #[arg(long, value_name = "FILE")]
     with: Option<PathBuf>,
+    /// Recordings of one session: how each claim and each piece of evidence stood, and when; as text, JSON or GSN.
+    #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "with")]
+    over: Vec<PathBuf>,
+    #[command(flatten)]
+    source: SourceArguments,
     /// How it is written.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
@@ -69,6 +77,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let moment = arguments.with.as_deref().map(read_moment).transpose()?;
     let [first, ..] = arguments.models.as_slice() else { bail!("name a model") };
     let text = read(first)?;
+    if !arguments.over.is_empty() {
+        return over(arguments, format, first);
+    }
+    if arguments.source.changes() {
+        bail!("faults and reloads are of recordings: add --over RECORDING");
+    }
     if is_certificate(&text) {
         let names = arguments.models.iter().map(|path| path.display().to_string());
         let title = names.collect::<Vec<_>>().join(", ");
@@ -96,6 +110,21 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Format::Gsn | Format::Svg | Format::Prolog => cases(arguments, format, &report.claims())?,
     }
     Ok(if report.is_given() { Outcome::Done } else { Outcome::No })
+}
+
+/// Tells the cases over recordings.
+fn over(arguments: &Arguments, format: Format, model: &Path) -> anyhow::Result<Outcome> {
+    let (recorder, run) = recorded(model, &arguments.over, &arguments.source)?;
+    let title = model.file_name().unwrap_or(model.as_os_str()).to_string_lossy();
+    let cases = CasesOverTime::new(&recorder, &run, &title);
+    match format {
+        Format::Text => written(arguments, &cases.text())?,
+        Format::Json => written(arguments, &format!("{}\n", cases.json()))?,
+        Format::Gsn => into_files(arguments, cases.gsn(), "gsn.yaml")?,
+        Format::Html => bail!("`shsa replay --report` writes the page over a recording"),
+        Format::Svg | Format::Prolog => bail!("over a recording there is text, json and gsn"),
+    }
+    Ok(if cases.is_given() { Outcome::Done } else { Outcome::No })
 }
 
 /// Writes the assurance cases, one a claim.
@@ -132,18 +161,25 @@ fn each(
     ending: &str,
     write: impl Fn(&Claim<'_>, &str) -> anyhow::Result<String>,
 ) -> anyhow::Result<()> {
+    let texts = claims.iter().zip(modules(claims)).map(|(claim, module)| {
+        let text = write(claim, &module)?;
+        Ok((module, text))
+    });
+    into_files(arguments, texts.collect::<anyhow::Result<_>>()?, ending)
+}
+
+/// Writes each text into a file of its name: into a folder, or to the output if there is only one and no such folder.
+fn into_files(arguments: &Arguments, texts: Vec<(String, String)>, ending: &str) -> anyhow::Result<()> {
     let is_folder = arguments.out.as_ref().is_some_and(|path| path.is_dir());
-    let modules = modules(claims);
-    match (claims, &arguments.out) {
+    match (texts.as_slice(), &arguments.out) {
         ([], _) => bail!("nothing is demanded: there is no case to write"),
-        ([claim], _) if !is_folder => written(arguments, &write(claim, &modules.concat())?),
-        (_, None) => bail!("{} files are written: name a folder with -o", claims.len()),
+        ([(_, text)], _) if !is_folder => written(arguments, text),
+        (_, None) => bail!("{} files are written: name a folder with -o", texts.len()),
         (_, Some(folder)) => {
             std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-            for (claim, module) in claims.iter().zip(&modules) {
-                let path = folder.join(format!("{module}.{ending}"));
-                std::fs::write(&path, write(claim, module)?)
-                    .with_context(|| format!("cannot write {}", path.display()))?;
+            for (name, text) in &texts {
+                let path = folder.join(format!("{name}.{ending}"));
+                std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
             }
             Ok(())
         }

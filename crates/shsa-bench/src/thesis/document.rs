@@ -1,8 +1,8 @@
 //! The document that the command writes.
 
-use super::Arguments;
 use super::record::Record;
 use super::report::{self, Table};
+use super::{Arguments, assurance};
 use clap::ValueEnum;
 
 const HEAD: &str = "\
@@ -29,9 +29,10 @@ pub(super) fn markdown(arguments: &Arguments, records: &[Record]) -> String {
         .collect();
     format!(
         "# The thesis's experiments\n\nWritten by `{}`; each measurement is a line in `thesis.jsonl`.\n\n{HEAD}\n\n{PUBLIC}\n\n\
-         {plots}{}\n",
+         {plots}{}\n\n{}\n",
         command(arguments),
         tables.trim_end(),
+        assurance::markdown().trim_end(),
     )
 }
 

@@ -1,7 +1,8 @@
 //! `shsa-bench thesis`: the experiments and case studies of the thesis, with all searches over the same graphs.
 //!
-//! D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, chapter 6.
+//! D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, chapters 6 and 7.
 
+mod assurance;
 mod document;
 mod experiment;
 mod generate;

@@ -6,7 +6,7 @@ mod assessed;
 mod decision;
 
 use super::assured::{Admitted, Assured, Ground};
-use super::{Assessment, Assurance, EvidenceId, Lacking, Verdict};
+use super::{Assessment, Assurance, Bounds, EvidenceId, Lacking, Verdict};
 use crate::interval::Truth;
 use crate::knowledge::{
     ContractId, EvidenceSource, KnowledgeBase, Measure, NeedId, Policy, SignalId, Watched,
@@ -83,6 +83,8 @@ struct Demanded {
     /// The index of the way that serves the need.
     running: Option<usize>,
     overridden: Option<Override>,
+    /// What can be given at best; made by the first search under contract.
+    bounds: Option<Box<Bounds>>,
     /// When an admission changes without an input; [`Time::MAX`] where none does.
     due: Time,
 }
@@ -147,6 +149,7 @@ impl Assessments {
                 pieces: Vec::new(),
                 running: None,
                 overridden: None,
+                bounds: None,
                 due: Time::MAX,
             })
         }))
@@ -272,6 +275,22 @@ impl Assessments {
                 }
             }
         }
+    }
+
+    /// What can be given at best under the current evidence; `None` where nothing is demanded.
+    ///
+    /// Complexity: that of [`Assurance::bounds`] at the first call, later that of [`Bounds::read`].
+    pub fn bounds(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        assurance: &Assurance,
+        read: Read<'_>,
+    ) -> Option<&Bounds> {
+        let demanded = self.0.as_mut()?;
+        let need = demanded.need;
+        let bounds = demanded.bounds.get_or_insert_with(|| Box::new(assurance.bounds(knowledge, need)));
+        bounds.read(knowledge, read);
+        Some(bounds)
     }
 
     /// Decides while all evidence is unknown.

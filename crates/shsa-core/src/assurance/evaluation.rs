@@ -33,6 +33,11 @@ impl System {
         Ok(System { certificates, circuit })
     }
 
+    /// Which nodes rest on which.
+    pub(super) fn circuit(&self) -> &Circuit {
+        &self.circuit
+    }
+
     /// The certificates.
     #[must_use]
     pub fn certificates(&self) -> &Certificates {

@@ -26,7 +26,7 @@ pub use certificate::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, MAX_DEPTH, Problem,
     Quantifier, Service, ServiceId, ServiceKind, Tree,
 };
-pub use composition::{Assessment, Assurance, Composition, Lacking};
+pub use composition::{Assessment, Assurance, Bounds, Composition, Lacking};
 pub use evaluation::{Evaluation, Higher, Leaf, System, Verdict};
 pub use minimal::Sets;
 pub use search::Search;

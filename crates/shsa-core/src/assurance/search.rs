@@ -1,8 +1,10 @@
-//! Contracts inside the search for substitutions: branches that contracts cannot admit are pruned, and each answer is admitted.
+//! Contracts inside the search for substitutions: each answer is admitted, and what contracts cannot admit is pruned.
 
 use super::assessments::Read;
-use super::{Assurance, Verdict};
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, RelationSet, SignalId, SignalSet, VariableId, Watched};
+use super::composition::{Along, Certified, Given};
+use super::{Assurance, Bounds, Verdict};
+use crate::interval::Truth;
+use crate::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};
 use crate::plan::Admission;
 use crate::substitution::{Step, Substitution, Way};
 use alloc::vec::Vec;
@@ -19,17 +21,14 @@ pub struct Search<'a> {
     read: Read<'a>,
     /// Signals that may not be used, ascending.
     lost: &'a [SignalId],
-    /// Signals and relations on which no admissible way rests.
-    barred: (SignalSet, RelationSet),
-    /// Variables that no admissible way gives.
-    unobtainable: IdVec<VariableId, bool>,
+    bounds: Option<&'a Bounds>,
+    /// A way of nothing, for evidence that is not about the way.
+    nothing: Way,
 }
 
 impl<'a> Search<'a> {
-    /// Prepares a search; `lost` signals (ascending) are not used.
-    ///
-    /// Complexity: that of [`Assurance::barred`], and O(model) for each step on the longest way to a variable that no admissible
-    /// way gives.
+    /// Prepares a search; `lost` signals (ascending) are not used. It reads only the evidence of the answers that it is asked
+    /// about. O(1).
     #[must_use]
     pub fn new(
         knowledge: &'a KnowledgeBase,
@@ -38,59 +37,68 @@ impl<'a> Search<'a> {
         read: Read<'a>,
         lost: &'a [SignalId],
     ) -> Search<'a> {
-        let sink = knowledge.needs()[need].variable;
-        let nothing = Substitution { sink, steps: Vec::new(), sources: Vec::new() };
+        let nothing =
+            Substitution { sink: knowledge.needs()[need].variable, steps: Vec::new(), sources: Vec::new() };
         let nothing = Way { substitution: nothing, signals: Vec::new() };
-        let truth = |contract, watched: &Watched| read(contract, watched, &nothing).truth;
-        let barred = assurance.barred(knowledge, need, truth);
-        let unobtainable = IdVec::filled(knowledge.variables().len(), |_| true);
-        let mut search = Search { knowledge, assurance, need, read, lost, barred, unobtainable };
-        search.find_obtainable();
-        search
+        Search { knowledge, assurance, need, read, lost, bounds: None, nothing }
     }
 
-    /// Finds the variables that can be obtained at all: by a signal that is not barred, or by a relation whose inputs can all be
-    /// obtained.
-    fn find_obtainable(&mut self) {
-        let mut has_changed = true;
-        while core::mem::take(&mut has_changed) {
-            for variable in self.knowledge.variables().ids() {
-                if self.unobtainable[variable] && self.gives(variable) {
-                    self.unobtainable[variable] = false;
-                    has_changed = true;
-                }
-            }
-        }
-    }
-
-    fn gives(&self, variable: VariableId) -> bool {
-        let by_signal = self.knowledge.carriers(variable).iter().any(|&signal| self.may_use(signal));
-        let steps = self.knowledge.producers(variable).iter();
-        let mut steps = steps.map(|&relation| Step { relation, output: variable });
-        self.knowledge.variables()[variable].constant.is_some()
-            || by_signal
-            || steps.any(|step| self.may_take(&step))
-    }
-
-    fn is_usable(&self, signal: SignalId) -> bool {
-        self.knowledge.is_available(signal) && self.lost.binary_search(&signal).is_err()
+    /// Prunes what these bounds, of the same need under the same evidence, bar: for a search in which contracts refuse the first
+    /// answers.
+    #[must_use]
+    pub fn within(self, bounds: &'a Bounds) -> Search<'a> {
+        Search { bounds: Some(bounds), ..self }
     }
 
     fn may_use(&self, signal: SignalId) -> bool {
-        self.is_usable(signal) && !self.barred.0.contains(signal)
-    }
-
-    fn may_take(&self, step: &Step) -> bool {
-        let relation = &self.knowledge.relations()[step.relation];
-        !self.barred.1.contains(step.relation) && relation.needs(step.output).all(|it| !self.unobtainable[it])
+        self.knowledge.is_available(signal)
+            && self.lost.binary_search(&signal).is_err()
+            && self.bounds.is_none_or(|bounds| bounds.may_use(signal))
     }
 
     /// Whether a way is admitted: its certificates hold under the current evidence.
     #[must_use]
     pub fn admits_way(&self, way: &Way) -> bool {
-        if way.inputs().any(|signal| self.barred.0.contains(signal)) {
+        if let Some(bounds) = self.bounds
+            && !way.inputs().all(|signal| bounds.may_use(signal))
+        {
             return false;
         }
+        let along = Along::new(self.assurance, self.knowledge, way, self.read);
+        match along.admits(self.need) {
+            Truth::True => true,
+            Truth::False => false,
+            Truth::Unknown => self.is_met(way),
+        }
+    }
+
+    /// The levels of a signal whose contract does not depend on the flow.
+    fn levels(&self, signal: SignalId) -> Given {
+        match self.assurance.sets.signals[signal] {
+            Certified::Plain(levels) => Given::surely(levels),
+            Certified::Flowing(_) => Given::UNKNOWN,
+            Certified::Alone(id) => {
+                Along::new(self.assurance, self.knowledge, &self.nothing, self.read).own_levels(id)
+            }
+        }
+    }
+
+    /// Whether a substitution by relations without contracts is admitted for sure: the need demands levels alone, which some
+    /// signal of each source gives and each relation passes on.
+    fn passes_on(&self, substitution: &Substitution) -> bool {
+        let sets = &self.assurance.sets;
+        let Some(demanded) = sets.needs[self.need].filter(|_| sets.healer.is_none()) else { return false };
+        let passes = |step: &Step| matches!(sets.relations[step.relation], Certified::Plain(levels) if levels.has(demanded));
+        let gives = |&signal: &SignalId| self.may_use(signal) && self.levels(signal).sure.has(demanded);
+        let is_given = |&source: &VariableId| {
+            self.knowledge.carriers(source).iter().any(gives)
+                || self.knowledge.variables()[source].constant.is_some()
+        };
+        substitution.steps.iter().all(passes) && substitution.sources.iter().all(is_given)
+    }
+
+    /// As [`Search::admits_way`], by the composed certificates.
+    fn is_met(&self, way: &Way) -> bool {
         let composition = self.assurance.compose(self.knowledge, self.need, way);
         let mut evaluation = composition.evaluation();
         let known = composition.evidence(self.knowledge);
@@ -102,12 +110,20 @@ impl<'a> Search<'a> {
 
 impl Admission for Search<'_> {
     fn may_admit(&self, steps: &[Step]) -> bool {
-        steps.iter().all(|step| self.may_take(step))
+        self.bounds.is_none_or(|bounds| steps.iter().all(|step| bounds.may_take(self.knowledge, step)))
+    }
+
+    fn prunes(&self) -> bool {
+        self.bounds.is_some_and(Bounds::prune)
     }
 
     fn admits(&self, substitution: &Substitution) -> bool {
-        let ways = Way::choices(self.knowledge, substitution, |signal| self.may_use(signal), MOST_CHOICES);
-        self.may_admit(&substitution.steps) && ways.iter().any(|way| self.admits_way(way))
+        if self.passes_on(substitution) {
+            return true;
+        }
+        let may_use = |signal| self.may_use(signal);
+        let mut ways = Way::each_choice(self.knowledge, substitution, may_use).take(MOST_CHOICES);
+        self.may_admit(&substitution.steps) && ways.any(|way| self.admits_way(&way))
     }
 }
 
@@ -115,7 +131,8 @@ impl fmt::Debug for Search<'_> {
     fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
         out.debug_struct("Search")
             .field("need", &self.need)
-            .field("barred", &self.barred)
+            .field("lost", &self.lost)
+            .field("bounds", &self.bounds.map(Bounds::barred))
             .finish_non_exhaustive()
     }
 }

@@ -10,6 +10,11 @@ pub trait Admission: Debug + Sync {
     /// faster.
     fn may_admit(&self, steps: &[Step]) -> bool;
 
+    /// Whether [`Admission::may_admit`] ever says no.
+    fn prunes(&self) -> bool {
+        true
+    }
+
     /// Whether a substitution is admitted.
     fn admits(&self, substitution: &Substitution) -> bool;
 }

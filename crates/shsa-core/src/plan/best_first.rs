@@ -242,7 +242,8 @@ impl<'a> BestFirst<'a> {
         while let Some(choice) = decisions.next().and_then(|place| choices[place]) {
             decisions.take(subproblem, choice);
         }
-        let complete = subproblem.root().is_some() && decisions.next().is_none() && self.may_meet(&decisions);
+        let complete =
+            subproblem.root().is_some() && decisions.next().is_none() && self.meets(&decisions).is_some();
         complete.then(|| self.answer(&decisions))
     }
 
@@ -274,7 +275,11 @@ impl<'a> BestFirst<'a> {
             self.stop = open.limit(self.limits, self.kept);
             if self.stop.is_none() {
                 match self.advance(&mut open) {
-                    Progress::Answer => found = Some(self.answer(&open.decisions)),
+                    Progress::Answer => {
+                        let utility = self.graph.scale().utility(open.decisions.bound());
+                        let checked = open.checked.take();
+                        found = Some((checked.unwrap_or_else(|| self.substitution(&open)), utility));
+                    }
                     Progress::Decision => {}
                     Progress::End => self.stop = Some(StopReason::Complete),
                 }
@@ -289,11 +294,16 @@ impl<'a> BestFirst<'a> {
         let Some(state) = open.frontier.pop() else { return Progress::End };
         let subproblem = self.subproblem();
         open.expanded += open.go_to(subproblem, state);
-        if !self.may_meet(&open.decisions) {
+        let next = open.decisions.next();
+        let is_met = match next {
+            Some(_) => self.may_meet(&open.decisions),
+            None => self.meets(&open.decisions).map(|checked| open.checked = checked).is_some(),
+        };
+        if !is_met {
             open.pruned += 1;
             return Progress::Decision;
         }
-        match open.decisions.next() {
+        match next {
             Some(place) => {
                 open.expanded += 1;
                 open.expand(subproblem, state, place);
@@ -306,18 +316,25 @@ impl<'a> BestFirst<'a> {
 
     /// Whether some completion of the decisions may meet the requirements.
     fn may_meet(&self, decisions: &Decisions) -> bool {
-        if !self.is_restricted() {
+        let (paths, admission) = (self.paths.as_deref(), self.admission.filter(|it| it.prunes()));
+        if paths.is_none() && admission.is_none() {
             return true;
         }
-        let (paths, admission) = (self.paths.as_deref(), self.admission);
         let steps = decisions.steps(self.subproblem());
-        if decisions.next().is_some() {
-            return paths.is_none_or(|paths| paths.allow(self.root, &steps))
-                && admission.is_none_or(|admission| admission.may_admit(&steps));
+        paths.is_none_or(|paths| paths.allow(self.root, &steps))
+            && admission.is_none_or(|admission| admission.may_admit(&steps))
+    }
+
+    /// The substitution of complete decisions that meet the requirements, where it had to be made to find this out; `None` where
+    /// they do not.
+    fn meets(&self, decisions: &Decisions) -> Option<Option<Substitution>> {
+        if !self.is_restricted() {
+            return Some(None);
         }
-        let substitution = self.graph.substitution(self.root, steps);
-        paths.is_none_or(|paths| paths.admit(&substitution))
-            && admission.is_none_or(|admission| admission.admits(&substitution))
+        let substitution = self.graph.substitution(self.root, decisions.steps(self.subproblem()));
+        let is_met = self.paths.as_deref().is_none_or(|paths| paths.admit(&substitution))
+            && self.admission.is_none_or(|admission| admission.admits(&substitution));
+        is_met.then_some(Some(substitution))
     }
 }
 
@@ -329,19 +346,24 @@ impl BestFirst<'_> {
         if self.stop.is_some() {
             return None;
         }
-        let utility = if self.found == 0 && self.subproblem().is_exact() && !self.is_restricted() {
-            self.read_off(answer)
-        } else {
-            if self.found == 1 && self.open.is_none() && !self.is_restricted() {
-                // The search finds the answer that was read off again, so its decisions count once.
-                self.read = 0;
-                self.search();
+        let mut utility = None;
+        if self.found == 0 && self.open.is_none() && self.subproblem().is_exact() && self.paths.is_none() {
+            utility = self.read_off(answer);
+            if utility.is_some() && self.admission.is_some_and(|admission| !admission.admits(answer)) {
+                (utility, self.rated, self.read) = (None, None, 0);
             }
-            self.search().map(|(substitution, utility)| {
-                *answer = substitution;
-                utility
-            })
-        };
+        } else if self.found == 1 && self.open.is_none() && self.paths.is_none() {
+            // The search finds the answer that was read off again, so its decisions count once, and it is admitted already.
+            self.read = 0;
+            let admission = self.admission.take();
+            self.search();
+            self.admission = admission;
+        }
+        utility = utility.or_else(|| {
+            let (substitution, utility) = self.search()?;
+            *answer = substitution;
+            Some(utility)
+        });
         self.found += usize::from(utility.is_some());
         utility
     }

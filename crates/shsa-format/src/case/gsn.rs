@@ -9,6 +9,32 @@ use serde_json::{Value, json};
 use shsa_core::assurance::Verdict;
 use std::fmt::Write as _;
 
+/// A time during which a node had one verdict, in seconds.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stretch {
+    /// When it began.
+    pub from_s: f64,
+    /// When it ended.
+    pub to_s: f64,
+    /// The verdict.
+    pub verdict: Verdict,
+}
+
+/// The verdicts of a node over time in words: `given 0 to 15 s, refused 15 to 36 s`.
+#[must_use]
+pub fn course(stretches: &[Stretch]) -> String {
+    let told = |it: &Stretch| format!("{} {} to {} s", words::verdict(it.verdict), it.from_s, it.to_s);
+    stretches.iter().map(told).collect::<Vec<_>>().join(", ")
+}
+
+/// The verdicts of a node over time as JSON.
+#[must_use]
+pub fn course_json(stretches: &[Stretch]) -> Value {
+    let one =
+        |it: &Stretch| json!({ "from_s": it.from_s, "to_s": it.to_s, "verdict": words::verdict(it.verdict) });
+    stretches.iter().map(one).collect()
+}
+
 /// One argument as a module.
 ///
 /// `name` is the name of the module. The ids contain its letters and digits, so that ids are unique in a case whose module names
@@ -46,19 +72,24 @@ pub fn write(argument: &Argument, name: &str, brief: &str, over_time: &[String])
     out
 }
 
-/// One argument as JSON: its nodes, the claim first, with the ids of its module.
+/// One argument as JSON: its nodes, the claim first, with the ids of its module. `over_time` has the stretches of each node; it is
+/// empty where only one moment is known.
 #[must_use]
-pub fn json(argument: &Argument, name: &str) -> Value {
+pub fn json(argument: &Argument, name: &str, over_time: &[Vec<Stretch>]) -> Value {
     let module = identifier(name);
     let node = |(at, node): (usize, &Node)| {
         let by = node.supported_by.iter().filter_map(|&by| Some(id(&module, by, argument.nodes.get(by)?)));
-        json!({
+        let mut told = json!({
             "id": id(&module, at, node),
             "kind": words::kind(node.kind),
             "text": node.text,
             "verdict": words::verdict(node.state),
             "supported_by": by.collect::<Vec<_>>(),
-        })
+        });
+        if let Some(stretches) = over_time.get(at) {
+            told["over_time"] = course_json(stretches);
+        }
+        told
     };
     argument.nodes.iter().enumerate().map(node).collect()
 }

@@ -159,10 +159,9 @@ impl CertificateReport {
                 "verdict": words::verdict(now.demand(&self.system, id)),
             })
         });
-        let cases = self
-            .claims()
-            .into_iter()
-            .map(|claim| json!({ "claim": claim.name, "case": gsn::json(&claim.argument(), &claim.name) }));
+        let cases = self.claims().into_iter().map(
+            |claim| json!({ "claim": claim.name, "case": gsn::json(&claim.argument(), &claim.name, &[]) }),
+        );
         json!({
             "model": self.title,
             "given": self.is_given(),

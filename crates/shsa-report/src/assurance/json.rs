@@ -32,7 +32,7 @@ fn of_need(report: &ModelReport<'_>, need: &Need) -> Value {
         "ways": (0..need.prospect.ways.len()).map(|at| of_way(report, need, at)).collect::<Vec<_>>(),
         "losses": losses.collect::<Vec<_>>(),
         "complete": need.prospect.is_complete,
-        "case": report.claim(need).map(|claim| gsn::json(&claim.argument(), &claim.name)),
+        "case": report.claim(need).map(|claim| gsn::json(&claim.argument(), &claim.name, &[])),
     })
 }
 

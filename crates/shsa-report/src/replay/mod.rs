@@ -8,8 +8,10 @@ mod text;
 mod strip;
 mod bands;
 mod cases;
+mod over_time;
 mod page;
 
+pub use over_time::CasesOverTime;
 pub use page::Provenance;
 pub use picture::Recorder;
 pub use values::{write_value, write_values};

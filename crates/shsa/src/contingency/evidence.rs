@@ -4,7 +4,7 @@ use super::MOST;
 use crate::show;
 use serde_json::{Value, json};
 use shsa_core::analysis::{Failure, Prospect, Serving};
-use shsa_core::assurance::{Admitted, Assurance, Ground, Reading, Search};
+use shsa_core::assurance::{Admitted, Assurance, Bounds, Ground, Reading, Search};
 use shsa_core::interval::Truth;
 use shsa_core::knowledge::{
     ContractId, EvidenceSource, KnowledgeBase, NeedId, Policy, SignalId, VariableId, Watched,
@@ -13,13 +13,16 @@ use shsa_core::plan::{Admission, BestFirst, Graph, Options, Plan, Preparation};
 use shsa_core::substitution::{Step, Substitution, Way};
 use shsa_format::case::words;
 use shsa_report::Paint;
-use std::collections::BTreeSet;
+use std::cell::RefCell;
+use std::collections::{BTreeMap, BTreeSet};
 
 /// The contracts of a model; none where no need demands anything.
 pub(super) struct Contracts<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     graph: &'a Graph,
     assurance: Option<Assurance>,
+    /// What can be given at best for each need, as far as it was asked.
+    bounds: RefCell<BTreeMap<NeedId, Bounds>>,
 }
 
 /// What the contracts of all needs of a variable admit.
@@ -38,7 +41,7 @@ impl Admission for All<'_> {
 
 impl<'a> Contracts<'a> {
     pub(super) fn new(knowledge: &'a KnowledgeBase, graph: &'a Graph) -> Contracts<'a> {
-        Contracts { knowledge, graph, assurance: Assurance::new(knowledge) }
+        Contracts { knowledge, graph, assurance: Assurance::new(knowledge), bounds: RefCell::default() }
     }
 
     /// The needs of a variable that demand something.
@@ -49,25 +52,49 @@ impl<'a> Contracts<'a> {
         })
     }
 
-    /// What the contracts of all needs admit that stop without, while all that is not lost is as it should be; `None` where no
-    /// need does.
+    /// What the contracts of all needs admit, while all that is not lost is as it should be. Where they admit nothing in common, the
+    /// contracts of needs that stop without decide alone; `None` where no need does.
     pub(super) fn plan(
         &self,
         preparation: &Preparation,
         variable: VariableId,
         lost: &[SignalId],
     ) -> Option<Plan> {
+        let demanding: Vec<_> = self.demanding(variable).collect();
+        let stops = |need| Assurance::policy(self.knowledge, need) == Policy::Stop;
+        let strict: Vec<_> = demanding.iter().copied().filter(|(need, _)| stops(*need)).collect();
+        let is_all = strict.len() == demanding.len();
+        let plan = self.admitted(preparation, variable, lost, &demanding);
+        match plan.filter(|plan| is_all || !plan.substitutions.is_empty()) {
+            None => self.admitted(preparation, variable, lost, &strict),
+            plan => plan,
+        }
+    }
+
+    /// What the contracts of some needs admit; `None` without needs.
+    fn admitted(
+        &self,
+        preparation: &Preparation,
+        variable: VariableId,
+        lost: &[SignalId],
+        needs: &[(NeedId, &Assurance)],
+    ) -> Option<Plan> {
+        if needs.is_empty() {
+            return None;
+        }
         let truth = |_: ContractId, watched: &Watched, _: &Way| match watched.source {
             EvidenceSource::Signal(signal, _) if lost.contains(&signal) => Reading::UNKNOWN,
             _ => Reading::lasting(Truth::True),
         };
-        let stops = |need| Assurance::policy(self.knowledge, need) == Policy::Stop;
-        let strict = self.demanding(variable).filter(|(need, _)| stops(*need));
-        let searches: Vec<Search<'_>> = strict
-            .map(|(need, assurance)| Search::new(self.knowledge, assurance, need, &truth, lost))
-            .collect();
-        if searches.is_empty() {
-            return None;
+        let mut bounds = self.bounds.borrow_mut();
+        for &(need, assurance) in needs {
+            let bounds = bounds.entry(need).or_insert_with(|| assurance.bounds(self.knowledge, need));
+            bounds.read(self.knowledge, &truth);
+        }
+        let mut searches: Vec<Search<'_>> = Vec::new();
+        for &(need, assurance) in needs {
+            let search = Search::new(self.knowledge, assurance, need, &truth, lost);
+            searches.extend(bounds.get(&need).map(|bounds| search.within(bounds)));
         }
         let Preparation { options, requirements, limits, .. } = preparation;
         let forbidden_signals = [options.forbidden_signals.as_slice(), lost].concat();

@@ -1,6 +1,10 @@
 //! `shsa demo`: a simulated system that breaks and heals, shown as it happens. The systems are those of `shsa-demo`.
 
 mod map;
+#[cfg(feature = "zenoh")]
+mod platoon;
+#[cfg(feature = "zenoh")]
+mod radio;
 mod screen;
 
 use crate::outcome::Outcome;
@@ -36,7 +40,9 @@ pub(crate) enum System {
 
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
-#[command(after_help = "Example: shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html")]
+#[command(
+    after_help = "Example: shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
+)]
 pub(crate) struct DemoArgs {
     /// The simulated system
     name: System,
@@ -52,6 +58,9 @@ pub(crate) struct DemoArgs {
     /// Print the summary as one JSON object, and nothing else
     #[arg(long)]
     json: bool,
+    /// The platoon with two instances over Zenoh, within this machine and in real time
+    #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "page", "report"])]
+    live: bool,
     /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
     page: bool,
@@ -75,11 +84,23 @@ impl DemoArgs {
 /// When standard output is closed.
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     match args.name {
+        System::Platoon if args.live => live_platoon(args.json),
+        _ if args.live => bail!("--live is of the platoon; the rover has --page"),
         System::Rover => rover(args),
         System::Car => tell_story(args, &stories::car()),
         System::Stop => tell_story(args, &stories::stop()),
         System::Platoon => tell_story(args, &stories::platoon()),
     }
+}
+
+#[cfg(feature = "zenoh")]
+fn live_platoon(as_json: bool) -> anyhow::Result<Outcome> {
+    platoon::run(as_json)
+}
+
+#[cfg(not(feature = "zenoh"))]
+fn live_platoon(_: bool) -> anyhow::Result<Outcome> {
+    bail!("this build has no Zenoh: build with --features zenoh")
 }
 
 /// Tells the story of a system, and writes the page about it.

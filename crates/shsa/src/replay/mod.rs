@@ -198,6 +198,22 @@ struct Onlookers<'a> {
     page: Option<&'a mut Recorder>,
 }
 
+/// The run over recordings of one session, with the record of its needs and cases.
+///
+/// # Errors
+/// When a file cannot be read, or the recordings are several sessions.
+pub(crate) fn recorded(
+    model: &Path,
+    recordings: &[PathBuf],
+    arguments: &SourceArguments,
+) -> anyhow::Result<(Recorder, Run)> {
+    let source = read_one(recordings, arguments, show::load_live(model)?)?;
+    let mut recorder = Recorder::new();
+    let onlookers = Onlookers { journal: None, record: None, page: Some(&mut recorder) };
+    let run = play(&source, Options::default(), onlookers)?;
+    Ok((recorder, run))
+}
+
 fn play(source: &Source, options: Options, onlookers: Onlookers<'_>) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
     let Onlookers { journal, record, page: mut recorder } = onlookers;

@@ -86,6 +86,43 @@ fn demonstrations_are_told_with_their_cases() {
     folder.refuses("demo rover --report out.html", &["--page"]);
 }
 
+/// The level's sensor falls silent after 40 s, and its evidence does not hold any more.
+#[test]
+fn a_case_over_a_recording_is_told_as_json_gsn_and_text() {
+    let folder = crate::tank::folder();
+    let contracts = "contracts: { level: { asks: { right: { level: SIL 1 } } }, /level: { evidence: { fresh: age at most 2 s }, \
+        gives: { right: { level: SIL 2, when: fresh } } } }\n";
+    folder.write("certified.yaml", crate::tank::MODEL.to_owned() + contracts);
+    let over = "assure certified.yaml --over run.csv --inject drop:/level@20s..";
+    let told = folder.json(over, 1);
+    let need = &told["needs"][0];
+    assert_eq!((&told["given"], &need["admissions"][0]["level"]), (&false.into(), &"SIL 2".into()), "{told}");
+    let way = need["ways"].as_array().unwrap().iter().find(|way| way["way"] == "/level").unwrap();
+    assert_eq!(way["served"], true, "{told}");
+    let nodes = way["case"].as_array().unwrap();
+    let evidence = nodes.iter().find(|node| node["kind"] == "evidence").unwrap();
+    for node in [&nodes[0], evidence] {
+        let stretches = node["over_time"].as_array().unwrap();
+        let number = |value: &serde_json::Value| value.as_f64().unwrap();
+        let ends: Vec<f64> = stretches.iter().map(|it| number(&it["to_s"])).collect();
+        let begins: Vec<f64> = stretches.iter().skip(1).map(|it| number(&it["from_s"])).collect();
+        assert_eq!(begins, ends[..ends.len() - 1], "a gap: {node}");
+        let lost = stretches.iter().find(|it| it["verdict"] == "refused").unwrap();
+        assert!((21.0..23.0).contains(&number(&lost["from_s"])), "{node}");
+        assert_eq!(lost["to_s"], told["duration_s"], "{node}");
+    }
+    let module = folder.ends(&format!("{over} --format gsn"), 1).stdout;
+    let case = crate::gsn::check(&module);
+    assert!(
+        case.values().all(|node| node.contains_key("challenges") || node.contains_key("over_time")),
+        "{module}"
+    );
+    let text = folder.ends(over, 1).stdout;
+    assert!(text.contains("met, SIL 2") && text.contains("refused 2"), "{text}");
+    folder.refuses(&format!("{over} --format svg"), &["text, json and gsn"]);
+    folder.refuses("assure certified.yaml --inject drop:/level@20s..", &["--over"]);
+}
+
 /// Without contracts there is no case.
 #[test]
 fn a_need_without_a_contract_has_no_case() {

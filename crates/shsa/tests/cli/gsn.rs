@@ -4,7 +4,7 @@ use crate::assure::folder;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
-type Case = BTreeMap<String, Map<String, Value>>;
+pub(crate) type Case = BTreeMap<String, Map<String, Value>>;
 
 /// A module: a line for its name, then an element a line, in YAML's flow style with texts as in JSON.
 #[track_caller]
@@ -107,7 +107,7 @@ fn walk(case: &Case, id: &str, above: &mut Vec<String>, reached: &mut BTreeSet<S
 }
 
 #[track_caller]
-fn check(text: &str) -> Case {
+pub(crate) fn check(text: &str) -> Case {
     let case = read(text);
     assert_eq!(problems(&case), [""; 0], "{text}");
     case

@@ -10,6 +10,10 @@ use described::document::Document;
 use serde_json::Value;
 use std::collections::BTreeSet;
 
+/// Contracts for the tank.
+const CERTIFIED: &str = "contracts: { level: { asks: { right: { error: at most 1 m, level: SIL 1 } } }, \
+    /level: { gives: { right: { error: at most 0.5 m, level: SIL 2 } } } }\n";
+
 /// Runs a command in the project, and returns each object of its output.
 fn objects(folder: &Folder, arguments: &str) -> Vec<Value> {
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
@@ -45,9 +49,11 @@ fn fields_of_models() {
         required_services: [{ id: R, functional_service_type: S, demands: [D] }]\n\
         provided_services: [{ id: P, functional_service_type: S, guarantees: [G] }]\n";
     folder.write("certificate.yaml", certificate);
+    folder.write("certified.yaml", format!("{}{CERTIFIED}", tank::MODEL));
     check(
         "assure",
         &of(&[
+            "assure certified.yaml --over run.csv",
             "assure PROJECT/models/stop.yaml",
             "assure PROJECT/models/stop.yaml --with none.yaml",
             "assure certificate.yaml",
@@ -79,9 +85,7 @@ fn fields_of_recordings() {
         assert!(ended.stderr.is_empty() || !ended.stdout.is_empty(), "{}", ended.stderr);
         folder.read("out.jsonl").lines().map(|line| serde_json::from_str(line).unwrap()).collect()
     };
-    let certified = "contracts: { level: { asks: { right: { error: at most 1 m, level: SIL 1 } } }, \
-        /level: { gives: { right: { error: at most 0.5 m, level: SIL 2 } } } }\n";
-    folder.write("certified.yaml", format!("{}{certified}", tank::MODEL));
+    folder.write("certified.yaml", format!("{}{CERTIFIED}", tank::MODEL));
     let certified = values("replay certified.yaml run.csv");
     assert!(certified.iter().any(|it| it["level"] == "SIL 2" && it["rank"] == 2), "{:?}", certified.first());
     check("replay --output", &[values("replay tank.yaml run.csv"), certified].concat());

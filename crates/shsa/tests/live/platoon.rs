@@ -111,3 +111,25 @@ fn certificates_compose_over_the_network_and_degrade_with_the_link() {
     wait_for(&leader, "leader", "speed", "/leader/wheels by rolling", "ASIL A");
     ahead(theirs, "ASIL A");
 }
+
+/// The demonstration needs nothing but this machine, and ends as it began.
+#[test]
+fn the_demonstration_degrades_with_radar_and_link_and_ends_as_it_began() {
+    let output = std::process::Command::new(env!("CARGO_BIN_EXE_shsa"))
+        .args(["demo", "platoon", "--live", "--json"])
+        .output()
+        .unwrap();
+    let told: serde_json::Value = serde_json::from_slice(&output.stdout)
+        .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
+    assert_eq!(told["as_before"], true, "{told}");
+    let [radar, cut, back, works] = told["happenings"].as_array().unwrap().as_slice() else {
+        panic!("{told}")
+    };
+    assert_eq!(
+        (&radar["leader"]["level"], &radar["follower"]["level"]),
+        (&json!("ASIL A"), &json!("ASIL A")),
+        "{told}"
+    );
+    assert_eq!(cut["follower"]["source"], "/follower/speed, /follower/radar by seen", "{told}");
+    assert_eq!((&back["leader"], &works["leader"]["level"]), (&json!(null), &json!("ASIL B")), "{told}");
+}

@@ -47,8 +47,8 @@ impl Member {
 pub(super) enum Flow<'w> {
     /// The flow to one need, served by one way.
     Way(NeedId, &'w Way),
-    /// Every flow that the model allows, at once.
-    Any,
+    /// Every flow to one need that the model allows, at once.
+    Any(NeedId),
 }
 
 impl Flow<'_> {
@@ -61,13 +61,13 @@ impl Flow<'_> {
                 let signals = way.inputs().map(Member::Signal);
                 core::iter::once(Member::Need(need)).chain(steps).chain(signals).collect()
             }
-            Flow::Any => {
+            Flow::Any(need) => {
                 let of = |(id, relation): (RelationId, &crate::knowledge::Relation)| {
                     relation.outputs.iter().map(|&output| Member::Relation(id, output)).collect::<Vec<_>>()
                 };
                 let relations = knowledge.relations().enumerate().flat_map(of);
-                let needs = knowledge.needs().ids().map(Member::Need);
-                needs.chain(relations).chain(knowledge.signals().ids().map(Member::Signal)).collect()
+                let need = core::iter::once(Member::Need(need));
+                need.chain(relations).chain(knowledge.signals().ids().map(Member::Signal)).collect()
             }
         }
     }
@@ -84,7 +84,7 @@ impl Flow<'_> {
         }
         let found = match self {
             Flow::Way(_, way) => provider(way, to, variable).into_iter().collect(),
-            Flow::Any => {
+            Flow::Any(_) => {
                 let carriers = knowledge.carriers(variable).iter().map(|&id| Member::Signal(id));
                 let producers =
                     knowledge.producers(variable).iter().map(|&id| Member::Relation(id, variable));
@@ -94,11 +94,10 @@ impl Flow<'_> {
         Some(found)
     }
 
-    /// The consumers at the end of the flow: the needs.
-    pub(super) fn consumers(self, knowledge: &KnowledgeBase) -> Vec<Member> {
+    /// The consumer at the end of the flow: the need.
+    pub(super) fn consumer(self) -> Member {
         match self {
-            Flow::Way(need, _) => Vec::from([Member::Need(need)]),
-            Flow::Any => knowledge.needs().ids().map(Member::Need).collect(),
+            Flow::Way(need, _) | Flow::Any(need) => Member::Need(need),
         }
     }
 

@@ -33,6 +33,8 @@ pub(super) struct Joint<'a> {
     pub(super) roots: Vec<(NeedId, GuaranteeId)>,
     /// The demands of each need on its source.
     pub(super) asked: Vec<(NeedId, DemandId)>,
+    /// The variable whose provider each demand asks.
+    pub(super) parties: IdVec<DemandId, Option<VariableId>>,
 }
 
 impl<'a> Joint<'a> {
@@ -50,6 +52,7 @@ impl<'a> Joint<'a> {
             observed: IdVec::new(),
             roots: Vec::new(),
             asked: Vec::new(),
+            parties: IdVec::new(),
         };
         for member in flow.members(knowledge) {
             joint.service(member);
@@ -152,6 +155,7 @@ impl<'a> Joint<'a> {
         let statement = Statement { service: HEALER.to_string(), level: Some(level), properties: Vec::new() };
         let name = format!("computed at {}", self.certificates.scales.written(level));
         let demand = Demand { name, service, statement, of, quantifier: Quantifier::Any };
+        self.parties.push(None);
         let demand = self.certificates.demands.push(demand);
         Tree::All(Vec::from([when, Tree::Demand(demand)]))
     }
@@ -203,11 +207,15 @@ impl<'a> Joint<'a> {
             },
             Party::Producer(signal) => (Vec::from([Member::Signal(signal)]), Quantifier::Any),
             Party::Contract(id) => (Vec::from([Member::Other(id)]), Quantifier::Any),
-            Party::Consumers => (self.flow.consumers(self.knowledge), Quantifier::All),
+            Party::Consumers => (Vec::from([self.flow.consumer()]), Quantifier::All),
         };
         let service = self.service(member);
         let of = members.into_iter().map(|member| self.service(member)).collect();
         let (name, statement) = (asked.name.clone(), asked.statement.clone());
+        self.parties.push(match asked.of {
+            Party::Provider(variable) if quantifier == Quantifier::Any => Some(variable),
+            _ => None,
+        });
         self.certificates.demands.push(Demand { name, service, statement, of, quantifier })
     }
 

@@ -7,7 +7,13 @@
 
 mod flow;
 mod join;
-mod prune;
+mod level_sets;
+mod along;
+mod bounds;
+
+pub(super) use along::Along;
+pub use bounds::Bounds;
+pub(super) use level_sets::{Certified, Given};
 
 use super::certificate::{DemandId, EvidenceId, GuaranteeId};
 use super::evaluation::{Evaluation, Leaf, System, Verdict};
@@ -19,17 +25,21 @@ use alloc::string::String;
 use alloc::vec::Vec;
 use flow::Flow;
 use join::{Joint, Observed};
+use level_sets::Levels;
 
 /// The levels and demands of a model, ready to be composed.
 #[derive(Clone, Debug)]
 pub struct Assurance {
     /// All levels that are demanded or given anywhere, ascending.
     levels: Vec<Level>,
+    /// The level that each need demands by its key `integrity`.
+    integrity: IdVec<NeedId, Option<Level>>,
+    pub(super) sets: Levels,
     demands: IdVec<NeedId, bool>,
 }
 
 impl Assurance {
-    /// The assurance of a model; `None` where no need demands anything: no contract, and no `integrity`. O(contracts + needs).
+    /// The assurance of a model; `None` where no need demands anything: no contract, and no `integrity`. O(contracts + signals + relations + needs), times the levels.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Option<Assurance> {
         let contracts = knowledge.contracts();
@@ -41,15 +51,19 @@ impl Assurance {
         }
         let asked =
             contracts.rows().iter().flat_map(|row| &row.asks).filter_map(|asked| asked.statement.level);
-        let letters = knowledge.needs().iter().filter_map(|need| need.integrity).map(String::from);
         let scale = crate::knowledge::INTEGRITY_SCALE;
-        let integrity = letters.filter_map(|letter| contracts.scales().level(scale, &letter));
+        let integrity = IdVec::filled(knowledge.needs().len(), |need: NeedId| {
+            let letter = knowledge.needs()[need].integrity.map(String::from)?;
+            contracts.scales().level(scale, &letter)
+        });
         let given = contracts.rows().iter().flat_map(|row| &row.gives).filter_map(|it| it.statement.level);
         let signals = knowledge.signals().iter().filter_map(|it| contracts.integrity(&it.properties));
-        let mut levels: Vec<Level> = asked.chain(integrity).chain(given).chain(signals).collect();
+        let mut levels: Vec<Level> =
+            asked.chain(integrity.iter().copied().flatten()).chain(given).chain(signals).collect();
         levels.sort_unstable();
         levels.dedup();
-        Some(Assurance { levels, demands })
+        let sets = Levels::new(knowledge, &levels, &integrity);
+        Some(Assurance { levels, integrity, sets, demands })
     }
 
     /// Whether a need demands anything.

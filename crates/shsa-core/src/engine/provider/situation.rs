@@ -65,8 +65,10 @@ impl Situation<'_> {
         let mut is_searched = false;
         for (list, lost) in lists.iter_mut().zip(&self.lost) {
             let is_full = list.len() >= MOST && !list.iter().all(|source| is_met(contracts, source));
-            if let Some((assurance, _)) = self.contracts.filter(|_| is_full) {
-                let search = Search::new(knowledge, assurance, need, &read, &lost.signals);
+            if let Some((assurance, _)) = self.contracts.filter(|_| is_full)
+                && let Some(bounds) = contracts.bounds(knowledge, assurance, &read)
+            {
+                let search = Search::new(knowledge, assurance, need, &read, &lost.signals).within(bounds);
                 let found = self.ready_sources.admitted(knowledge, self.graph, need, lost, &search);
                 if !found.is_empty() {
                     (*list, is_searched) = (found, true);

@@ -6,6 +6,7 @@ use crate::plan::frontier::{Frontier, StateId};
 use crate::plan::limits::{Limits, StopReason};
 use crate::plan::subproblem::{ChoiceId, Place, Subproblem};
 use crate::plan::utility::Weight;
+use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
@@ -21,6 +22,8 @@ pub(in super::super) struct Open {
     /// The states of the decisions made, from depth 1 on.
     pub(super) line: Vec<StateId>,
     pub(super) path: Vec<StateId>,
+    /// The substitution of complete decisions, where requirements were checked on it.
+    pub(super) checked: Option<Substitution>,
 }
 
 /// The result of a step.
@@ -46,6 +49,7 @@ impl Open {
             given: BTreeSet::new(),
             line: Vec::new(),
             path: Vec::new(),
+            checked: None,
         }
     }
 

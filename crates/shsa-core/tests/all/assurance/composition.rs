@@ -4,9 +4,9 @@
 use super::drawn::{Drawn, LEVELS, Plain, Says, World};
 use super::seeds;
 use crate::plan_support::Random;
-use shsa_core::assurance::{Assurance, Verdict};
+use shsa_core::assurance::{Assurance, Reading, Verdict};
 use shsa_core::interval::Truth;
-use shsa_core::knowledge::{KnowledgeBase, Severity, build};
+use shsa_core::knowledge::{KnowledgeBase, Severity, Watched, build};
 use shsa_core::plan::{Limits, Options, exhaustive};
 use shsa_core::statement::Level;
 use shsa_core::substitution::Way;
@@ -134,8 +134,14 @@ fn contracts_over_a_way_say_what_their_definition_says() {
             .collect();
         let truth = |of: &str, name: &str| truths[&(of.to_owned(), name.to_owned())];
         let contract_name = |id| knowledge.contracts().rows()[id].name.as_str();
-        let (signals, relations) =
-            assurance.barred(&knowledge, need, |id, watched| truth(contract_name(id), &watched.name));
+        let read = |id, watched: &Watched, _: &Way| Reading::lasting(truth(contract_name(id), &watched.name));
+        let mut bounds = assurance.bounds(&knowledge, need);
+        bounds.read(&knowledge, &|_, _, _| Reading::lasting(Truth::True));
+        bounds.read(&knowledge, &read);
+        let (signals, relations) = bounds.barred();
+        let mut at_once = assurance.bounds(&knowledge, need);
+        at_once.read(&knowledge, &read);
+        assert_eq!(bounds.barred(), at_once.barred(), "seed {seed}: bounds depend on earlier evidence");
         let found =
             exhaustive(&knowledge, knowledge.needs()[need].variable, &Options::default(), Limits::default());
         for (substitution, _) in &found.substitutions {

@@ -65,11 +65,16 @@ fn the_best_admissible_is_found_and_not_the_best_refused() {
         let read = |contract, watched: &Watched, _: &Way| {
             Reading::lasting(moment.truth(&knowledge, contract, &watched.name))
         };
-        let contracts = Search::new(&knowledge, &assurance, need, &read, &moment.lost);
+        let mut bounds = assurance.bounds(&knowledge, need);
+        bounds.read(&knowledge, &read);
+        let plain = Search::new(&knowledge, &assurance, need, &read, &moment.lost);
+        let contracts = Search::new(&knowledge, &assurance, need, &read, &moment.lost).within(&bounds);
         let graph = Graph::new(&knowledge);
         let mut search = BestFirst::new(&graph, root, &options, LIMITS).admitted_by(&contracts);
         let found: Vec<_> = search.by_ref().collect();
         assert_eq!(search.stop(), StopReason::Complete, "seed {seed}");
+        let unpruned: Vec<_> = BestFirst::new(&graph, root, &options, LIMITS).admitted_by(&plain).collect();
+        assert_eq!(unpruned, found, "seed {seed}: bounds change the answers");
         let all = exhaustive(&knowledge, root, &options, LIMITS).substitutions;
         refused += check(seed, &found, &all, |it| moment.admits(&world, &knowledge, it));
         let mut without = BestFirst::new(&graph, root, &options, LIMITS);

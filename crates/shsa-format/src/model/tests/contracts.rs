@@ -2,7 +2,7 @@
 
 use super::brief;
 use crate::model::{load, read, write};
-use shsa_core::assurance::{Assessment, Assurance, Composition, Evaluation, Verdict};
+use shsa_core::assurance::{Assessment, Assurance, Composition, Evaluation, Reading, Verdict};
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::{EvidenceSource, KnowledgeBase, Measure, NeedId, RelationSet, SignalSet};
 use shsa_core::plan::{Limits, Options, exhaustive};
@@ -179,12 +179,16 @@ fn unknown_satisfies_nothing_and_is_told_apart() {
 #[test]
 fn what_cannot_be_admissible_is_barred() {
     let scene = Scene::new(ROBOT);
-    let named = |(signals, relations): (SignalSet, RelationSet)| {
+    let named = |(signals, relations): &(SignalSet, RelationSet)| {
         let signals = signals.iter().map(|id| scene.knowledge.signals()[id].name.clone());
         let relations = relations.iter().map(|id| scene.knowledge.relations()[id].name.clone());
         signals.chain(relations).collect::<Vec<_>>().join(" ")
     };
-    let barred = |truth: Truth| named(scene.assurance.barred(&scene.knowledge, scene.need(), |_, _| truth));
+    let mut bounds = scene.assurance.bounds(&scene.knowledge, scene.need());
+    let mut barred = |truth: Truth| {
+        bounds.read(&scene.knowledge, &|_, _, _| Reading::lasting(truth));
+        named(bounds.barred())
+    };
     assert_eq!(barred(Truth::True), "sonar_alone camera_alone");
     assert_eq!(barred(Truth::False), "/lidar /sonar /camera both sonar_alone camera_alone");
 }

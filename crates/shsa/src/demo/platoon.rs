@@ -1,0 +1,258 @@
+//! `shsa demo platoon --live`: two trucks, each with an instance of its own, over Zenoh within this machine.
+//!
+//! Sensors on board hand their values to the instance of their truck. What the trucks tell each other goes over Zenoh, by a radio
+//! link that can be cut.
+
+use super::radio::Radio;
+use crate::outcome::Outcome;
+use anyhow::{Context, anyhow, bail};
+use serde_json::{Value, json};
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Address, BusOptions, Clock, Inbox, Message, Payload};
+use shsa_demo::platoon::{END_S, Happening, SCENARIO, Truck, readings};
+use shsa_format::model::live::{Live, Written};
+use shsa_format::text::table;
+use shsa_format::wiring::Form;
+use shsa_runtime::{Ending, Handle, Model, Options, Runtime, RuntimeError};
+use std::io::{Write, stdout};
+use std::net::{Ipv4Addr, TcpListener};
+use std::thread::{self, JoinHandle};
+use std::time::{Duration, Instant};
+
+/// How often the states are looked at.
+const LOOK: Duration = Duration::from_millis(50);
+/// How many looks there are from one measurement to the next.
+const LOOKS_EACH: u32 = 2;
+/// How long the trucks may take to find each other.
+const PATIENCE_S: f64 = 15.0;
+/// Messages of one topic that may wait.
+const QUEUE: usize = 64;
+
+/// What serves a truck's need: the source, and its level.
+type Served = (Option<String>, Option<String>);
+
+/// A truck under way.
+struct Aboard {
+    truck: Truck,
+    inbox: Inbox,
+    handle: Handle,
+    run: JoinHandle<Result<Ending, RuntimeError>>,
+    served: Served,
+}
+
+/// What happened, and when what each truck is served by changed first after it.
+struct Effect {
+    happening: Happening,
+    at_s: f64,
+    changes: [Option<(f64, Served)>; 2],
+}
+
+/// Plays the scenario; the answer is no if one of the trucks does not serve its need at the end as at the begin.
+pub(super) fn run(as_json: bool) -> anyhow::Result<Outcome> {
+    let port = TcpListener::bind((Ipv4Addr::LOCALHOST, 0))?.local_addr()?.port();
+    let listening = vec![format!("tcp/127.0.0.1:{port}")];
+    let leader = BusOptions { listen: listening, ..BusOptions::at(Address::Zenoh(Vec::new())) };
+    let radio = Radio::to(port)?;
+    let follower = BusOptions::at(Address::Zenoh(vec![format!("tcp/127.0.0.1:{}", radio.port)]));
+    let mut aboard = [Aboard::new(Truck::Leader, &leader)?, Aboard::new(Truck::Follower, &follower)?];
+    if !as_json {
+        writeln!(
+            stdout(),
+            "Two trucks, each with an instance of its own. The first tells the second its speed, and at which level it vouches\n\
+             for it, over Zenoh (tcp, 127.0.0.1 only).\n"
+        )?;
+    }
+    let mut play =
+        Play { aboard: &mut aboard, radio: &radio, radar_works: true, effects: Vec::new(), as_json };
+    let first = play.find_each_other()?;
+    play.play_out()?;
+    let last = play.served();
+    let effects = play.effects;
+    let states: Vec<Value> = aboard.iter().map(Aboard::need).collect::<anyhow::Result<_>>()?;
+    let is_as_before = first == last;
+    for truck in aboard {
+        truck.handle.stop();
+        truck.run.join().map_err(|_| anyhow!("the instance of {} has failed", truck.truck.name()))??;
+    }
+    let told = match as_json {
+        true => format!("{}\n", figures_json(&effects, &states, is_as_before)),
+        false => figures(&effects, &states),
+    };
+    stdout().write_all(told.as_bytes())?;
+    Ok(if is_as_before { Outcome::Done } else { Outcome::No })
+}
+
+impl Aboard {
+    fn new(truck: Truck, bus: &BusOptions) -> anyhow::Result<Aboard> {
+        let (clock, name) = (Clock::running(), truck.name());
+        let loaded = Live::load(Written { name, text: truck.model() });
+        let (live, _) = loaded.map_err(|report| anyhow!("{}", report.render(false)))?;
+        let inbox = Inbox::new(QUEUE, clock.clone());
+        let bridge = bus.open(name, inbox.clone(), &MemoryBus::new(clock))?;
+        let options = Options { name: name.to_owned(), form: Form::Json, ..Options::default() };
+        let model = Model { name: name.to_owned(), path: None, live };
+        let runtime = Runtime::new(vec![model], options, bridge)?;
+        let handle = runtime.handle();
+        let run = thread::Builder::new().name(name.to_owned()).spawn(move || runtime.run())?;
+        Ok(Aboard { truck, inbox, handle, run, served: (None, None) })
+    }
+
+    /// Hands what the sensors on board measure to the instance.
+    fn measure(&self, at_s: f64, radar_works: bool) {
+        for reading in readings(self.truck, at_s, radar_works) {
+            let bytes = json!({ reading.field: reading.value }).to_string().into_bytes();
+            let received = self.inbox.clock().now();
+            self.inbox.push(Message::new(reading.topic.into(), received, Payload::Bytes(bytes.into())));
+        }
+    }
+
+    /// The state of the truck's need.
+    fn need(&self) -> anyhow::Result<Value> {
+        let state = self.handle.state()?;
+        Ok(state["models"][self.truck.name()]["needs"][self.truck.need()].clone())
+    }
+
+    /// Looks what serves the need; returns whether that has changed.
+    fn look(&mut self) -> anyhow::Result<bool> {
+        let need = self.need()?;
+        let word = |value: &Value| value.as_str().map(str::to_owned);
+        let level = word(&need["assurance"]["level"]).filter(|_| !need["source"].is_null());
+        let served = (word(&need["source"]), level);
+        Ok(std::mem::replace(&mut self.served, served.clone()) != served)
+    }
+}
+
+/// The scenario under way.
+struct Play<'a> {
+    aboard: &'a mut [Aboard; 2],
+    radio: &'a Radio,
+    radar_works: bool,
+    effects: Vec<Effect>,
+    as_json: bool,
+}
+
+impl Play<'_> {
+    fn served(&self) -> [Served; 2] {
+        self.aboard.each_ref().map(|truck| truck.served.clone())
+    }
+
+    /// Waits until both are served by the best source.
+    fn find_each_other(&mut self) -> anyhow::Result<[Served; 2]> {
+        let started = Instant::now();
+        let mut looks = 0;
+        while started.elapsed().as_secs_f64() < PATIENCE_S {
+            self.look(started, &mut looks, -PATIENCE_S)?;
+            if self.aboard.iter().all(|truck| truck.served.1.as_deref() == Some("ASIL B")) {
+                for truck in self.aboard.iter() {
+                    self.say(0.0, truck.truck.name(), &told(&truck.served))?;
+                }
+                return Ok(self.served());
+            }
+        }
+        bail!("the trucks have not found each other within {PATIENCE_S} s");
+    }
+
+    fn play_out(&mut self) -> anyhow::Result<()> {
+        let (started, mut looks) = (Instant::now(), 0);
+        let mut scenario = SCENARIO.iter().peekable();
+        while started.elapsed().as_secs_f64() < END_S {
+            let now_s = started.elapsed().as_secs_f64();
+            if let Some((_, happening)) = scenario.next_if(|(at_s, _)| *at_s <= now_s) {
+                self.happen(*happening, now_s)?;
+            }
+            for (at, has_changed) in self.look(started, &mut looks, 0.0)?.into_iter().enumerate() {
+                if has_changed {
+                    self.note(at, started.elapsed().as_secs_f64())?;
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn happen(&mut self, happening: Happening, at_s: f64) -> anyhow::Result<()> {
+        match happening {
+            Happening::RadarFails => self.radar_works = false,
+            Happening::RadarWorks => self.radar_works = true,
+            Happening::LinkIsCut => self.radio.cut(),
+            Happening::LinkIsBack => self.radio.restore(),
+        }
+        self.effects.push(Effect { happening, at_s, changes: [None, None] });
+        self.say(at_s, "", happening.describe())
+    }
+
+    /// Measures, waits, and looks at both trucks; returns whether what serves them has changed.
+    fn look(&mut self, started: Instant, looks: &mut u32, offset_s: f64) -> anyhow::Result<[bool; 2]> {
+        if looks.is_multiple_of(LOOKS_EACH) {
+            let at_s = offset_s + started.elapsed().as_secs_f64();
+            self.aboard.iter().for_each(|truck| truck.measure(at_s, self.radar_works));
+        }
+        *looks += 1;
+        thread::sleep((LOOK * *looks).saturating_sub(started.elapsed()));
+        let [leader, follower] = &mut *self.aboard;
+        Ok([leader.look()?, follower.look()?])
+    }
+
+    /// Notes a change of what serves a truck.
+    fn note(&mut self, at: usize, now_s: f64) -> anyhow::Result<()> {
+        let Some(truck) = self.aboard.get(at) else { return Ok(()) };
+        if let Some(effect) = self.effects.last_mut()
+            && let Some(change) = effect.changes.get_mut(at)
+        {
+            *change = change.take().or_else(|| Some((now_s, truck.served.clone())));
+        }
+        self.say(now_s, truck.truck.name(), &told(&truck.served))
+    }
+
+    fn say(&self, at_s: f64, who: &str, what: &str) -> anyhow::Result<()> {
+        if !self.as_json {
+            writeln!(stdout(), "{at_s:6.2} s  {who:9} {what}").context("cannot print")?;
+        }
+        Ok(())
+    }
+}
+
+fn told((source, level): &Served) -> String {
+    let source = source.as_deref().unwrap_or("nothing");
+    level.as_ref().map_or(source.to_owned(), |level| format!("{source}, {level}"))
+}
+
+/// How long each change took, and what went out.
+fn figures(effects: &[Effect], states: &[Value]) -> String {
+    let rows = effects.iter().map(|effect| {
+        let change = |change: &Option<(f64, Served)>| {
+            let told =
+                |(at_s, served): &(f64, Served)| format!("{:.2} s: {}", at_s - effect.at_s, told(served));
+            change.as_ref().map_or("no change".to_owned(), told)
+        };
+        [effect.happening.describe().to_owned()]
+            .into_iter()
+            .chain(effect.changes.iter().map(change))
+            .collect()
+    });
+    let changes = table(&["", "the leader serves, after", "the follower serves, after"], rows.collect());
+    let trucks = [Truck::Leader, Truck::Follower].into_iter().zip(states);
+    let rows = trucks.map(|(truck, need)| {
+        let figure = |name: &str| need[name].to_string();
+        vec![truck.name().to_owned(), figure("published"), format!("{} s", figure("longest_gap_s"))]
+    });
+    format!("\n{changes}\n\n{}\n", table(&["", "values", "longest gap"], rows.collect()))
+}
+
+fn figures_json(effects: &[Effect], states: &[Value], is_as_before: bool) -> Value {
+    let effect = |effect: &Effect| {
+        let change = |change: &Option<(f64, Served)>| {
+            let told = |(at_s, (source, level)): &(f64, Served)| json!({ "after_s": at_s - effect.at_s, "source": source, "level": level });
+            change.as_ref().map(told)
+        };
+        let [leader, follower] = effect.changes.each_ref().map(change);
+        json!({ "what": effect.happening.describe(), "at_s": effect.at_s, "leader": leader, "follower": follower })
+    };
+    let need =
+        |need: &Value| json!({ "published": need["published"], "longest_gap_s": need["longest_gap_s"] });
+    json!({
+        "happenings": effects.iter().map(effect).collect::<Vec<_>>(),
+        "leader": states.first().map(need),
+        "follower": states.last().map(need),
+        "as_before": is_as_before,
+    })
+}
