@@ -1,8 +1,11 @@
 //! Relations as formulas of the model's language.
 
-use crate::learning::form::{Relation, Shape};
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::Signal;
 use shsa_core::unit::{Dimension, Unit};
+
+/// A factor this near to 1 is 1.
+const NEARLY_ONE: f64 = 0.01;
 
 /// The digits of a fitted number.
 const DIGITS: i32 = 4;
@@ -43,7 +46,30 @@ pub fn formula(signals: &[Signal], relation: &Relation, name: &dyn Fn(usize) -> 
                 terms.map(|(input, factor)| (*factor, *input, writer.amount(*input))).collect();
             writer.line(target, &terms, *offset)
         }
-        (Shape::Gears(levels), factors) => writer.gears(&relation.inputs, levels, factors),
+        (Shape::Gears(levels), factors) => {
+            let sources = vec![input; levels.len()];
+            writer.selected(&relation.inputs, levels, &sources, factors)
+        }
+        (Shape::Modes(modes), factors) => {
+            let levels: Vec<f64> = modes.iter().map(|it| it.level).collect();
+            let sources: Vec<usize> = modes.iter().map(|it| relation.inputs[it.input]).collect();
+            writer.selected(&relation.inputs, &levels, &sources, factors)
+        }
+        (Shape::Follower { tau_s }, [factor, offset]) => {
+            let line = writer.line(target, &[(*factor, input, writer.amount(input))], *offset);
+            let own = writer.amount(target).replace(&name(target), &format!("previous({})", name(target)));
+            let share = format!("min(dt / ({} s), 1)", digits(*tau_s));
+            format!("{own} + ({line} - {own}) * {share}")
+        }
+        (Shape::Largest, [offset]) => writer.of_two("max", target, &relation.inputs, *offset),
+        (Shape::Smallest, [offset]) => writer.of_two("min", target, &relation.inputs, *offset),
+        (Shape::Norm, factors) => {
+            let terms: Vec<_> = factors.iter().copied().zip(relation.inputs.iter().copied()).collect();
+            format!("sqrt({})", writer.squares(&terms))
+        }
+        (Shape::Terms(terms), [factors @ .., offset]) => {
+            writer.terms(target, &relation.inputs, terms, factors, *offset)
+        }
         _ => String::new(),
     };
     format!("{} = {told}", writer.amount(target))
@@ -163,15 +189,68 @@ impl Writer<'_> {
         text
     }
 
-    fn gears(&self, inputs: &[usize], levels: &[f64], factors: &[f64]) -> String {
-        let [x, chooser] = inputs else { return String::new() };
-        let chooser = (self.name)(*chooser);
-        let mut text = factors.last().map_or_else(String::new, |it| digits(*it));
-        for (pair, factor) in levels.windows(2).zip(factors).rev() {
-            let between = self.constant(inputs[1], 0.5 * (pair[0] + pair[1]));
-            text = format!("if({chooser} < {between}, {}, {text})", digits(*factor));
+    /// Factors and sources that the last input selects.
+    fn selected(&self, inputs: &[usize], levels: &[f64], sources: &[usize], factors: &[f64]) -> String {
+        let Some(chooser) = inputs.last() else { return String::new() };
+        let is_one_source = sources.windows(2).all(|pair| pair[0] == pair[1]);
+        let told = |place: usize| {
+            let factor = digits(factors[place]);
+            let name = (self.name)(sources[place]);
+            match (is_one_source, factor.as_str()) {
+                (true, _) => factor,
+                (false, "1") => name,
+                (false, _) => format!("{factor} * {name}"),
+            }
+        };
+        let Some(last) = levels.len().checked_sub(1) else { return String::new() };
+        let mut text = told(last);
+        for (place, pair) in levels.windows(2).enumerate().rev() {
+            let between = self.constant(*chooser, 0.5 * (pair[0] + pair[1]));
+            text = format!("if({} < {between}, {}, {text})", (self.name)(*chooser), told(place));
         }
-        format!("{text} * {}", (self.name)(*x))
+        if is_one_source { format!("{text} * {}", (self.name)(sources[0])) } else { text }
+    }
+
+    fn of_two(&self, function: &str, target: usize, inputs: &[usize], offset: f64) -> String {
+        let inputs: Vec<String> = inputs.iter().map(|it| self.amount(*it)).collect();
+        let mut text = format!("{function}({})", inputs.join(", "));
+        if offset != 0.0 {
+            add(&mut text, offset < 0.0, &self.constant(target, offset.abs()));
+        }
+        text
+    }
+
+    fn squares(&self, terms: &[(f64, usize)]) -> String {
+        let mut text = String::new();
+        for (factor, input) in terms {
+            let is_one = (factor.abs() - 1.0).abs() < NEARLY_ONE;
+            let square = format!("{}^2", (self.name)(*input));
+            let term = if is_one { square } else { format!("{} * {square}", digits(factor.abs())) };
+            add(&mut text, *factor < 0.0, &term);
+        }
+        text
+    }
+
+    /// A sum of products of powers.
+    fn terms(&self, target: usize, inputs: &[usize], terms: &[Vec<i8>], factors: &[f64], offset: f64) -> String {
+        let mut text = String::new();
+        for (powers, factor) in terms.iter().zip(factors) {
+            let used = inputs.iter().zip(powers).filter(|(_, power)| **power != 0);
+            let (signals, powers): (Vec<usize>, Vec<i8>) = used.map(|(signal, power)| (*signal, *power)).unzip();
+            let term = match (&*signals, &*powers) {
+                ([signal], [1]) => {
+                    let size = self.factor(factor.abs(), target, self.dimension(*signal));
+                    let amount = self.amount(*signal);
+                    if size == "1" { amount } else { format!("{size} * {amount}") }
+                }
+                _ => self.product(target, &signals, &powers, factor.abs()),
+            };
+            add(&mut text, *factor < 0.0, &term);
+        }
+        if offset != 0.0 {
+            add(&mut text, offset < 0.0, &self.constant(target, offset.abs()));
+        }
+        text
     }
 }
 

@@ -1,12 +1,16 @@
 //! Factors that another signal selects: gears, ranges, modes.
 
 use crate::learning::MOST_UNEXPLAINED;
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::{Design, fit};
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::Seen;
 
 /// The most levels of a selecting signal, and the share of the samples that each level needs.
 const MOST_LEVELS: usize = 8;
 const LEAST_SHARE: f64 = 0.03;
+
+/// The share that may stay unexplained when the samples around each change count, too.
+pub(crate) const WITH_CHANGES: f64 = 0.15;
 
 /// All relations `y = k_i x` in which a signal with few levels selects k.
 pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
@@ -18,7 +22,11 @@ pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
             for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
                 let shape = Shape::Gears(levels.clone());
                 let fitted = fit(seen, target, &[input, chooser], &shape);
-                found.extend(fitted.filter(|it| it.score.worst() <= MOST_UNEXPLAINED));
+                found.extend(fitted.filter(|it| {
+                    let design = || Design::new(seen, target, &it.inputs, &it.shape);
+                    it.score.worst() <= MOST_UNEXPLAINED
+                        && design().left(&it.shape, &it.numbers) <= WITH_CHANGES
+                }));
             }
         }
     }
@@ -26,7 +34,7 @@ pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
 }
 
 /// The levels of a signal that has few whole ones.
-fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
+pub(crate) fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
     let values = seen.curves[signal].values();
     let mut levels: Vec<(f64, usize)> = Vec::new();
     for value in values {

@@ -6,6 +6,8 @@
 
 mod signal;
 mod least_squares;
+mod shape;
+mod regressors;
 mod form;
 mod copies;
 mod lag;
@@ -13,13 +15,16 @@ mod pairs;
 mod products;
 mod gears;
 mod sums;
+mod terms;
 mod choice;
 mod formula;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use least_squares::solve;
+
 pub use copies::Copied;
-pub use form::{Relation, Score, Shape};
+pub use shape::{Mode, Relation, Score, Shape};
 pub use formula::formula;
 pub use signal::Signal;
 
@@ -47,27 +52,49 @@ pub struct Learned {
 #[must_use]
 pub fn learn(signals: &[Signal]) -> Learned {
     let seen = Seen::new(signals);
-    let copies = copies::all(&seen);
-    let moves = |signal: &usize| {
-        let values = seen.curves[*signal].values();
-        values.len() >= 30 && values.iter().any(|it| *it != values[0])
-    };
-    let own: Vec<usize> = (0..signals.len())
-        .filter(|signal| copies.iter().all(|copy| copy.signal != *signal))
-        .filter(moves)
-        .collect();
-    let mut pairs = Vec::new();
-    for (at, &one) in own.iter().enumerate() {
-        pairs.extend(own[at + 1..].iter().filter_map(|other| pairs::of(&seen, one, *other)));
-    }
+    let (copies, own) = own(&seen);
     let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs);
+    choice.take_pairs(pairs::all(&seen, &own));
     let is_same = |one: usize, other: usize| choice.is_same(one, other);
     let mut larger = products::all(&seen, &own);
     larger.extend(gears::all(&seen, &own));
     larger.extend(sums::all(&seen, &own, &is_same));
+    larger.extend(terms::all(&seen, &own, &is_same));
     choice.take_larger(larger);
     Learned { copies, relations: choice.relations() }
+}
+
+/// Finds copies, and relations of two among the signals that may have one. Time: O(signals^2), with bounded moments each.
+pub(crate) fn learn_pairs(signals: &[Signal], may_relate: &dyn Fn(usize) -> bool) -> Learned {
+    let seen = Seen::new(signals);
+    let (copies, mut own) = own(&seen);
+    own.retain(|signal| may_relate(*signal));
+    let mut choice = choice::Choice::new(signals.len());
+    choice.take_pairs(pairs::all(&seen, &own));
+    Learned { copies, relations: choice.relations() }
+}
+
+/// The best relation of two signals, if there is any.
+pub(crate) fn between(signals: &[Signal; 2]) -> Option<Relation> {
+    pairs::of(&Seen::new(signals), 0, 1)
+}
+
+/// Copies, and the signals that move and are no copies.
+fn own(seen: &Seen<'_>) -> (Vec<Copied>, Vec<usize>) {
+    let copies = copies::all(seen);
+    let moves = |signal: &usize| {
+        let values = seen.curves[*signal].values();
+        values.len() >= 30 && values.iter().any(|it| *it != values[0])
+    };
+    let is_own = |signal: &usize| copies.iter().all(|copy| copy.signal != *signal);
+    let own = (0..seen.signals.len()).filter(is_own).filter(moves).collect();
+    (copies, own)
+}
+
+/// What 99.9 % of the errors of a relation do not exceed, in the unit of the left side of its formula.
+#[must_use]
+pub fn tolerance(signals: &[Signal], relation: &Relation) -> f64 {
+    form::tolerance(&Seen::new(signals), relation)
 }
 
 /// The unexplained share of a relation in another recording of the same signals, with its constants kept and its offset fitted

@@ -1,7 +1,8 @@
 //! Relations of two signals: equal, linear, polynomial, rates and integrals, with or without a delay of the target.
 
-use crate::learning::form::{Design, Relation, Shape, fit};
-use crate::learning::lag::lag_between;
+use crate::learning::form::{Design, fit};
+use crate::learning::shape::{Relation, Shape};
+use crate::learning::lag::{lag_between, smoothed};
 use crate::learning::signal::Seen;
 use crate::learning::{BEATS_TIME, MOST_UNEXPLAINED, WORTH};
 use shsa_core::unit::Dimension;
@@ -19,6 +20,14 @@ const INTEGRAL_BEATS_TIME: f64 = 0.8;
 
 /// The relative error of that factor beside a parabola in time.
 const OFF_BESIDE_TIME: f64 = 0.25;
+
+/// The best relation of each pair of some signals.
+pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
+    let later = |(at, one): (usize, &usize)| {
+        signals[at + 1..].iter().filter_map(|other| of(seen, *one, *other)).collect::<Vec<Relation>>()
+    };
+    signals.iter().enumerate().flat_map(later).collect()
+}
 
 /// The best relation of two signals, if there is any.
 pub(crate) fn of(seen: &Seen<'_>, one: usize, other: usize) -> Option<Relation> {
@@ -87,6 +96,10 @@ fn shapes(seen: &Seen<'_>, one: usize, other: usize) -> Vec<(usize, Vec<usize>, 
             add(target, input, Shape::Line { lag_s });
         }
         both.iter().for_each(|(target, input)| add(*target, *input, Shape::Saturated));
+        for (target, input) in both {
+            let smoothed = smoothed(seen, target, input);
+            smoothed.into_iter().flatten().for_each(|shape| add(target, input, shape));
+        }
     } else {
         both.iter().for_each(|(target, input)| add(*target, *input, Shape::Line { lag_s: 0.0 }));
     }

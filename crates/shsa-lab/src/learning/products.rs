@@ -1,7 +1,8 @@
 //! Products and quotients of two signals.
 
 use crate::learning::MOST_UNEXPLAINED;
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::fit;
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::{Clock, Seen};
 
 /// The number of moments at which candidates are tested before a fit, and the error that they may leave there.

@@ -1,6 +1,7 @@
 //! Linear combinations of signals of one unit.
 
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::fit;
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::{Part, Seen};
 use crate::learning::{MOST_UNEXPLAINED, WORTH};
 use nalgebra::{DMatrix, DVector};

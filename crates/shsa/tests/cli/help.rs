@@ -2,7 +2,7 @@
 
 use crate::folder::Folder;
 
-const COMMANDS: [&str; 23] = [
+const COMMANDS: [&str; 25] = [
     "check",
     "plan",
     "analyze",
@@ -14,6 +14,8 @@ const COMMANDS: [&str; 23] = [
     "scan",
     "service",
     "explain",
+    "draft",
+    "learn",
     "calibrate",
     "campaign",
     "story",

@@ -4,6 +4,7 @@
 //! goes its own ways. One answer for each planted relation that can be learned, and one for each that is proposed and is not
 //! true, or has signals that do not belong.
 
+mod formula;
 mod world;
 mod record;
 
