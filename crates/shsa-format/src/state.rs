@@ -4,16 +4,16 @@
 //! everything by name, times in nanoseconds, values in SI; reasons by their codes. An unknown key or version is an error.
 
 mod because;
+mod verdict;
 
 use crate::journal::Number;
 use crate::order::{OrderError, OrderForm};
 use serde::{Deserialize, Serialize};
-use serde_json::Value;
-use shsa_core::diagnosis::{Record, Verdict};
-use shsa_core::engine::{Accusation, Missing, Published, Remembered, Served, Snapshot, Subject, Trending};
+use shsa_core::engine::{Compared, Missing, Published, Served, Snapshot, Trending};
 use shsa_core::interval::Interval;
-use shsa_core::monitor::{Absence, Symptom, Tendency, TrendRecord};
+use shsa_core::monitor::{Absence, Tendency, TrendRecord};
 use shsa_core::time::{Time, Validity};
+use verdict::VerdictForm;
 
 /// The value of the field `state`.
 const FORMAT: &str = "shsa-state-2";
@@ -93,47 +93,6 @@ pub(crate) struct StateForm {
     needs: Vec<NeedForm>,
 }
 
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct VerdictForm {
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    signal: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    relation: Option<String>,
-    /// `suspect` or `failed`; `None` when the signal is trusted again.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    verdict: Option<String>,
-    /// Whether the signal was the only accused one.
-    alone: bool,
-    /// Whether its own readings have shown the fault.
-    convicted: bool,
-    /// Whether only comparisons can clear it, and whether it may serve where nothing else is left. Not in earlier versions.
-    #[serde(default)]
-    contradicted: bool,
-    #[serde(default)]
-    unproven: bool,
-    relapses: u32,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    cleared_ns: Option<i64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    said: Option<Bounds>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    charge: Option<AccusationForm>,
-}
-
-#[derive(Clone, Debug, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
-struct AccusationForm {
-    since_ns: i64,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    symptom: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    cause: Option<String>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    probability: Option<f64>,
-    because: Value,
-}
-
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
 struct Bounds {
@@ -203,9 +162,6 @@ const TENDENCIES: [(&str, Tendency); 5] = [
     ("skew", Tendency::Skew),
 ];
 
-/// The verdicts that accuse.
-const ACCUSING: [(&str, Verdict); 2] = [("suspect", Verdict::Suspect), ("failed", Verdict::Failed)];
-
 fn named<T: Copy>(what: &'static str, value: &str, known: &[(&str, T)]) -> Result<T, StateError> {
     let found = known.iter().find(|(name, _)| *name == value).map(|(_, found)| *found);
     found.ok_or_else(|| {
@@ -254,79 +210,6 @@ impl StateForm {
     }
 }
 
-impl From<&Remembered> for VerdictForm {
-    fn from(remembered: &Remembered) -> VerdictForm {
-        let Remembered { subject, record, accusation } = remembered;
-        let (signal, relation) = match subject {
-            Subject::Signal(name) => (Some(name.clone()), None),
-            Subject::Relation(name) => (None, Some(name.clone())),
-            Subject::Cause(_) => (None, None),
-        };
-        VerdictForm {
-            signal,
-            relation,
-            verdict: record.verdict.map(|verdict| name_of(&verdict, &ACCUSING)),
-            alone: record.alone,
-            convicted: record.failed_by_detector,
-            contradicted: record.contradicted,
-            unproven: record.unproven,
-            relapses: record.relapses,
-            cleared_ns: record.cleared.map(|time| time.0),
-            said: record.said.map(bounds),
-            charge: accusation.as_ref().map(AccusationForm::from),
-        }
-    }
-}
-
-impl VerdictForm {
-    fn remembered(self) -> Result<Remembered, StateError> {
-        let subject = match (self.signal, self.relation) {
-            (Some(name), None) => Subject::Signal(name),
-            (None, Some(name)) => Subject::Relation(name),
-            (None, None) => return Err(StateError::Subject("neither")),
-            (Some(_), Some(_)) => return Err(StateError::Subject("both")),
-        };
-        let verdict = self.verdict.map(|verdict| named("`verdict`", &verdict, &ACCUSING)).transpose()?;
-        let record = Record {
-            verdict,
-            alone: self.alone,
-            failed_by_detector: self.convicted,
-            contradicted: self.contradicted,
-            unproven: self.unproven,
-            cleared: self.cleared_ns.map(Time),
-            relapses: self.relapses,
-            said: self.said.map(|said| interval(said.lo, said.hi)),
-        };
-        let accusation = self.charge.map(AccusationForm::accusation).transpose()?;
-        Ok(Remembered { subject, record, accusation })
-    }
-}
-
-impl From<&Accusation> for AccusationForm {
-    fn from(charge: &Accusation) -> AccusationForm {
-        AccusationForm {
-            since_ns: charge.since.0,
-            symptom: charge.symptom.map(|symptom| symptom.name().to_owned()),
-            cause: charge.cause.clone(),
-            probability: charge.probability,
-            because: because::written(&charge.because),
-        }
-    }
-}
-
-impl AccusationForm {
-    fn accusation(self) -> Result<Accusation, StateError> {
-        let known = Symptom::ALL.map(|symptom| (symptom.name(), symptom));
-        Ok(Accusation {
-            since: Time(self.since_ns),
-            symptom: self.symptom.map(|symptom| named("`symptom`", &symptom, &known)).transpose()?,
-            cause: self.cause,
-            probability: self.probability,
-            because: because::read(self.because)?,
-        })
-    }
-}
-
 impl From<&Missing> for AbsenceForm {
     fn from(missing: &Missing) -> AbsenceForm {
         AbsenceForm { signal: missing.signal.clone(), absence: name_of(&missing.absence, &ABSENCES) }
@@ -341,7 +224,7 @@ impl AbsenceForm {
 
 impl From<&Trending> for TrendForm {
     fn from(trending: &Trending) -> TrendForm {
-        let Trending { variable, way, other, record } = trending.clone();
+        let Trending { compared: Compared { variable, way, other }, record } = trending.clone();
         let TrendRecord { usual, sums, means, weight, tendency } = record;
         TrendForm {
             variable,
@@ -361,7 +244,7 @@ impl TrendForm {
         let TrendForm { variable, way, other, usual, sums, means, weight, tendency } = self;
         let tendency = named("`tendency`", &tendency, &TENDENCIES)?;
         let record = TrendRecord { usual, sums, means, weight, tendency };
-        Ok(Trending { variable, way, other, record })
+        Ok(Trending { compared: Compared { variable, way, other }, record })
     }
 }
 

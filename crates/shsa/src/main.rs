@@ -37,6 +37,7 @@ mod service_manager;
 mod show;
 mod story;
 mod tell;
+mod top;
 mod unwatched;
 mod watch;
 
@@ -79,6 +80,8 @@ enum Command {
     Replay(replay::Arguments),
     /// Heal a running system: read its bus, and publish the needed values.
     Run(run::Arguments),
+    /// Show a running instance in the terminal: needs, signals, decisions.
+    Top(top::Arguments),
     /// List the content of a bus: topics, fields, rates, and the signals of a model; or draft a model.
     Scan(scan::Arguments),
     /// Compute one value from others, as messages come: inputs, a formula, outputs.
@@ -131,6 +134,7 @@ fn main() -> ExitCode {
         Command::Info(arguments) => info::run(&arguments),
         Command::Replay(arguments) => replay::run(&arguments),
         Command::Run(arguments) => run::run(&arguments),
+        Command::Top(arguments) => top::run(&arguments),
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),

@@ -4,7 +4,7 @@ use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
 use crate::outcome::{AlreadyTold, Outcome};
 use crate::watch::Watching;
-use crate::{demo, service_manager, show, tell, unwatched};
+use crate::{service_manager, show, tell, unwatched};
 use anyhow::Context;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -245,7 +245,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })?;
     if arguments.bus.bus == Address::Memory {
         show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
-        demo::simulate(&memory, &stop)?;
+        shsa_demo::rover::simulate(&memory, &stop)?;
     }
     Ok(match runtime.run()? {
         // A requested end is a success.

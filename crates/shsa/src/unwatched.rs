@@ -1,7 +1,7 @@
 //! Warnings of several commands about faults that a model's comparisons do not show.
 
 use crate::analyze::{Names, watched_ways};
-use shsa_core::analysis::{Gap, Hidden, Obstacle, Options, Unwatched, Watch, unwatched};
+use shsa_core::analysis::{Gap, Held, Hidden, Obstacle, Options, Unwatched, Watch, unwatched};
 use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::KnowledgeBase;
@@ -25,7 +25,7 @@ pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<Str
         )];
     }
     let options = Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch };
-    let Unwatched { watched, gaps } = unwatched(knowledge, options);
+    let Unwatched { watched, gaps, held } = unwatched(knowledge, options);
     let names = Names::new(knowledge);
     let mut told: Vec<String> = watched.iter().filter_map(|watch| left_out(&names, watch)).collect();
     let is_hidden = |fault: Component| {
@@ -40,7 +40,25 @@ pub(crate) fn declared(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<Str
     let undetected: Vec<Gap> = gaps.into_iter().filter(is_told).collect();
     let lines = names.by_reason(&undetected);
     told.extend(lines.into_iter().map(|line| format!("no comparison shows a fault of {line}")));
+    told.extend(held.iter().map(|held| unbounded(knowledge, &names, held)));
     shortened(told)
+}
+
+/// The inputs that a variable's substitutes hold without a limit of their change.
+fn unbounded(knowledge: &KnowledgeBase, names: &Names<'_>, held: &Held) -> String {
+    let first: Vec<&str> = held.signals.iter().take(MOST).map(|&signal| names.signal(signal)).collect();
+    let mut variables: Vec<&str> =
+        held.signals.iter().map(|&signal| names.variable(knowledge.signals()[signal].variable)).collect();
+    variables.sort_unstable();
+    variables.dedup();
+    variables.truncate(MOST);
+    let more = if held.signals.len() > first.len() { ", .." } else { "" };
+    format!(
+        "substitutes of {} hold {}{more} between two values as if nothing changed: give {} a `max_rate`, else their bounds may miss the truth",
+        names.variable(held.variable),
+        first.join(", "),
+        variables.join(", "),
+    )
 }
 
 /// The ways of a variable that the budget leaves out.

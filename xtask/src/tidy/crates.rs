@@ -2,11 +2,11 @@
 
 use crate::workspace::{File, Package};
 
-/// The permitted dependencies between crates of the workspace: `shsa -> {lab, runtime} -> {format, bridge} -> {estimate, message}
+/// The permitted dependencies between crates of the workspace: `shsa -> {demo, lab, runtime} -> {format, bridge} -> {estimate, message}
 /// -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 13] = [
+const ARROWS: [(&str, &[&str]); 14] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
     ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-format"]),
     ("shsa-web", &[]),
+    ("shsa-demo", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
     (
         "shsa-runtime",
         &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge", "shsa-web"],
@@ -28,6 +29,7 @@ const ARROWS: [(&str, &[&str]); 13] = [
             "shsa-bridge",
             "shsa-lab",
             "shsa-runtime",
+            "shsa-demo",
         ],
     ),
     (

@@ -11,6 +11,8 @@ mod basis;
 mod hitting;
 mod comparisons;
 mod faults;
+mod held;
+mod partly;
 mod losses;
 mod survey;
 mod watch;
@@ -22,10 +24,13 @@ pub use additions::{Addition, Candidate, Survives};
 pub use comparisons::{Comparison, Comparisons};
 pub use faults::Faults;
 pub use gaps::{Gap, Obstacle};
+pub use held::Held;
 pub use losses::Tolerance;
+pub use partly::{Partly, Reservation};
 pub use prospect::{Candidacy, Failure, Prospect, Serving};
 pub use watch::{Hidden, Watch};
 
+use crate::diagnosis::Component;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};
 use crate::plan::Graph;
 use crate::residual_selection::WatchBudget;
@@ -94,6 +99,8 @@ pub struct Analysis {
     pub comparisons: Comparisons,
     /// The faults that they detect and isolate.
     pub faults: Faults,
+    /// Those that they show only in part.
+    pub partly: Partly,
     /// The watched ways of each number that can be known in two ways or more, in file order.
     pub watched: Vec<Watch>,
     /// The losses that the variable of each signal survives, and the single points of failure.
@@ -116,6 +123,29 @@ impl Analysis {
         tolerance.known && !tolerance.single_points.contains(signal)
     }
 
+    /// Whether a fault of a component is isolable from one of another, without a comparison that has several solutions.
+    #[must_use]
+    pub fn is_isolable_from(&self, component: Component, other: Component) -> bool {
+        let by_structure =
+            self.faults.isolability(component).is_some_and(|found| found.is_isolable_from(other));
+        by_structure && self.partly.is_isolable_from(component, other)
+    }
+
+    /// All components that a fault is isolable from so, signals and then relations, in file order.
+    pub fn isolable_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
+        self.faults
+            .components()
+            .filter(move |&other| other != component && self.is_isolable_from(component, other))
+    }
+
+    /// All components that a fault is isolable from only by comparisons that have several solutions: a fault that leads to another
+    /// one of these is not isolable from them.
+    pub fn isolable_in_part_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
+        self.faults
+            .isolable_components_from(component)
+            .filter(move |&other| !self.partly.is_isolable_from(component, other))
+    }
+
     /// The needs that fail when a signal is lost, in file order.
     pub fn needs_lost(&self, signal: SignalId) -> impl Iterator<Item = NeedId> + '_ {
         let takes = move |(need, tolerance): (NeedId, &Tolerance)| {
@@ -133,13 +163,15 @@ impl Analysis {
     }
 }
 
-/// Comparisons that the model or its structure allows, and the monitor does not make.
+/// Comparisons that the model or its structure allows, and the monitor does not make; and those whose bounds are no bounds.
 #[derive(Clone, Debug)]
 pub struct Unwatched {
     /// As [`Analysis::watched`].
     pub watched: Vec<Watch>,
     /// As [`Analysis::gaps`].
     pub gaps: Vec<Gap>,
+    /// The inputs that substitutes hold between their values without a limit of their change.
+    pub held: Vec<Held>,
 }
 
 /// The part of an analysis about comparisons that are not made, without losses and additions.
@@ -155,6 +187,7 @@ pub fn unwatched(knowledge: &KnowledgeBase, options: Options) -> Unwatched {
     Unwatched {
         watched: watch::watched(knowledge, &watched.are, &faults),
         gaps: gaps::gaps(knowledge, &basis, &faults),
+        held: held::held(knowledge, comparisons.ways()),
     }
 }
 
@@ -201,6 +234,7 @@ pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
         watched: watch::watched(knowledge, &survey.watched, &survey.faults),
         gaps: gaps::gaps(knowledge, &basis, &survey.faults),
         signals: IdVec::filled(knowledge.signals().len(), of_signal),
+        partly: Partly::new(knowledge, &survey.comparisons),
         comparisons: survey.comparisons,
         faults: survey.faults,
         needs: survey.needs,

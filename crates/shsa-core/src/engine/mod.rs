@@ -29,7 +29,7 @@ pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, 
 pub use operator::Refusal;
 pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
-pub use snapshot::{Accusation, Missing, Published, Remembered, Served, Snapshot, Trending};
+pub use snapshot::{Accusation, Compared, Missing, Published, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
 pub use what_if::WhatIf;
 

@@ -8,7 +8,7 @@ use super::message::Output;
 use super::news::Return;
 use super::operator::find_need;
 use super::provider::Resumption;
-use super::snapshot::{Missing, Published, Remembered, Served, Snapshot, Trending};
+use super::snapshot::{Compared, Missing, Published, Remembered, Served, Snapshot, Trending};
 use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
@@ -18,8 +18,10 @@ use crate::order::Subject;
 use crate::reason::Reason;
 use crate::time::{Span, Time};
 use alloc::collections::BTreeMap;
-use alloc::string::String;
 use alloc::vec::Vec;
+
+/// The ways of each comparison, by their names.
+type AllCompared = BTreeMap<Compared, (WayIndex, WayIndex)>;
 
 impl Engine {
     /// The state that must outlast the process. O(signals + pairs + accusations so far); allocates.
@@ -31,7 +33,12 @@ impl Engine {
                 // The snapshot has no readings from before the jump, so a return cannot be recognised later.
                 record.contradicted |= record.failed_by_detector && !self.has_returned(component);
                 let accusation = self.accusations.get(&component).cloned();
-                Remembered { subject: subject(component), record, accusation }
+                let grounds = self
+                    .judge
+                    .grounds_of(component)
+                    .filter_map(|(way, other)| self.compared(way, other))
+                    .collect();
+                Remembered { subject: subject(component), record, accusation, grounds }
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
@@ -55,10 +62,14 @@ impl Engine {
 
     fn trending(&self, pair: &Residual) -> Option<Trending> {
         let record = pair.trend.to_record()?;
-        let (way, other) = (self.monitor.way(pair.way)?, self.monitor.way(pair.other)?);
+        Some(Trending { compared: self.compared(pair.way, pair.other)?, record })
+    }
+
+    fn compared(&self, way: WayIndex, other: WayIndex) -> Option<Compared> {
+        let (way, other) = (self.monitor.way(way)?, self.monitor.way(other)?);
         let words = |way: &WatchedWay| way.computation.way().describe(&self.knowledge);
         let variable = self.knowledge.variables()[way.variable()].name.clone();
-        Some(Trending { variable, way: words(way), other: words(other), record })
+        Some(Compared { variable, way: words(way), other: words(other) })
     }
 
     fn served(&self, need: NeedId) -> Served {
@@ -89,9 +100,10 @@ impl Engine {
             self.settle();
         }
         let now = self.now.unwrap_or(at);
-        snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, now));
+        let compared = self.all_compared(snapshot);
+        snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, &compared, now));
         snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
-        self.recall_trends(&snapshot.trends, now);
+        self.recall_trends(&snapshot.trends, &compared, now);
         self.keep_orders(&snapshot.orders, (now - snapshot.time).max(Span::ZERO), now);
         let mut served: Vec<(NeedId, &Served)> = Vec::new();
         for need in &snapshot.needs {
@@ -112,13 +124,15 @@ impl Engine {
         self.settle_after(true);
     }
 
-    fn recall(&mut self, remembered: &Remembered, now: Time) {
-        let Remembered { subject, record, accusation } = remembered;
+    fn recall(&mut self, remembered: &Remembered, compared: &AllCompared, now: Time) {
+        let Remembered { subject, record, accusation, grounds } = remembered;
         match subject.find(&self.knowledge) {
             Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
                 let cleared = record.cleared.map(|at| at.min(now));
                 self.judge.recall(component, Record { cleared, ..*record });
                 if record.verdict.is_some() {
+                    let grounds = grounds.iter().filter_map(|it| compared.get(it).copied());
+                    self.judge.recall_grounds(component, grounds);
                     self.unheard.extend(signal_of(component));
                     self.accusations.extend(accusation.clone().map(|accusation| (component, accusation)));
                 }
@@ -131,18 +145,18 @@ impl Engine {
         }
     }
 
+    /// The comparisons that are made, by their names; those of a snapshot without any need no names. O(pairs).
+    fn all_compared(&self, snapshot: &Snapshot) -> AllCompared {
+        if snapshot.trends.is_empty() && snapshot.verdicts.iter().all(|it| it.grounds.is_empty()) {
+            return AllCompared::new();
+        }
+        let pairs = self.monitor.residuals().iter().map(|pair| (pair.way, pair.other));
+        pairs.filter_map(|pair| Some((self.compared(pair.0, pair.1)?, pair))).collect()
+    }
+
     /// Ways that are no longer observed, or compared in the other order, begin anew.
-    fn recall_trends(&mut self, trends: &[Trending], now: Time) {
-        let named = |(at, way): (usize, &WatchedWay)| {
-            let variable = self.knowledge.variables()[way.variable()].name.clone();
-            let index = WayIndex(u32::try_from(at).unwrap_or(u32::MAX));
-            ((variable, way.computation.way().describe(&self.knowledge)), index)
-        };
-        let ways: BTreeMap<(String, String), WayIndex> =
-            self.monitor.ways().iter().enumerate().map(named).collect();
-        let find = |variable: &String, way: &String| ways.get(&(variable.clone(), way.clone())).copied();
-        let pair =
-            |it: &Trending| Some(((find(&it.variable, &it.way)?, find(&it.variable, &it.other)?), it.record));
+    fn recall_trends(&mut self, trends: &[Trending], compared: &AllCompared, now: Time) {
+        let pair = |it: &Trending| Some((*compared.get(&it.compared)?, it.record));
         let found: BTreeMap<(WayIndex, WayIndex), TrendRecord> = trends.iter().filter_map(pair).collect();
         self.monitor.recall_trends(&found, now);
     }

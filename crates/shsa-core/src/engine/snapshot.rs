@@ -37,6 +37,19 @@ pub struct Remembered {
     pub record: Record,
     /// The accusation as it was reported, while the component is accused.
     pub accusation: Option<Accusation>,
+    /// The comparisons that have disagreed with the component while it is accused: their agreement clears it.
+    pub grounds: Vec<Compared>,
+}
+
+/// A comparison of two ways of knowing a variable, by names.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Compared {
+    /// The variable.
+    pub variable: String,
+    /// The compared way, in words.
+    pub way: String,
+    /// The other way, in words.
+    pub other: String,
 }
 
 /// An accusation that stands.
@@ -66,12 +79,8 @@ pub struct Missing {
 /// What many comparisons of two ways of knowing a variable have shown.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Trending {
-    /// The variable.
-    pub variable: String,
-    /// The compared way, in words.
-    pub way: String,
-    /// The other way, in words.
-    pub other: String,
+    /// The comparison.
+    pub compared: Compared,
     /// The sums of the trend.
     pub record: TrendRecord,
 }

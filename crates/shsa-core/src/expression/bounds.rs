@@ -57,4 +57,20 @@ impl Formula {
     pub fn has_branches(&self) -> bool {
         self.operation() == EITHER || self.arguments().iter().any(Formula::has_branches)
     }
+
+    /// Whether the present value of a variable is used, and in derivatives alone, which an offset leaves as they are.
+    /// Complexity: O(nodes).
+    #[must_use]
+    pub fn only_differentiates(&self, symbol: Symbol) -> bool {
+        self.occurrences(symbol) > 0 && !self.takes(symbol)
+    }
+
+    /// Whether the present value of a variable is used outside of derivatives.
+    fn takes(&self, symbol: Symbol) -> bool {
+        match self.operation() {
+            Operation::Derivative(_) => false,
+            Operation::Symbol(used) => used == symbol,
+            _ => self.arguments().iter().any(|argument| argument.takes(symbol)),
+        }
+    }
 }

@@ -225,7 +225,7 @@ reasons! {
     // What serves a need instead, or again.
     /// A source takes over.
     "takes-over" TakesOver { source: Candidate = "The source." };
-    /// The sources that would be next.
+    /// The other ready sources, best first. A loss may take some of them, too.
     "next-best" NextBest { sources: Vec<Candidate> = "The best of them." };
     /// No other source is left.
     "nothing-left" NothingLeft;

@@ -67,11 +67,23 @@ impl Findings {
 
     /// Takes in a comparison of two ways. Complexity: O(signals and relations of the ways).
     pub fn compare(&mut self, one: &FaultSignature, other: &FaultSignature) {
+        self.compare_where(one, other, |_| true);
+    }
+
+    /// Takes in a comparison of two ways for those of the components that it shows which are `counted`.
+    pub fn compare_where(
+        &mut self,
+        one: &FaultSignature,
+        other: &FaultSignature,
+        counted: impl Fn(Component) -> bool,
+    ) {
         let (signals, relations) = (one.signals(other), one.relations(other));
-        one.shows(other).iter().for_each(|shown| self.signals[shown].narrow(&signals, &relations));
-        one.shows_relations(other)
-            .iter()
-            .for_each(|shown| self.relations[shown].narrow(&signals, &relations));
+        for shown in one.shows(other).iter().filter(|&shown| counted(Component::Signal(shown))) {
+            self.signals[shown].narrow(&signals, &relations);
+        }
+        for shown in one.shows_relations(other).iter().filter(|&shown| counted(Component::Relation(shown))) {
+            self.relations[shown].narrow(&signals, &relations);
+        }
     }
 
     /// Copies the findings about a measurement to each signal that carries it.

@@ -71,6 +71,13 @@ impl Run {
         self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
     }
 
+    fn restart(&mut self, knowledge: KnowledgeBase, now: i64) {
+        let snapshot = self.engine.snapshot();
+        self.engine = Engine::new(knowledge, Options::default());
+        self.engine.restore(&snapshot, Time(now));
+        self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
+    }
+
     /// Lets time pass as a driver does.
     fn pass(&mut self, until: i64) {
         while let Some(due) = self.engine.next_deadline().filter(|due| due.0 < until) {
@@ -154,11 +161,25 @@ fn members() -> impl Strategy<Value = Vec<Member>> {
 
 /// A minute and a half of the system, with `fault` added to the faulty signal from 30 to 50 s.
 fn run(members: &[Member], liar: usize, fault: f64, max_rate: Option<&str>) -> Run {
+    run_with_restart(members, liar, fault, max_rate, None)
+}
+
+/// The same, with a new engine that goes on from the snapshot of the old one at the step `restart`.
+fn run_with_restart(
+    members: &[Member],
+    liar: usize,
+    fault: f64,
+    max_rate: Option<&str>,
+    restart: Option<usize>,
+) -> Run {
     let described: Vec<_> = members.iter().map(|(_, from, shares)| (from.clone(), shares.clone())).collect();
     let mut run = Run::new(knowledge(&described, max_rate));
     for step in 0..180 {
         let now = step as i64 * PERIOD;
         run.pass(now);
+        if restart == Some(step) {
+            run.restart(knowledge(&described, max_rate), now);
+        }
         for (number, (errs, ..)) in members.iter().enumerate() {
             let is_faulty = number == liar && (60..100).contains(&step);
             run.give(number, now, now, 20.0 + errs.at(number, step) + if is_faulty { fault } else { 0.0 });
@@ -190,6 +211,28 @@ proptest! {
         for number in 0..members.len() {
             let verdict = run.engine.verdict(SignalId::from_index(number));
             prop_assert!(verdict <= Verdict::Healthy, "s{} is {:?} 40 s after the fault", number, verdict);
+        }
+        let (last, quality) = run.last_quality().unwrap();
+        prop_assert_eq!((last >= Time(179 * PERIOD), quality), (true, Quality::Good));
+    }
+
+    #[test]
+    fn a_restart_in_the_middle_fails_no_sound_one_and_all_are_trusted_again(
+        members in members(),
+        liar in 0..4_usize,
+        restart in 58..125_usize,
+        is_limited in any::<bool>(),
+    ) {
+        let liar = liar % members.len();
+        let run = run_with_restart(&members, liar, 6.0, is_limited.then_some("0.5"), Some(restart));
+        let is_told = run.accused().contains(&SignalId::from_index(liar));
+        prop_assert!(is_told, "the liar is not told: {:?}", run.accused());
+        for event in run.events(EventKind::Failed) {
+            prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{:?}", event.because);
+        }
+        for number in 0..members.len() {
+            let verdict = run.engine.verdict(SignalId::from_index(number));
+            prop_assert!(verdict <= Verdict::Healthy, "s{} is {:?} after the fault", number, verdict);
         }
         let (last, quality) = run.last_quality().unwrap();
         prop_assert_eq!((last >= Time(179 * PERIOD), quality), (true, Quality::Good));

@@ -89,7 +89,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("serves-no-more", "the changed model does not serve this from {source} any more"),
     // What serves a need instead, or again.
     ("takes-over", "{source} takes over"),
-    ("next-best", "next would be {sources}"),
+    ("next-best", "also ready: {sources}"),
     ("nothing-left", "nothing else is left"),
     ("model-has-better", "the changed model has a better source"),
     ("better-allowed", "its better source may serve it again by order of the operator"),

@@ -216,6 +216,31 @@ fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
     assert!(!accusations().any(|it| is_told(&it.because)), "the engine tells no words of its own");
 }
 
+/// Earlier versions did not write the comparisons that have disagreed with a component.
+#[test]
+fn the_comparisons_behind_an_accusation_are_kept_and_may_be_absent() {
+    let (knowledge, inputs) = story("01-dead-but-looks-alive");
+    let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
+    let has_grounds = |snapshot: &Snapshot| snapshot.verdicts.iter().any(|it| !it.grounds.is_empty());
+    let accused = inputs.iter().find_map(|input| {
+        stage.give(input);
+        Some(stage.engine.snapshot()).filter(has_grounds)
+    });
+    let accused = accused.expect("somebody is accused");
+    let again = restored(&knowledge, &accused, accused.time).snapshot();
+    let grounds = |snapshot: &Snapshot| -> Vec<_> {
+        snapshot.verdicts.iter().map(|it| (it.subject.clone(), it.grounds.clone())).collect()
+    };
+    assert_eq!(grounds(&again), grounds(&accused));
+
+    let mut state: serde_json::Value = serde_json::from_str(&write_state(&accused)).unwrap();
+    for verdict in state["verdicts"].as_array_mut().unwrap() {
+        verdict.as_object_mut().unwrap().remove("grounds");
+    }
+    let earlier = read_state(&state.to_string()).unwrap();
+    assert!(!has_grounds(&earlier) && earlier.verdicts.len() == accused.verdicts.len());
+}
+
 #[test]
 fn what_a_changed_model_does_not_have_is_told_and_dropped() {
     let (knowledge, inputs) = story("01-dead-but-looks-alive");

@@ -75,6 +75,12 @@ impl Token {
         Ok(Token(text.as_bytes().into()))
     }
 
+    /// The value of the header `Authorization` with this token, for who asks an instance.
+    #[must_use]
+    pub fn bearer(&self) -> String {
+        format!("Bearer {}", String::from_utf8_lossy(&self.0))
+    }
+
     /// Whether a text is the token. The time does not depend on how much of the text is right.
     fn is(&self, text: &str) -> bool {
         self.0.ct_eq(text.as_bytes()).into()

@@ -88,17 +88,19 @@ fn rest(report: &Report<'_>) -> Map<String, Value> {
 
 fn signal(report: &Report<'_>, id: SignalId) -> Value {
     let analysis = report.analysis;
-    let isolable: Vec<&str> = analysis.faults.isolable_from(id).map(|other| report.signal(other)).collect();
-    let relations = analysis.faults.isolable_components_from(Component::Signal(id));
-    let relations: Vec<&str> =
-        relations.filter(|it| matches!(it, Component::Relation(_))).map(|it| report.component(it)).collect();
+    let others = analysis.isolable_from(Component::Signal(id));
+    let (isolable, relations): (Vec<Component>, Vec<Component>) =
+        others.partition(|other| matches!(other, Component::Signal(_)));
+    let named = |of: Vec<Component>| of.into_iter().map(|it| report.component(it)).collect::<Vec<&str>>();
     json!({
         "signal": report.signal(id),
         "variable": report.variable(report.knowledge.signals()[id].variable),
         "detectable": analysis.faults.is_detectable(id),
         "shown_by": analysis.faults.shown_by(id),
-        "isolable_from": isolable,
-        "isolable_from_relations": relations,
+        "isolable_from": named(isolable),
+        "isolable_from_relations": named(relations),
+        "isolable_in_part_from": named(analysis.isolable_in_part_from(Component::Signal(id)).collect()),
+        "in_part": report.in_part(Component::Signal(id)),
         "substitutable": analysis.is_substitutable(id),
         "tolerates": survives(&analysis.signals[id]),
         "exact": analysis.signals[id].exact,
@@ -108,11 +110,12 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
 
 /// A relation is faulty when it does not hold.
 fn relation(report: &Report<'_>, id: RelationId) -> Value {
-    let (faults, told) = (&report.analysis.faults, report.analysis.faults.of_relation(id));
-    let isolable: Vec<&str> = faults
-        .isolable_components_from(Component::Relation(id))
-        .map(|other| report.component(other))
-        .collect();
+    let (analysis, component) = (report.analysis, Component::Relation(id));
+    let told = analysis.faults.of_relation(id);
+    let isolable: Vec<&str> =
+        analysis.isolable_from(component).map(|other| report.component(other)).collect();
+    let in_part: Vec<&str> =
+        analysis.isolable_in_part_from(component).map(|other| report.component(other)).collect();
     let prior = report.knowledge.relations()[id].properties.prior();
     json!({
         "relation": report.component(Component::Relation(id)),
@@ -120,6 +123,8 @@ fn relation(report: &Report<'_>, id: RelationId) -> Value {
         "detectable": told.shown_by > 0,
         "shown_by": told.shown_by,
         "isolable_from": isolable,
+        "isolable_in_part_from": in_part,
+        "in_part": report.in_part(component),
     })
 }
 

@@ -83,8 +83,11 @@ fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
             format!("{} show a fault in {fault}.", count())
                 .replace("1 comparison show", "1 comparison shows"),
         )
-    } else if told.is_isolable_from(column) {
+    } else if report.analysis.is_isolable_from(row, column) {
         ("told", "", format!("A fault in {fault} is told from one in {other}."))
+    } else if told.is_isolable_from(column) {
+        let why = report.in_part(row).join("; ");
+        ("same", "\u{d7}", format!("A fault in {fault} is told from one in {other} only in part: {why}."))
     } else {
         let through = format!("{} that show it rest on {other}, too", all(&count()));
         ("same", "\u{d7}", format!("A fault in {fault} is also explained by {other}: {through}."))

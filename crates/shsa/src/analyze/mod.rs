@@ -3,6 +3,7 @@
 mod figures;
 mod naming;
 mod names;
+mod partly;
 mod text;
 mod json;
 mod matrix;

@@ -139,15 +139,18 @@ fn signals(report: &Report<'_>) -> String {
 fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
     let analysis = report.analysis;
     let others = report.knowledge.signals().len() - 1;
-    let told = analysis.faults.isolable_from(signal).count();
-    let class = if told == others { "yes" } else { "no" };
+    let is_signal = |other: &Component| matches!(other, Component::Signal(_));
+    let component = Component::Signal(signal);
+    let class =
+        if analysis.isolable_from(component).filter(is_signal).count() == others { "yes" } else { "no" };
     let lost: Vec<String> = report.needs_lost(signal).into_iter().map(escaped).collect();
     format!(
-        "<tr><td class=\"name\">{name}</td><td>{variable}</td><td>{shown}</td><td class=\"{class}\">{told} of {others}</td>\
+        "<tr><td class=\"name\">{name}</td><td>{variable}</td><td>{shown}</td><td class=\"{class}\">{isolable}</td>\
          <td>{replaced}</td><td>{survives}</td><td class=\"no\">{lost}</td></tr>\n",
         name = escaped(report.signal(signal)),
         variable = escaped(report.variable(report.knowledge.signals()[signal].variable)),
         shown = shown(report, signal),
+        isolable = report.isolable(component, is_signal, others),
         replaced = yes(analysis.is_substitutable(signal)),
         survives = losses(&analysis.signals[signal]),
         lost = lost.join(", "),
@@ -155,17 +158,17 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> String {
 }
 
 fn relations(report: &Report<'_>) -> String {
-    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    let knowledge = report.knowledge;
     let others = (knowledge.signals().len() + knowledge.relations().len()).saturating_sub(1);
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.isolable_components_from(component).count();
-        let class = if told == others { "yes" } else { "no" };
+        let class = if report.analysis.isolable_from(component).count() == others { "yes" } else { "no" };
         format!(
-            "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td><td class=\"{class}\">{told} of {others}</td></tr>\n",
+            "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td><td class=\"{class}\">{}</td></tr>\n",
             escaped(report.component(component)),
             escaped(&knowledge.relations()[relation].text),
-            yes(faults.of_relation(relation).shown_by > 0),
+            detectable(report, component),
+            report.isolable(component, |_| true, others),
         )
     };
     let rows: Vec<String> = knowledge.relations().ids().map(row).collect();
@@ -179,6 +182,13 @@ fn gaps(report: &Report<'_>) -> String {
 
 fn yes(is: bool) -> &'static str {
     if is { "<span class=\"yes\">\u{2713} yes</span>" } else { "<span class=\"no\">\u{2717} no</span>" }
+}
+
+fn detectable(report: &Report<'_>, component: Component) -> &'static str {
+    match report.detectable(component) {
+        "in part" => "<span class=\"no\">in part</span>",
+        told => yes(told == "yes"),
+    }
 }
 
 /// Whether a fault is detectable, and by which comparisons.
@@ -198,10 +208,8 @@ fn shown(report: &Report<'_>, signal: SignalId) -> String {
     if count > MOST_LISTED {
         let _ = write!(items, "<li>and {} more</li>", count - MOST_LISTED);
     }
-    let by = counted(count, "comparison");
-    format!(
-        "<details><summary><span class=\"yes\">\u{2713} yes</span>, by {by}</summary><ul>{items}</ul></details>"
-    )
+    let (is, by) = (detectable(report, Component::Signal(signal)), counted(count, "comparison"));
+    format!("<details><summary>{is}, by {by}</summary><ul>{items}</ul></details>")
 }
 
 fn comparison(report: &Report<'_>, pair: Comparison) -> String {

@@ -21,6 +21,7 @@ pub(super) fn text(report: &Report<'_>) -> String {
         relations(report),
         needs(report),
         weaknesses(report),
+        partly(report),
         gaps(report),
         additions(report),
         watched(report),
@@ -69,12 +70,13 @@ fn fused<'r>(report: &'r Report<'_>, fusion: &'r Fusion) -> impl Iterator<Item =
 fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
     let analysis = report.analysis;
     let others = report.knowledge.signals().len() - 1;
-    let told = analysis.faults.isolable_from(signal).count();
+    let component = Component::Signal(signal);
+    let is_signal = |other: &Component| matches!(other, Component::Signal(_));
     vec![
         report.signal(signal).to_owned(),
         report.variable(report.knowledge.signals()[signal].variable).to_owned(),
-        yes(analysis.faults.is_detectable(signal)),
-        format!("{told} of {others}"),
+        detectable(report, component),
+        report.isolable(component, is_signal, others),
         yes(analysis.is_substitutable(signal)),
         losses(&analysis.signals[signal]),
         report.needs_lost(signal).join(", "),
@@ -83,18 +85,17 @@ fn signal_row(report: &Report<'_>, signal: SignalId) -> Vec<String> {
 
 /// Relations with their faults: a relation is faulty when it does not hold.
 fn relations(report: &Report<'_>) -> String {
-    let (knowledge, faults) = (report.knowledge, &report.analysis.faults);
+    let knowledge = report.knowledge;
     if knowledge.relations().is_empty() {
         return String::new();
     }
     let others = knowledge.signals().len() + knowledge.relations().len() - 1;
     let row = |relation: RelationId| {
         let component = Component::Relation(relation);
-        let told = faults.isolable_components_from(component).count();
         vec![
             report.component(component).to_owned(),
-            yes(faults.of_relation(relation).shown_by > 0),
-            format!("{told} of {others}"),
+            detectable(report, component),
+            report.isolable(component, |_| true, others),
         ]
     };
     show::table(&["relation", "detectable", "isolable"], knowledge.relations().ids().map(row).collect())
@@ -112,6 +113,24 @@ fn gaps(report: &Report<'_>) -> String {
         told.push(show::wrapped(&format!("and {more} more reasons (--json)"), 2));
     }
     let head = show::paint(Paint::Bold, "Faults that the structure would tell and no comparison does:");
+    format!("{head}\n{}", told.join("\n"))
+}
+
+fn detectable(report: &Report<'_>, component: Component) -> String {
+    match report.detectable(component) {
+        "in part" => show::paint(Paint::Yellow, "in part"),
+        told => yes(told == "yes"),
+    }
+}
+
+/// Faults that comparisons show or isolate only in part, with the reasons.
+fn partly(report: &Report<'_>) -> String {
+    let lines = report.partly();
+    if lines.is_empty() {
+        return String::new();
+    }
+    let told: Vec<String> = lines.iter().map(|line| show::wrapped(line, 2)).collect();
+    let head = show::paint(Paint::Bold, "Faults that comparisons show only in part:");
     format!("{head}\n{}", told.join("\n"))
 }
 

@@ -1,7 +1,6 @@
 //! The room drawn with characters: two rows of the room in one line of text.
 
-use super::robot::Robot;
-use super::room::{Point, Room};
+use shsa_demo::rover::{Point, Robot, Room};
 
 /// The kind of a text, which determines its colour.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -91,8 +90,8 @@ pub(super) fn draw_robot(map: &mut [Vec<Cell>], robot: &Robot, ink: Ink) {
 
 #[cfg(test)]
 mod tests {
-    use super::super::room::Pose;
     use super::*;
+    use shsa_demo::rover::Pose;
 
     #[test]
     fn a_place_is_drawn_where_it_is() {

@@ -1,16 +1,15 @@
 //! The output: events line by line, and on a terminal a live picture below them.
 
-use super::avoidance::{Mode, stop_distance};
-use super::healer::{Decision, NEED};
 use super::map::{self, Cell, Ink, MAP_HEIGHT, MAP_WIDTH};
-use super::robot::Robot;
-use super::room::{Point, Room};
-use super::sensors::{BEAMS, DEPTH, LIDAR, ODOMETRY, SONAR, directions, nearest_seen};
 use crate::show::colour;
 use shsa_bridge::Message;
 use shsa_core::engine::EventKind;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_demo::rover::{
+    DEPTH, Decision, LIDAR, Mode, NEED, ODOMETRY, Point, SONAR, View, lidar_angles, lower_bound,
+    nearest_seen, stop_distance,
+};
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, IsTerminal, Write};
 use terminal_size::{Height, Width, terminal_size};
@@ -23,18 +22,6 @@ const BAR_RANGE: f64 = 3.2;
 const BAR_LENGTH: usize = 10;
 /// The size of terminal that the picture needs: columns, rows.
 const NEEDED: (u16, u16) = (80, MAP_HEIGHT as u16 + 4);
-
-/// The content of the picture besides the messages.
-pub(super) struct View<'a> {
-    pub(super) now: Time,
-    pub(super) room: &'a Room,
-    pub(super) robot: &'a Robot,
-    pub(super) mode: Mode,
-    pub(super) true_dmin: f64,
-    pub(super) collisions: u32,
-    /// The source of `dmin`.
-    pub(super) source: String,
-}
 
 /// The displayed state of a signal.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -167,7 +154,7 @@ impl Screen {
         let mut cells = map::furniture(view.room);
         map::draw_trail(&mut cells, self.trail.iter());
         if let Some(RawValue::Vector(scan)) = self.fresh(LIDAR, view.now).and_then(Message::value) {
-            map::draw_echoes(&mut cells, view.robot, directions(BEAMS).zip(scan.iter().copied()));
+            map::draw_echoes(&mut cells, view.robot, lidar_angles().zip(scan.iter().copied()));
         }
         map::draw_robot(&mut cells, view.robot, mode_words(view.mode).1);
         cells
@@ -242,14 +229,6 @@ impl Screen {
     fn paint_cells(&self, cells: &[Cell]) -> String {
         let same = cells.chunk_by(|a, b| a.1 == b.1);
         same.map(|run| self.paint(&run.iter().map(|cell| cell.0).collect::<String>(), run[0].1)).collect()
-    }
-}
-
-/// The bound of a published `dmin` on the safe side; `None` for a list.
-pub(super) fn lower_bound(value: &RawValue) -> Option<f64> {
-    match *value {
-        RawValue::Number(dmin) | RawValue::Interval { lo: dmin, .. } => Some(dmin),
-        RawValue::Vector(_) => None,
     }
 }
 

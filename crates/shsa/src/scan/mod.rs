@@ -10,7 +10,7 @@ pub(crate) mod text;
 
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;
-use crate::{demo, show};
+use crate::show;
 use heard::Heard;
 use matched::Matched;
 use shsa_bridge::Address;
@@ -72,7 +72,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let stop = Arc::new(AtomicBool::new(false));
     if arguments.bus.bus == Address::Memory {
         show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
-        demo::simulate(&memory, &stop)?;
+        shsa_demo::rover::simulate(&memory, &stop)?;
     }
     let duration = Duration::from_nanos(arguments.duration.0.unsigned_abs());
     let mut scan = Scan {

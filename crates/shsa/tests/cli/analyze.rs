@@ -40,13 +40,13 @@ fn the_tank_as_json() {
     let level = json!({
         "signal": "/level", "variable": "level", "detectable": true, "shown_by": 2,
         "isolable_from": ["/pressure", "/volume"], "isolable_from_relations": ["hydrostatic", "cylinder"], "substitutable": true, "tolerates": 2, "exact": true,
-        "needs_lost": [],
+        "isolable_in_part_from": [], "in_part": [], "needs_lost": [],
     });
     assert_eq!(answer["signals"][0], level);
     // A component that is in every comparison of the relation cannot be told from it.
     let hydrostatic = json!({
         "relation": "hydrostatic", "prior": null, "detectable": true, "shown_by": 2,
-        "isolable_from": ["/level", "/volume", "cylinder"],
+        "isolable_from": ["/level", "/volume", "cylinder"], "isolable_in_part_from": [], "in_part": [],
     });
     assert_eq!(answer["relations"][0], hydrostatic);
     let need = json!({
@@ -361,4 +361,19 @@ needs: { x: { max_age: 1 s } }
     let part = folder.json("analyze three.yaml --signals 2", 0);
     assert_eq!((&part["left_out"], of_signals(&part, "signal")), (&json!(1), vec![&json!("a"), &json!("b")]));
     assert_eq!(part["needs"][0]["survives"], 1);
+}
+
+#[test]
+fn squares_and_derivatives_show_a_fault_only_in_part() {
+    let folder = Folder::new();
+    let model = "shsa: 1\nvariables: { v: {}, z: {}, x: {}, r: {} }\nrelations:\n  square: { equation: \"z = v^2\" }\n  \
+                 rate: { equation: \"r = derivative(x, 1 s)\", for: r }\nsignals:\n  /v: { variable: v, rate: 1 Hz }\n  \
+                 /z: { variable: z, rate: 1 Hz }\n  /x: { variable: x, rate: 9 Hz }\n  /r: { variable: r, rate: 1 Hz }\n";
+    folder.write("m.yaml", model);
+    let answer = folder.json("analyze m.yaml", 0);
+    let square = "square has several solutions: it hides a fault that leads to another one of them";
+    let rate = "rate takes only a derivative: it shows a change, and an offset only for the window of the derivative";
+    let in_part = [json!([square]), json!([]), json!([rate]), json!([])];
+    assert_eq!(of_signals(&answer, "in_part"), in_part.iter().collect::<Vec<_>>());
+    assert!(of_signals(&answer, "detectable").iter().all(|detectable| **detectable == json!(true)));
 }

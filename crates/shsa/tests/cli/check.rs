@@ -152,3 +152,21 @@ fn a_need_that_nothing_meets_is_told_beforehand() {
     );
     assert!(told.contains("the need /safe demands") && !told.contains("/all"), "{told}");
 }
+
+#[test]
+fn an_input_that_stands_without_a_limit_is_told() {
+    let model = |voltage: &str| {
+        format!(
+            "shsa: 1\nvariables: {{ power: {{ unit: W }}, voltage: {{ unit: V{voltage} }}, current: {{ unit: A }} }}\n\
+             relations:\n  ohm: {{ equation: power = voltage * current }}\nsignals:\n  /p: {{ variable: power, rate: 10 Hz }}\n  \
+             /u: {{ variable: voltage, rate: 1 Hz }}\n  /i: {{ variable: current, rate: 10 Hz }}\nneeds: {{ power: {{ max_age: 1 s }} }}\n"
+        )
+    };
+    let folder = Folder::new();
+    folder.write("m.yaml", model(""));
+    let told = folder.ends("check m.yaml", 0).stdout;
+    let words = "warning: substitutes of power hold /u between two values as if nothing changed: give voltage a `max_rate`";
+    assert!(told.starts_with(words), "{told}");
+    folder.write("m.yaml", model(", max_rate: 2 V/s"));
+    assert!(!folder.ends("check m.yaml", 0).stdout.contains("warning"));
+}

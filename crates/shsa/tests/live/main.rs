@@ -27,4 +27,5 @@ mod reference;
 mod roles;
 mod service_manager;
 mod takeover;
+mod top;
 mod upgrade;

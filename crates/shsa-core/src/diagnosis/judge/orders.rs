@@ -1,11 +1,12 @@
 //! What operators order about components (forbid, allow, clear), and the records that outlast a restart.
 
-use super::{Component, ComponentState, Judge, Verdict};
+use super::{Component, ComponentState, Ground, Judge, Verdict};
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId};
-use crate::monitor::rests_on;
+use crate::monitor::{WayIndex, rests_on};
 use crate::substitution::Way;
 use crate::time::Time;
+use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
 /// The stored verdict on a signal or relation, with what the evidence alone would not give again after a restart.
@@ -124,5 +125,22 @@ impl Judge {
     pub fn recall(&mut self, component: Component, record: Record) {
         let record = Record { relapses: record.relapses.min(super::MOST_RELAPSES), ..record };
         self.put(component, ComponentState { record, ..ComponentState::default() });
+    }
+
+    /// The comparisons that have disagreed with an accused component, by their two ways; none for any other.
+    pub fn grounds_of(&self, component: Component) -> impl Iterator<Item = (WayIndex, WayIndex)> + '_ {
+        self.grounds.get(&component).into_iter().flatten().copied()
+    }
+
+    /// Restores the comparisons that have disagreed with an accused component before a restart.
+    pub fn recall_grounds(
+        &mut self,
+        component: Component,
+        grounds: impl Iterator<Item = (WayIndex, WayIndex)>,
+    ) {
+        let grounds: BTreeSet<Ground> = grounds.collect();
+        if self.accuses(component) && !grounds.is_empty() {
+            self.grounds.insert(component, grounds);
+        }
     }
 }

@@ -12,21 +12,24 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 
 /// Half of the field of view of every sensor, radians.
-pub(super) const HALF_FIELD: f64 = 60.0 * std::f64::consts::PI / 180.0;
+const HALF_FIELD: f64 = 60.0 * std::f64::consts::PI / 180.0;
 
-/// The topics, as in the model.
-pub(super) const LIDAR: &str = "/lidar/scan";
-pub(super) const SONAR: &str = "/sonar/ranges";
-pub(super) const DEPTH: &str = "/depth/image";
-pub(super) const ODOMETRY: &str = "/odom/speed";
+/// The topic of the lidar, as in the model: distances of 121 beams in metres, 10 Hz.
+pub const LIDAR: &str = "/lidar/scan";
+/// The topic of the sonar ring: distances of 12 cones in metres, 12.5 Hz.
+pub const SONAR: &str = "/sonar/ranges";
+/// The topic of the depth camera: an image of 5 rows of 96 distances in metres, 15 Hz.
+pub const DEPTH: &str = "/depth/image";
+/// The topic of the odometry: the speed in m/s, 20 Hz.
+pub const ODOMETRY: &str = "/odom/speed";
 
 /// Beams of the lidar: one a degree.
-pub(super) const BEAMS: usize = 121;
+const BEAMS: usize = 121;
 /// Cones of the sonar ring: 10 degrees each, without gaps.
 const CONES: usize = 12;
 /// Columns and rows of the depth image; the middle row is the horizontal one.
-pub(super) const COLUMNS: usize = 96;
-pub(super) const ROWS: usize = 5;
+const COLUMNS: usize = 96;
+const ROWS: usize = 5;
 /// The angle between two rows of the depth image, radians.
 const ROW_STEP: f64 = 8.0 * std::f64::consts::PI / 180.0;
 /// The height of the depth camera above the floor, which its lower rows see, metres.
@@ -111,8 +114,13 @@ fn bell(random: &mut ChaCha8Rng) -> f64 {
     (0..3).map(|_| random.random_range(-1.0..=1.0)).sum::<f64>() / 3.0
 }
 
+/// The angle of each beam of the lidar from the heading, radians, from the right to the left.
+pub fn lidar_angles() -> impl Iterator<Item = f64> {
+    directions(BEAMS)
+}
+
 /// `count` directions over the field, both edges included.
-pub(super) fn directions(count: usize) -> impl Iterator<Item = f64> {
+fn directions(count: usize) -> impl Iterator<Item = f64> {
     (0..count).map(move |index| HALF_FIELD * (2.0 * index as f64 / (count - 1) as f64 - 1.0))
 }
 
@@ -143,8 +151,10 @@ fn speed(_: &Room, robot: &Robot) -> Vec<f64> {
     vec![robot.speed]
 }
 
-/// The smallest distance that a sensor reports, by the relations of the model; `None` for other topics.
-pub(super) fn nearest_seen(topic: &str, value: &RawValue) -> Option<f64> {
+/// The smallest distance that a sensor reports, metres, by the relations of the model; `None` for other topics and for what is no
+/// list.
+#[must_use]
+pub fn nearest_seen(topic: &str, value: &RawValue) -> Option<f64> {
     let RawValue::Vector(values) = value else { return None };
     let seen = match topic {
         LIDAR | SONAR => &values[..],

@@ -6,7 +6,7 @@ use shsa_core::time::{Span, Time};
 
 /// The kind of a signal's fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum FaultKind {
+pub enum FaultKind {
     /// Nothing comes.
     Silent,
     /// Messages arrive on time and in the right form, but every distance is this one, metres.
@@ -15,34 +15,40 @@ pub(super) enum FaultKind {
 
 /// A fault of a signal for some time.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Fault {
-    pub(super) topic: &'static str,
-    pub(super) kind: FaultKind,
-    pub(super) from: Time,
-    pub(super) to: Time,
+pub struct Fault {
+    /// The topic of the signal.
+    pub topic: &'static str,
+    /// What is wrong.
+    pub kind: FaultKind,
+    /// The beginning, within each minute.
+    pub from: Time,
+    /// The end, which is no longer faulty.
+    pub to: Time,
 }
 
 /// The period after which all faults are repeated.
-pub(super) const CYCLE: Span = Span::from_millis(60_000);
-
-/// The lidar breaks down and recovers; later it is spoofed until the cycle ends.
-pub(super) fn schedule() -> Vec<Fault> {
-    let lidar = |kind, from: f64, to: f64| Fault {
-        topic: LIDAR,
-        kind,
-        from: Time::from_seconds(from),
-        to: Time::from_seconds(to),
-    };
-    vec![lidar(FaultKind::Silent, 12.0, 24.0), lidar(FaultKind::Spoofed(3.0), 36.0, 60.0)]
-}
+const CYCLE: Span = Span::from_millis(60_000);
 
 impl Fault {
+    /// The faults of the demonstration: the lidar breaks down and recovers; later it is spoofed until the minute ends.
+    #[must_use]
+    pub fn schedule() -> Vec<Fault> {
+        let lidar = |kind, from: f64, to: f64| Fault {
+            topic: LIDAR,
+            kind,
+            from: Time::from_seconds(from),
+            to: Time::from_seconds(to),
+        };
+        vec![lidar(FaultKind::Silent, 12.0, 24.0), lidar(FaultKind::Spoofed(3.0), 36.0, 60.0)]
+    }
+
     pub(super) fn is_active(&self, now: Time) -> bool {
         (self.from..self.to).contains(&Time(now.0 % CYCLE.0))
     }
 
-    /// The fault in the notation of the command line.
-    pub(super) fn name(&self) -> String {
+    /// The fault in the notation of the command line: `drop:/lidar/scan@12s..24s`.
+    #[must_use]
+    pub fn name(&self) -> String {
         let kind = match self.kind {
             FaultKind::Silent => "drop".to_string(),
             FaultKind::Spoofed(distance) => format!("spoof={distance}"),
@@ -51,8 +57,9 @@ impl Fault {
         format!("{kind}:{}@{}s..{}s", self.topic, seconds(self.from), seconds(self.to))
     }
 
-    /// A description of the effect.
-    pub(super) fn describe(&self) -> String {
+    /// A description of the effect, as a sentence.
+    #[must_use]
+    pub fn describe(&self) -> String {
         match self.kind {
             FaultKind::Silent => format!("{} breaks down: it says nothing any more", self.topic),
             FaultKind::Spoofed(distance) => {
@@ -82,7 +89,10 @@ mod tests {
     fn faulty(seconds: f64) -> Option<RawValue> {
         let stamp = Time::from_seconds(seconds);
         let sample = Sample { topic: LIDAR, stamp, arrival: stamp, value: RawValue::Vector(vec![1.0, 2.0]) };
-        schedule().iter().try_fold(sample, |sample, fault| fault.apply(sample)).map(|sample| sample.value)
+        Fault::schedule()
+            .iter()
+            .try_fold(sample, |sample, fault| fault.apply(sample))
+            .map(|sample| sample.value)
     }
 
     #[test]
@@ -96,7 +106,7 @@ mod tests {
 
     #[test]
     fn names_are_in_the_syntax_of_the_command_line() {
-        let names: Vec<String> = schedule().iter().map(Fault::name).collect();
+        let names: Vec<String> = Fault::schedule().iter().map(Fault::name).collect();
         assert_eq!(names, ["drop:/lidar/scan@12s..24s", "spoof=3:/lidar/scan@36s..60s"]);
     }
 }

@@ -13,16 +13,17 @@ pub(super) struct Command {
 
 /// Pose and motion.
 #[derive(Clone, Debug)]
-pub(super) struct Robot {
-    pub(super) pose: Pose,
+pub struct Robot {
+    /// The middle of the body, and where it looks.
+    pub pose: Pose,
     /// Speed in m/s along the heading.
-    pub(super) speed: f64,
+    pub speed: f64,
     touching: bool,
 }
 
 impl Robot {
     /// Radius of the body, metres.
-    pub(super) const RADIUS: f64 = 0.2;
+    pub const RADIUS: f64 = 0.2;
     /// The largest acceleration, m/s^2.
     const ACCELERATION: f64 = 0.5;
     /// The largest deceleration, m/s^2.
@@ -32,7 +33,8 @@ impl Robot {
     const LETS_GO: f64 = 0.02;
 
     /// A robot at rest.
-    pub(super) fn at(pose: Pose) -> Robot {
+    #[must_use]
+    pub fn at(pose: Pose) -> Robot {
         Robot { pose, speed: 0.0, touching: false }
     }
 
@@ -56,7 +58,8 @@ impl Robot {
     }
 
     /// Metres between the body and the nearest obstacle.
-    pub(super) fn clearance(&self, room: &Room) -> f64 {
+    #[must_use]
+    pub fn clearance(&self, room: &Room) -> f64 {
         room.clearance(self.pose.at) - Self::RADIUS
     }
 }

@@ -1,7 +1,7 @@
 //! The score: the results of the run, measured against the truth, which only the simulator knows.
 
 use super::faults::Fault;
-use super::healer::Decision;
+use super::provider::{Decision, Provision};
 use serde_json::{Value, json};
 use shsa_core::engine::EventKind;
 use shsa_core::time::{Span, Time};
@@ -39,9 +39,9 @@ pub(super) struct FaultScore {
     pub(super) healed_error: Option<f64>,
 }
 
-/// All results of the summary.
+/// The results of a trial. `Display` writes them as a table with a row for each fault.
 #[derive(Clone, Debug)]
-pub(super) struct Score {
+pub struct Score {
     pub(super) faults: Vec<FaultScore>,
     pub(super) overall: Tally,
     /// Smallest distance between body and obstacle, metres.
@@ -151,8 +151,16 @@ impl Score {
         at.map_or(f64::NAN, |&(_, dmin)| dmin)
     }
 
-    /// The summary as one JSON object.
-    pub(super) fn json(&self, seed: u64, with_shsa: bool) -> Value {
+    /// How often the robot ran into something.
+    #[must_use]
+    pub fn collisions(&self) -> u32 {
+        self.overall.collisions
+    }
+
+    /// The results as one JSON object, for the seed and the provision of the trial: times in seconds, distances in metres, `null`
+    /// for what did not happen.
+    #[must_use]
+    pub fn json(&self, seed: u64, provision: Provision) -> Value {
         let fault = |score: &FaultScore| {
             json!({
                 "fault": score.fault.name(),
@@ -166,7 +174,7 @@ impl Score {
         };
         json!({
             "seed": seed,
-            "with_shsa": with_shsa,
+            "with_shsa": provision == Provision::Healed,
             "duration_s": seconds(self.now - Time(0)),
             "faults": self.faults.iter().map(fault).collect::<Vec<_>>(),
             "worst_error_m": self.overall.worst_error.map(millimetres),
@@ -233,7 +241,6 @@ fn metres(error: Option<f64>) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::super::faults::schedule;
     use super::*;
 
     fn at(seconds: f64) -> Time {
@@ -255,7 +262,7 @@ mod tests {
     /// Checks when the first fault was detected and healed, and the false alarms; each decision is followed by a `dmin`.
     #[track_caller]
     fn check(decisions: &[Decision], expected: &str) {
-        let mut score = Score::new(&schedule());
+        let mut score = Score::new(&Fault::schedule());
         for decision in decisions {
             score.decided(decision);
             score.truth(decision.time + Span::from_millis(250), 1.0);
@@ -291,7 +298,7 @@ mod tests {
 
     #[test]
     fn errors_are_those_at_the_time_stamp_and_gaps_belong_to_the_fault() {
-        let mut score = Score::new(&schedule());
+        let mut score = Score::new(&Fault::schedule());
         for (seconds, truth, published) in [(11.0, 1.0, 1.5), (11.5, 2.0, 1.0), (13.0, 3.0, 2.25)] {
             score.truth(at(seconds), truth);
             score.moved(0.25, 0.5);

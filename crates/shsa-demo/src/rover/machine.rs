@@ -1,14 +1,14 @@
 //! The machine and its surroundings: `room -> sensors -> faults -> bus`, and `bus -> avoidance -> robot -> room`.
 //!
-//! It gets only the messages of the bus from the healer, under the name of the need.
+//! It gets only the messages of the bus from what computes `dmin`, under the name of the need.
 
 use super::avoidance::{Avoidance, Mode};
-use super::faults::{self, Fault};
-use super::healer::NEED;
+use super::faults::Fault;
+use super::provider::{NEED, lower_bound};
 use super::robot::Robot;
 use super::room::{Point, Pose, Room};
-use super::screen::lower_bound;
 use super::sensors::{self, Sample, Sensor};
+use crate::DemoError;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
@@ -23,7 +23,7 @@ const CONTROL: Span = Span::from_millis(20);
 pub(super) const INBOX: usize = 64;
 
 /// A robot in a room.
-pub(super) struct World {
+pub(super) struct Machine {
     pub(super) room: Room,
     pub(super) robot: Robot,
     pub(super) avoidance: Avoidance,
@@ -47,20 +47,20 @@ pub(super) struct Moved {
     pub(super) driven: f64,
 }
 
-impl World {
-    /// A world with a start, noise and turns of its own for each seed. It begins at the present time of the bus's clock.
+impl Machine {
+    /// A machine with a start, noise and turns of its own for each seed. It begins at the present time of the bus's clock.
     ///
     /// # Errors
     /// Errors of the bus.
-    pub(super) fn new(seed: u64, bus: &MemoryBus) -> anyhow::Result<World> {
+    pub(super) fn new(seed: u64, bus: &MemoryBus) -> Result<Machine, DemoError> {
         let mut avoidance_port = bus.join(INBOX);
         avoidance_port.subscribe(NEED, None)?;
         let room = Room::furnished();
-        Ok(World {
+        Ok(Machine {
             robot: Robot::at(start(seed, &room)),
             room,
             avoidance: Avoidance::new(seed),
-            faults: faults::schedule(),
+            faults: Fault::schedule(),
             origin: bus.clock().now(),
             sensors: sensors::all(seed),
             flying: Vec::new(),
@@ -78,7 +78,7 @@ impl World {
     ///
     /// # Errors
     /// Errors of the bus.
-    pub(super) fn sense(&mut self, now: Time) -> anyhow::Result<()> {
+    pub(super) fn sense(&mut self, now: Time) -> Result<(), DemoError> {
         for sensor in &mut self.sensors {
             let sample = sensor.sample(now, &self.room, &self.robot);
             let through =

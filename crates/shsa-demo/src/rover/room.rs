@@ -2,14 +2,17 @@
 
 /// A point in the room, metres from the lower left corner.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Point {
-    pub(super) x: f64,
-    pub(super) y: f64,
+pub struct Point {
+    /// Metres to the right.
+    pub x: f64,
+    /// Metres upwards.
+    pub y: f64,
 }
 
 impl Point {
     /// The point moved by `distance` metres into `direction` (radians, counter-clockwise from x).
-    pub(super) fn ahead(self, direction: f64, distance: f64) -> Point {
+    #[must_use]
+    pub fn ahead(self, direction: f64, distance: f64) -> Point {
         Point { x: self.x + distance * direction.cos(), y: self.y + distance * direction.sin() }
     }
 
@@ -44,10 +47,11 @@ impl Point {
 
 /// A position and a heading.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) struct Pose {
-    pub(super) at: Point,
+pub struct Pose {
+    /// The position.
+    pub at: Point,
     /// The heading in radians, counter-clockwise from x.
-    pub(super) heading: f64,
+    pub heading: f64,
 }
 
 impl Pose {
@@ -65,7 +69,7 @@ enum Surface {
 
 /// All obstacles. A surface is seen from its free side.
 #[derive(Clone, Debug)]
-pub(super) struct Room {
+pub struct Room {
     pub(super) width: f64,
     pub(super) height: f64,
     surfaces: Vec<Surface>,
@@ -75,7 +79,8 @@ pub(super) struct Room {
 impl Room {
     /// The room of the demonstration: 7.2 m by 5.1 m, three boxes and two pillars. It is so small that every sensor can reach the
     /// nearest obstacle from everywhere.
-    pub(super) fn furnished() -> Room {
+    #[must_use]
+    pub fn furnished() -> Room {
         let mut room = Room { width: 7.2, height: 5.1, surfaces: Vec::new(), boxes: Vec::new() };
         room.add_outline(Point { x: 0.0, y: 0.0 }, Point { x: 7.2, y: 5.1 });
         for (x, y, width, height) in [(1.05, 3.3, 0.9, 0.6), (4.5, 0.9, 1.05, 0.6), (2.1, 0.0, 0.75, 0.6)] {
@@ -97,7 +102,8 @@ impl Room {
     }
 
     /// Whether there is a wall or an obstacle at `place`.
-    pub(super) fn is_solid(&self, place: Point) -> bool {
+    #[must_use]
+    pub fn is_solid(&self, place: Point) -> bool {
         let inside = |(low, high): &(Point, Point)| {
             (low.x..=high.x).contains(&place.x) && (low.y..=high.y).contains(&place.y)
         };

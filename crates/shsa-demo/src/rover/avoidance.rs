@@ -9,7 +9,7 @@ use shsa_core::time::{Span, Time};
 
 /// The activity of the controller.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Mode {
+pub enum Mode {
     /// There is no fresh `dmin`: stands still, which is safe and useless.
     Blind,
     /// Drives.
@@ -45,7 +45,8 @@ const MARGIN: f64 = 0.12;
 const MAX_AGE: Span = Span::from_millis(500);
 
 /// The smallest `dmin` at which driving on at `speed` m/s is safe, metres from the middle of the robot.
-pub(super) fn stop_distance(speed: f64) -> f64 {
+#[must_use]
+pub fn stop_distance(speed: f64) -> f64 {
     Robot::RADIUS + MARGIN + speed * REACTION + speed * speed / (2.0 * Robot::DECELERATION)
 }
 

@@ -1,7 +1,7 @@
-//! The healer: the engine over the model of the rover.
+//! `dmin` from whatever can be trusted: the engine over the model of the rover.
 
-use super::healer::{Decision, Gift, Healer};
-use anyhow::ensure;
+use super::provider::{Decision, Provided, Provider};
+use crate::DemoError;
 use shsa_bridge::Message;
 use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::knowledge::SignalId;
@@ -20,24 +20,26 @@ const MODEL: &str = include_str!("../../models/rover.yaml");
 const DEBOUNCE: Debounce = Debounce { span: Span::from_millis(250), least: 4, share: 0.75 };
 
 /// Feeds the engine from the bus.
-pub(super) struct EngineNode {
+pub(super) struct HealedNode {
     engine: Engine,
     /// The signal that each topic carries.
     signals: BTreeMap<String, SignalId>,
 }
 
-impl EngineNode {
+impl HealedNode {
     /// # Errors
     /// When the model is invalid, which a test excludes.
-    pub(super) fn new() -> anyhow::Result<EngineNode> {
+    pub(super) fn new() -> Result<HealedNode, DemoError> {
         let loaded = shsa_format::model::load(MODEL, "models/rover.yaml");
-        ensure!(loaded.report.ok(), "{}", loaded.report.render(false));
+        if !loaded.report.ok() {
+            return Err(DemoError::Model(loaded.report.render(false)));
+        }
         let topic = |source: &str| split_topic(source).0.to_owned();
         let signals = loaded.knowledge.signals().enumerate();
         let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
         let monitor = monitor::Options { debounce: DEBOUNCE, ..monitor::Options::default() };
         let options = Options { monitor, ..Options::default() };
-        Ok(EngineNode { engine: shsa_estimate::node::engine(loaded.knowledge, options), signals })
+        Ok(HealedNode { engine: shsa_estimate::node::engine(loaded.knowledge, options), signals })
     }
 
     fn decision(&self, event: Event) -> Decision {
@@ -53,7 +55,7 @@ impl EngineNode {
     }
 }
 
-impl Healer for EngineNode {
+impl Provider for HealedNode {
     fn topics(&self) -> Vec<String> {
         self.signals.keys().cloned().collect()
     }
@@ -76,11 +78,11 @@ impl Healer for EngineNode {
         self.engine.pass(Ticks::up_to(now));
     }
 
-    fn poll(&mut self) -> Option<Gift> {
+    fn poll(&mut self) -> Option<Provided> {
         match self.engine.poll()? {
-            Output::Event(event) => Some(Gift::Decision(self.decision(event))),
+            Output::Event(event) => Some(Provided::Decision(self.decision(event))),
             Output::Publication(publication) => {
-                Some(Gift::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) })
+                Some(Provided::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) })
             }
             // The rover's model never changes.
             Output::Task { .. } | Output::Reloaded(_) => None,
