@@ -4,7 +4,6 @@ use crate::reading::ReadArguments;
 use crate::scan::draft::{unique, unit as guessed_unit, variable};
 use crate::show;
 use anyhow::{Context, bail};
-use std::io::{Write as _, stdout};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::{Dimension, Unit};
@@ -13,6 +12,7 @@ use shsa_lab::drafting::Column;
 use shsa_lab::learning::Signal;
 use shsa_message::source::Source;
 use std::collections::BTreeSet;
+use std::io::{Write as _, stdout};
 use std::path::{Path, PathBuf};
 
 /// The most values of a column that tells sources apart.
@@ -82,7 +82,8 @@ impl ColumnArguments {
     pub(crate) fn read(&self) -> anyhow::Result<Columns> {
         let options = self.reading.options();
         let files = recording::inventory(&self.recordings, &options)?;
-        let mut found = Fields { arguments: self, told: BTreeSet::new(), listed: Vec::new(), left_out: Vec::new() };
+        let mut found =
+            Fields { arguments: self, told: BTreeSet::new(), listed: Vec::new(), left_out: Vec::new() };
         for topic in files.iter().flat_map(|file| &file.topics) {
             found.of_topic(topic)?;
         }
@@ -121,7 +122,8 @@ impl ColumnArguments {
     /// Warns where the rows of a table may be those of several sources.
     fn warn_of_mixed_rows(&self, read: &Recording) {
         let is_table = |place: &String| place.contains(".csv") || place.contains(".tsv");
-        if self.by.is_none() && read.found.iter().any(|it| it.backward > 0 && it.places.iter().any(is_table)) {
+        if self.by.is_none() && read.found.iter().any(|it| it.backward > 0 && it.places.iter().any(is_table))
+        {
             show::warn(
                 "times go back within a table: if its rows are of several sources, name the column that tells them apart (--by)",
             );
@@ -163,6 +165,10 @@ impl Fields<'_> {
             let is_key = Some(&field.path) == self.arguments.by.as_ref();
             let is_time = self.arguments.reading.options().time_column.as_ref() == Some(&field.path);
             if is_key || is_time || !self.told.insert(plain.clone()) {
+                continue;
+            }
+            if topic.fields.iter().filter(|it| it.path == field.path).count() > 1 {
+                self.left_out.push((plain, "several columns have this name".to_owned()));
                 continue;
             }
             match reason(topic, field) {
@@ -273,7 +279,8 @@ fn named(listed: &[Listed]) -> Vec<About> {
 
 /// A name without its numbers: `voltagecell` of `voltageCell1`.
 fn kind(path: &str) -> String {
-    let letters: String = path.to_lowercase().chars().map(|it| if it.is_alphabetic() { it } else { ' ' }).collect();
+    let letters: String =
+        path.to_lowercase().chars().map(|it| if it.is_alphabetic() { it } else { ' ' }).collect();
     letters.split_whitespace().collect::<Vec<_>>().join("_")
 }
 
@@ -316,7 +323,8 @@ impl Values {
 
     fn take(&mut self, sample: &Sample) {
         let first = *self.first.get_or_insert(sample.time);
-        let (RawValue::Number(value), Some(column)) = (&sample.value, self.columns.get_mut(sample.wanted)) else {
+        let (RawValue::Number(value), Some(column)) = (&sample.value, self.columns.get_mut(sample.wanted))
+        else {
             return;
         };
         let time_s = (sample.time - first).seconds() + self.shift_s;

@@ -70,9 +70,8 @@ impl Facts {
         let period_s = median(steps.iter().map(|it| it.0));
         let quantum = quantum(&steps);
         let noise = noise(&steps).max(quantum / 12.0_f64.sqrt());
-        let bound = |step: &(f64, f64)| {
-            (step.1.abs() - 6.0 * noise - quantum).max(0.0) / step.0.max(0.5 * period_s)
-        };
+        let bound =
+            |step: &(f64, f64)| (step.1.abs() - 6.0 * noise - quantum).max(0.0) / step.0.max(0.5 * period_s);
         let repeats = steps.iter().filter(|step| step.1 == 0.0).count();
         let range = values().fold((first.1, first.1), |(low, high), it| (low.min(it), high.max(it)));
         let changes = steps.len() - repeats;

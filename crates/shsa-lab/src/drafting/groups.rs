@@ -24,7 +24,12 @@ const LETTERS: usize = 3;
 
 /// The groups of some columns, each column in one of them; those of equal content by relations, then those of one kind that are
 /// nearly equal.
-pub(super) fn of(columns: &[Column], facts: &[Option<Facts>], own: &[usize], equal: &[Relation]) -> Vec<Group> {
+pub(super) fn of(
+    columns: &[Column],
+    facts: &[Option<Facts>],
+    own: &[usize],
+    equal: &[Relation],
+) -> Vec<Group> {
     let mut parts = Parts { of: (0..columns.len()).collect() };
     for relation in equal.iter().filter(|it| matches!(it.shape, Shape::Equal { .. })) {
         parts.join(relation.target, relation.inputs[0]);
@@ -110,7 +115,8 @@ fn together(one: &Signal, other: &Signal, delay_s: f64) -> Vec<(f64, f64)> {
     let every = times.len().div_ceil(MOMENTS).max(1);
     let at = |time: &f64| {
         let time = time + shift;
-        let (one, other) = (curves[0].read(time)?.0 * scale(one), curves[1].read(time - delay_s)?.0 * scale(other));
+        let (one, other) =
+            (curves[0].read(time)?.0 * scale(one), curves[1].read(time - delay_s)?.0 * scale(other));
         Some((one, other))
     };
     times.iter().step_by(every).filter_map(at).collect()
@@ -126,7 +132,14 @@ fn group(columns: &[Column], facts: &[Option<Facts>], mut members: Vec<usize>) -
     if let Some((_, column)) = earliest.filter(|it| it.0 < -period(it.1)) {
         first = column;
     }
-    let mut found = vec![Member { column: first, delay_s: 0.0, offset: 0.0, apart: 0.0, share: 0.0, because: Because::First }];
+    let mut found = vec![Member {
+        column: first,
+        delay_s: 0.0,
+        offset: 0.0,
+        apart: 0.0,
+        share: 0.0,
+        because: Because::First,
+    }];
     members.retain(|it| *it != first);
     members.sort_unstable();
     found.extend(members.into_iter().map(|column| member(columns, column, first)));

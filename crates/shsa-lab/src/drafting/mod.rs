@@ -7,6 +7,7 @@ mod groups;
 
 pub use column::{Column, Facts};
 
+use crate::LabError;
 use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};
 
 /// What a column is.
@@ -68,20 +69,23 @@ pub struct Drafted {
     pub roles: Vec<Role>,
     /// All signals.
     pub groups: Vec<Group>,
-    /// Rates and integrals among the groups' first members: candidates of relations.
+    /// Rates and integrals: candidates of relations.
     pub rates: Vec<Relation>,
 }
 
-/// Drafts a model of columns. Equal columns give equal drafts. Time: O(pairs of columns), with bounded moments each.
-#[must_use]
-pub fn draft(columns: &[Column]) -> Drafted {
+/// Drafts a model of columns. Equal columns give equal drafts. Time: O(pairs of columns), with bounded moments each; on all cores.
+///
+/// # Errors
+/// When a thread panics.
+pub fn draft(columns: &[Column]) -> Result<Drafted, LabError> {
     let facts: Vec<Option<Facts>> = columns.iter().map(Facts::of).collect();
     let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
     let may_measure = |column: usize| {
         facts[column].as_ref().is_some_and(|it| !it.is_constant() && !it.is_even && it.levels.is_none())
     };
-    let learned = learn_pairs(&signals, &may_measure);
-    let roles: Vec<Role> = (0..columns.len()).map(|column| role(columns, &facts, &learned.copies, column)).collect();
+    let learned = learn_pairs(&signals, &may_measure)?;
+    let roles: Vec<Role> =
+        (0..columns.len()).map(|column| role(columns, &facts, &learned.copies, column)).collect();
     let own: Vec<usize> = (0..columns.len()).filter(|it| roles[*it] == Role::Signal).collect();
     let relations: Vec<Relation> = learned
         .relations
@@ -89,11 +93,9 @@ pub fn draft(columns: &[Column]) -> Drafted {
         .filter(|it| it.signals().iter().all(|signal| roles[*signal] == Role::Signal))
         .collect();
     let groups = groups::of(columns, &facts, &own, &relations);
-    let is_first = |column: usize| groups.iter().any(|group| group.members[0].column == column);
     let is_rate = |it: &Relation| matches!(it.shape, Shape::Rate { .. } | Shape::Integral);
-    let rates =
-        relations.into_iter().filter(|it| is_rate(it) && it.signals().into_iter().all(is_first)).collect();
-    Drafted { facts, roles, groups, rates }
+    let rates = relations.into_iter().filter(is_rate).collect();
+    Ok(Drafted { facts, roles, groups, rates })
 }
 
 fn role(columns: &[Column], facts: &[Option<Facts>], copies: &[Copied], column: usize) -> Role {

@@ -1,5 +1,6 @@
 //! The fit of relations and their errors.
 
+use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::least_squares::solve;
 use crate::learning::regressors::Regressors;
 use crate::learning::shape::{Relation, Score, Shape};
@@ -32,10 +33,15 @@ pub(crate) struct Design {
 impl Design {
     /// The rows at which all signals have a value.
     pub(crate) fn new(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
+        Design::of_every(1, seen, target, inputs, shape)
+    }
+
+    /// Some of these rows, evenly.
+    fn of_every(every: usize, seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
         let clock = seen.slowest(inputs.iter().copied().chain([target]));
         let regressors = Regressors::new(seen, inputs, shape);
         let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
-        for (row, &time) in clock.times.iter().enumerate() {
+        for (row, &time) in clock.times.iter().enumerate().step_by(every) {
             let value = |signal: usize| clock.values[signal].get(row).copied();
             let told = match shape {
                 Shape::Rate { window_s } => seen.curves[target].at(time - window_s, time),
@@ -82,7 +88,7 @@ impl Design {
             Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) | Shape::Modes(_) | Shape::Norm => {
                 return numbers;
             }
-            Shape::Rate { .. } | Shape::Product(_) => None,
+            Shape::Rate { .. } | Shape::Product(_) | Shape::Power(_) | Shape::Projected { .. } => None,
             _ => numbers.len().checked_sub(1),
         };
         let most = PLAIN * self.left(shape, &numbers) + LEAST_LEFT;
@@ -178,6 +184,24 @@ impl Design {
         root_mean_square(&self.errors(shape, numbers)) / deviation(self.target.iter().copied())
     }
 
+    /// The share of the target that a curve over the middle of its input leaves at the ends of it: what only looks like the curve
+    /// leaves more there, and still more on another day. The input is the column with this place.
+    pub(crate) fn left_at_ends(&self, input: usize) -> f64 {
+        /// The share of the samples at either end.
+        const END: f64 = 0.15;
+        let Some(column) = self.columns.get(input) else { return f64::INFINITY };
+        let sorted = crate::order::sorted(column.iter().copied());
+        let end = |share: f64| crate::order::quantile(&sorted, share).unwrap_or(0.0);
+        let (low, high) = (end(END), end(1.0 - END));
+        let is_inside = |row: usize| low <= column[row] && column[row] <= high;
+        let Some(numbers) = solve(&self.columns, &self.target, is_inside) else { return f64::INFINITY };
+        let told =
+            |row: usize| self.columns.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
+        let outside = (0..self.target.len()).filter(|row| !is_inside(*row));
+        let left: Vec<f64> = outside.map(|row| self.target[row] - told(row)).collect();
+        root_mean_square(&left) / deviation(self.target.iter().copied())
+    }
+
     /// The share of the target that a parabola in time leaves unexplained.
     pub(crate) fn left_by_time(&self) -> f64 {
         let columns = self.time();
@@ -206,12 +230,29 @@ impl Design {
 
 /// Fits the first part, computes the errors on the others, and then fits all data.
 pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Option<Relation> {
+    if !promises(seen, target, inputs, shape) {
+        return None;
+    }
     let design = Design::new(seen, target, inputs, shape);
     let early = design.fit(shape, |part| part == Part::Fitted)?;
     let score = design.score(shape, &early)?;
     let numbers = design.plain(shape, design.fit(shape, |_| true)?);
     let window_s = (*shape == Shape::Integral).then_some(INTEGRAL_WINDOW * seen.duration_s);
     Some(Relation { target, inputs: inputs.to_vec(), shape: shape.clone(), numbers, window_s, score })
+}
+
+/// Whether a form leaves little enough of some rows to be worth a fit to all.
+fn promises(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> bool {
+    /// The number of rows, and the share that it may leave there.
+    const ROWS: usize = 200;
+    const LEFT: f64 = 3.0 * MOST_UNEXPLAINED;
+    let count = seen.slowest(inputs.iter().copied().chain([target])).times.len();
+    if count < 2 * ROWS || shape.takes_steps() {
+        return true;
+    }
+    let design = Design::of_every(count / ROWS, seen, target, inputs, shape);
+    let left = |numbers: Vec<f64>| design.left(shape, &numbers);
+    design.target.len() < ROWS / 2 || design.fit(shape, |_| true).is_none_or(|numbers| left(numbers) < LEFT)
 }
 
 /// What 99.9 % of the errors do not exceed in the target's own unit; of an integral, those of its rate.

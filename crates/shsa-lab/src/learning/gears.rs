@@ -12,22 +12,19 @@ const LEAST_SHARE: f64 = 0.03;
 /// The share that may stay unexplained when the samples around each change count, too.
 pub(crate) const WITH_CHANGES: f64 = 0.15;
 
-/// All relations `y = k_i x` in which a signal with few levels selects k.
-pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
+/// The relations `y = k_i x` in which a signal with few levels selects k.
+pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], chooser: usize) -> Vec<Relation> {
+    let Some(levels) = levels(seen, chooser) else { return Vec::new() };
+    let shape = Shape::Gears(levels);
+    let others = || signals.iter().copied().filter(|it| *it != chooser);
     let mut found = Vec::new();
-    for &chooser in signals {
-        let Some(levels) = levels(seen, chooser) else { continue };
-        let others = || signals.iter().copied().filter(|it| *it != chooser);
-        for target in others() {
-            for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
-                let shape = Shape::Gears(levels.clone());
-                let fitted = fit(seen, target, &[input, chooser], &shape);
-                found.extend(fitted.filter(|it| {
-                    let design = || Design::new(seen, target, &it.inputs, &it.shape);
-                    it.score.worst() <= MOST_UNEXPLAINED
-                        && design().left(&it.shape, &it.numbers) <= WITH_CHANGES
-                }));
-            }
+    for target in others() {
+        for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
+            let holds = |it: &Relation| {
+                let design = || Design::new(seen, target, &it.inputs, &it.shape);
+                it.score.worst() <= MOST_UNEXPLAINED && design().left(&it.shape, &it.numbers) <= WITH_CHANGES
+            };
+            found.extend(fit(seen, target, &[input, chooser], &shape).filter(holds));
         }
     }
     found

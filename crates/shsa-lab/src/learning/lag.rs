@@ -30,10 +30,10 @@ const RELATED: f64 = 0.9;
 pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f64> {
     let longest = LONGEST_S.min(LONGEST * seen.duration_s);
     let step = longest / f64::from(STEPS);
-    let few = correlated_at(seen, one, other, longest, MOMENTS);
+    let few = correlated_at(seen, one, other, longest, MOMENTS / 3);
     let tried: Vec<f64> = (-STEPS..=STEPS).map(|at| few(f64::from(at) * step)).collect();
     let best = (0..tried.len()).max_by(|one, next| tried[*one].total_cmp(&tried[*next]))?;
-    if tried[best] < RELATED || best == 0 || best + 1 == tried.len() {
+    if tried[best] < 0.9 * RELATED || best == 0 || best + 1 == tried.len() {
         return None;
     }
     let middle = f64::from(best as i32 - STEPS) * step;
@@ -43,7 +43,8 @@ pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f
         let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
         if many(left) < many(right) { low = left } else { high = right }
     }
-    Some(0.5 * (low + high))
+    let lag = 0.5 * (low + high);
+    (many(lag) >= RELATED).then_some(lag)
 }
 
 /// The follower and the mean of the input that are nearest to the target; `None` where they are unrelated, or nothing smooths.
@@ -54,7 +55,8 @@ pub(crate) fn smoothed(seen: &Seen<'_>, target: usize, input: usize) -> Option<[
         return None;
     }
     let clock = seen.slowest([target]);
-    let rows: Vec<(f64, f64)> = clock.times.iter().copied().zip(clock.values[target].iter().copied()).collect();
+    let rows: Vec<(f64, f64)> =
+        clock.times.iter().copied().zip(clock.values[target].iter().copied()).collect();
     let every = rows.len().div_ceil(MOMENTS).max(1);
     let rows: Vec<(f64, f64)> = rows.into_iter().step_by(every).collect();
     let own = &seen.curves[input];

@@ -24,10 +24,13 @@ mod tests;
 pub(crate) use least_squares::solve;
 
 pub use copies::Copied;
-pub use shape::{Mode, Relation, Score, Shape};
 pub use formula::formula;
+pub use shape::{Mode, Relation, Score, Shape};
 pub use signal::Signal;
 
+use crate::LabError;
+use crate::campaign::parallel::on_all_cores;
+use pairs::Forms;
 use signal::Seen;
 
 /// The largest share of its target that a relation may leave unexplained.
@@ -48,35 +51,54 @@ pub struct Learned {
     pub relations: Vec<Relation>,
 }
 
-/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each.
-#[must_use]
-pub fn learn(signals: &[Signal]) -> Learned {
+/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each; on all cores.
+///
+/// # Errors
+/// When a thread panics.
+pub fn learn(signals: &[Signal]) -> Result<Learned, LabError> {
     let seen = Seen::new(signals);
     let (copies, own) = own(&seen);
     let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs::all(&seen, &own));
+    choice.take_pairs(pairs(&seen, &own, Forms::All)?);
     let is_same = |one: usize, other: usize| choice.is_same(one, other);
-    let mut larger = products::all(&seen, &own);
-    larger.extend(gears::all(&seen, &own));
-    larger.extend(sums::all(&seen, &own, &is_same));
-    larger.extend(terms::all(&seen, &own, &is_same));
-    choice.take_larger(larger);
-    Learned { copies, relations: choice.relations() }
+    let of = |at: usize| {
+        let mut found = products::of(&seen, &own, own[at]);
+        found.extend(gears::of(&seen, &own, own[at]));
+        found.extend(sums::of(&seen, &own, own[at], &is_same));
+        found.extend(terms::of(&seen, &own, own[at], &is_same));
+        found
+    };
+    let larger = on_all_cores(own.len(), None, &(), "", of)?;
+    choice.take_larger(larger.into_iter().flatten().collect());
+    Ok(Learned { copies, relations: choice.relations() })
 }
 
-/// Finds copies, and relations of two among the signals that may have one. Time: O(signals^2), with bounded moments each.
-pub(crate) fn learn_pairs(signals: &[Signal], may_relate: &dyn Fn(usize) -> bool) -> Learned {
+/// Finds copies, and delays, rates and integrals among the signals that may have one. Time: O(signals^2), with bounded moments
+/// each.
+pub(crate) fn learn_pairs(
+    signals: &[Signal],
+    may_relate: &dyn Fn(usize) -> bool,
+) -> Result<Learned, LabError> {
     let seen = Seen::new(signals);
     let (copies, mut own) = own(&seen);
     own.retain(|signal| may_relate(*signal));
     let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs::all(&seen, &own));
-    Learned { copies, relations: choice.relations() }
+    choice.take_pairs(pairs(&seen, &own, Forms::Motion)?);
+    Ok(Learned { copies, relations: choice.relations() })
+}
+
+/// The best relation of each pair of some signals.
+fn pairs(seen: &Seen<'_>, signals: &[usize], forms: Forms) -> Result<Vec<Relation>, LabError> {
+    let later = |at: usize| -> Vec<Relation> {
+        let others = signals[at + 1..].iter();
+        others.filter_map(|other| pairs::of(seen, signals[at], *other, forms)).collect()
+    };
+    Ok(on_all_cores(signals.len(), None, &(), "", later)?.into_iter().flatten().collect())
 }
 
 /// The best relation of two signals, if there is any.
 pub(crate) fn between(signals: &[Signal; 2]) -> Option<Relation> {
-    pairs::of(&Seen::new(signals), 0, 1)
+    pairs::of(&Seen::new(signals), 0, 1, Forms::Motion)
 }
 
 /// Copies, and the signals that move and are no copies.

@@ -27,18 +27,31 @@ impl<'s> Regressors<'s> {
     pub(crate) fn at(&self, time: f64, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, Vec<f64>)> {
         let first = *self.inputs.first()?;
         let curve = &self.seen.curves[first];
-        let lagged =
-            |lag_s: f64| if lag_s == 0.0 { value(first) } else { Some(curve.read(time - lag_s)?.0) };
+        let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { Some(curve.read(time - lag_s)?.0) };
         let values = || self.inputs.iter().map(|input| value(*input));
         let fixed = |of: f64| Some((of, vec![1.0]));
         let columns = match self.shape {
             Shape::Equal { lag_s } => return fixed(lagged(*lag_s)?),
-            Shape::Largest => return fixed(values().collect::<Option<Vec<_>>>()?.into_iter().fold(f64::NEG_INFINITY, f64::max)),
-            Shape::Smallest => return fixed(values().collect::<Option<Vec<_>>>()?.into_iter().fold(f64::INFINITY, f64::min)),
+            Shape::Largest => {
+                return fixed(
+                    values().collect::<Option<Vec<_>>>()?.into_iter().fold(f64::NEG_INFINITY, f64::max),
+                );
+            }
+            Shape::Smallest => {
+                return fixed(
+                    values().collect::<Option<Vec<_>>>()?.into_iter().fold(f64::INFINITY, f64::min),
+                );
+            }
             Shape::Line { lag_s } => vec![lagged(*lag_s)?, 1.0],
             Shape::Polynomial(degree) => {
                 let x = value(first)?;
                 (0..=*degree as i32).map(|power| x.powi(power)).collect()
+            }
+            Shape::Power(power) => vec![Some(value(first)?).filter(|it| *it > 0.0)?.powf(*power)],
+            Shape::Absolute => vec![value(first)?.abs(), 1.0],
+            Shape::Projected { is_sine } => {
+                let angle = value(*self.inputs.get(1)?)?;
+                vec![value(first)? * if *is_sine { angle.sin() } else { angle.cos() }]
             }
             Shape::Saturated => vec![value(first)?, 1.0],
             Shape::Mean { window_s } => vec![curve.at(time - window_s, time)?, 1.0],

@@ -1,6 +1,7 @@
 //! The forms of relations.
 
 use crate::learning::signal::Signal;
+use shsa_core::unit::Dimension;
 
 /// How the target follows from the inputs; the constants are in [`Relation::numbers`].
 #[derive(Clone, Debug, PartialEq)]
@@ -17,6 +18,15 @@ pub enum Shape {
     },
     /// `n0 + n1 x + n2 x^2 ..`, of this degree.
     Polynomial(usize),
+    /// `n0` times x, which is above 0, to this power.
+    Power(f64),
+    /// `n0 |x| + n1`.
+    Absolute,
+    /// `n0` times the first input times the cosine, or the sine, of the second one.
+    Projected {
+        /// Whether it is the sine.
+        is_sine: bool,
+    },
     /// `n0 x + n1`, limited to `n2` below and `n3` above.
     Saturated,
     /// `n0` times the mean of x over a window, `+ n1`.
@@ -72,6 +82,9 @@ impl Shape {
             Shape::Equal { .. } => "delay",
             Shape::Line { .. } => "line",
             Shape::Polynomial(_) => "polynomial",
+            Shape::Power(_) => "power",
+            Shape::Absolute => "absolute",
+            Shape::Projected { .. } => "projection",
             Shape::Saturated => "saturation",
             Shape::Mean { .. } => "mean",
             Shape::Rate { .. } => "derivative",
@@ -145,11 +158,22 @@ impl Relation {
         all
     }
 
-    /// Whether nothing but the recording speaks for it: a line or a curve between quantities of different kinds.
+    /// Whether nothing but the recording speaks for it: a line or a curve between quantities of different kinds, unless it is a
+    /// radius that turns an angle into a length.
     #[must_use]
     pub fn is_statistical(&self, signals: &[Signal]) -> bool {
         let dimension = |signal: usize| signals[signal].unit.as_ref().map(|unit| unit.dimension);
-        let is_curve = matches!(self.shape, Shape::Line { .. } | Shape::Polynomial(_));
-        is_curve && self.inputs.iter().any(|input| dimension(*input) != dimension(self.target))
+        let radius = Dimension::LENGTH.over(Dimension::ANGLE);
+        let has_ground = |input: usize| {
+            let (own, other) = (dimension(self.target), dimension(input));
+            let ratio = own.zip(other).and_then(|(own, other)| own.over(other));
+            let is_multiple = matches!(self.numbers[..], [_, 0.0]);
+            own == other || is_multiple && ratio.is_some() && ratio == radius
+        };
+        let is_curve = matches!(
+            self.shape,
+            Shape::Line { .. } | Shape::Polynomial(_) | Shape::Power(_) | Shape::Absolute | Shape::Saturated
+        );
+        is_curve && !self.inputs.iter().all(|input| has_ground(*input))
     }
 }

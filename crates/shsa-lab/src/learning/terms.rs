@@ -4,6 +4,7 @@
 use crate::learning::form::{Design, deviation, fit, root_mean_square};
 use crate::learning::gears::{WITH_CHANGES, levels};
 use crate::learning::least_squares::solve;
+use crate::learning::pairs::TRENDING;
 use crate::learning::shape::{Mode, Relation, Shape};
 use crate::learning::signal::{Part, Seen};
 use crate::learning::{BEATS_TIME, MOST_UNEXPLAINED};
@@ -13,27 +14,30 @@ use shsa_core::unit::Dimension;
 const MOMENTS: usize = 200;
 const PROMISING: f64 = 1.5 * MOST_UNEXPLAINED;
 
+/// The most signals of which products of three are tried, and the most of one unit of which pairs are tried.
+const MOST_OF_THREE: usize = 60;
+const MOST_OF_TWO: usize = 40;
+
 /// The share of the error without one of its terms that a relation leaves at most: each term is needed.
 const NEEDED: f64 = 0.4;
 
 /// The most terms of which all pairs are tried.
 const MOST_TERMS: usize = 60;
 
-/// All relations of these forms that hold, with every term needed.
-pub(crate) fn all(
+/// The relations of these forms that hold for a target, with every term needed.
+pub(crate) fn of(
     seen: &Seen<'_>,
     signals: &[usize],
+    target: usize,
     is_same: &dyn Fn(usize, usize) -> bool,
 ) -> Vec<Relation> {
-    let mut found = Vec::new();
-    for &target in signals {
-        let others: Vec<usize> =
-            signals.iter().copied().filter(|it| *it != target && !is_same(*it, target)).collect();
-        found.extend(two_terms(seen, target, &others));
-        found.extend(products_of_three(seen, target, &others));
-        found.extend(of_two(seen, target, &others));
-        found.extend(modes(seen, target, &others));
-    }
+    let others: Vec<usize> =
+        signals.iter().copied().filter(|it| *it != target && !is_same(*it, target)).collect();
+    let mut found: Vec<Relation> = two_terms(seen, target, &others).into_iter().collect();
+    found.extend(products_of_three(seen, target, &others));
+    found.extend(of_two(seen, target, &others));
+    found.extend(projections(seen, target, &others));
+    found.extend(modes(seen, target, &others));
     found
 }
 
@@ -109,12 +113,10 @@ fn two_terms(seen: &Seen<'_>, target: usize, others: &[usize]) -> Option<Relatio
     best.min_by(|one, other| one.score.all().total_cmp(&other.score.all()))
 }
 
-/// Whether two terms make a sum: they share no square with its own signal alone, no more than two constants have units, and a
-/// square comes beside what it is part of.
+/// Whether two terms make a sum that is searched here.
 fn may_join(one: &Term, other: &Term) -> bool {
     let is_square = |term: &Term| term.powers.len() == 1 && term.powers[0].1 == 2;
     let is_plain = |term: &Term| term.powers.len() == 1 && term.powers[0].1 == 1;
-    let shares = one.signals().any(|it| other.signals().any(|that| it == that));
     let count: usize = {
         let mut all: Vec<usize> = one.signals().chain(other.signals()).collect();
         all.sort_unstable();
@@ -123,24 +125,22 @@ fn may_join(one: &Term, other: &Term) -> bool {
     };
     // Sums of plain signals of one unit are searched elsewhere; a polynomial of one signal, too.
     let is_sum = is_plain(one) && is_plain(other) && !one.has_unit && !other.has_unit;
-    let two_foreign_squares = is_square(one) && is_square(other);
-    let lone_square = (is_square(one) || is_square(other)) && one.has_unit && other.has_unit && !shares;
-    count > 1 && !is_sum && !two_foreign_squares && !lone_square
+    count > 1 && !is_sum && !(is_square(one) && is_square(other))
 }
 
 /// The fit of a sum of which each term is needed, and which says more than time.
 fn needed(seen: &Seen<'_>, target: usize, terms: &[&Term]) -> Option<Relation> {
     let found = fit_terms(seen, target, terms).filter(|it| it.score.worst() <= MOST_UNEXPLAINED)?;
     let design = Design::new(seen, target, &found.inputs, &found.shape);
-    if design.left(&found.shape, &found.numbers) > BEATS_TIME * design.left_by_time() {
+    let by_time = design.left_by_time();
+    if by_time < TRENDING || design.left(&found.shape, &found.numbers) > BEATS_TIME * by_time {
         return None;
     }
     let is_needed = |left_out: usize| {
         let rest: Vec<&Term> =
             terms.iter().enumerate().filter(|it| it.0 != left_out).map(|it| *it.1).collect();
         rest.is_empty()
-            || fit_terms(seen, target, &rest)
-                .is_none_or(|it| found.score.all() < NEEDED * it.score.all())
+            || fit_terms(seen, target, &rest).is_none_or(|it| found.score.all() < NEEDED * it.score.all())
     };
     (0..terms.len()).all(is_needed).then_some(found)
 }
@@ -159,16 +159,27 @@ fn products_of_three(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Re
     let Some(own) = seen.dimension(target).filter(|_| !is_point(seen, target)) else { return Vec::new() };
     let others: Vec<usize> =
         others.iter().copied().filter(|it| !is_point(seen, *it) && seen.dimension(*it).is_some()).collect();
-    let Some(rows) = Rows::new(seen, target, &others) else { return Vec::new() };
+    let Some(rows) = Rows::new(seen, target, &others).filter(|_| others.len() <= MOST_OF_THREE) else {
+        return Vec::new();
+    };
     let mut found = Vec::new();
     for (at, &one) in others.iter().enumerate() {
         for (next, &two) in others.iter().enumerate().skip(at + 1) {
             for &three in &others[next + 1..] {
-                for signs in [[1, 1, 1], [1, 1, -1], [1, -1, 1], [-1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]] {
+                for signs in
+                    [[1, 1, 1], [1, 1, -1], [1, -1, 1], [-1, 1, 1], [1, -1, -1], [-1, 1, -1], [-1, -1, 1]]
+                {
                     let powers: Vec<(usize, i8)> = [one, two, three].into_iter().zip(signs).collect();
                     let dimension = powers.iter().try_fold(Dimension::PLAIN, |of, (signal, power)| {
                         of.times(seen.dimension(*signal)?.power(*power)?)
                     });
+                    let cancels = || {
+                        let of = |sign: i8| powers.iter().filter(move |it| it.1 == sign);
+                        of(1).any(|one| of(-1).any(|other| seen.dimension(one.0) == seen.dimension(other.0)))
+                    };
+                    if cancels() {
+                        continue;
+                    }
                     let term = Term { powers, has_unit: false };
                     if dimension != Some(own) || !rows.is_multiple(&rows.of(&term)) {
                         continue;
@@ -188,6 +199,8 @@ fn products_of_three(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Re
 fn of_two(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
     let alike: Vec<usize> = others.iter().copied().filter(|it| seen.is_addable(*it, target)).collect();
     let Some(rows) = Rows::new(seen, target, &alike) else { return Vec::new() };
+    let columns: Vec<Vec<f64>> = alike.iter().map(|it| rows.value(*it).to_vec()).collect();
+    let alike: Vec<usize> = rows.nearest(&columns, MOST_OF_TWO).into_iter().map(|it| alike[it]).collect();
     let mut found = Vec::new();
     for (at, &one) in alike.iter().enumerate() {
         for &other in &alike[at + 1..] {
@@ -206,6 +219,34 @@ fn of_two(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
             found.extend(fitted.filter(|it| {
                 it.score.worst() <= MOST_UNEXPLAINED && both_needed(seen, it, target, [one, other])
             }));
+        }
+    }
+    found
+}
+
+/// Products with the cosine or the sine of an angle.
+fn projections(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
+    let is_angle = |signal: &usize| {
+        let unit = seen.signals[*signal].unit.as_ref();
+        unit.is_some_and(|unit| unit.dimension == Dimension::ANGLE)
+    };
+    let lengths = || others.iter().copied().filter(|it| seen.is_addable(*it, target) && !is_point(seen, *it));
+    let mut found = Vec::new();
+    for &angle in others.iter().filter(|it| is_angle(it)) {
+        for length in lengths().filter(|it| *it != angle) {
+            let Some(rows) = Rows::new(seen, target, &[length, angle]) else { continue };
+            for is_sine in [false, true] {
+                let of = |length: f64, angle: f64| length * if is_sine { angle.sin() } else { angle.cos() };
+                let pairs = rows.value(length).iter().zip(rows.value(angle));
+                let column: Vec<f64> = pairs.map(|(length, angle)| of(*length, *angle)).collect();
+                if rows.is_multiple(&column) {
+                    let shape = Shape::Projected { is_sine };
+                    found.extend(
+                        fit(seen, target, &[length, angle], &shape)
+                            .filter(|it| it.score.worst() <= MOST_UNEXPLAINED),
+                    );
+                }
+            }
         }
     }
     found
@@ -287,7 +328,10 @@ impl Rows {
         let clock = seen.slowest(others.iter().copied().chain([target]));
         let is_known = |row: &usize| {
             clock.parts[*row] != Part::Unseen
-                && others.iter().chain([&target]).all(|it| clock.values[*it].get(*row).is_some_and(|it| it.is_finite()))
+                && others
+                    .iter()
+                    .chain([&target])
+                    .all(|it| clock.values[*it].get(*row).is_some_and(|it| it.is_finite()))
         };
         let rows: Vec<usize> = (0..clock.times.len()).filter(is_known).collect();
         let every = rows.len().div_ceil(MOMENTS).max(1);

@@ -11,8 +11,6 @@ use std::path::PathBuf;
 
 pub(crate) use text::{fine, number, text as model_text, variables};
 
-
-
 /// Arguments of `shsa draft`.
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa draft drive/ -o car.yaml
@@ -39,7 +37,7 @@ pub(crate) struct Arguments {
 /// When a recording cannot be read, or nothing in it can be a signal.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let read = arguments.columns.read()?;
-    let drafted = draft(&read.columns);
+    let drafted = draft(&read.columns)?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }

@@ -37,7 +37,12 @@ pub(crate) fn text(read: &Columns, drafted: &Drafted, recordings: &str) -> Strin
     text += &copies(read, drafted, &names);
     text += &left_out(read, drafted);
     text += "\n# What must stay available, under which name and how fresh:\n# needs:\n";
-    if let Some(name) = drafted.groups.iter().zip(&names).find(|it| it.0.members.len() > 1).or(drafted.groups.iter().zip(&names).next()) {
+    if let Some(name) = drafted.groups.iter().zip(&names).find(|it| it.0.members.len() > 1).or(drafted
+        .groups
+        .iter()
+        .zip(&names)
+        .next())
+    {
         let _cannot_fail = writeln!(text, "#   {}: {{ signal: /served/{}, max_age: 1 s }}", name.1, name.1);
     }
     text
@@ -60,7 +65,9 @@ pub(crate) fn variables(read: &Columns, drafted: &Drafted) -> Vec<String> {
 
 /// A name that formulas can use.
 fn usable(name: &str) -> String {
-    if is_reserved(name) { format!("{name}_value") } else { name.to_owned() }
+    /// Words that readers of YAML take for something else.
+    const YAML: [&str; 7] = ["null", "yes", "no", "on", "off", "y", "n"];
+    if is_reserved(name) || YAML.contains(&name) { format!("{name}_value") } else { name.to_owned() }
 }
 
 fn variable(read: &Columns, drafted: &Drafted, group: &Group, name: &str) -> String {
@@ -76,7 +83,8 @@ fn variable(read: &Columns, drafted: &Drafted, group: &Group, name: &str) -> Str
         keys.push(format!("wraps: {}", number(turn)));
     }
     let ratio = |member: &Member| scale(read, member.column) / scale(read, first);
-    let alike = group.members.iter().zip(&facts).filter(|(member, _)| self::unit(read, member.column) == unit);
+    let alike =
+        group.members.iter().zip(&facts).filter(|(member, _)| self::unit(read, member.column) == unit);
     let (low, high) =
         alike.fold(own.range, |(low, high), (_, it)| (low.min(it.range.0), high.max(it.range.1)));
     let drifts = facts.iter().any(|it| it.drifts);
@@ -140,13 +148,22 @@ fn signal(read: &Columns, drafted: &Drafted, group: &Group, member: &Member, var
         format!("variable: {variable}"),
         source(about),
         unit(read, member.column).map_or(String::new(), |unit| format!("unit: {}", unit_text(&unit))),
-        if facts.period_s > 0.0 { format!("rate: {} Hz", number(1.0 / facts.period_s)) } else { String::new() },
+        if facts.period_s > 0.0 {
+            format!("rate: {} Hz", number(1.0 / facts.period_s))
+        } else {
+            String::new()
+        },
         if tolerance > 0.0 { format!("value_error: {}", number(tolerance)) } else { String::new() },
-        if member.delay_s > 0.0 { format!("delay: {} ms", number(1e3 * member.delay_s)) } else { String::new() },
+        if member.delay_s > 0.0 {
+            format!("delay: {} ms", number(1e3 * member.delay_s))
+        } else {
+            String::new()
+        },
         if facts.levels.is_some() { "hold: true".to_owned() } else { format!("timeout: {}", timeout(facts)) },
     ];
     let keys: Vec<String> = keys.into_iter().filter(|it| !it.is_empty()).collect();
-    let noise = if facts.levels.is_some() { String::new() } else { format!("noise {}, ", number(facts.noise)) };
+    let noise =
+        if facts.levels.is_some() { String::new() } else { format!("noise {}, ", number(facts.noise)) };
     let _cannot_fail = writeln!(
         text,
         "  {}: {{ {} }}   # {} values, {noise}at most {} s apart",
@@ -185,7 +202,9 @@ fn rates(read: &Columns, drafted: &Drafted, names: &[String]) -> String {
         let group = drafted.groups.iter().position(|it| it.members.iter().any(|it| it.column == column));
         group.map_or(String::new(), |group| names[group].clone())
     };
-    let mut text = "\n# Candidates: rates of one another; `shsa learn` fits and tests relations.\n# relations:\n".to_owned();
+    let mut text =
+        "\n# Candidates: rates of one another; `shsa learn` fits and tests relations.\n# relations:\n"
+            .to_owned();
     for (at, relation) in drafted.rates.iter().enumerate() {
         let formula = formula(&signals, relation, &name);
         let worst = percent(relation.score.worst());
@@ -229,7 +248,11 @@ fn copies(read: &Columns, drafted: &Drafted, names: &[String]) -> String {
             facts.count,
         );
     }
-    if text.is_empty() { text } else { format!("  # Computed from other signals: no witnesses about them.\n{text}") }
+    if text.is_empty() {
+        text
+    } else {
+        format!("  # Computed from other signals: no witnesses about them.\n{text}")
+    }
 }
 
 /// What is no signal, with the reason.
@@ -239,7 +262,8 @@ fn left_out(read: &Columns, drafted: &Drafted) -> String {
         let about = &read.about[column];
         let facts = drafted.facts[column].as_ref();
         let reason = match role {
-            Role::Constant => facts.map_or("fewer than two values".to_owned(), |it| format!("always {}", number(it.range.0))),
+            Role::Constant => facts
+                .map_or("fewer than two values".to_owned(), |it| format!("always {}", number(it.range.0))),
             Role::Clock => "it grows evenly with time: a clock or a counter".to_owned(),
             Role::RunningMaximum(of) => format!("the largest value of {} so far", read.about[*of].signal),
             Role::Copy(_) | Role::Signal => continue,
@@ -276,7 +300,8 @@ fn same_dimension(read: &Columns, one: usize, other: usize) -> bool {
 
 fn quoted_if_needed(name: &str) -> String {
     let is_plain = name.chars().all(|it| it.is_ascii_alphanumeric() || it == '_')
-        && name.starts_with(|it: char| it.is_ascii_alphabetic());
+        && name.starts_with(|it: char| it.is_ascii_alphabetic())
+        && usable(name) == name;
     if is_plain { name.to_owned() } else { quoted(name) }
 }
 

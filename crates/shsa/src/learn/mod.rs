@@ -58,7 +58,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
-    let learned = learn(&subject.signals);
+    let learned = learn(&subject.signals)?;
     let proposals = Proposals::new(&subject, &learned)?;
     let text = match arguments.json {
         true => report::json(&subject, &learned, &proposals).to_string(),

@@ -105,8 +105,7 @@ fn proposal(signals: &[Signal], relation: &Relation, taken: &mut BTreeSet<String
     let directions = if is_algebraic || !is_name(&left) { Vec::new() } else { vec![left.clone()] };
     let variables: Vec<String> = relation.signals().into_iter().map(name).collect();
     let target = signals.iter().position(|it| it.name == left).unwrap_or(relation.target);
-    let others: Vec<String> =
-        variables.iter().filter(|it| **it != signals[target].name).cloned().collect();
+    let others: Vec<String> = variables.iter().filter(|it| **it != signals[target].name).cloned().collect();
     let text = format!("{}_from_{}", signals[target].name, others.join("_"));
     let seen = relation.signals().into_iter().filter_map(|it| seen(&signals[it])).collect();
     Proposal {

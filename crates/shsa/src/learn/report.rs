@@ -11,7 +11,10 @@ use shsa_lab::learning::Learned;
 pub(super) fn text(subject: &Subject, learned: &Learned, proposals: &Proposals) -> String {
     let mut lines = subject.equal.clone();
     lines.extend(learned.copies.iter().map(|copy| {
-        format!("{} is computed from {}: no witness", subject.signals[copy.signal].name, subject.signals[copy.of].name)
+        format!(
+            "{} is computed from {}: no witness",
+            subject.signals[copy.signal].name, subject.signals[copy.of].name
+        )
     }));
     if !lines.is_empty() {
         lines.push(String::new());
@@ -109,7 +112,8 @@ pub(super) fn patch(subject: &Subject, proposals: &Proposals) -> String {
         text += &format!("  # {}\n{}", evidence(proposal), proposal.entry());
     }
     for proposal in commented {
-        text += &format!("  # {}; {}\n  # {}", note(proposal), evidence(proposal), proposal.entry().trim_start());
+        text +=
+            &format!("  # {}; {}\n  # {}", note(proposal), evidence(proposal), proposal.entry().trim_start());
     }
     text
 }

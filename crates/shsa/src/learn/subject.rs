@@ -5,7 +5,7 @@ use crate::draft::{model_text, number, variables};
 use crate::replay::wanted;
 use crate::show;
 use anyhow::Context;
-use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
 use shsa_core::observation::RawValue;
 use shsa_format::model::read_text;
 use shsa_format::recording::{self, Recording};
@@ -33,7 +33,7 @@ impl Subject {
     /// The variables of the draft that the recordings give.
     pub(super) fn drafted(arguments: &ColumnArguments) -> anyhow::Result<Subject> {
         let read = arguments.read()?;
-        let drafted = draft(&read.columns);
+        let drafted = draft(&read.columns)?;
         let names = variables(&read, &drafted);
         let mut signals = Vec::new();
         let mut equal = Vec::new();
@@ -45,7 +45,11 @@ impl Subject {
                     delay if delay > 0.0 => format!(" {} s later", number(delay)),
                     _ => String::new(),
                 };
-                format!("{}{delay}, apart by {} % of its spread", read.about[it.column].signal, number(100.0 * it.share))
+                format!(
+                    "{}{delay}, apart by {} % of its spread",
+                    read.about[it.column].signal,
+                    number(100.0 * it.share)
+                )
             });
             let first = &read.about[group.members[0].column].signal;
             equal.extend(also.map(|other| format!("{name}: {first} and {other}")));
@@ -85,7 +89,8 @@ impl Subject {
             }
         }
         let relation = |it: &shsa_core::knowledge::Relation| {
-            let members = it.inputs.iter().chain(&it.outputs);
+            let is_measurable = |id: &&VariableId| knowledge.variables()[**id].constant.is_none();
+            let members = it.inputs.iter().chain(&it.outputs).filter(is_measurable);
             members.map(|id| knowledge.variables()[*id].name.clone()).collect()
         };
         let text = read_text(path, "model")

@@ -5,7 +5,9 @@ use std::fmt::Write;
 
 /// Two speeds of which one is later, an odometer, a copy, a running maximum, a constant and a switch.
 fn drive(rows: usize) -> String {
-    let mut text = "t [s],wheel_1 [m/s],wheel_2 [m/s],gnss [km/h],way [m],way_km [km],top [m/s],cells,on,note\n".to_owned();
+    let mut text =
+        "t [s],wheel_1 [m/s],wheel_2 [m/s],gnss [km/h],way [m],way_km [km],top [m/s],cells,brake,note\n"
+            .to_owned();
     let speed = |time: f64| 10.0 + 3.0 * (0.5 * time).sin() + (1.3 * time).cos() + (0.11 * time).sin();
     let way = |time: f64| {
         10.0 * time - 6.0 * (0.5 * time).cos() + (1.3 * time).sin() / 1.3 - (0.11 * time).cos() / 0.11
@@ -41,11 +43,14 @@ fn what_measures_the_same_shares_a_variable() {
     for name in ["wheel_1", "wheel_2", "gnss"] {
         assert!(line(name).contains("variable: wheel,"), "{}", line(name));
     }
-    assert!(line("gnss").contains("unit: km/h") && line("gnss").contains("delay: 7"), "{}", line("gnss"));
+    let is_late = ["delay: 69", "delay: 70"].iter().any(|delay| line("gnss").contains(delay));
+    assert!(line("gnss").contains("unit: km/h") && is_late, "{}", line("gnss"));
     assert!(!line("wheel_2").contains("delay"), "{}", line("wheel_2"));
     assert!(line("way_km").contains("derived_from: [way]"), "{}", line("way_km"));
-    assert!(line("on").contains("hold: true"), "{}", line("on"));
-    for left_out in ["drive#top: the largest value of wheel_1 so far", "drive#cells: always 4", "drive#note: text"] {
+    assert!(line("brake").contains("hold: true"), "{}", line("brake"));
+    for left_out in
+        ["drive#top: the largest value of wheel_1 so far", "drive#cells: always 4", "drive#note: text"]
+    {
         assert!(model.contains(&format!("#   {left_out}\n")), "{left_out}: {model}");
     }
     assert!(model.contains("#   rate_1: wheel = derivative(way, "), "{model}");
@@ -69,7 +74,9 @@ fn from_a_recording_to_a_watching_model_in_three_commands() {
 #[test]
 fn rows_of_several_sources_are_told_apart() {
     let mut text = "reading,station,temp\n".to_owned();
-    let value = |station: usize, row: usize| 20.0 + (row as f64 / 40.0).sin() * 3.0 + (row * station % 7) as f64 * 0.01;
+    let value = |station: usize, row: usize| {
+        20.0 + (row as f64 / 40.0).sin() * 3.0 + (row * station % 7) as f64 * 0.01
+    };
     for (station, row) in [1, 2].into_iter().flat_map(|station| (0..500).map(move |row| (station, row))) {
         writeln!(text, "{row},{station},{:.2}", value(station, row)).unwrap();
     }
@@ -77,7 +84,8 @@ fn rows_of_several_sources_are_told_apart() {
     let time = "--time-column reading --time-unit 5s";
     assert!(folder.ends(&format!("draft rooms.csv {time}"), 0).stderr.contains("--by"));
     let model = folder.ends(&format!("draft rooms.csv {time} --by station"), 0).stdout;
-    let second = "station_2_temp: { variable: temp, source: \"rooms#temp[station=2]@reading*5s\", rate: 0.2 Hz";
+    let second =
+        "station_2_temp: { variable: temp, source: \"rooms#temp[station=2]@reading*5s\", rate: 0.2 Hz";
     assert!(model.contains(second), "{model}");
     folder.refuses(&format!("draft rooms.csv {time} --by temp"), &["does not tell sources apart"]);
 }

@@ -108,7 +108,10 @@ fn fields_of_what_is_found_out_from_recordings() {
     let folder = Folder::new();
     let car = "PROJECT/examples/car.yaml PROJECT/examples/tuesday";
     check("calibrate", &objects(&folder, &format!("calibrate {car} --faults")));
-    let learned = ["learn PROJECT/examples/tuesday", "learn PROJECT/examples/tuesday --model PROJECT/examples/car.yaml"];
+    let learned = [
+        "learn PROJECT/examples/tuesday",
+        "learn PROJECT/examples/tuesday --model PROJECT/examples/car.yaml",
+    ];
     let learned: Vec<Value> = learned.iter().flat_map(|it| objects(&folder, it)).collect();
     folder.write("power.csv", learn::power(2_000));
     check("learn", &[learned, objects(&folder, "learn power.csv")].concat());
