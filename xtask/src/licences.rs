@@ -12,8 +12,16 @@ use std::fs;
 const SHIPPED: &str = "shsa";
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
-const LIBRARIES: [&str; 7] =
-    ["shsa-core", "shsa-message", "shsa-format", "shsa-bridge", "shsa-lab", "shsa-runtime", "shsa-demo"];
+const LIBRARIES: [&str; 8] = [
+    "shsa-core",
+    "shsa-message",
+    "shsa-format",
+    "shsa-bridge",
+    "shsa-lab",
+    "shsa-report",
+    "shsa-runtime",
+    "shsa-demo",
+];
 
 /// The part of `deny.toml` that is used here; cargo-deny uses the rest.
 #[derive(Deserialize)]

@@ -25,11 +25,25 @@ struct Total {
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
-/// Crates whose tests run the command, which may not be built yet when they are: they run after everything is built.
+/// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
+const LONG: [&str; 3] = ["recordings", "live", "chaos"];
+
+/// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
+
+/// The command that they run.
+const COMMAND: &str = "shsa";
 
 /// Runs a command with lower priority.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
+
+/// What cargo says that it has built.
+#[derive(Debug, PartialEq)]
+enum Built {
+    Test(Program),
+    /// The command that other tests run.
+    Command,
+}
 
 /// A built test program.
 #[derive(Debug, PartialEq)]
@@ -46,8 +60,9 @@ struct Program {
 struct Queue {
     waiting: Vec<Program>,
     computing: Vec<Program>,
-    /// Programs that must wait until everything is built.
+    /// Programs that wait for the command.
     late: Vec<Program>,
+    has_command: bool,
     /// Whether no further program will be added.
     is_complete: bool,
     total: Total,
@@ -55,24 +70,39 @@ struct Queue {
 }
 
 impl Queue {
-    /// Marks the queue as complete.
+    /// Marks the queue as complete. Without the command, because it did not build, the programs that wait for it fail by themselves.
     fn complete(&mut self) {
         self.is_complete = true;
+        self.release();
+    }
+
+    /// Takes in what was built.
+    fn take(&mut self, built: Built) {
+        match built {
+            Built::Test(program) => self.add(program),
+            Built::Command => self.release(),
+        }
+    }
+
+    /// Lets the programs run that wait for the command.
+    fn release(&mut self) {
+        self.has_command = true;
         for program in mem::take(&mut self.late) {
             self.add(program);
         }
     }
 
-    /// Adds a built program.
     fn add(&mut self, program: Program) {
-        let list = if !self.is_complete && LATE.iter().any(|late| program.folder.ends_with(late)) {
+        let list = if !self.has_command && LATE.iter().any(|late| program.folder.ends_with(late)) {
             &mut self.late
         } else if WAITING.contains(&program.name.as_str()) {
             &mut self.waiting
         } else {
             &mut self.computing
         };
-        list.push(program);
+        // Programs are taken from the end.
+        let at = if LONG.contains(&program.name.as_str()) { list.len() } else { 0 };
+        list.insert(at, program);
     }
 }
 
@@ -154,21 +184,25 @@ fn build(shared: &Shared) -> Result<()> {
     let messages = ["--message-format", "json-render-diagnostics"];
     let line: Vec<&str> = GIVING_WAY.into_iter().chain(cargo).chain(messages).collect();
     command::listen(&line, |message| {
-        let Some(program) = program(message) else { return };
-        shared.change(|queue| queue.add(program));
+        let Some(built) = built(message) else { return };
+        shared.change(|queue| queue.take(built));
     })
 }
 
-/// The test program in a message of cargo; `None` for other messages.
-fn program(message: &str) -> Option<Program> {
+/// The test program or the command in a message of cargo; `None` for other messages.
+fn built(message: &str) -> Option<Built> {
     let message: Value = serde_json::from_str(message).ok()?;
     let is_test = message["profile"]["test"].as_bool()?;
-    let program = Program {
-        name: message["target"]["name"].as_str()?.to_owned(),
-        executable: message["executable"].as_str()?.into(),
+    let name = message["target"]["name"].as_str()?;
+    let executable = message["executable"].as_str()?;
+    if !is_test {
+        return (name == COMMAND && message["target"]["kind"][0] == "bin").then_some(Built::Command);
+    }
+    Some(Built::Test(Program {
+        name: name.to_owned(),
+        executable: executable.into(),
         folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
-    };
-    is_test.then_some(program)
+    }))
 }
 
 /// Runs one program after the other, and shows the output of each after its end, so that outputs do not mix. `under` is the
@@ -231,8 +265,8 @@ mod tests {
 
     #[test]
     fn test_programs_are_among_the_messages_of_cargo() {
-        let message = |test: bool| {
-            let target = r#"{"name": "live", "kind": ["test"]}"#;
+        let message = |name: &str, kind: &str, test: bool| {
+            let target = format!(r#"{{"name": "{name}", "kind": ["{kind}"]}}"#);
             format!(
                 r#"{{"reason": "compiler-artifact", "manifest_path": "/w/crates/a/Cargo.toml", "target": {target},
                     "profile": {{"test": {test}}}, "executable": "/w/target/live-1"}}"#
@@ -243,10 +277,12 @@ mod tests {
             executable: "/w/target/live-1".into(),
             folder: "/w/crates/a".into(),
         };
-        assert_eq!(program(&message(true)), Some(live));
-        assert_eq!(program(&message(false)), None);
-        assert_eq!(program(r#"{"reason": "build-finished", "success": true}"#), None);
-        assert_eq!(program("a line of something else"), None);
+        assert_eq!(built(&message("live", "test", true)), Some(Built::Test(live)));
+        assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command));
+        assert_eq!(built(&message("shsa-bench", "bin", false)), None);
+        assert_eq!(built(&message("own_bus", "example", false)), None);
+        assert_eq!(built(r#"{"reason": "build-finished", "success": true}"#), None);
+        assert_eq!(built("a line of something else"), None);
     }
 
     #[test]
@@ -259,17 +295,28 @@ mod tests {
         let shared = Shared::default();
         for (name, folder) in [("live", "shsa"), ("cli", "shsa-bench"), ("all", "shsa-core")] {
             let program = program(name, folder);
-            shared.change(|queue| queue.add(program));
+            shared.change(|queue| queue.take(Built::Test(program)));
         }
         let next = |shared: &Shared| shared.next(|it| it.computing.pop()).map(|program| program.name);
         assert_eq!(next(&shared).as_deref(), Some("all"));
         thread::scope(|scope| {
             let waits = scope.spawn(|| next(&shared));
-            shared.change(Queue::complete);
+            shared.change(|queue| queue.take(Built::Command));
             assert_eq!(waits.join().unwrap().as_deref(), Some("cli"));
         });
+        shared.change(Queue::complete);
         assert_eq!(next(&shared), None);
         assert_eq!(shared.lock().waiting.len(), 1);
+    }
+
+    #[test]
+    fn long_programs_begin_first() {
+        let mut queue = Queue { has_command: true, ..Queue::default() };
+        for name in ["cli", "recordings", "readme"] {
+            queue.add(Program { name: name.into(), executable: "/x".into(), folder: "/w/shsa".into() });
+        }
+        let taken = std::iter::from_fn(|| queue.computing.pop()).map(|program| program.name);
+        assert_eq!(taken.collect::<Vec<_>>(), ["recordings", "cli", "readme"]);
     }
 
     #[test]

@@ -34,7 +34,7 @@ pub struct Timing {
 impl Timing {
     /// How long after an event an output contains all of it.
     #[must_use]
-    pub fn tells_all_after(&self) -> Span {
+    pub fn complete_after(&self) -> Span {
         self.lag + self.window.max(Span(self.mean_over.0 / 2))
     }
 }

@@ -170,13 +170,16 @@ impl Run {
     }
 
     /// Every event with the knowledge base to which its ids belong, oldest first.
-    pub fn told_events(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
+    pub fn events_with_models(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
         let known = move |at: usize| self.known(|past| at < past.events);
         self.events.iter().enumerate().map(move |(at, event)| (known(at), event))
     }
 
     /// The published values from the `from`th on, each with the knowledge base to which its ids belong, oldest first.
-    pub fn told_values(&self, from: usize) -> impl Iterator<Item = (&KnowledgeBase, &Publication)> {
+    pub fn publications_with_models(
+        &self,
+        from: usize,
+    ) -> impl Iterator<Item = (&KnowledgeBase, &Publication)> {
         let known = move |at: usize| self.known(|past| at < past.publications);
         self.publications.iter().enumerate().skip(from).map(move |(at, publication)| (known(at), publication))
     }

@@ -17,16 +17,27 @@ pub(crate) use line::Number;
 use crate::drive::{Era, Given};
 use crate::model::live::{Live, Written};
 use crate::order::OrderForm;
+use crate::recording::mcap;
 use crate::state::StateForm;
 use line::{Head, Line, Value};
 use serde::Serialize;
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::time::Time;
-use std::io::{self, BufRead, Write};
+use std::fs::File;
+use std::io::{self, BufRead, BufReader, Write};
+use std::path::Path;
+
+/// The first line is no longer, bytes.
+const HEAD_MAX: u64 = 1 << 20;
 
 /// The value of the field `journal` in the first line.
 const FORMAT: &str = "shsa-journal-1";
+
+/// The profile of files of MCAP that hold a journal, and the topic whose messages are its lines.
+pub const PROFILE: &str = "shsa";
+/// The topic of the journal in such a file.
+pub const TOPIC: &str = "/shsa/journal";
 
 /// Writes the inputs of a run.
 #[derive(Debug)]
@@ -132,6 +143,35 @@ pub struct Journal {
 #[must_use]
 pub fn is_journal(first_line: &str) -> bool {
     serde_json::from_str::<Head>(first_line).is_ok_and(|head| head.journal == FORMAT)
+}
+
+/// Whether a file is a journal, or a record of a run that holds one.
+#[must_use]
+pub fn is_journal_file(path: &Path) -> bool {
+    let mut line = String::new();
+    path.is_file()
+        && (mcap::has_profile(path, PROFILE)
+            || File::open(path).is_ok_and(|file| {
+                let limited = io::Read::take(file, HEAD_MAX);
+                BufReader::new(limited).read_line(&mut line).is_ok() && is_journal(&line)
+            }))
+}
+
+/// Reads a journal from a file, as [`read_journal`] does, or from the record of a run.
+///
+/// # Errors
+/// When the file cannot be read at all, or belongs to another model.
+pub fn read_file(path: &Path, live: Live) -> Result<Journal, JournalError> {
+    if !mcap::has_profile(path, PROFILE) {
+        return read_journal(BufReader::new(File::open(path)?), live);
+    }
+    let (lines, damage) = mcap::lines(path, TOPIC).map_err(io::Error::other)?;
+    let mut journal = read_journal(&*lines, live)?;
+    if let Some(problem) = damage {
+        let count = lines.iter().filter(|byte| **byte == b'\n').count();
+        journal.damage = Some((count + 1, problem));
+    }
+    Ok(journal)
 }
 
 /// Reads a journal for the model with which its run began; a damaged journal gives the inputs before the damage.

@@ -1,27 +1,27 @@
-// What all ways of knowing a variable say, as bands over time: conflicts hatched, the blamed dashed, gaps as gaps.
+// The values of all ways of knowing a variable as bands over time: conflicts are hatched, ways with an accused signal dashed, gaps stay empty.
 
 import { ask, messages } from "./stream.js";
 import { clock, drawn, enclosed, made, number, setText } from "./words.js";
 
-/** So much of the past is kept, nanoseconds, and so many samples of a way at most. */
+/** The length of the past that is kept, nanoseconds, and the most samples of a way. */
 const KEPT = 300e9;
 const MOST = 6000;
-/** The spans that can be looked at, seconds. */
+/** The selectable spans, seconds. */
 const SPANS = [5, 10, 30, 60, 300];
-/** Disagreements that are no further apart are one conflict, nanoseconds. */
+/** Disagreements at most this far apart count as one conflict, nanoseconds. */
 const APART = 1e9;
 const HEIGHT = 360;
 const ROOM = { left: 64, right: 8, top: 24, bottom: 32 };
 const PAUSE = 1000;
 
-/** A step of 1, 2 or 5 times a power of ten, so that about `count` fit into a range. */
+/** A step of 1, 2 or 5 times a power of ten, of which about `count` fit into a range. */
 export function step(range, count) {
   const raw = range / count;
   const power = 10 ** Math.floor(Math.log10(raw));
   return [1, 2, 5, 10].map((times) => times * power).find((it) => it >= raw) ?? 10 * power;
 }
 
-/** Samples in pieces between which nothing was said; of many, the least and the most in each of some stretches of time. */
+/** Samples in pieces, separated by gaps. Of many samples, each stretch of time keeps the minimum and the maximum. */
 export function pieces(samples, from, to, columns) {
   const shown = samples.filter(([at]) => at >= from && at <= to);
   const spacings = shown.slice(1).map(([at], before) => at - shown[before][0]).sort((one, other) => one - other);
@@ -43,7 +43,7 @@ export function pieces(samples, from, to, columns) {
   return found;
 }
 
-/** Moments as stretches, those joined that are not far apart. */
+/** Moments as stretches; close ones are joined. */
 export function stretches(moments) {
   const found = [];
   for (const at of moments.toSorted((one, other) => one - other)) {
@@ -102,14 +102,14 @@ export class Bands {
     this.control = null;
   }
 
-  /** The decisions, of which those about the variable are marked. */
+  /** Sets the decisions; those about the variable are marked. */
   take(events, areAll) {
     this.events = [...(areAll ? [] : this.events), ...events].slice(-500);
   }
 
   show(tables, _now, isVisible) {
     this.tables = tables;
-    // Once a variable is looked at it is listened to, whatever is shown: what nobody has heard would look like a gap.
+    // A variable stays subscribed after its first selection: a time without subscription would look like a gap.
     this.isVisible = isVisible;
     if (!isVisible) return;
     const { needs = {}, signals = {} } = tables;
@@ -123,7 +123,7 @@ export class Bands {
     }
   }
 
-  /** Turns to a variable; where a moment is given, that is looked at. */
+  /** Selects a variable; a given moment moves to the middle. */
   follow(variable, moment = null) {
     this.search.value = variable;
     if (variable !== this.variable) {
@@ -139,7 +139,7 @@ export class Bands {
     this.draw();
   }
 
-  /** Hears what the ways say until it is stopped. */
+  /** Subscribes to the values of the ways until it is stopped. */
   async listen() {
     const control = new AbortController();
     this.control = control;
@@ -191,7 +191,7 @@ export class Bands {
     return this.until - this.span * 1e9;
   }
 
-  /** The cursor follows the pointer. */
+  /** Moves the cursor to the pointer. */
   point(x) {
     const inside = x !== null && x >= ROOM.left && x <= this.width - ROOM.right;
     this.cursor = inside ? this.from + ((x - ROOM.left) / this.inner) * this.span * 1e9 : null;
@@ -204,7 +204,7 @@ export class Bands {
     if (event.key in steps) {
       const cursor = (this.cursor ?? this.until) + (steps[event.key] * this.span * 1e9) / 100;
       this.cursor = Math.min(this.until, Math.max(this.from, cursor));
-      // The end stays where it is, or the cursor would run away.
+      // The end is kept: a moving end would move the values below the cursor.
       this.hold(true);
     } else if (event.key === "Home") this.cursor = this.from;
     else if (event.key === "End") this.cursor = this.until;
@@ -279,7 +279,7 @@ export class Bands {
     return drawn("g", { class: `way way-${at % 7}${blamed}` }, [drawn("path", { class: "area", d: area }), drawn("path", { class: "center", d: middle })]);
   }
 
-  /** The decisions about the variable or a signal that it is known from. */
+  /** The decisions about the variable, or about a signal of one of its ways. */
   about() {
     const signals = new Set([...this.ways.values()].flatMap((way) => way.signals));
     return this.events.filter(({ variable, signal }) => variable === this.variable || signals.has(signal));
@@ -300,7 +300,7 @@ export class Bands {
     return [drawn("path", { class: "cursor", d: `M${x(this.cursor)} ${ROOM.top}V${HEIGHT - ROOM.bottom}` })];
   }
 
-  /** What each way has said at the cursor, or last. */
+  /** The value of each way at the cursor; without a cursor, the latest one. */
   read(shown) {
     const moment = this.cursor ?? this.until;
     const rows = shown.map(({ words, way, at }) => {

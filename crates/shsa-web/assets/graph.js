@@ -1,25 +1,25 @@
-// The knowledge graph around a variable: what it can be known from, laid out in columns, the substitution in use as a path.
+// The knowledge graph around a variable: the sources of its values in columns, and the substitution in use as a path.
 
 import { ask } from "./stream.js";
 import { age, clock, drawn, enclosed, made, setText, signed, spread } from "./words.js";
 
-/** So many nodes are drawn at most: the nearest ones. */
+/** The most nodes that are drawn: the nearest ones. */
 const MOST = 60;
-/** So many names are offered while one is typed. */
+/** The most names that are offered while one is typed. */
 const MOST_OFFERED = 100;
 const WIDTH = 176;
 const HEIGHT = 40;
 const COLUMN = 216;
 const ROW = 56;
 const MARGIN = 16;
-/** The scale at which texts can still be read. */
+/** The smallest scale at which texts are legible. */
 const LEAST = 0.72;
-/** So many signs of a name fit into a node. */
+/** The most characters of a name in a node. */
 const FITTING = 17;
 
 const shortened = (name) => (name.length > FITTING ? `…${name.slice(1 - FITTING)}` : name);
 
-/** A model, with what refers to each variable. */
+/** A model, with the elements that refer to each variable. */
 export class Structure {
   constructor(model) {
     const byName = (list) => new Map(list.map((it) => [it.name, it]));
@@ -45,7 +45,7 @@ export class Structure {
   }
 }
 
-/** The nodes around a variable and what joins them: nearest first, each with its column, counted from the variable. */
+/** The nodes around a variable and their edges: nearest first, each with its column, counted from the variable. */
 export function around(structure, focus) {
   const nodes = new Map();
   const edges = [];
@@ -81,7 +81,7 @@ export function around(structure, focus) {
   return { nodes: [...nodes.values()], edges, more };
 }
 
-/** Gives each node its place: columns from the right, in each an order with few crossings. */
+/** Places the nodes: columns from the right, each in an order with few crossings. */
 export function place({ nodes, edges }) {
   const columns = [];
   for (const node of nodes) (columns[node.column] ??= []).push(node);
@@ -119,7 +119,7 @@ export function place({ nodes, edges }) {
   return { width, height };
 }
 
-/** The line of an edge: from the right side of a node to the left side of the next, or around where that stands behind it. */
+/** The line of an edge: from the right side of a node to the left side of the next; around both if the next one is not to the right. */
 function line({ from, to }) {
   const [y, end] = [from.y + HEIGHT / 2, to.y + HEIGHT / 2];
   if (from.x >= to.x) {
@@ -131,7 +131,7 @@ function line({ from, to }) {
   return `M${x} ${y}C${middle} ${y} ${middle} ${end} ${last - 8} ${end}`;
 }
 
-/** What is drawn beside the straight: two signals that contradict each other. */
+/** The curve of a conflict between two signals. */
 function arc(one, other) {
   const [x, y] = [one.x, one.y + HEIGHT / 2];
   const [lastX, lastY] = [other.x, other.y + HEIGHT / 2];
@@ -146,7 +146,7 @@ const SHAPES = {
 };
 
 export class Graph {
-  /** `token` gives the token of now, `show` leads to the bands of a variable. */
+  /** `token` returns the present token, `show` opens the bands of a variable. */
   constructor({ token, show }) {
     const of = (name) => document.getElementById(name);
     Object.assign(this, { token, showBands: show, model: null, version: null, structure: null, focus: null, chosen: null, tables: {} });
@@ -209,7 +209,7 @@ export class Graph {
     this.draw(variable);
   }
 
-  /** Lays out and draws what is around a variable. */
+  /** Lays out and draws the surroundings of a variable. */
   draw(focus) {
     if (!focus) return;
     this.focus = focus;
@@ -230,7 +230,7 @@ export class Graph {
     }
     this.conflicts = drawn("g", { class: "conflicts" });
     this.drawn = "";
-    // A little smaller where it does not fit otherwise; what does not fit then is reached by scrolling.
+    // A large graph is drawn smaller, down to the smallest legible scale; beyond that it is scrolled.
     const scale = Math.min(1, Math.max(LEAST, this.drawing.clientWidth / width));
     const svg = drawn("svg", { viewBox: `0 0 ${width} ${height}`, width: width * scale, height: height * scale, role: "group", "aria-label": `What ${focus} can be known from` });
     const tip = drawn("marker", { id: "tip", viewBox: "0 0 8 8", refX: 0, refY: 4, markerWidth: 8, markerHeight: 8, markerUnits: "userSpaceOnUse", orient: "auto" });
@@ -243,7 +243,7 @@ export class Graph {
     this.refresh();
   }
 
-  /** The way in use: what of it is drawn. */
+  /** The drawn nodes of the way in use. */
   inUse() {
     const { needs = {}, ahead = {} } = this.tables;
     const used = { signals: new Set(), relations: new Set(), variables: new Set() };
@@ -258,12 +258,12 @@ export class Graph {
     return used;
   }
 
-  /** Marks what is thought of the signals now, and what is in use. */
+  /** Marks the verdicts of the signals, and the way in use. */
   refresh() {
     const { signals = {}, conflicts = {} } = this.tables;
     const used = this.inUse();
     const isUsed = ({ kind, name }) => used[`${kind}s`].has(name);
-    // What is computed on the way, too.
+    // Intermediate variables belong to the way.
     for (const { from, to } of this.edges) if (from.kind === "relation" && isUsed(from) && this.isRead(to, used)) used.variables.add(to.name);
     for (const node of this.nodes) {
       const verdict = node.kind === "signal" ? signals[node.name]?.verdict ?? "unknown" : "";
@@ -288,12 +288,12 @@ export class Graph {
     this.tell();
   }
 
-  /** Whether a variable is read by what is in use. */
+  /** Whether the way in use reads a variable. */
   isRead(variable, used) {
     return variable.name === this.focus || this.edges.some(({ from, to }) => from === variable && to.kind === "relation" && used.relations.has(to.name));
   }
 
-  /** Links between the signals of two ways that contradict each other. */
+  /** The conflicts between the signals of two ways. */
   links({ variable, one, other }) {
     const node = (name) => this.nodes.find(({ key }) => key === `signal ${name}`);
     const only = (these, those) => these.filter((name) => !those.includes(name)).map(node).filter(Boolean);
@@ -307,7 +307,7 @@ export class Graph {
     this.refresh();
   }
 
-  /** What is known about the node that is chosen. */
+  /** The details of the selected node. */
   tell() {
     const node = this.nodes.find(({ key }) => key === this.chosen);
     if (!node) return;

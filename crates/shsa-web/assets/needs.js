@@ -1,10 +1,10 @@
-// The needs: value, width, quality, source, age and what is left of each, and its last minute.
+// The needs: value, width, quality, source, age, the remaining sources, and the last minute of each.
 
 import { age, arrange, drawn, made, number, quality, setText, signed } from "./words.js";
 
-/** So much of the past is drawn, nanoseconds. */
+/** The length of the past that is drawn, nanoseconds. */
 const PAST = 60e9;
-/** So many needs are shown at most. */
+/** The most needs that are shown. */
 const MOST = 200;
 const FACTS = [
   ["source", "source"], ["age", "age"], ["next", "next"], ["left", "survives"], ["published", "goes out as"], ["gap", "largest gap"],
@@ -17,7 +17,7 @@ class Past {
     this.source = null;
   }
 
-  /** Takes in how it stands now. */
+  /** Takes in the present state. */
   keep(need, [lo, hi, last], now) {
     const isSwitch = this.source !== null && need.source !== this.source;
     this.source = need.source;
@@ -119,19 +119,19 @@ function left(tolerance) {
 }
 
 export class Needs {
-  /** `show` leads to the bands of a variable. */
+  /** `show` opens the bands of a variable. */
   constructor({ show }) {
     this.showBands = show;
     this.list = document.getElementById("needs-list");
     this.more = document.getElementById("needs-more");
     this.cards = new Map();
-    // What is not in sight is not drawn.
+    // Only visible needs are drawn.
     this.sight = new IntersectionObserver((entries) => {
       for (const { target, isIntersecting } of entries) target.card.isSeen = isIntersecting;
     }, { rootMargin: "200px" });
   }
 
-  /** Another model: nothing of the one before is left. */
+  /** Another model: the needs of the previous one are removed. */
   reset() {
     this.cards.clear();
     this.list.replaceChildren();

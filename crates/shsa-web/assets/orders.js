@@ -3,12 +3,12 @@
 import { ask } from "./stream.js";
 import { clock, made, setText } from "./words.js";
 
-/** So many names are offered while one is typed. */
+/** The most names that are offered while one is typed. */
 const MOST = 100;
-/** So many orders are shown of those that were given. */
+/** The most given orders that are shown. */
 const MOST_AUDIT = 20;
 
-/** What each order is about, and the field that says so. */
+/** The subject of each order, and its field. */
 const FIELDS = { signal: ["signal"], relation: ["relation"], need: ["need"], force: ["need", "source"] };
 
 export class Orders {
@@ -54,13 +54,13 @@ export class Orders {
     this.shown = "";
   }
 
-  /** The order that is chosen and the fields that it takes. */
+  /** The selected order and its fields. */
   chosen() {
     const [order, about] = this.kind.value.split(" ");
     return { order, fields: FIELDS[order] ?? FIELDS[about] };
   }
 
-  /** Shows the fields of the order that is chosen. */
+  /** Shows the fields of the selected order. */
   choose() {
     const { fields } = this.chosen();
     for (const [name, place] of Object.entries(this.places)) place.hidden = !fields.includes(name);
@@ -102,7 +102,7 @@ export class Orders {
     return item;
   }
 
-  /** Names that begin or contain what is typed. */
+  /** Offers the names that contain the typed text. */
   offer(what) {
     const { ahead = {}, signals = {} } = this.tables;
     const all = what === "signal" ? Object.keys(signals) : [...new Set(Object.values(ahead).flat().flatMap((way) => way.relations))];
@@ -111,7 +111,7 @@ export class Orders {
     this.offered[what].replaceChildren(...found.map((name) => new Option(name, name)));
   }
 
-  /** The ways that could serve the need that is chosen. */
+  /** The ways that could serve the selected need. */
   offerSources() {
     const { needs = {}, ahead = {} } = this.tables;
     const name = Object.keys(needs).find((it) => needs[it].signal === this.fields.need.value);
@@ -146,7 +146,7 @@ export class Orders {
     }
   }
 
-  /** Keeps what was ordered, by whomever. */
+  /** Keeps the orders of all users. */
   take(events, areAll) {
     const ordered = events.filter(({ kind }) => kind === "ordered" || kind === "denied");
     if (ordered.length === 0 && !areAll) return;

@@ -1,4 +1,4 @@
-// Starts the page: what the stream brings goes into the views, of which the address names the one that is shown.
+// Starts the page: passes the data of the stream to the views, and shows the view that the address names.
 
 import { Stream } from "./stream.js";
 import { Needs } from "./needs.js";
@@ -27,7 +27,7 @@ const views = {
 let model = null;
 let current = "needs";
 
-/** Shows the view that the address names, and beside it the timeline where there is room. */
+/** Shows the view that the address names; a wide page has the timeline beside it. */
 function turn(isAsked) {
   const name = location.hash.slice(1);
   const section = document.getElementById(name);
@@ -44,20 +44,20 @@ function turn(isAsked) {
   if (isAsked) document.getElementById(current).focus({ preventScroll: true });
 }
 
-/** Leads to the bands of a variable, or of that of a signal, at a moment. */
+/** Opens the bands of a variable, or of the variable of a signal, at a moment. */
 function showBands(name, moment = null) {
   location.hash = "bands";
   bands.follow(stream.models[model]?.signals?.[name]?.variable ?? name, moment);
 }
 
-/** How the connection stands, in words; the page looks stale while it is not there. */
+/** Shows the state of the connection; without one the page looks stale. */
 function tell(words, isStale) {
   setText(link, words);
   link.classList.toggle("stale", isStale);
   document.body.classList.toggle("stale-page", isStale);
 }
 
-/** Offers the models where there are several, and keeps to the one that is chosen. */
+/** Offers the models if there are several, and keeps the selected one. */
 function follow(models) {
   const names = Object.keys(models);
   if (names.join("\n") !== [...choice.options].map((option) => option.value).join("\n")) {

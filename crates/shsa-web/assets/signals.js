@@ -1,8 +1,8 @@
-// The signals: what is thought of each, and what it said last; those that are not trusted first.
+// The signals: verdict and last value of each; those that are not trusted come first.
 
 import { age, arrange, enclosed, made, setText, signed, spread } from "./words.js";
 
-/** So many are listed at most. */
+/** The most signals that are listed. */
 const MOST = 200;
 const ORDER = ["failed", "silent", "suspect", "unknown", "healthy"];
 
@@ -34,7 +34,7 @@ class Line {
 }
 
 export class Signals {
-  /** `show` leads to the bands of what a signal carries. */
+  /** `show` opens the bands of the variable of a signal. */
   constructor({ show }) {
     this.showBands = show;
     this.list = document.getElementById("signals-list");

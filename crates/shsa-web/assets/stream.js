@@ -1,15 +1,15 @@
-// The stream of an instance: all rows first, then those that have changed.
+// The stream of an instance: all rows first, then the changed ones.
 
-/** Without news for so long, what is shown is old; milliseconds. */
+/** After this time without a message the shown data are stale; milliseconds. */
 const SILENCE = 2000;
-/** Between two attempts to connect; where the instance has said no, it is longer. */
+/** The time between two attempts to connect; longer after a refusal. */
 const PAUSE = 500;
 const REFUSED_PAUSE = 5000;
 
-/** The instance has answered, and said no. */
+/** The instance has refused the request. */
 class Refusal extends Error {}
 
-/** What a path of the instance answers. */
+/** The answer of the instance to a path. */
 export async function ask(path, token, more = {}) {
   const headers = { ...more.headers, ...(token ? { Authorization: `Bearer ${token}` } : {}) };
   const response = await fetch(path, { ...more, headers, cache: "no-store" });
@@ -40,7 +40,7 @@ export async function* messages(body) {
   }
 }
 
-/** Puts the rows of a part in their places: models, tables, rows; a row that is null is gone. */
+/** Merges changed rows into the data: models, tables, rows. A row that is null is removed. */
 export function merge(models, part) {
   for (const [model, tables] of Object.entries(part)) {
     models[model] ??= {};
@@ -55,13 +55,13 @@ export function merge(models, part) {
 }
 
 export class Stream {
-  /** `heard` gets the head, the models and new decisions; `lost` why there is nothing new, and for how many seconds. */
+  /** `heard` gets the head, the models and new decisions; `lost` the reason of a silence, and its seconds. */
   constructor({ token, heard, lost }) {
     Object.assign(this, { token, heard, lost, models: {}, at: Date.now(), why: "no connection yet", control: null, wake: null });
     setInterval(() => this.watch(), 250);
   }
 
-  /** Connects again at once, with the token of now. */
+  /** Connects again at once, with the present token. */
   again() {
     this.control?.abort();
     this.wake?.();
@@ -88,7 +88,7 @@ export class Stream {
     const silence = Date.now() - this.at;
     if (silence <= SILENCE) return;
     this.lost(this.why, Math.floor(silence / 1000));
-    // A connection that says nothing may be none.
+    // A silent connection may be a broken one.
     if (silence > 5 * SILENCE) this.control?.abort();
   }
 

@@ -2,11 +2,11 @@
 
 import { clock, made, signed } from "./words.js";
 
-/** So many decisions are kept and shown. */
+/** The most decisions that are kept and shown. */
 const MOST = 200;
 
 export class Timeline {
-  /** `show` leads to the bands of what a decision is about, at its moment. */
+  /** `show` opens the bands of the subject of a decision, at its moment. */
   constructor({ show }) {
     this.show = show;
     this.list = document.getElementById("timeline-list");
@@ -19,7 +19,7 @@ export class Timeline {
     this.draw();
   }
 
-  /** Takes in decisions; where they are all that there are, those before are forgotten. */
+  /** Takes in decisions; a complete list replaces the previous ones. */
   take(events, areAll) {
     if (events.length === 0 && !areAll) return;
     this.events = [...(areAll ? [] : this.events), ...events].slice(-MOST);

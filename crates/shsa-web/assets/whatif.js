@@ -1,16 +1,16 @@
-// What if: lose these signals, and see what takes over at what utility, and what nothing heals.
+// What if: the sources that take over after the loss of signals, their utility, and the needs that no source serves.
 
 import { ask } from "./stream.js";
 import { arrange, made, setText } from "./words.js";
 
-/** So many signals are offered at most. */
+/** The most signals that are offered. */
 const MOST = 100;
-/** So many further losses are shown of each need. */
+/** The most further losses that are shown for each need. */
 const MOST_FURTHER = 50;
 
 const utility = (way) => way.utility.toPrecision(3);
 
-/** What a change of utility is, in percent. */
+/** A change of utility in percent. */
 function change(way, before) {
   if (!before) return "";
   const percent = Math.round((100 * (way.utility - before.utility)) / before.utility);
@@ -52,7 +52,7 @@ export class WhatIf {
     const isOffered = (name) => this.lost.has(name) || name.toLowerCase().includes(words);
     const offered = all.filter(isOffered).slice(0, MOST);
     arrange(this.list, this.boxes, offered, (name) => this.box(name));
-    // Another version of the model may answer otherwise.
+    // Another version of the model may give another answer.
     const asked = JSON.stringify([this.model, tables.about?.version, [...this.lost]]);
     if (asked !== this.asked) {
       this.asked = asked;

@@ -1,4 +1,4 @@
-// Words, signs and numbers that all views share, and how elements are made.
+// Words, signs and numbers that all views share, and functions that make elements.
 
 const SIGNS = {
   good: "✓", healthy: "✓", restored: "✓",
@@ -10,12 +10,12 @@ const SIGNS = {
   unknown: "·",
 };
 
-/** A word of a verdict, quality or kind with its sign: never told by colour alone. */
+/** A verdict, quality or kind with its sign: colour is never the only difference. */
 export function signed(word) {
   return SIGNS[word] ? `${SIGNS[word]} ${word}` : word;
 }
 
-/** How a need is served, by the name that its values carry on the bus. */
+/** The quality of a need, by its name on the bus. */
 const QUALITIES = {
   Good: "good",
   UncertainSubstituteValue: "substitute",
@@ -46,19 +46,19 @@ export function drawn(name, attributes = {}, children = []) {
   return element;
 }
 
-/** Sets a text only where it has changed, so that nothing moves that has not. */
+/** Sets a text only if it has changed: an unchanged one does not flicker. */
 export function setText(element, text) {
   if (element.textContent !== text) element.textContent = text;
 }
 
-/** A number with as many decimals as its width allows to tell. */
+/** A number with the decimals that its width makes significant. */
 export function number(value, width) {
   const size = width > 0 ? width : Math.abs(value) / 1000;
   const decimals = size > 0 ? Math.min(6, Math.max(0, 1 - Math.floor(Math.log10(size)))) : 3;
   return value.toFixed(decimals);
 }
 
-/** Bounds with their unit, as a middle and what it may be off by. */
+/** Bounds with their unit, as a middle and its largest error. */
 export function enclosed(lo, hi, unit) {
   if (lo == null || hi == null) return "–";
   const width = hi - lo;
@@ -66,14 +66,14 @@ export function enclosed(lo, hi, unit) {
   return unit ? `${shown} ${unit}` : shown;
 }
 
-/** The least and the most of several values, with their unit. */
+/** The minimum and the maximum of several values, with their unit. */
 export function spread(lo, hi, unit) {
   if (lo == null || hi == null) return "–";
   const shown = `${number(lo, hi - lo)} to ${number(hi, hi - lo)}`;
   return unit ? `${shown} ${unit}` : shown;
 }
 
-/** How long something is past, in words that keep their width. */
+/** An age in words of constant width. */
 export function age(now, then) {
   if (then == null) return "never";
   const seconds = Math.max(0, (now - then) / 1e9);
@@ -82,13 +82,13 @@ export function age(now, then) {
   return `${Math.floor(seconds / 3600)} h`;
 }
 
-/** A time of nanoseconds since 1970, as this machine's clock shows it. */
+/** A time in nanoseconds since 1970 as local time. */
 export function clock(nanoseconds) {
   const date = new Date(nanoseconds / 1e6);
   return `${date.toLocaleTimeString("en-GB")}.${String(date.getMilliseconds()).padStart(3, "0")}`;
 }
 
-/** Makes a list show exactly these entries: elements are kept by their key, made where they are new, and stand in order. */
+/** Makes a list show exactly these entries, in order. Elements are kept by their key; new ones are made. */
 export function arrange(list, known, keys, make) {
   const wanted = new Set(keys);
   for (const [key, entry] of known) {

@@ -2,13 +2,14 @@
 
 use crate::outcome::Outcome;
 use crate::requirements;
-use crate::show::{self, Paint};
-use crate::unwatched;
+use crate::show;
 use serde_json::json;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, Severity};
 use shsa_format::model::{self, Located, Report};
 use shsa_format::text::counted;
+use shsa_report::Paint;
+use shsa_report::analysis::{shortened, unwatched};
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -58,8 +59,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut loaded = model::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;
     if loaded.report.ok() {
-        let mut warnings = unwatched::declared(knowledge, WatchBudget::default());
-        warnings.extend(unwatched::shortened(requirements::unmet(knowledge)));
+        let mut warnings = unwatched(knowledge, WatchBudget::default());
+        warnings.extend(shortened(requirements::unmet(knowledge)));
         let file = arguments.model.display().to_string();
         loaded.report.diagnostics.extend(warnings.into_iter().map(|told| Located::warning(&file, told)));
     }
@@ -88,7 +89,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn size(knowledge: &KnowledgeBase) -> String {
     format!(
         "{}: {}, {}, {}, {}",
-        show::paint(Paint::Green, "ok"),
+        show::style().paint(Paint::Green, "ok"),
         counted(knowledge.variables().len(), "variable"),
         counted(knowledge.relations().len(), "relation"),
         counted(knowledge.signals().len(), "signal"),
@@ -100,7 +101,7 @@ fn problems(report: &Report) -> String {
     let of = |severity| report.diagnostics.iter().filter(|found| found.severity == severity).count();
     let told = counted(of(Severity::Error), "error");
     match of(Severity::Warning) {
-        0 => show::paint(Paint::Red, &told),
-        warnings => format!("{}, {}", show::paint(Paint::Red, &told), counted(warnings, "warning")),
+        0 => show::style().paint(Paint::Red, &told),
+        warnings => format!("{}, {}", show::style().paint(Paint::Red, &told), counted(warnings, "warning")),
     }
 }

@@ -3,12 +3,13 @@
 mod evidence;
 
 use crate::plan::{Names, find_variable};
-use crate::show::{self, Paint, paint};
+use crate::show;
 use evidence::Contracts;
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
 use shsa_core::plan::{Contingency, Graph, Options, Preparation, Requirements};
 use shsa_core::substitution::Substitution;
+use shsa_report::Paint;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -234,7 +235,7 @@ fn to_text(knowledge: &KnowledgeBase, prospects: &[Prospect]) -> String {
 
 /// The section of one variable: its server, the substitutes, and the losses without effect.
 fn section(knowledge: &KnowledgeBase, prospect: &Prospect) -> String {
-    let name = paint(Paint::Bold, &knowledge.variables()[prospect.variable].name);
+    let name = show::style().paint(Paint::Bold, &knowledge.variables()[prospect.variable].name);
     let head = match &prospect.now {
         None => return format!("{name}: nothing can provide it now"),
         Some(now) => format!(
@@ -248,13 +249,13 @@ fn section(knowledge: &KnowledgeBase, prospect: &Prospect) -> String {
         prospect.news().map(|(loss, server)| row(knowledge, prospect, loss, server)).collect();
     let mut lines = vec![head];
     if !rows.is_empty() {
-        lines.push(show::table(&["lost", "takes over", "from", "utility", "change"], rows));
+        lines.push(show::style().table(&["lost", "takes over", "from", "utility", "change"], rows));
     }
     let singles = |(loss, server): &&(Loss, Option<Server>)| loss.len() == 1 && *server == prospect.now;
     let same: Vec<&str> =
         prospect.after.iter().filter(singles).flat_map(|(loss, _)| signal_names(knowledge, loss)).collect();
     if !same.is_empty() {
-        lines.push(show::wrapped(&format!("no difference alone: {}", same.join(", ")), 0));
+        lines.push(show::style().wrapped(&format!("no difference alone: {}", same.join(", ")), 0));
     }
     if !prospect.complete {
         lines.push("not all losses were searched for: too much to search".to_owned());
@@ -273,7 +274,7 @@ fn row(
     if !along.is_empty() {
         lost = format!("{lost}, with it {}", signal_names(knowledge, &along).join(", "));
     }
-    let Some(server) = server else { return vec![lost, paint(Paint::Red, "nothing")] };
+    let Some(server) = server else { return vec![lost, show::style().paint(Paint::Red, "nothing")] };
     let mut relations = server.names.relations_or_own();
     if server.substitution.continues_itself(knowledge) {
         relations.push_str(" (from its last value)");
@@ -295,10 +296,10 @@ fn unhealed(knowledge: &KnowledgeBase, prospects: &[Prospect]) -> String {
     if missing.is_empty() {
         let pairs = prospects.iter().any(|prospect| prospect.table.preparation().pairs);
         let count = if pairs { "one or two signals" } else { "one signal" };
-        return paint(Paint::Green, &format!("every loss of {count} is healed"));
+        return show::style().paint(Paint::Green, &format!("every loss of {count} is healed"));
     }
     let row = |(loss, variables): (&&Loss, &Vec<&str>)| {
         vec![signal_names(knowledge, loss).join(" + "), variables.join(", ")]
     };
-    show::table(&["nothing heals the loss of", "needed for"], missing.iter().map(row).collect())
+    show::style().table(&["nothing heals the loss of", "needed for"], missing.iter().map(row).collect())
 }

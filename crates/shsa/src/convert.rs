@@ -1,6 +1,6 @@
 //! `shsa convert`: a knowledge base in another form, or as a drawing.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::{plan, show};
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
@@ -147,13 +147,13 @@ fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let (draft, losses) = (source.draft.clone(), source.losses);
     let loaded = source.build(&text, &name);
     show::tell_report(&loaded.report);
-    if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyTold.into()) }
+    if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyReported.into()) }
 }
 
 fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
     read.map_err(|report| {
         show::tell_report(&report);
-        AlreadyTold.into()
+        AlreadyReported.into()
     })
 }
 

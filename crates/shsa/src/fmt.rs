@@ -1,6 +1,6 @@
 //! `shsa fmt`: gives models one layout, and keeps their comments.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use anyhow::Context;
 use shsa_format::model::live::Written;
@@ -53,5 +53,5 @@ fn changed(model: &Path) -> anyhow::Result<Option<(&Path, String)>> {
 fn told(report: &Report) -> anyhow::Error {
     // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
-    AlreadyTold.into()
+    AlreadyReported.into()
 }

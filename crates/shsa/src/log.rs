@@ -3,12 +3,13 @@
 //! Decisions go to standard output, everything else to standard error. On a terminal, a line has no time, or the time since the
 //! start. In a log, it begins with the wall-clock time (UTC) and a level, or is a JSON object with both.
 
-use crate::show::{Paint, coloured};
+use crate::show::colour;
 use serde_json::{Map, Value, json};
 use shsa_core::engine::EventKind;
 use shsa_core::time::Time;
 use shsa_format::event;
 use shsa_message::stamp::{Notation, written};
+use shsa_report::{Paint, Style};
 use shsa_runtime::{Decision, Handle};
 use std::io::{IsTerminal, stderr};
 use std::sync::OnceLock;
@@ -158,7 +159,7 @@ pub(crate) fn line(level: Level, message: &str) -> Option<String> {
 }
 
 fn mark(paint: Paint, word: &str) -> String {
-    coloured(paint, word, stderr().is_terminal())
+    Style { colour: colour(stderr().is_terminal()), width: None }.paint(paint, word)
 }
 
 fn object(at: Time, level: Level, fields: Map<String, Value>) -> String {

@@ -2,7 +2,6 @@
 
 mod analyze;
 mod assure;
-mod bands;
 mod bus;
 mod calibrate;
 mod campaign;
@@ -22,10 +21,10 @@ mod log;
 mod man;
 mod monitor;
 mod outcome;
-mod page;
 mod parts;
 mod patch;
 mod plan;
+mod progress;
 mod reading;
 mod replay;
 mod requirements;
@@ -36,9 +35,7 @@ mod service;
 mod service_manager;
 mod show;
 mod story;
-mod tell;
 mod top;
-mod unwatched;
 mod watch;
 
 use clap::{Parser, Subcommand};

@@ -26,7 +26,7 @@ impl Outcome {
             if is_closed_pipe(&error) {
                 return Outcome::Done;
             }
-            if !error.is::<AlreadyTold>() {
+            if !error.is::<AlreadyReported>() {
                 show::fail(format_args!("{error:#}"));
             }
             Outcome::Bad
@@ -48,15 +48,15 @@ impl From<Outcome> for ExitCode {
 
 /// An error that has already been reported.
 #[derive(Debug)]
-pub(crate) struct AlreadyTold;
+pub(crate) struct AlreadyReported;
 
-impl fmt::Display for AlreadyTold {
+impl fmt::Display for AlreadyReported {
     fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
         formatter.write_str("see above")
     }
 }
 
-impl std::error::Error for AlreadyTold {}
+impl std::error::Error for AlreadyReported {}
 
 /// Whether the reader of our output has stopped reading, as `head` does; this is no error of the user.
 fn is_closed_pipe(error: &anyhow::Error) -> bool {

@@ -1,6 +1,6 @@
 //! `shsa join` and `shsa part`: put models of subsystems together, and take a part out of a model.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{self, Draft};
@@ -75,7 +75,7 @@ pub(crate) fn part(arguments: &PartArguments) -> anyhow::Result<Outcome> {
 fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
     read.map_err(|report| {
         show::tell_report(&report);
-        AlreadyTold.into()
+        AlreadyReported.into()
     })
 }
 

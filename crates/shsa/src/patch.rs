@@ -1,6 +1,6 @@
 //! `shsa patch`: puts a change of a model into its file, and keeps the comments.
 
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use anyhow::Context;
 use shsa_format::model::live::Written;
@@ -48,5 +48,5 @@ fn text(path: &Path, what: &str) -> anyhow::Result<String> {
 fn told(report: &Report) -> anyhow::Error {
     // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
-    AlreadyTold.into()
+    AlreadyReported.into()
 }

@@ -263,7 +263,7 @@ fn to_text(
         let relations = names.relations_or_own();
         rows.push(vec![format!("{utility:.6}"), relations, names.signals.join(", "), names.formula]);
     }
-    let table = show::table(&["utility", "relations", "from", "formula (in SI units)"], rows);
+    let table = show::style().table(&["utility", "relations", "from", "formula (in SI units)"], rows);
     let count = counted(plan.substitutions.len(), "substitution");
     format!("{table}\n\n{count} ({}, {decisions}{})", plan.stop, gap(plan))
 }

@@ -191,5 +191,5 @@ pub(crate) fn table(knowledge: &KnowledgeBase, refused: &[Refused]) -> String {
             if relations.is_empty() { "(its own signal)".to_owned() } else { relations.join(", ") };
         vec![relations, refused.reasons.join("; ")]
     };
-    show::table(&["falls short", "because"], refused.iter().map(row).collect())
+    show::style().table(&["falls short", "because"], refused.iter().map(row).collect())
 }

@@ -2,9 +2,9 @@
 
 use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::watch::Watching;
-use crate::{service_manager, show, tell, unwatched};
+use crate::{service_manager, show};
 use anyhow::Context;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
@@ -15,6 +15,8 @@ use shsa_core::time::Span;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::{Form, Wiring};
 use shsa_message::span::parse_span;
+use shsa_report::analysis::unwatched;
+use shsa_report::event_text;
 use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
     substitute,
@@ -216,7 +218,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let bus = arguments.bus.options();
     let bridge = bus.open(&arguments.name, Inbox::new(arguments.bus.queue, clock), &memory)?;
     for model in &models {
-        unwatched::declared(model.live.knowledge(), options.engine.watch).iter().for_each(show::warn);
+        unwatched(model.live.knowledge(), options.engine.watch).iter().for_each(show::warn);
     }
     let runtime = Runtime::new(models, options, bridge)?;
     if has_token && !bus.is_private() {
@@ -272,7 +274,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
     let wiring = wiring.map_err(|report| {
         show::tell_report(&report);
-        AlreadyTold
+        AlreadyReported
     })?;
     let journal = |folder: &PathBuf| JournalOptions {
         folder: folder.clone(),
@@ -309,7 +311,7 @@ fn line(decision: &Decision<'_>) -> String {
     let time = |after: Span| format!("{:>9.3} s", after.seconds());
     match decision {
         Decision::Decided { after, knowledge, event, .. } => {
-            tell::event_text(&time(*after), knowledge, event)
+            event_text(show::style(), &time(*after), knowledge, event)
         }
         Decision::Noted { after, kind, because, .. } => format!("{}  {kind:<11} {because}", time(*after)),
     }

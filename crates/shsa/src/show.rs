@@ -1,14 +1,14 @@
 //! Output on the terminal: loads a model and reports its problems, colours, aligned tables, values in units.
 
 use crate::log::{self, Level};
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use shsa_bridge::Address;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
 use shsa_format::recording::Recording;
-use shsa_format::text;
+use shsa_report::{ReportError, Style};
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::num::NonZeroUsize;
@@ -24,7 +24,7 @@ const MOST_NAMES: usize = 20;
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     let loaded = model::load_file(path);
     tell_report(&loaded.report);
-    if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyTold.into()) }
+    if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyReported.into()) }
 }
 
 /// As [`load_model`], for a model that can be changed.
@@ -42,7 +42,7 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
         }
         Err(report) => {
             tell_report(&report);
-            Err(AlreadyTold.into())
+            Err(AlreadyReported.into())
         }
     }
 }
@@ -96,62 +96,22 @@ pub(crate) fn colour(terminal: bool) -> bool {
     terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
 }
 
-/// A colour of the terminal.
-#[derive(Clone, Copy)]
-pub(crate) enum Paint {
-    Red,
-    Green,
-    Yellow,
-    Bold,
+/// How texts look on standard output: coloured and wrapped on a terminal only.
+pub(crate) fn style() -> Style {
+    let terminal = stdout().is_terminal();
+    let width = terminal_size::terminal_size().map(|(width, _)| usize::from(width.0));
+    Style { colour: colour(terminal), width: width.filter(|_| terminal) }
 }
 
-/// A text in a colour when standard output is a terminal.
-pub(crate) fn paint(paint: Paint, text: &str) -> String {
-    coloured(paint, text, stdout().is_terminal())
-}
-
-pub(crate) fn coloured(paint: Paint, text: &str, terminal: bool) -> String {
-    if !colour(terminal) {
-        return text.to_owned();
-    }
-    let code = match paint {
-        Paint::Red => 31,
-        Paint::Green => 32,
-        Paint::Yellow => 33,
-        Paint::Bold => 1,
-    };
-    format!("\x1b[{code}m{text}\x1b[0m")
-}
-
-/// A text in the colour of a verdict.
-pub(crate) fn paint_verdict(verdict: &str, text: &str) -> String {
-    match verdict {
-        "healthy" => paint(Paint::Green, text),
-        "failed" | "silent" => paint(Paint::Red, text),
-        "suspect" => paint(Paint::Yellow, text),
-        _ => text.to_owned(),
-    }
-}
-
-/// Rows with aligned columns below a heading, which is emphasised on a terminal; the caller formats numbers.
-pub(crate) fn table(head: &[&str], rows: Vec<Vec<String>>) -> String {
-    let head: Vec<String> = head.iter().map(|cell| paint(Paint::Bold, cell)).collect();
-    text::table(&head, rows)
-}
-
-/// A text wrapped to the width of the terminal, each line indented; one line without a terminal.
-pub(crate) fn wrapped(text: &str, indent: usize) -> String {
-    let width = terminal_size::terminal_size().map_or(usize::MAX, |(width, _)| usize::from(width.0));
-    let room = if stdout().is_terminal() { width.saturating_sub(indent).max(20) } else { usize::MAX };
-    let mut lines: Vec<String> = Vec::new();
-    for word in text.split(' ') {
-        match lines.last_mut().filter(|line| line.chars().count() + 1 + word.chars().count() <= room) {
-            Some(line) => *line = format!("{line} {word}"),
-            None => lines.push(word.to_owned()),
+/// The error of a report; problems of a file that it names are printed with their places.
+pub(crate) fn report_error(error: ReportError) -> anyhow::Error {
+    match error {
+        ReportError::Moment(report) => {
+            tell_report(&report);
+            AlreadyReported.into()
         }
+        other => other.into(),
     }
-    let indented: Vec<String> = lines.iter().map(|line| format!("{:indent$}{line}", "")).collect();
-    indented.join("\n")
 }
 
 /// Reads a number that must be positive.

@@ -1,11 +1,13 @@
 //! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
 
-use crate::outcome::{AlreadyTold, Outcome};
-use crate::replay::{self, Made};
-use crate::show::{self, Paint, paint};
+use crate::outcome::{AlreadyReported, Outcome};
+use crate::replay::{provenance, written};
+use crate::show;
 use anyhow::{Context, bail};
 use shsa_format::story::{self, Check, Story};
 use shsa_format::words;
+use shsa_report::Paint;
+use shsa_report::replay::{Provenance, story_page};
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 
@@ -25,9 +27,9 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.report {
         let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
-        replay::written::ensure_free(path, &[story])?;
+        written::ensure_free(path, &[story])?;
         let bytes = std::fs::read(story).with_context(|| format!("cannot read {}", story.display()))?;
-        return told(&load(story)?, Some((path, &Made::new(story, &bytes))));
+        return told(&load(story)?, Some((path, &provenance(story, &bytes))));
     }
     let mut is_met = true;
     for path in &arguments.stories {
@@ -37,10 +39,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 /// Tells a story, and writes the page about it.
-pub(crate) fn told(story: &Story, report: Option<(&Path, &Made)>) -> anyhow::Result<Outcome> {
+pub(crate) fn told(story: &Story, report: Option<(&Path, &Provenance)>) -> anyhow::Result<Outcome> {
     let is_met = tell(story)?;
     if let Some((path, made)) = report {
-        let page = replay::page_of_story(story, made)?;
+        let page = story_page(story, made)?;
         std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(if is_met { Outcome::Done } else { Outcome::No })
@@ -52,7 +54,7 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     if !report.is_empty() {
         show::tell(report.trim_end());
     }
-    loaded.story.ok_or_else(|| AlreadyTold.into())
+    loaded.story.ok_or_else(|| AlreadyReported.into())
 }
 
 /// Runs a story and reports it; returns whether all expectations are met.
@@ -76,6 +78,10 @@ fn tell(story: &Story) -> anyhow::Result<bool> {
 }
 
 fn check_text(check: &Check) -> String {
-    let word = if check.met { paint(Paint::Green, "yes") } else { paint(Paint::Red, "NO ") };
+    let word = if check.met {
+        show::style().paint(Paint::Green, "yes")
+    } else {
+        show::style().paint(Paint::Red, "NO ")
+    };
     format!("{word} {}\n      found: {}", check.expected, check.found)
 }

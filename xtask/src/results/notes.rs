@@ -7,12 +7,12 @@ What `shsa replay` finds in real recordings, clean and with injected faults. `ca
 replays everything again and takes each figure from the run; the last section has a command of its own. The recordings are third-party ones and no part of this
 project; they are expected beside it, in `../shared/data`.
 
-In the tables, *verdict* is what is said about the signal with the fault: `failed` or `silent` names it, `suspected` says
+In the tables, *verdict* is the verdict on the signal with the fault: `failed` or `silent` isolates it, `suspected` means
 that others explain the evidence as well; *after* is the time from the start of the fault to this event. *Others suspected*
-and *others failed* are all other signals of which this was said at any time until the end of the recording. *Longest gap*
+and *others failed* are all other signals with this verdict at any time until the end of the recording. *Longest gap*
 and *rmse* are about the need that the signal can serve: the longest time between two published values, and the error
 against the run without the fault. A signal that failed once may be trusted again while its fault does not show (a scale
-error at rest), so a row tells of the first verdict.
+error at rest), so a row has the first verdict.
 ";
 
 pub(super) const CLEAN: &str = "
@@ -26,12 +26,12 @@ ways fill in after half the time that the need allows, so the need does not wait
 the difference between two healthy wheels.
 
 Not detected: a bias below about 1.2 m/s at a wheel or 0.8 m/s at the GNSS, a scale error that stays below these at the
-present speed, any fault that says the truth (`spoof=0` at a standstill). These are the tolerances that bumps, curves and
+present speed, any fault without an error (`spoof=0` at a standstill). These are the tolerances that bumps, curves and
 the delay of the receiver need.
 ";
 
 pub(super) const PAIRS: &str = "
-Two wheels with the same bias agree with each other, and two against three are still told apart, because the GNSS is the
+Two wheels with the same bias agree with each other, and two against three are still isolated, because the GNSS is the
 third. It takes longer than one fault does: the GNSS compares ten times a second, and nobody is named while its comparisons
 may yet change the answer.
 
@@ -53,11 +53,11 @@ Not detected, late, or not isolated:
 
 - A velocity is compared with the mean of the position's change over 2 s, so a fault shows when it has moved this mean by
   0.6 m/s. Noise averages out there; it is found by values that change too fast.
-- A vertical speed that sticks or is spoofed with 0 in level flight says the truth until the landing. Its only witness is the
-  barometer, over 3 s and within 1.5 m/s, because the rotors' wash disturbs it near the ground: a bias of 1 m/s drowns in that,
-  and is found late, by what many comparisons say together; a scale of 1.3 is where it climbs or sinks quickly.
+- A vertical speed that sticks or is spoofed with 0 in level flight has no error until the landing. Its only witness is the
+  barometer, over 3 s and within 1.5 m/s, because the rotors' wash disturbs it near the ground: a bias of 1 m/s is within that error,
+  and is detected late, by many comparisons together; a scale of 1.3 is detected while it climbs or sinks quickly.
 - The total speed is computed from the three velocities. So it is no witness for them, only against them: when it alone is
-  wrong, one of four is suspected, and it cannot be said which.
+  wrong, one of the four must be faulty, and none is isolated.
 - Height and vertical speed have only each other: both are suspected, and the need `height` has no other source. A jump
   below 4.8 m stays within what the barometer may do in 3 s.
 - A jump of the position shows for the two seconds that the window holds it; a fault of the latitude or longitude is suspected
@@ -74,12 +74,12 @@ Rmse is in rad/s for the yaw rate, m/s for the path's speed.
 Not detected, late, or not isolated:
 
 - The odometry's twist is the difference of its own pose over a second: it is declared as derived, and as a mean over that second.
-  So the yaw rate has two independent witnesses only, the inertial unit and the pose, and when they disagree either may lie.
+  So the yaw rate has two independent witnesses only, the inertial unit and the pose, and when they disagree either may be faulty.
   All are suspected then, and the need has no trusted source: the long gaps. When one of them is silent, the other takes over.
 - Biases below about 0.1 rad/s of the inertial unit or of the twist stay within the tolerances. A value that sticks, or is
-  spoofed with 0, says the truth while the rover stands still.
-- That the heading lies, the length of its quaternion tells at once, but not which of its two numbers. The accusation waits for
-  the satellites, over 2 s, as the way round a bend is computed from the heading too.
+  spoofed with 0, has no error while the rover stands still.
+- The length of the quaternion shows a faulty heading at once, but does not isolate one of its two numbers. The accusation waits for
+  the satellites, over 2 s, as the path of a bend is computed from the heading as well.
 - A jump of a position shows only for as long as the window holds it.
 - The satellites' track is rough: within 1.2 m/s over 2 s. A receiver that sticks at 1 m/s or less is not seen.
 ";

@@ -2,17 +2,18 @@
 
 use crate::workspace::{File, Package};
 
-/// The permitted dependencies between crates of the workspace: `shsa -> {demo, lab, runtime} -> {format, bridge} -> {estimate, message}
+/// The permitted dependencies between crates of the workspace: `shsa -> {demo, report, lab, runtime} -> {format, bridge} -> {estimate, message}
 /// -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 14] = [
+const ARROWS: [(&str, &[&str]); 15] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
     ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message"]),
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
     ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-format"]),
+    ("shsa-report", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-lab"]),
     ("shsa-web", &[]),
     ("shsa-demo", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
     (
@@ -28,6 +29,7 @@ const ARROWS: [(&str, &[&str]); 14] = [
             "shsa-format",
             "shsa-bridge",
             "shsa-lab",
+            "shsa-report",
             "shsa-runtime",
             "shsa-demo",
         ],

@@ -133,9 +133,10 @@ pub(super) fn document(all: &[Measured], arguments: &Arguments) -> String {
         "# Promise and power
 
 Written by `shsa-bench truth --plants {} --hours {} --seed {} --out docs`. Random plants with known truth, each calibrated and
-watched for other hours; every session has offsets of its own. A promise holds unless the lower 95 % bound of what was seen
-exceeds it. A step is told at each of three moments, whichever way it points, within two minutes; beside it what a likelihood
-ratio test sees that knows all about the noise, over windows up to 4 and 64 values, with as many false alarms.
+watched for other hours; every session has offsets of its own. A promise holds unless the lower 95 % bound of the observed rate
+exceeds it. A step counts when it is detected with either sign, at each of three onsets, within two minutes. It is divided by the
+step that a likelihood ratio test with exact knowledge of the noise detects, over windows of up to 4 and 64 values, with as many
+false alarms.
 
 {head}{rule}{body}",
         arguments.plants, arguments.hours, arguments.seed

@@ -3,7 +3,7 @@
 use super::basis::Basis;
 use super::budget::Budget;
 use crate::knowledge::{IdVec, KnowledgeBase, RelationSet, Shape, SignalSet, VariableId};
-use crate::monitor::compared;
+use crate::monitor::{SupportedWay, compared};
 use crate::plan::Graph;
 use crate::residual_selection::{FaultSignature, Witnesses, afford, isolate, witnesses};
 use crate::substitution::Way;
@@ -65,8 +65,9 @@ impl Comparisons {
         let fault_signature: Vec<FaultSignature> =
             ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect();
         let rests_on = fault_signature.iter().map(FaultSignature::rests_on);
-        let borrowed: Vec<(&Way, &SignalSet)> = ways.iter().zip(rests_on).collect();
-        let pairs = compared(knowledge, &borrowed)
+        let supported: Vec<SupportedWay<'_>> =
+            ways.iter().zip(rests_on).map(|(way, rests_on)| SupportedWay { way, rests_on }).collect();
+        let pairs = compared(knowledge, &supported)
             .into_iter()
             .map(|(one, other)| Comparison { one, other })
             .collect();

@@ -42,8 +42,8 @@ const RELAPSE_PROBATIONS: i64 = 4;
 /// How often the evidence of one moment is reviewed at most. A decision changes what the evidence means for other components.
 const MOST_ROUNDS: usize = 4;
 
-/// A comparison, by its slower and its faster way.
-type Ground = (WayIndex, WayIndex);
+/// A comparison that has disagreed with an accused component, by its slower and its faster way.
+type ConflictPair = (WayIndex, WayIndex);
 
 #[derive(Clone, Copy, Debug, Default)]
 struct ComponentState {
@@ -72,7 +72,7 @@ pub struct Judge {
     /// The state of each component that was ever accused.
     states: BTreeMap<Component, ComponentState>,
     /// The comparisons that have disagreed with an accused component, by their two ways.
-    grounds: BTreeMap<Component, BTreeSet<Ground>>,
+    conflicts: BTreeMap<Component, BTreeSet<ConflictPair>>,
     /// The components that an operator has forbidden: nothing may rest on them.
     forbidden: BTreeSet<Component>,
     /// The components that have failed by their verdicts or are forbidden: comparisons with them are no evidence about others.
@@ -107,7 +107,7 @@ impl Judge {
                 knowledge.as_witnesses(knowledge.foundations(signal))
             }),
             states: BTreeMap::new(),
-            grounds: BTreeMap::new(),
+            conflicts: BTreeMap::new(),
             forbidden: BTreeSet::new(),
             discounted: BTreeSet::new(),
             failed_by_detector: BTreeSet::new(),
@@ -165,20 +165,20 @@ impl Judge {
                 _ => {}
             }
         }
-        self.inherit_grounds(old, lineage, inheritance);
+        self.inherit_conflicts(old, lineage, inheritance);
         dropped
     }
 
-    fn inherit_grounds(&mut self, old: &Judge, lineage: &Lineage, inheritance: &Inheritance) {
-        let same = |&(way, other): &Ground| Some((inheritance.way(way)?, inheritance.way(other)?));
-        for (component, grounds) in &old.grounds {
+    fn inherit_conflicts(&mut self, old: &Judge, lineage: &Lineage, inheritance: &Inheritance) {
+        let same = |&(way, other): &ConflictPair| Some((inheritance.way(way)?, inheritance.way(other)?));
+        for (component, conflicts) in &old.conflicts {
             let renamed = match *component {
                 Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
                 Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),
                 Component::Cause(_) => None,
             };
             if let Some(renamed) = renamed.filter(|it| self.accuses(*it)) {
-                self.grounds.insert(renamed, grounds.iter().filter_map(same).collect());
+                self.conflicts.insert(renamed, conflicts.iter().filter_map(same).collect());
             }
         }
     }
@@ -268,7 +268,7 @@ impl Judge {
     fn put(&mut self, component: Component, state: ComponentState) {
         self.states.insert(component, state);
         if state.record.verdict.is_none() {
-            self.grounds.remove(&component);
+            self.conflicts.remove(&component);
         }
         match state.record.verdict == Some(Verdict::Failed) || self.forbidden.contains(&component) {
             true => self.discounted.insert(component),

@@ -92,12 +92,12 @@ pub struct Side {
     /// Its newest value, SI, and when it was true.
     pub newest: Option<(Time, Interval)>,
     /// The signal because of which the way has no value, and why.
-    pub mute: Option<(SignalId, Mute)>,
+    pub without_value: Option<(SignalId, NoValue)>,
 }
 
 /// Why a signal has no value.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Mute {
+pub enum NoValue {
     /// The signal has never given a possible value.
     Never,
     /// The signal has given a value, but not of late.
@@ -116,7 +116,7 @@ pub struct Rival {
     /// Comparisons without the accused in which an independent witness supports this rival.
     pub supported: Vec<Comparison>,
     /// Comparisons without the accused that could tell the two apart, but are silent about this rival.
-    pub unheard: Vec<Comparison>,
+    pub without_result: Vec<Comparison>,
 }
 
 impl Engine {
@@ -199,15 +199,21 @@ impl Engine {
     }
 
     fn side(&self, index: WayIndex, way: &WatchedWay) -> Side {
-        let mute = way.rests_on.iter().find_map(|signal| Some((signal, self.mute(signal)?)));
+        let without_value = way.rests_on.iter().find_map(|signal| Some((signal, self.no_value(signal)?)));
         let newest = way.outputs.newest(0).map(|sample| (sample.validity.to, sample.value));
-        Side { index, way: way.computation.way().clone(), rests_on: way.rests_on.clone(), newest, mute }
+        Side {
+            index,
+            way: way.computation.way().clone(),
+            rests_on: way.rests_on.clone(),
+            newest,
+            without_value,
+        }
     }
 
-    fn mute(&self, signal: SignalId) -> Option<Mute> {
-        match (self.monitor.timeouts().has_spoken(signal), self.absence(signal)) {
-            (false, _) => Some(Mute::Never),
-            (true, absence) => absence.map(Mute::Absent),
+    fn no_value(&self, signal: SignalId) -> Option<NoValue> {
+        match (self.monitor.timeouts().has_given_value(signal), self.absence(signal)) {
+            (false, _) => Some(NoValue::Never),
+            (true, absence) => absence.map(NoValue::Absent),
         }
     }
 
@@ -218,13 +224,13 @@ impl Engine {
             comparison.is_conflict() && !comparison.signals.contains(rival)
         };
         let (supported, others): (Vec<_>, Vec<_>) = others.into_iter().partition(Comparison::is_support);
-        let is_unheard = |comparison: &Comparison| comparison.relationship == ResidualState::Unknown;
+        let is_without_result = |comparison: &Comparison| comparison.relationship == ResidualState::Unknown;
         Rival {
             signal: rival,
             verdict: self.judge.verdict(rival, &self.monitor, at),
             not_in: comparisons.iter().enumerate().filter(not_in).map(|(number, _)| number).collect(),
             supported,
-            unheard: others.into_iter().filter(is_unheard).collect(),
+            without_result: others.into_iter().filter(is_without_result).collect(),
         }
     }
 }

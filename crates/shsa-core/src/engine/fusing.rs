@@ -32,7 +32,7 @@ pub struct Measurements {
 
 /// An observation, and whether an estimator may use it.
 #[derive(Clone, Copy, Debug)]
-pub struct Heard<'o> {
+pub struct FusionInput<'o> {
     /// The observation.
     pub observation: &'o Observation,
     /// Whether the monitor has accepted the observation: a refused observation is no measurement.
@@ -46,7 +46,7 @@ pub struct Heard<'o> {
 /// The estimators of a knowledge base.
 pub trait Fuse: core::fmt::Debug + Send {
     /// Takes an observation of an input or a control; ignores other signals.
-    fn observe(&mut self, heard: Heard<'_>, now: Time);
+    fn observe(&mut self, input: FusionInput<'_>, now: Time);
 
     /// Computes the outputs of this moment.
     fn settle(&mut self, now: Time);
@@ -88,12 +88,12 @@ impl Engine {
 
     /// Hands an observation to the estimators.
     #[inline(never)]
-    pub(super) fn let_hear(&mut self, observation: &Observation, observed: Observed, now: Time) {
+    pub(super) fn feed(&mut self, observation: &Observation, observed: Observed, now: Time) {
         let is_trusted =
             self.knowledge.is_available(observation.signal) && self.judge.trusts(observation.signal);
         if let Some(estimators) = &mut self.estimators {
             let Observed { kept: is_kept, repeated: is_repeated, .. } = observed;
-            estimators.observe(Heard { observation, is_kept, is_repeated, is_trusted }, now);
+            estimators.observe(FusionInput { observation, is_kept, is_repeated, is_trusted }, now);
         }
     }
 

@@ -23,8 +23,8 @@ mod fusing;
 mod ticks;
 mod what_if;
 
-pub use evidence::{Comparison, Evidence, Mute, Rival, Side};
-pub use fusing::{Fuse, Heard, Measurements};
+pub use evidence::{Comparison, Evidence, NoValue, Rival, Side};
+pub use fusing::{Fuse, FusionInput, Measurements};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
 pub use options::{Options, Ties};
@@ -76,7 +76,7 @@ pub struct Engine {
     returning: Vec<Return>,
     probation: Span,
     /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
-    unheard: Vec<SignalId>,
+    awaited_after_restart: Vec<SignalId>,
     /// The accusations in force, as events have reported them.
     accusations: BTreeMap<Component, Accusation>,
     options: Options,
@@ -127,7 +127,7 @@ impl Engine {
             changes: Vec::with_capacity(8),
             returning: Vec::new(),
             probation,
-            unheard: Vec::new(),
+            awaited_after_restart: Vec::new(),
             accusations: BTreeMap::new(),
             options,
             estimators: None,
@@ -278,7 +278,7 @@ impl Engine {
         }
         self.waiting = true;
         if self.fuses() {
-            self.let_hear(observation, observed, now);
+            self.feed(observation, observed, now);
         }
         if !observed.kept && !observed.repeated {
             return;
@@ -289,7 +289,7 @@ impl Engine {
         for provider in self.providers.iter_mut() {
             provider.observe(&self.knowledge, observation);
         }
-        if !self.unheard.is_empty() {
+        if !self.awaited_after_restart.is_empty() {
             self.hear_first(observation.signal, now);
         }
     }
@@ -297,8 +297,8 @@ impl Engine {
     /// A signal has given a value while some that were accused before a restart have not.
     fn hear_first(&mut self, signal: SignalId, now: Time) {
         let witness = self.knowledge.witness(signal);
-        let is_first = self.unheard.iter().position(|signal| *signal == witness);
-        if is_first.map(|at| self.unheard.swap_remove(at)).is_some() {
+        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
+        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
             self.judge.look_again(now);
         }
     }

@@ -47,7 +47,8 @@ impl Engine {
         self.outputs.push_back(Output::Reloaded(now));
         let source = |it: &Return| Some(Return { signal: lineage.source(it.signal)?, ..*it });
         self.returning = old.returning.iter().filter_map(source).collect();
-        self.unheard = old.unheard.iter().filter_map(|signal| lineage.signal(*signal)).collect();
+        self.awaited_after_restart =
+            old.awaited_after_restart.iter().filter_map(|signal| lineage.signal(*signal)).collect();
         let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
         let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);

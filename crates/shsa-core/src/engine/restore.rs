@@ -33,12 +33,12 @@ impl Engine {
                 // The snapshot has no readings from before the jump, so a return cannot be recognised later.
                 record.contradicted |= record.failed_by_detector && !self.has_returned(component);
                 let accusation = self.accusations.get(&component).cloned();
-                let grounds = self
+                let conflicts = self
                     .judge
-                    .grounds_of(component)
+                    .conflicts_of(component)
                     .filter_map(|(way, other)| self.compared(way, other))
                     .collect();
-                Remembered { subject: subject(component), record, accusation, grounds }
+                Remembered { subject: subject(component), record, accusation, conflicts }
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
@@ -125,15 +125,15 @@ impl Engine {
     }
 
     fn recall(&mut self, remembered: &Remembered, compared: &AllCompared, now: Time) {
-        let Remembered { subject, record, accusation, grounds } = remembered;
+        let Remembered { subject, record, accusation, conflicts } = remembered;
         match subject.find(&self.knowledge) {
             Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
                 let cleared = record.cleared.map(|at| at.min(now));
                 self.judge.recall(component, Record { cleared, ..*record });
                 if record.verdict.is_some() {
-                    let grounds = grounds.iter().filter_map(|it| compared.get(it).copied());
-                    self.judge.recall_grounds(component, grounds);
-                    self.unheard.extend(signal_of(component));
+                    let conflicts = conflicts.iter().filter_map(|it| compared.get(it).copied());
+                    self.judge.recall_conflicts(component, conflicts);
+                    self.awaited_after_restart.extend(signal_of(component));
                     self.accusations.extend(accusation.clone().map(|accusation| (component, accusation)));
                 }
             }
@@ -147,7 +147,7 @@ impl Engine {
 
     /// The comparisons that are made, by their names; those of a snapshot without any need no names. O(pairs).
     fn all_compared(&self, snapshot: &Snapshot) -> AllCompared {
-        if snapshot.trends.is_empty() && snapshot.verdicts.iter().all(|it| it.grounds.is_empty()) {
+        if snapshot.trends.is_empty() && snapshot.verdicts.iter().all(|it| it.conflicts.is_empty()) {
             return AllCompared::new();
         }
         let pairs = self.monitor.residuals().iter().map(|pair| (pair.way, pair.other));

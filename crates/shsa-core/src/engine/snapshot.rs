@@ -38,7 +38,7 @@ pub struct Remembered {
     /// The accusation as it was reported, while the component is accused.
     pub accusation: Option<Accusation>,
     /// The comparisons that have disagreed with the component while it is accused: their agreement clears it.
-    pub grounds: Vec<Compared>,
+    pub conflicts: Vec<Compared>,
 }
 
 /// A comparison of two ways of knowing a variable, by names.

@@ -29,9 +29,7 @@ impl Lineage {
         });
         let mut lineage =
             Lineage { variables, relations, namesakes, sources, signals: IdVec::new(), needs: IdVec::new() };
-        lineage.signals = IdVec::filled(old.signals().len(), |id| {
-            lineage.sources[id].filter(|&namesake| lineage.reads_alike((old, id), (new, namesake)))
-        });
+        lineage.signals = IdVec::filled(old.signals().len(), |id| lineage.unchanged(old, new, id));
         lineage.needs = lineage.matched_needs(old, new);
         lineage
     }
@@ -79,11 +77,12 @@ impl Lineage {
         keep(&self.variables) && keep(&self.relations) && keep(&self.namesakes)
     }
 
-    fn reads_alike(&self, old: (&KnowledgeBase, SignalId), new: (&KnowledgeBase, SignalId)) -> bool {
-        let ((old, id), (new, namesake)) = (old, new);
+    /// The signal of the same name and source, if its observations still mean what they meant.
+    fn unchanged(&self, old: &KnowledgeBase, new: &KnowledgeBase, id: SignalId) -> Option<SignalId> {
+        let namesake = self.sources[id]?;
         let (one, other) = (&old.signals()[id], &new.signals()[namesake]);
         let (before, after) = (&old.variables()[one.variable], &new.variables()[other.variable]);
-        self.variable(one.variable) == Some(other.variable)
+        let is_unchanged = self.variable(one.variable) == Some(other.variable)
             && (before.shape, before.range, before.wraps) == (after.shape, after.range, after.wraps)
             && one.unit == other.unit
             && one.scaling == other.scaling
@@ -93,7 +92,8 @@ impl Lineage {
             && one.mean_over == other.mean_over
             && one.delay == other.delay
             && one.holds == other.holds
-            && one.limits.range == other.limits.range
+            && one.limits.range == other.limits.range;
+        is_unchanged.then_some(namesake)
     }
 
     /// Matches the needs of a variable; of several, those with the same name of publication.

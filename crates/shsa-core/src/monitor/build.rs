@@ -77,8 +77,11 @@ impl Monitor {
     }
 
     fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
-        let ways: Vec<(&Way, &SignalSet)> =
-            self.ways.iter().map(|way| (way.computation.way(), &way.rests_on)).collect();
+        let ways = self
+            .ways
+            .iter()
+            .map(|watched| SupportedWay { way: watched.computation.way(), rests_on: &watched.rests_on });
+        let ways: Vec<SupportedWay<'_>> = ways.collect();
         let compared = compared(knowledge, &ways);
         for (at, after) in compared {
             if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(after)) {
@@ -103,6 +106,15 @@ impl Monitor {
     }
 }
 
+/// A way with its support.
+#[derive(Clone, Copy, Debug)]
+pub struct SupportedWay<'a> {
+    /// The way.
+    pub way: &'a Way,
+    /// The signals that it [rests on](rests_on).
+    pub rests_on: &'a SignalSet,
+}
+
 /// Up to this many ways of one variable are all compared with each other.
 pub const ALL_PAIRS: usize = 32;
 
@@ -115,13 +127,13 @@ pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
 /// compared only where one of them has a relation with a declared prior probability of a fault: the comparison is about that
 /// relation.
 ///
-/// Arguments: each way with the signals that it [rests on](rests_on). Returns places in `ways`, the smaller one first,
+/// Returns places in `ways`, the smaller one first,
 /// ascending. Complexity: O(p log p) for p pairs, which are at most `16 n` for n ways.
 #[must_use]
-pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(usize, usize)> {
+pub fn compared(knowledge: &KnowledgeBase, ways: &[SupportedWay<'_>]) -> Vec<(usize, usize)> {
     let mut of_variable: BTreeMap<VariableId, Vec<usize>> = BTreeMap::new();
-    for (at, (way, _)) in ways.iter().enumerate() {
-        of_variable.entry(way.substitution.sink).or_default().push(at);
+    for (at, supported) in ways.iter().enumerate() {
+        of_variable.entry(supported.way.substitution.sink).or_default().push(at);
     }
     let mut pairs = Vec::new();
     for same in of_variable.values() {
@@ -136,14 +148,14 @@ pub fn compared(knowledge: &KnowledgeBase, ways: &[(&Way, &SignalSet)]) -> Vec<(
         }
     }
     pairs.sort_unstable();
-    let openness: Vec<usize> = ways.iter().map(|(way, _)| openness(knowledge, way)).collect();
+    let openness: Vec<usize> = ways.iter().map(|supported| openness(knowledge, supported.way)).collect();
     let of = |at: usize| openness.get(at).copied().unwrap_or(0);
     // In `z = v^2`, a comparison of two `v` overlooks every `z` that is too large; one of two `z` does not.
     pairs.sort_by_key(|&(at, after)| of(at) + of(after));
     let mut seen = BTreeSet::new();
     pairs.retain(|&(at, after)| match (ways.get(at), ways.get(after)) {
         (Some(&one), Some(&other)) => {
-            are_compared(knowledge, one, other) && seen.insert(evidence(one.0, other.0))
+            are_compared(knowledge, one, other) && seen.insert(evidence(one.way, other.way))
         }
         _ => false,
     });
@@ -170,9 +182,9 @@ fn formulas<'k>(knowledge: &'k KnowledgeBase, way: &'k Way) -> impl Iterator<Ite
     way.substitution.steps.iter().filter_map(of_step)
 }
 
-/// Whether two ways of one variable, each with the signals that it rests on, can contradict each other.
+/// Whether two ways of one variable can contradict each other.
 #[must_use]
-pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (&Way, &SignalSet)) -> bool {
+pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: SupportedWay<'_>) -> bool {
     let may_fail = |relation: &RelationId| {
         knowledge.relations()[*relation].properties.prior().is_some_and(|prior| prior >= NEGLIGIBLE)
     };
@@ -180,15 +192,15 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: (&Way, &SignalSet), other: (
         |way: &Way| way.substitution.relations().into_iter().filter(may_fail).collect::<Vec<RelationId>>();
     // The output of a fusion agrees with its own inputs by construction, or leaves them out.
     let is_fused = |way: &Way| way.inputs().any(|signal| knowledge.is_fused(signal));
-    let is_made_of_it = (is_fused(one.0) || is_fused(other.0)) && one.1.meets(other.1);
-    !is_made_of_it && (one.1 != other.1 || fallible(one.0) != fallible(other.0))
+    let is_made_of_it = (is_fused(one.way) || is_fused(other.way)) && one.rests_on.meets(other.rests_on);
+    !is_made_of_it && (one.rests_on != other.rests_on || fallible(one.way) != fallible(other.way))
 }
 
 /// The longest time between an event and the last observation of it: how far back histories reach.
 fn lookback(computations: &[Computation]) -> Span {
     let slowest = |computation: &Computation| {
         let timing = computation.timing();
-        timing.tells_all_after() + timing.period.unwrap_or(Span::ZERO).times(3)
+        timing.complete_after() + timing.period.unwrap_or(Span::ZERO).times(3)
     };
     computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
 }
@@ -334,7 +346,7 @@ fn pair(
     signals.extend(&fast.1.rests_on);
     // The time for which a comparison waits for the faster way.
     let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
-    let lag = timing.tells_all_after().max(other.tells_all_after()) + wait;
+    let lag = timing.complete_after().max(other.complete_after()) + wait;
     let window = Window::new(options.debounce, timing.period, lag);
     let has_branches = [slow.1, fast.1].iter().any(|way| has_branches(knowledge, way.computation.way()));
     Residual {

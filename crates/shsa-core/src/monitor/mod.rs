@@ -28,7 +28,7 @@ mod inherit;
 mod amend;
 mod coverage;
 
-pub use build::{ALL_PAIRS, PARTNERS, are_compared, compared, rests_on, sized_by};
+pub use build::{ALL_PAIRS, PARTNERS, SupportedWay, are_compared, compared, rests_on, sized_by};
 pub use coverage::Coverage;
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use frozen::Frozen;

@@ -95,7 +95,7 @@ impl Timeouts {
 
     /// Whether a signal has ever given a possible value.
     #[must_use]
-    pub fn has_spoken(&self, signal: SignalId) -> bool {
+    pub fn has_given_value(&self, signal: SignalId) -> bool {
         self.voices[signal].valid.is_some()
     }
 

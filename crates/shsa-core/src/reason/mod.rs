@@ -70,7 +70,7 @@ pub struct Reasons(Vec<Clause>);
 impl Reasons {
     /// A reason in words from outside.
     #[must_use]
-    pub fn told(words: impl Into<String>) -> Reasons {
+    pub fn in_words(words: impl Into<String>) -> Reasons {
         Reasons::from(Reason::Told { words: words.into() })
     }
 

@@ -15,7 +15,7 @@ use super::witnesses::Witnesses;
 use crate::knowledge::{
     IdVec, KnowledgeBase, RelationId, RelationSet, Shape, SignalId, SignalSet, VariableId,
 };
-use crate::monitor::{are_compared, compared};
+use crate::monitor::{SupportedWay, are_compared, compared};
 use crate::plan::{self, Graph, Limits, Options};
 use crate::substitution::{Substitution, Way};
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -90,9 +90,10 @@ fn taken_in(knowledge: &KnowledgeBase, watched: &BTreeMap<VariableId, &mut Witne
     let fault_signature: Vec<FaultSignature> =
         ways.iter().map(|way| FaultSignature::of(knowledge, way)).collect();
     let rests_on = fault_signature.iter().map(FaultSignature::rests_on);
-    let borrowed: Vec<(&Way, &SignalSet)> = ways.into_iter().zip(rests_on).collect();
+    let supported: Vec<SupportedWay<'_>> =
+        ways.into_iter().zip(rests_on).map(|(way, rests_on)| SupportedWay { way, rests_on }).collect();
     let mut findings = Findings::new(knowledge);
-    for (one, other) in compared(knowledge, &borrowed) {
+    for (one, other) in compared(knowledge, &supported) {
         if let (Some(one), Some(other)) = (fault_signature.get(one), fault_signature.get(other)) {
             findings.compare(one, other);
         }
@@ -145,8 +146,11 @@ impl Candidate {
     }
 
     fn is_compared(&self, knowledge: &KnowledgeBase, other: &Candidate) -> bool {
-        let own = (&self.way, self.fault_signature.rests_on());
-        are_compared(knowledge, own, (&other.way, other.fault_signature.rests_on()))
+        are_compared(knowledge, self.supported(), other.supported())
+    }
+
+    fn supported(&self) -> SupportedWay<'_> {
+        SupportedWay { way: &self.way, rests_on: self.fault_signature.rests_on() }
     }
 
     fn rests_on(&self, measured: &Measured) -> bool {

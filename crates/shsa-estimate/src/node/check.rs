@@ -31,7 +31,7 @@ pub fn check(knowledge: &KnowledgeBase) -> Vec<Diagnostic> {
 fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
     if let Err(error) = build::method(knowledge, fusion) {
         let message = format!("fusion `{}` cannot be set up: {error}", fusion.name);
-        return vec![told(
+        return vec![diagnostic(
             Severity::Error,
             fusion.places.name,
             message,
@@ -48,7 +48,7 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
         let (signal, names) = (&knowledge.signals()[input.signal].name, names.join(" and "));
         let message = format!("without `{signal}` nothing observes {names}");
         let help = "its uncertainty grows then: a second input that measures it would hold it";
-        found.push(told(Severity::Note, place, message, help));
+        found.push(diagnostic(Severity::Note, place, message, help));
     }
     found
 }
@@ -82,10 +82,10 @@ fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {
     let place = fusion.places.states.get(state).copied().unwrap_or(fusion.places.name);
     let message =
         format!("nothing observes `{name}`: it stays as uncertain as it was at first, or becomes more so");
-    told(Severity::Warning, place, message, "add an input that it shows in, or leave the state away")
+    diagnostic(Severity::Warning, place, message, "add an input that it shows in, or leave the state away")
 }
 
-fn told(severity: Severity, place: Place, message: String, help: &str) -> Diagnostic {
+fn diagnostic(severity: Severity, place: Place, message: String, help: &str) -> Diagnostic {
     Diagnostic { severity, place, span: None, message, help: Some(help.to_owned()) }
 }
 

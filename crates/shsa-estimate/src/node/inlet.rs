@@ -2,7 +2,7 @@
 
 use super::build::deviation;
 use shsa_core::circle;
-use shsa_core::engine::Heard;
+use shsa_core::engine::FusionInput;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Fusion, KnowledgeBase, Signal};
 use shsa_core::observation::{Observation, RawValue};
@@ -38,8 +38,8 @@ impl Inlet {
     ///
     /// What the monitor has refused is no measurement, but where it is only late or said again, so that it is counted. A value
     /// that stands was measured when it was said first.
-    pub(super) fn read(&mut self, heard: Heard<'_>) -> Option<(Time, f64, Option<f64>)> {
-        let Heard { observation, is_kept, is_repeated, .. } = heard;
+    pub(super) fn read(&mut self, input: FusionInput<'_>) -> Option<(Time, f64, Option<f64>)> {
+        let FusionInput { observation, is_kept, is_repeated, .. } = input;
         if is_repeated {
             return None;
         }
@@ -102,11 +102,11 @@ impl Steering {
     }
 
     /// A trusted observation, received `now`: the time from which on the input has the value, and the value.
-    pub(super) fn read(&mut self, heard: Heard<'_>, now: Time) -> Option<(Time, f64)> {
-        if !heard.is_kept || !heard.is_trusted {
+    pub(super) fn read(&mut self, input: FusionInput<'_>, now: Time) -> Option<(Time, f64)> {
+        if !input.is_kept || !input.is_trusted {
             return None;
         }
-        let (at, interval) = read(&self.signal, heard.observation)?;
+        let (at, interval) = read(&self.signal, input.observation)?;
         let beside = self.last.map(|(_, value)| Interval::point(value));
         let value = match self.turn.zip(beside) {
             Some((turn, beside)) => circle::nearest(interval, beside, turn).midpoint(),

@@ -13,7 +13,7 @@ mod build;
 mod filters;
 mod check;
 mod inlet;
-mod told;
+mod outputs;
 mod nodes;
 
 pub use check::{Observability, check, observability};
@@ -24,12 +24,12 @@ use crate::fusion::{Fusion, Gate, Options, Verdict};
 use crate::method::Measurement;
 use filters::Filters;
 use inlet::{Inlet, Steering};
-use shsa_core::engine::{Heard, Measurements};
+use outputs::Outputs;
+use shsa_core::engine::{FusionInput, Measurements};
 use shsa_core::knowledge::{self, FusionSettings, KnowledgeBase};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
-use told::Outputs;
 
 /// After this many rejections in a row, other inputs decide about an input.
 const PATIENCE: u32 = 5;
@@ -105,9 +105,9 @@ impl Node {
     }
 
     /// Takes an observation of an input.
-    fn measure(&mut self, place: usize, heard: Heard<'_>, now: Time) {
+    fn measure(&mut self, place: usize, input: FusionInput<'_>, now: Time) {
         let Some(inlet) = self.inlets.get_mut(place) else { return };
-        let Some((at, value, deviation)) = inlet.read(heard) else { return };
+        let Some((at, value, deviation)) = inlet.read(input) else { return };
         if !self.is_time(at, now) {
             self.inlets.get_mut(place).into_iter().for_each(Inlet::refuse_ahead);
             return;
@@ -118,7 +118,7 @@ impl Node {
         }
         let variance = deviation.or_else(|| self.outputs.deviation(place)).map(|it| it * it);
         let measurement = Measurement { sensor: place, value, variance };
-        self.filters.trust(place, heard.is_trusted);
+        self.filters.trust(place, input.is_trusted);
         let verdict = self.filters.measure(at, measurement);
         self.count(verdict, at, now);
         if !matches!(verdict, Verdict::TooLate | Verdict::Duplicate) {
@@ -128,10 +128,10 @@ impl Node {
     }
 
     /// Takes an observation of a control input.
-    fn steer(&mut self, place: usize, heard: Heard<'_>, now: Time) {
+    fn steer(&mut self, place: usize, input: FusionInput<'_>, now: Time) {
         let Some(steering) = self.steering.get_mut(place) else { return };
         let most = now + self.lead + self.settings.horizon;
-        let Some((at, value)) = steering.read(heard, now).filter(|(at, _)| *at <= most) else { return };
+        let Some((at, value)) = steering.read(input, now).filter(|(at, _)| *at <= most) else { return };
         if self.newest.is_none() {
             self.begin(at);
         }
@@ -217,7 +217,7 @@ impl Node {
         match estimate {
             Some(estimate) => {
                 self.lost_since = None;
-                self.outputs.tell(&estimate, at, now, queue);
+                self.outputs.publish(&estimate, at, now, queue);
             }
             None => self.look_after(newest, received, now),
         }

@@ -1,7 +1,7 @@
 //! All fusions of a knowledge base, as the engine drives them.
 
 use super::Node;
-use shsa_core::engine::{Engine, Fuse, Heard, Measurements, Options};
+use shsa_core::engine::{Engine, Fuse, FusionInput, Measurements, Options};
 use shsa_core::knowledge::{Id, KnowledgeBase, Lineage, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::Time;
@@ -83,17 +83,17 @@ impl fmt::Debug for Nodes {
 }
 
 impl Fuse for Nodes {
-    fn observe(&mut self, heard: Heard<'_>, now: Time) {
-        let signal = heard.observation.signal.index();
+    fn observe(&mut self, input: FusionInput<'_>, now: Time) {
+        let signal = input.observation.signal.index();
         let count = self.roles.get(signal).map_or(0, Vec::len);
         for place in 0..count {
             let role = self.roles.get(signal).and_then(|roles| roles.get(place)).copied();
             match role {
                 Some(Role::Input(node, place)) => {
-                    self.node(node).into_iter().for_each(|node| node.measure(place, heard, now));
+                    self.node(node).into_iter().for_each(|node| node.measure(place, input, now));
                 }
                 Some(Role::Control(node, place)) => {
-                    self.node(node).into_iter().for_each(|node| node.steer(place, heard, now));
+                    self.node(node).into_iter().for_each(|node| node.steer(place, input, now));
                 }
                 None => {}
             }

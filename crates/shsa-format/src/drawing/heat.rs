@@ -17,8 +17,10 @@ pub struct Heat {
     /// The name of each column, from left to right.
     pub columns: Vec<String>,
     /// The values of each row, in the order of the columns. `None`, not-a-number and missing values are shown as `–`. A value
-    /// outside of 0 to 1 has the colour of the nearer end.
+    /// outside of 0 to [`full`](Heat::full) has the colour of the nearer end.
     pub cells: Vec<Vec<Option<f64>>>,
+    /// The value with the strongest colour, above 0: 1 for shares.
+    pub full: f64,
 }
 
 const CELL: (f64, f64) = (56.0, 28.0);
@@ -81,7 +83,7 @@ impl Heat {
         }
         let slopes = if sloped { widest(&columns) * cosine } else { 0.0 };
         let bottom = top + self.rows.len() as f64 * CELL.1;
-        scale(&mut sheet, (left, bottom + 18.0));
+        scale(&mut sheet, self.full, (left, bottom + 18.0));
         let right = left + (self.columns.len() as f64 * CELL.0 + slopes).max(13.0 * 16.0 + 40.0);
         let width = right.max(MARGIN + width_of(&self.title, 17.0)) + MARGIN;
         sheet.finish("shsa-heat", &RULES, (width, bottom + 48.0), &self.title, &self.description())
@@ -93,7 +95,7 @@ impl Heat {
         for ((column, title), x) in self.columns.iter().enumerate().zip(places(left, CELL.0)) {
             let value = values.get(column).copied().flatten().filter(|value| !value.is_nan());
             let told = value.map_or("no value".to_owned(), number);
-            cell(sheet, value, &format!("{name}, {title}: {told}"), (x, y));
+            cell(sheet, value, self.full, &format!("{name}, {title}: {told}"), (x, y));
         }
     }
 
@@ -119,9 +121,9 @@ fn column(sheet: &mut Sheet, name: &str, (x, y): (f64, f64), sloped: bool) {
     }
 }
 
-fn cell(sheet: &mut Sheet, value: Option<f64>, title: &str, (x, y): (f64, f64)) {
-    let class = value.map_or("none".to_owned(), |value| format!("h{}", step(value)));
-    let text = value.map_or("–".to_owned(), shown);
+fn cell(sheet: &mut Sheet, value: Option<f64>, full: f64, title: &str, (x, y): (f64, f64)) {
+    let class = value.map_or("none".to_owned(), |value| format!("h{}", step(value / full)));
+    let text = value.map_or("–".to_owned(), |value| if full == 1.0 { shown(value) } else { figure(value) });
     let (text_x, text_y) = (px(x + CELL.0 / 2.0), px(y + 18.0));
     let (x, y, width, height) = (px(x + 1.0), px(y + 1.0), px(CELL.0 - 2.0), px(CELL.1 - 2.0));
     sheet.put(format_args!(
@@ -154,8 +156,14 @@ fn shown(value: f64) -> String {
     }
 }
 
+/// A value to two or three digits.
+fn figure(value: f64) -> String {
+    let digits = 10f64.powi(2 - value.abs().log10().floor().max(-3.0) as i32);
+    number(if value == 0.0 || digits < 1.0 { value.round() } else { (value * digits).round() / digits })
+}
+
 /// The scale of the colours.
-fn scale(sheet: &mut Sheet, (x, y): (f64, f64)) {
+fn scale(sheet: &mut Sheet, full: f64, (x, y): (f64, f64)) {
     let at = format!("y=\"{}\"", px(y + 11.0));
     sheet.text(format_args!("class=\"shsa-note\" x=\"{}\" {at}", px(x)), "0");
     for (step, left) in (0_u8..=10).zip(places(x + 14.0, 16.0)) {
@@ -164,7 +172,8 @@ fn scale(sheet: &mut Sheet, (x, y): (f64, f64)) {
             "<rect class=\"shsa-h{step}\" x=\"{left}\" y=\"{top}\" width=\"16\" height=\"14\"/>"
         ));
     }
-    sheet.text(format_args!("class=\"shsa-note\" x=\"{}\" {at}", px(x + 14.0 + 11.0 * 16.0 + 6.0)), "1");
+    let right = format!("class=\"shsa-note\" x=\"{}\" {at}", px(x + 14.0 + 11.0 * 16.0 + 6.0));
+    sheet.text(format_args!("{right}"), &figure(full));
 }
 
 #[cfg(test)]
@@ -179,5 +188,7 @@ mod tests {
         );
         let texts = [0.0, 1e-9, 0.5, 1.0 / 3.0, 0.994, 0.9999, 1.0, -2.5].map(shown);
         assert_eq!(texts, ["0", "<0.01", "0.5", "0.33", "0.99", ">0.99", "1", "−2.5"]);
+        let texts = [0.0, 0.012345, 0.5, 1.0, 12.345, 1234.5].map(figure);
+        assert_eq!(texts, ["0", "0.0123", "0.5", "1", "12.3", "1235"]);
     }
 }

@@ -23,7 +23,7 @@ mod format;
 mod rosbag;
 mod unpack;
 mod ros2;
-mod mcap;
+pub(crate) mod mcap;
 mod sqlite;
 mod rosbag2;
 mod window;

@@ -34,7 +34,7 @@ pub(super) fn written(because: &Reasons) -> Value {
 /// Reads reasons, or the words of an earlier version.
 pub(super) fn read(because: Value) -> Result<Reasons, StateError> {
     match because {
-        Value::String(words) => Ok(Reasons::told(words)),
+        Value::String(words) => Ok(Reasons::in_words(words)),
         clauses => {
             let clauses: Vec<ClauseForm> = serde_json::from_value(clauses)?;
             clauses.into_iter().map(ClauseForm::clause).collect()
@@ -296,7 +296,7 @@ mod tests {
 
     #[test]
     fn words_are_read_as_they_are() {
-        assert_eq!(read(json!("its cable is cut")).unwrap(), Reasons::told("its cable is cut"));
+        assert_eq!(read(json!("its cable is cut")).unwrap(), Reasons::in_words("its cable is cut"));
         assert!(read(json!({ "code": "told" })).is_err());
         assert!(read(Value::Null).is_err());
     }

@@ -39,13 +39,13 @@ pub(super) struct VerdictForm {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     charge: Option<AccusationForm>,
     /// The comparisons that have disagreed with it. Not in earlier versions.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    grounds: Vec<GroundForm>,
+    #[serde(default, alias = "grounds", skip_serializing_if = "Vec::is_empty")]
+    conflicts: Vec<ConflictForm>,
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
 #[serde(deny_unknown_fields)]
-struct GroundForm {
+struct ConflictForm {
     variable: String,
     way: String,
     other: String,
@@ -66,7 +66,7 @@ struct AccusationForm {
 
 impl From<&Remembered> for VerdictForm {
     fn from(remembered: &Remembered) -> VerdictForm {
-        let Remembered { subject, record, accusation, grounds } = remembered;
+        let Remembered { subject, record, accusation, conflicts } = remembered;
         let (signal, relation) = match subject {
             Subject::Signal(name) => (Some(name.clone()), None),
             Subject::Relation(name) => (None, Some(name.clone())),
@@ -84,7 +84,7 @@ impl From<&Remembered> for VerdictForm {
             cleared_ns: record.cleared.map(|time| time.0),
             said: record.said.map(bounds),
             charge: accusation.as_ref().map(AccusationForm::from),
-            grounds: grounds.iter().cloned().map(GroundForm::from).collect(),
+            conflicts: conflicts.iter().cloned().map(ConflictForm::from).collect(),
         }
     }
 }
@@ -109,20 +109,20 @@ impl VerdictForm {
             said: self.said.map(|said| interval(said.lo, said.hi)),
         };
         let accusation = self.charge.map(AccusationForm::accusation).transpose()?;
-        let grounds = self.grounds.into_iter().map(GroundForm::compared).collect();
-        Ok(Remembered { subject, record, accusation, grounds })
+        let conflicts = self.conflicts.into_iter().map(ConflictForm::compared).collect();
+        Ok(Remembered { subject, record, accusation, conflicts })
     }
 }
 
-impl From<Compared> for GroundForm {
-    fn from(Compared { variable, way, other }: Compared) -> GroundForm {
-        GroundForm { variable, way, other }
+impl From<Compared> for ConflictForm {
+    fn from(Compared { variable, way, other }: Compared) -> ConflictForm {
+        ConflictForm { variable, way, other }
     }
 }
 
-impl GroundForm {
+impl ConflictForm {
     fn compared(self) -> Compared {
-        let GroundForm { variable, way, other } = self;
+        let ConflictForm { variable, way, other } = self;
         Compared { variable, way, other }
     }
 }

@@ -64,5 +64,8 @@ pub(super) fn said(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Pub
     let publication = |(known, publication): (&KnowledgeBase, &Publication)| {
         Some(Publication { need: need(known, publication.need, knowledge)?, ..publication.clone() })
     };
-    (run.told_events().map(event).collect(), run.told_values(0).filter_map(publication).collect())
+    (
+        run.events_with_models().map(event).collect(),
+        run.publications_with_models(0).filter_map(publication).collect(),
+    )
 }

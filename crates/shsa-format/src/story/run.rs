@@ -121,7 +121,7 @@ where
     /// Makes echoes of the newest publications.
     fn listen(&mut self) {
         let story = self.story;
-        for (known, publication) in self.run.told_values(self.heard) {
+        for (known, publication) in self.run.publications_with_models(self.heard) {
             let need = change::need(known, publication.need, &story.knowledge);
             let of_it = story.trace.echoes.iter().filter(|echo| Some(echo.need) == need);
             let echo = |echo: &Echo| {

@@ -221,24 +221,24 @@ fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
 fn the_comparisons_behind_an_accusation_are_kept_and_may_be_absent() {
     let (knowledge, inputs) = story("01-dead-but-looks-alive");
     let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
-    let has_grounds = |snapshot: &Snapshot| snapshot.verdicts.iter().any(|it| !it.grounds.is_empty());
+    let has_conflicts = |snapshot: &Snapshot| snapshot.verdicts.iter().any(|it| !it.conflicts.is_empty());
     let accused = inputs.iter().find_map(|input| {
         stage.give(input);
-        Some(stage.engine.snapshot()).filter(has_grounds)
+        Some(stage.engine.snapshot()).filter(has_conflicts)
     });
     let accused = accused.expect("somebody is accused");
     let again = restored(&knowledge, &accused, accused.time).snapshot();
-    let grounds = |snapshot: &Snapshot| -> Vec<_> {
-        snapshot.verdicts.iter().map(|it| (it.subject.clone(), it.grounds.clone())).collect()
+    let conflicts = |snapshot: &Snapshot| -> Vec<_> {
+        snapshot.verdicts.iter().map(|it| (it.subject.clone(), it.conflicts.clone())).collect()
     };
-    assert_eq!(grounds(&again), grounds(&accused));
+    assert_eq!(conflicts(&again), conflicts(&accused));
 
     let mut state: serde_json::Value = serde_json::from_str(&write_state(&accused)).unwrap();
     for verdict in state["verdicts"].as_array_mut().unwrap() {
-        verdict.as_object_mut().unwrap().remove("grounds");
+        verdict.as_object_mut().unwrap().remove("conflicts");
     }
     let earlier = read_state(&state.to_string()).unwrap();
-    assert!(!has_grounds(&earlier) && earlier.verdicts.len() == accused.verdicts.len());
+    assert!(!has_conflicts(&earlier) && earlier.verdicts.len() == accused.verdicts.len());
 }
 
 #[test]

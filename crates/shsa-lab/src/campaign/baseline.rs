@@ -5,14 +5,22 @@ use shsa_core::engine::{Event, EventKind, Input, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::Observation;
-use shsa_core::time::{Span, Time};
+use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::{Given, Run};
 use shsa_format::recording::Sample;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 
-/// A decision that accuses a signal: time, kind, and the signal, if it is one.
-pub type Alarm = (Time, EventKind, Option<SignalId>);
+/// A decision that accuses a signal, a relation or a common cause.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Alarm {
+    /// When it was decided.
+    pub time: Time,
+    /// Suspected, failed or silent.
+    pub kind: EventKind,
+    /// The signal, if it is one.
+    pub signal: Option<SignalId>,
+}
 
 /// The common data of all runs in a session: the recording, and the results without a fault.
 pub struct Baseline<'a> {
@@ -120,7 +128,7 @@ impl<'a> Baseline<'a> {
         let others = self.samples.iter().filter(|sample| sample.wanted != target);
         let samples = merged(others, own.iter()).take_while(is_before_end);
         let onset = self.origin + trial.fault.from;
-        let mut watch = Watch::new(self, signal, (onset, trial.end));
+        let mut watch = Watch::new(self, signal, Validity { from: onset, to: trial.end });
         drive(self.knowledge, samples, self.first, trial.end, |run| {
             watch.listen(run);
             goes_on(&watch.measured)
@@ -129,13 +137,13 @@ impl<'a> Baseline<'a> {
     }
 
     /// The longest time without a value of a need in the clean run, among gaps that end within a stretch or are cut by its end.
-    fn clean_gap(&self, values: &[(Time, PublishedValue)], (from, to): (Time, Time)) -> Span {
-        let begin = values.partition_point(|(time, _)| *time < from);
-        let end = values.partition_point(|(time, _)| *time <= to);
+    fn clean_gap(&self, values: &[(Time, PublishedValue)], stretch: Validity) -> Span {
+        let begin = values.partition_point(|(time, _)| *time < stretch.from);
+        let end = values.partition_point(|(time, _)| *time <= stretch.to);
         let before = begin.checked_sub(1).and_then(|at| values.get(at)).map_or(self.first, |(time, _)| *time);
         let within = values.get(begin..end).unwrap_or_default().iter().map(|(time, _)| *time);
         let mut last = before;
-        let gaps = within.chain([to]).map(|time| time - std::mem::replace(&mut last, time));
+        let gaps = within.chain([stretch.to]).map(|time| time - std::mem::replace(&mut last, time));
         gaps.max().unwrap_or(Span::ZERO)
     }
 }
@@ -182,26 +190,24 @@ fn merged<'s>(
 }
 
 fn alarm(event: &Event) -> Option<Alarm> {
-    matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent).then_some((
-        event.time,
-        event.kind,
-        event.signal,
-    ))
+    let Event { time, kind, signal, .. } = *event;
+    let accuses = matches!(kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
+    accuses.then_some(Alarm { time, kind, signal })
 }
 
 /// The measures of a run under way.
 struct Watch<'a> {
     baseline: &'a Baseline<'a>,
     signal: SignalId,
-    /// The beginning and the end of the fault.
-    fault: (Time, Time),
+    /// From the beginning to the end of the fault.
+    fault: Validity,
     measured: Measured,
     /// For each need, the time of its latest value, and its longest gap.
     gaps: Vec<(Time, Span)>,
 }
 
 impl<'a> Watch<'a> {
-    fn new(baseline: &'a Baseline<'a>, signal: SignalId, fault: (Time, Time)) -> Watch<'a> {
+    fn new(baseline: &'a Baseline<'a>, signal: SignalId, fault: Validity) -> Watch<'a> {
         let count = baseline.values.len();
         let needs = vec![Served { error: 0.0, unmet: false }; count];
         let measured = Measured {
@@ -218,7 +224,7 @@ impl<'a> Watch<'a> {
 
     fn listen(&mut self, run: &mut Run) {
         for event in run.events.drain(..) {
-            if event.time < self.fault.0 && event.signal == Some(self.signal) {
+            if event.time < self.fault.from && event.signal == Some(self.signal) {
                 self.measured.accused = event.kind != EventKind::Restored;
             }
             alarm(&event).into_iter().for_each(|alarm| self.hear(alarm));
@@ -229,15 +235,15 @@ impl<'a> Watch<'a> {
     }
 
     fn hear(&mut self, alarm: Alarm) {
-        let (time, kind, signal) = alarm;
-        if time < self.fault.0 {
+        let Alarm { time, kind, signal } = alarm;
+        if time < self.fault.from {
             self.measured.early += 1;
             return;
         }
         if self.is_of_clean_run(&alarm) {
             return;
         }
-        self.measured.latency.get_or_insert(time - self.fault.0);
+        self.measured.latency.get_or_insert(time - self.fault.from);
         if kind != EventKind::Suspected {
             match signal {
                 Some(signal) if signal == self.signal => self.measured.named = true,
@@ -249,14 +255,14 @@ impl<'a> Watch<'a> {
 
     fn is_of_clean_run(&self, alarm: &Alarm) -> bool {
         let alarms = &self.baseline.alarms;
-        let from = alarms.partition_point(|(time, ..)| *time < alarm.0);
-        alarms.iter().skip(from).take_while(|(time, ..)| *time == alarm.0).any(|clean| clean == alarm)
+        let from = alarms.partition_point(|clean| clean.time < alarm.time);
+        alarms.iter().skip(from).take_while(|clean| clean.time == alarm.time).any(|clean| clean == alarm)
     }
 
     fn see(&mut self, need: NeedId, time: Time, value: &PublishedValue) {
         let Some((last, gap)) = self.gaps.get_mut(need.index()) else { return };
         let since = time - std::mem::replace(last, time);
-        if time < self.fault.0 {
+        if time < self.fault.from {
             return;
         }
         *gap = since.max(*gap);
@@ -273,7 +279,7 @@ impl<'a> Watch<'a> {
         for ((need, clean), ((last, gap), served)) in
             needs.zip(self.gaps.iter().zip(&mut self.measured.needs))
         {
-            let gap = (self.fault.1 - *last).max(*gap);
+            let gap = (self.fault.to - *last).max(*gap);
             served.unmet = gap > need.max_age && gap > self.baseline.clean_gap(clean, self.fault);
         }
         self.measured

@@ -174,7 +174,7 @@ impl Smallest {
     }
 
     /// Describes the result for a signal and kind; a drift by the amount that it reaches.
-    pub fn told(&self, signal: &Signal, id: SignalId, kind: Kind) -> String {
+    pub fn described(&self, signal: &Signal, id: SignalId, kind: Kind) -> String {
         let unit = signal.unit.as_ref().map_or(String::new(), |unit| format!(" {unit}"));
         let amount = |amount: f64| match kind {
             Kind::Delay => format!("{} s", rounded(amount)),

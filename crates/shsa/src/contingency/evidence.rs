@@ -1,7 +1,7 @@
 //! What contracts admit after a loss, and what would happen to every need if a piece of evidence failed.
 
 use super::MOST;
-use crate::show::{self, Paint, paint};
+use crate::show;
 use serde_json::{Value, json};
 use shsa_core::analysis::{Failure, Prospect, Serving};
 use shsa_core::assurance::{Admitted, Assurance, Ground, Reading, Search};
@@ -12,6 +12,7 @@ use shsa_core::knowledge::{
 use shsa_core::plan::{Admission, BestFirst, Graph, Options, Plan, Preparation};
 use shsa_core::substitution::{Step, Substitution, Way};
 use shsa_format::case::words;
+use shsa_report::Paint;
 use std::collections::BTreeSet;
 
 /// The contracts of a model; none where no need demands anything.
@@ -137,7 +138,7 @@ impl<'a> Contracts<'a> {
     }
 
     fn section(&self, prospect: &Prospect) -> String {
-        let name = paint(Paint::Bold, self.knowledge.need_name(prospect.need));
+        let name = show::style().paint(Paint::Bold, self.knowledge.need_name(prospect.need));
         let now = prospect.serving(self.knowledge, |candidacy| candidacy.at_best);
         let head = match now {
             None => return format!("{name}: contracts admit nothing, whatever is observed"),
@@ -147,17 +148,18 @@ impl<'a> Contracts<'a> {
         let (same, changed): (Vec<&Failure>, Vec<&Failure>) = failures.iter().partition(|it| it.then == now);
         let row = |failure: &Failure| {
             let then = failure.then.map(|serving| self.served(prospect, serving));
-            let then = then.unwrap_or_else(|| [paint(Paint::Red, "nothing"), String::new()].into());
+            let then =
+                then.unwrap_or_else(|| [show::style().paint(Paint::Red, "nothing"), String::new()].into());
             [vec![self.name(failure)], then].concat()
         };
         let mut lines = vec![head];
         if !changed.is_empty() {
             let rows = changed.into_iter().map(row).collect();
-            lines.push(show::table(&["evidence that fails", "serves then", "level"], rows));
+            lines.push(show::style().table(&["evidence that fails", "serves then", "level"], rows));
         }
         if !same.is_empty() {
             let names: Vec<String> = same.into_iter().map(|failure| self.name(failure)).collect();
-            lines.push(show::wrapped(&format!("no difference alone: {}", names.join(", ")), 0));
+            lines.push(show::style().wrapped(&format!("no difference alone: {}", names.join(", ")), 0));
         }
         lines.join("\n")
     }

@@ -4,7 +4,7 @@ mod map;
 mod screen;
 
 use crate::outcome::Outcome;
-use crate::replay::Made;
+use crate::replay::provenance;
 use crate::story;
 use anyhow::{Context, bail};
 use clap::{Args, ValueEnum};
@@ -89,7 +89,7 @@ fn tell_story(args: &DemoArgs, text: &str) -> anyhow::Result<Outcome> {
     }
     let story = load(text, "story", Path::new(".")).story.context("the story has errors")?;
     let report =
-        args.report.as_deref().map(|path| (path, Made::new(Path::new("story.yaml"), text.as_bytes())));
+        args.report.as_deref().map(|path| (path, provenance(Path::new("story.yaml"), text.as_bytes())));
     story::told(&story, report.as_ref().map(|(path, made)| (*path, made)))
 }
 

@@ -1,33 +1,19 @@
 //! `shsa explain`: why a signal was suspected, which witnesses were for and against it, and what would have cleared it.
 
 mod question;
-mod inquiry;
-mod tracks;
-mod words;
-mod explanation;
-mod chart;
-mod text;
-mod json;
-mod page;
 
-use crate::outcome::{AlreadyTold, Outcome};
-use crate::replay::{Source, SourceArguments, drive, read_one, written};
+use crate::outcome::{AlreadyReported, Outcome};
+use crate::progress::Observations;
+use crate::replay::{SourceArguments, drive, read_one, written};
 use crate::show;
 use anyhow::{Context, bail};
-use chart::{drawings, variables};
-pub(crate) use explanation::Section;
-pub(crate) use inquiry::is_accusation;
-pub(crate) use page::list as listed_items;
-pub(crate) use text::subject;
-
-use explanation::{EvidenceInWords, Explanation};
-use inquiry::inquire;
-use question::{Question, asked, files};
-use shsa_core::engine::{Event, Evidence, Options};
-use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::time::{Span, Time};
+use question::{asked, files};
+use shsa_core::engine::Options;
+use shsa_core::time::Span;
 use shsa_format::story;
 use shsa_message::span::parse_span;
+use shsa_report::Source;
+use shsa_report::explanation::{Explanation, Question, inquire, list_json, list_text};
 use std::fs::File;
 use std::io::{BufRead, BufReader, BufWriter, IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
@@ -79,27 +65,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let read: Vec<&PathBuf> = recordings.iter().chain([&arguments.model]).collect();
     let [svg, html] = written::open([arguments.svg.as_deref(), arguments.html.as_deref()], &read)?;
-    let inquiry = inquire(&source, &question)?;
+    let mut bar = Observations::of(&source.eras);
+    let inquiry = inquire(&source, &question, |given| bar.count(given));
+    drop(bar);
+    let inquiry = inquiry?;
     let explanation = Explanation::new(&inquiry, &source);
     draw(arguments, &explanation, &source, [svg, html])?;
     let mut output = stdout().lock();
     match arguments.json {
-        true => writeln!(output, "{}", json::object(&explanation))?,
-        false => writeln!(output, "{}", text::text(&explanation))?,
+        true => writeln!(output, "{}", explanation.json())?,
+        false => writeln!(output, "{}", explanation.text(show::style()))?,
     }
     Ok(outcome)
-}
-
-/// The evidence about the signal of a decision, in sections; times count from `first`.
-pub(crate) fn evidence_sections(
-    known: &KnowledgeBase,
-    first: Time,
-    evidence: &Evidence,
-    event: &Event,
-) -> Vec<Section> {
-    let words = words::Words { knowledge: known, first };
-    let signal = words.signal(evidence.signal);
-    EvidenceInWords { signal, words, evidence, event: Some(event) }.evidence_sections()
 }
 
 /// The inputs of the run.
@@ -133,7 +110,7 @@ fn told(path: &Path) -> anyhow::Result<Source> {
     if !report.is_empty() {
         show::tell(report.trim_end());
     }
-    Ok(Source::of_story(&loaded.story.ok_or(AlreadyTold)?))
+    Ok(Source::of_story(&loaded.story.ok_or(AlreadyReported)?))
 }
 
 fn list(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
@@ -146,8 +123,8 @@ fn list(arguments: &Arguments, source: &Source) -> anyhow::Result<()> {
     })?;
     let mut output = stdout().lock();
     match arguments.json {
-        true => writeln!(output, "{}", json::list(&run))?,
-        false => writeln!(output, "{}", text::list(&run))?,
+        true => writeln!(output, "{}", list_json(&run))?,
+        false => writeln!(output, "{}", list_text(&run, show::style()))?,
     }
     Ok(())
 }
@@ -161,11 +138,9 @@ fn draw(
     if svg.is_none() && html.is_none() {
         return Ok(());
     }
-    let mut variables = variables(explanation.evidence(), explanation.words.knowledge);
-    if html.is_none() {
-        variables.truncate(1);
-    }
-    let drawings = drawings(explanation, source, &variables, arguments.window);
+    // Only the page has room for more than one.
+    let most = if html.is_some() { usize::MAX } else { 1 };
+    let drawings = explanation.drawings(source, arguments.window, most);
     if let (Some(mut file), Some(first)) = (svg, drawings.first()) {
         file.write_all(first.svg().as_bytes())
             .and_then(|()| file.flush())
@@ -173,7 +148,7 @@ fn draw(
     }
     if let Some(mut file) = html {
         let model = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-        let page = page::page(explanation, &drawings, &model);
+        let page = explanation.page(&drawings, &model);
         file.write_all(page.as_bytes()).and_then(|()| file.flush()).context("cannot write the page")?;
     }
     Ok(())

@@ -3,23 +3,12 @@
 use crate::show;
 use anyhow::{anyhow, bail};
 use shsa_core::knowledge::KnowledgeBase;
-use shsa_core::time::Span;
 use shsa_core::unit::nearest;
 use shsa_format::drive::Era;
 use shsa_format::fault::moment;
+use shsa_report::explanation::Question;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
-
-/// A question.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) enum Question {
-    /// All decisions.
-    All,
-    /// Why a signal was, or was not, accused; without a time, at its first accusation.
-    Signal { name: String, at: Option<Span> },
-    /// Why the decision with this number in the list was made; counted from 1.
-    Decision(usize),
-}
 
 /// The files among the arguments, and the text behind them that is no file.
 pub(super) fn files(arguments: &[PathBuf]) -> (&[PathBuf], Option<&Path>) {

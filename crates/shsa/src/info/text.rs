@@ -1,11 +1,12 @@
 //! The contents of recordings as text.
 
 use crate::scan::text::rate;
-use crate::show::{self, Paint, paint};
+use crate::show;
 use shsa_core::time::Time;
 use shsa_format::recording::{FieldInfo, FileInfo, TopicInfo};
 use shsa_format::text::{counted, seconds};
 use shsa_message::stamp::{Notation, written};
+use shsa_report::Paint;
 
 /// The most fields that are listed for one topic; further ones are only counted.
 const FIELDS_MAX: usize = 40;
@@ -22,11 +23,15 @@ fn of_file(file: &FileInfo) -> String {
     let span = span.map_or(String::new(), |(from, to)| {
         format!(", {} from {}", seconds((to - from).seconds()), moment(from))
     });
-    let lost = if file.degraded { paint(Paint::Yellow, "; something of it is lost") } else { String::new() };
+    let lost = if file.degraded {
+        show::style().paint(Paint::Yellow, "; something of it is lost")
+    } else {
+        String::new()
+    };
     let head = format!("{}: {}; {counts}{span}{lost}", file.file.display(), file.format);
     let rows: Vec<Vec<String>> = file.topics.iter().flat_map(of_topic).collect();
     let columns = ["topic and field", "type or unit", "messages", "rate", "longest gap", "example"];
-    if rows.is_empty() { head } else { format!("{head}\n{}", show::table(&columns, rows)) }
+    if rows.is_empty() { head } else { format!("{head}\n{}", show::style().table(&columns, rows)) }
 }
 
 /// An epoch as a date; a smaller time in seconds.
@@ -45,7 +50,7 @@ fn of_topic(topic: &TopicInfo) -> Vec<Vec<String>> {
         topic.count.to_string(),
         topic.rate_hz.map_or_else(nothing, rate),
         topic.longest_gap.map_or_else(nothing, |gap| seconds(gap.seconds())),
-        unreadable.map_or(String::new(), |unreadable| paint(Paint::Yellow, unreadable)),
+        unreadable.map_or(String::new(), |unreadable| show::style().paint(Paint::Yellow, unreadable)),
     ]];
     rows.extend(topic.fields.iter().take(FIELDS_MAX).map(of_field));
     let more = topic.fields.len().saturating_sub(FIELDS_MAX);

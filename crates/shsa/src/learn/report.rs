@@ -25,7 +25,7 @@ pub(super) fn text(subject: &Subject, learned: &Learned, proposals: &Proposals) 
         return lines.join("\n");
     }
     let head = ["relation", "unexplained: fitted, chosen, unseen", "error", "note"];
-    lines.push(show::table(&head, proposals.all.iter().map(row).collect()));
+    lines.push(show::style().table(&head, proposals.all.iter().map(row).collect()));
     let (before, after) = (proposals.before, proposals.after);
     lines.push(String::new());
     lines.push(format!(

@@ -6,7 +6,7 @@ mod printer;
 use crate::outcome::Outcome;
 use crate::plan::find_variable;
 use crate::reading::ReadArguments;
-use crate::replay::{is_journal, wanted};
+use crate::replay::wanted;
 use crate::show::{self};
 use anyhow::bail;
 use method::{Method, Thesis, Watching};
@@ -17,6 +17,7 @@ use shsa_core::observation::Observation;
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time};
+use shsa_format::journal::is_journal_file;
 use shsa_format::recording::{self, Recording};
 use shsa_message::span::parse_span;
 use std::num::NonZeroUsize;
@@ -109,7 +110,7 @@ fn refuse_vector(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Res
 
 fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
     let file = &arguments.observations;
-    if is_journal(file) {
+    if is_journal_file(file) {
         bail!("{} is the journal of a run; `shsa replay` reads it", file.display());
     }
     let set = [arguments.buffer, arguments.average, arguments.median];

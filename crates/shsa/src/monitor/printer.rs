@@ -2,7 +2,7 @@
 
 use super::method::Step;
 use super::{Arguments, Mode};
-use crate::show::{self, Paint};
+use crate::show;
 use serde_json::{Value, json};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -10,6 +10,7 @@ use shsa_core::reason::Range;
 use shsa_core::substitution::Way;
 use shsa_core::time::Time;
 use shsa_format::text::counted;
+use shsa_report::Paint;
 use std::collections::BTreeMap;
 use std::io::{Write, stdout};
 
@@ -79,7 +80,7 @@ impl<'a> Printer<'a> {
         }
         let columns: String =
             (0..ways.len()).map(|number| format!("  {:>WIDTH$}", format!("way {number}"))).collect();
-        writeln!(output, "{}", show::paint(Paint::Bold, &format!("{:>12}{columns}", "time")))?;
+        writeln!(output, "{}", show::style().paint(Paint::Bold, &format!("{:>12}{columns}", "time")))?;
         Ok(())
     }
 
@@ -166,10 +167,12 @@ impl<'a> Printer<'a> {
     /// The failed way; in the default mode, every signal that is not healthy.
     fn findings(&self, step: &Step) -> Vec<String> {
         if self.mode == Mode::Thesis {
-            let failed = step.failed.map(|way| show::paint(Paint::Red, &format!("way {way} failed")));
+            let failed = step.failed.map(|way| show::style().paint(Paint::Red, &format!("way {way} failed")));
             return failed.into_iter().collect();
         }
         let unwell = step.verdicts.iter().filter(|(_, verdict)| *verdict != "healthy");
-        unwell.map(|(signal, verdict)| show::paint_verdict(verdict, &format!("{signal} {verdict}"))).collect()
+        unwell
+            .map(|(signal, verdict)| show::style().verdict(verdict, &format!("{signal} {verdict}")))
+            .collect()
     }
 }

@@ -1,31 +1,28 @@
 //! `shsa replay`: the whole loop over recordings, optionally with injected faults.
 
 mod drive;
-mod picture;
 mod reload;
-mod report;
 mod source;
 mod stream;
-mod values;
+mod record;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
-pub(crate) use report::Made;
-pub(crate) use source::{CutArguments, Source, SourceArguments, is_journal, only, read_one, wanted};
+pub(crate) use source::{CutArguments, SourceArguments, only, read_one, wanted};
 
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::{Context, bail};
-use picture::Recorder;
-use report::Part;
+use record::Record;
 use sha2::{Digest, Sha256};
 use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
-use shsa_format::story::Story;
+use shsa_report::Source;
+use shsa_report::replay::{Part, Provenance, Recorder, Report, write_values};
 use std::fs::File;
-use std::io::{BufWriter, Write};
+use std::io::{BufWriter, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -73,6 +70,13 @@ pub(crate) struct Arguments {
     /// Write every input of the run as a journal that can be replayed; of one session only.
     #[arg(long, value_name = "FILE")]
     journal: Option<PathBuf>,
+    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler: inputs, values of all ways of knowing, verdicts,
+    /// decisions, needs. It can be replayed as a journal can; of one session only.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
+    /// Write a layout for Foxglove that shows the record.
+    #[arg(long, value_name = "FILE", requires = "record")]
+    layout: Option<PathBuf>,
     /// Write every value that the needs are served with, as JSON lines.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
@@ -91,29 +95,36 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(outcome);
     }
     let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
-    if let (Some(_), [_, _, ..]) = (&arguments.journal, sources.as_slice()) {
+    if let (Some(_), [_, _, ..]) =
+        (arguments.journal.as_ref().or(arguments.record.as_ref()), sources.as_slice())
+    {
         bail!(
-            "a journal is of one session, and these are {}; say which with --session NUMBER",
+            "a journal, or a record, is of one session, and these are {}; say which with --session NUMBER",
             sources.len()
         );
     }
-    let [mut journal, output, page] = written(arguments)?;
+    let [mut journal, mut record, mut layout, output, page] = written(arguments)?;
+    let made = made(arguments)?;
     let began = Instant::now();
     let options = arguments.options();
     let mut recorders: Vec<Recorder> = page.iter().flat_map(|_| &sources).map(|_| Recorder::new()).collect();
     let mut onlookers = recorders.iter_mut();
     let runs: Vec<Run> = sources
         .iter()
-        .map(|source| play(source, options, journal.take(), onlookers.next()))
+        .map(|source| {
+            let record = record.take().map(|file| Record { file, layout: layout.take(), made: &made });
+            play(source, options, Onlookers { journal: journal.take(), record, page: onlookers.next() })
+        })
         .collect::<anyhow::Result<_>>()?;
     let elapsed = began.elapsed();
     let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
     let clean: Vec<Option<Run>> =
         sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
     let played = sources.iter().zip(&runs).zip(&clean);
-    let parts: Vec<Part<'_>> = played.map(|((source, run), clean)| Part::of(source, run, clean)).collect();
+    let part = |((source, run), clean)| Part { run, clean: Option::as_ref(clean), source };
+    let parts: Vec<Part<'_>> = played.map(part).collect();
     if let Some(output) = output {
-        values::write_values(&parts, output)?;
+        write_values(&parts, output)?;
     }
     finish(arguments, &parts, elapsed, page.map(|file| (file, &*recorders)))
 }
@@ -124,12 +135,12 @@ impl Arguments {
     }
 }
 
-/// Opens the output files: journal, values and page.
-fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 3]> {
+/// Opens the output files: journal, record, its layout, values and page.
+fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 5]> {
     let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
-    let Arguments { journal, output, report, .. } = arguments;
-    written::open([journal.as_deref(), output.as_deref(), report.as_deref()], &read)
+    let Arguments { journal, record, layout, output, report, .. } = arguments;
+    written::open([journal, record, layout, output, report].map(Option::as_deref), &read)
 }
 
 fn finish(
@@ -138,12 +149,16 @@ fn finish(
     elapsed: Duration,
     page: Option<(BufWriter<File>, &[Recorder])>,
 ) -> anyhow::Result<Outcome> {
-    let report = report::Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
+    let report = Report::new(parts, arguments.watching.budget()).context("nothing to replay")?;
     if let Some((mut file, recorders)) = page {
-        let page = report::Page { report: &report }.write(recorders, &made(arguments)?);
+        let page = report.page(recorders, &made(arguments)?);
         file.write_all(page.as_bytes()).and_then(|()| file.flush()).context("cannot write the report")?;
     }
-    report.print(arguments.json, elapsed)?;
+    let mut output = stdout().lock();
+    match arguments.json {
+        true => writeln!(output, "{}", report.json(elapsed))?,
+        false => writeln!(output, "{}", report.text(show::style(), elapsed))?,
+    }
     Ok(match (report.all_met(), parts.iter().any(|part| part.source.degraded)) {
         (false, _) => Outcome::No,
         (true, true) => Outcome::Degraded,
@@ -151,32 +166,20 @@ fn finish(
     })
 }
 
-/// The page about a story.
-pub(crate) fn page_of_story(story: &Story, made: &Made) -> anyhow::Result<String> {
-    let source = Source::of_story(story);
-    let (options, mut recorder) = (Options::default(), Recorder::new());
-    let run = play(&source, options, None, Some(&mut recorder))?;
-    let parts = [Part::of(&source, &run, &None)];
-    let report = report::Report::new(&parts, options.watch).context("nothing happens in this story")?;
-    Ok(report::Page { report: &report }.write(&[recorder], made))
-}
-
 /// The model and the command, for the report.
-fn made(arguments: &Arguments) -> anyhow::Result<Made> {
+fn made(arguments: &Arguments) -> anyhow::Result<Provenance> {
     let path = &arguments.model;
     let bytes = std::fs::read(path).with_context(|| format!("cannot read {} again", path.display()))?;
-    Ok(Made::new(path, &bytes))
+    Ok(provenance(path, &bytes))
 }
 
-impl Made {
-    /// Of a file with a model, by the present command.
-    pub(crate) fn new(path: &Path, bytes: &[u8]) -> Made {
-        let hash = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
-        let words = std::env::args().skip(1).map(|word| quoted(&word));
-        let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
-        let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
-        Made { model, text: String::from_utf8_lossy(bytes).into_owned(), hash, command }
-    }
+/// What a page is made of: a file with these bytes, by the present command.
+pub(crate) fn provenance(path: &Path, bytes: &[u8]) -> Provenance {
+    let hash = Sha256::digest(bytes).iter().map(|byte| format!("{byte:02x}")).collect();
+    let words = std::env::args().skip(1).map(|word| quoted(&word));
+    let command = std::iter::once("shsa".to_owned()).chain(words).collect::<Vec<String>>().join(" ");
+    let model = path.file_name().unwrap_or(path.as_os_str()).to_string_lossy().into_owned();
+    Provenance { model, text: String::from_utf8_lossy(bytes).into_owned(), hash, command }
 }
 
 /// A word, quoted for a shell.
@@ -188,25 +191,30 @@ fn quoted(word: &str) -> String {
     }
 }
 
-fn play(
-    source: &Source,
-    options: Options,
+/// What is written during a run.
+struct Onlookers<'a> {
     journal: Option<BufWriter<File>>,
-    mut recorder: Option<&mut Recorder>,
-) -> anyhow::Result<Run> {
+    record: Option<Record<'a>>,
+    page: Option<&'a mut Recorder>,
+}
+
+fn play(source: &Source, options: Options, onlookers: Onlookers<'_>) -> anyhow::Result<Run> {
     let Source { eras, span, .. } = source;
-    let mut journal = match (journal, eras.first()) {
-        (Some(journal), Some(first)) => Some(JournalWriter::new(journal, &first.knowledge)?),
-        _ => None,
-    };
+    let Onlookers { journal, record, page: mut recorder } = onlookers;
+    let first = eras.first().map(|era| &era.knowledge);
+    let journal = journal.zip(first).map(|(file, known)| JournalWriter::new(file, known));
+    let mut journal = journal.transpose()?;
+    let mut record = record.zip(first).map(|(record, known)| record.begin(known)).transpose()?;
     let run = drive(eras, *span, options, |run, given| {
         journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?;
+        record.as_mut().map_or(Ok(()), |record| record.recorder.input(given))?;
         let published = run.publications.len();
         run.give(given);
         recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, published));
-        Ok(())
+        Ok(record.as_mut().map_or(Ok(()), |record| record.recorder.look(run, published))?)
     })?;
     journal.as_mut().map_or(Ok(()), JournalWriter::flush)?;
+    record.map_or(Ok(()), |record| record.finish(&run))?;
     recorder.into_iter().for_each(|recorder| recorder.end(&run));
     Ok(run)
 }

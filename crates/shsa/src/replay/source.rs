@@ -14,10 +14,8 @@ use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
 use shsa_format::recording::{self, Cuts, Recording, Sample, Session, Stretch, Wanted};
-use shsa_format::story::Story;
+use shsa_report::Source;
 use std::collections::BTreeMap;
-use std::fs::File;
-use std::io::{BufRead, BufReader};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -77,39 +75,6 @@ impl CutArguments {
     }
 }
 
-/// The inputs of one session.
-pub(crate) struct Source {
-    pub(crate) eras: Vec<Era>,
-    /// The same without the injected faults, for comparison.
-    pub(super) clean: Option<Vec<Era>>,
-    /// Beginning and end of the recording, even if a fault removes its first or last observations.
-    pub(crate) span: Option<(Time, Time)>,
-    /// The origin of times, if it is not the beginning of the run.
-    pub(super) origin: Option<Time>,
-    /// The session's origin, and why it is a session of its own; `None` for a journal.
-    pub(super) session: Option<Session>,
-    /// Rows without a value in all sessions, by signal.
-    pub(super) missing: BTreeMap<String, usize>,
-    pub(crate) degraded: bool,
-}
-
-impl Source {
-    /// The inputs of a story.
-    pub(crate) fn of_story(story: &Story) -> Source {
-        let eras = story.journal();
-        let last = eras.iter().flat_map(|era| &era.inputs).map(Input::time).max();
-        Source {
-            eras,
-            clean: None,
-            span: Some((Time(0), last.unwrap_or_default())),
-            origin: None,
-            session: None,
-            missing: BTreeMap::new(),
-            degraded: false,
-        }
-    }
-}
-
 /// Reads recordings with the injected faults, or a journal, as sessions; returns at least one.
 ///
 /// # Errors
@@ -121,7 +86,7 @@ pub(crate) fn read(
     live: Live,
 ) -> anyhow::Result<Vec<Source>> {
     match recordings {
-        [only] if is_journal(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
+        [only] if journal::is_journal_file(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
         _ => read_recordings(recordings, arguments, cuts, live),
     }
 }
@@ -148,35 +113,16 @@ pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
     measured.map(|(_, signal)| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
 }
 
-/// Whether a file is the journal of a run.
-pub(crate) fn is_journal(path: &Path) -> bool {
-    let mut line = String::new();
-    path.is_file()
-        && File::open(path).is_ok_and(|file| {
-            let limited = std::io::Read::take(file, 1 << 20);
-            BufReader::new(limited).read_line(&mut line).is_ok() && journal::is_journal(&line)
-        })
-}
-
 fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Live) -> anyhow::Result<Source> {
     if arguments.changes() || arguments.session.is_some() || !cuts.is_empty() {
         bail!("a journal is replayed as it was; faults, other models and parts are for recordings only");
     }
-    let file = File::open(path).with_context(|| format!("{} cannot be read", path.display()))?;
-    let journal = journal::read_journal(BufReader::new(file), live)
-        .with_context(|| format!("{} cannot be replayed", path.display()))?;
+    let journal =
+        journal::read_file(path, live).with_context(|| format!("{} cannot be replayed", path.display()))?;
     if let Some((line, reason)) = &journal.damage {
         show::warn(format_args!("{}:{line}: {reason}; what comes before is replayed", path.display()));
     }
-    Ok(Source {
-        eras: journal.eras,
-        clean: None,
-        span: None,
-        origin: None,
-        session: None,
-        missing: BTreeMap::new(),
-        degraded: journal.damage.is_some(),
-    })
+    Ok(Source { eras: journal.eras, degraded: journal.damage.is_some(), ..Source::default() })
 }
 
 fn read_recordings(

@@ -1,17 +1,17 @@
 //! Replays recordings that are too long for the memory: reads them during the replay.
 
-use super::drive::{PROGRESS_STEP, progress};
-use super::picture::Recorder;
-use super::report::Part;
-use super::{Arguments, Source, finish, is_journal, values, written};
+use super::{Arguments, Record, finish, made, written};
 use crate::outcome::Outcome;
+use crate::progress::Observations;
 use crate::show;
-use shsa_core::engine::Input;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_format::drive::{Era, Given, Run};
-use shsa_format::journal::JournalWriter;
+use shsa_format::journal::{JournalWriter, is_journal_file};
 use shsa_format::recording::{self, Sample, Survey};
+use shsa_report::Source;
+use shsa_report::replay::{Part, Recorder, write_value};
+use std::cell::RefCell;
 use std::fs::{self, File};
 use std::io::{BufWriter, Write};
 use std::path::Path;
@@ -27,7 +27,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         arguments.source.changes() || arguments.source.session.is_some() || !arguments.cut.cuts().is_empty();
     let is_long = || arguments.recordings.iter().map(|path| size(path)).sum::<u64>() >= LONG;
     if must_keep
-        || arguments.recordings.iter().any(|path| is_journal(path))
+        || arguments.recordings.iter().any(|path| is_journal_file(path))
         || !(arguments.stream || is_long())
     {
         return Ok(None);
@@ -37,7 +37,11 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
     show::recording(&survey.recording);
-    let [journal, mut values, page] = written(arguments)?;
+    let [journal, record, layout, mut values, page] = written(arguments)?;
+    let made = made(arguments)?;
+    let mcap = record.map(|file| Record { file, layout, made: &made }.begin(knowledge)).transpose()?;
+    // Both closures below write to it.
+    let mcap = RefCell::new(mcap);
     let mut recorder = page.is_some().then(Recorder::new);
     let mut journal = journal.map(|file| JournalWriter::new(file, knowledge)).transpose()?;
     let began = Instant::now();
@@ -47,25 +51,25 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         Ok(sample) => Some(Ok(observation(&signals, sample)?)),
         Err(error) => Some(Err(anyhow::Error::from(error))),
     });
-    let progress = progress(survey.count);
-    let mut seen = 0;
+    let mut bar = Observations::new(survey.count);
     let record = |given: Given<'_>| -> anyhow::Result<()> {
-        seen += u64::from(matches!(given, Given::Input(Input::Observation(_))));
-        if seen % PROGRESS_STEP == 0 {
-            progress.set_position(seen);
-        }
+        bar.count(&given);
+        mcap.borrow_mut().as_mut().map_or(Ok(()), |mcap| mcap.recorder.input(given))?;
         Ok(journal.as_mut().map_or(Ok(()), |journal| journal.record(given))?)
     };
     let look = |run: &mut Run| -> anyhow::Result<()> {
         recorder.as_mut().into_iter().for_each(|recorder| recorder.look(run, 0));
+        mcap.borrow_mut().as_mut().map_or(Ok(()), |mcap| mcap.recorder.look(run, 0))?;
         let values = values.as_mut();
         values.map_or(Ok(()), |values| {
-            run.publications.iter().try_for_each(|it| values::write_value(knowledge, it, None, values))
+            let mut publications = run.publications.iter();
+            Ok(publications.try_for_each(|it| write_value(knowledge, it, None, values))?)
         })
     };
     let run = Run::streamed(knowledge, span, arguments.options(), observations, record, look)?;
     recorder.as_mut().into_iter().for_each(|recorder| recorder.end(&run));
-    progress.finish_and_clear();
+    drop(bar);
+    mcap.into_inner().map_or(Ok(()), |mcap| mcap.finish(&run))?;
     if let Some(mut journal) = journal {
         journal.flush()?;
     }
@@ -87,12 +91,10 @@ fn source(knowledge: &KnowledgeBase, survey: Survey) -> Source {
     let missing = survey.recording.found.iter().map(|found| found.missing);
     Source {
         eras: vec![Era::only(knowledge.clone(), Vec::new())],
-        clean: None,
         span: survey.span,
-        origin: None,
-        session: None,
         missing: names.zip(missing).collect(),
         degraded: survey.recording.degraded,
+        ..Source::default()
     }
 }
 

@@ -3,10 +3,11 @@
 use super::Scan;
 use super::heard::Heard;
 use super::matched::Matched;
-use crate::show::{self, Paint, paint};
+use crate::show;
 use shsa_bridge::payload::{Content, Leaf};
 use shsa_core::observation::RawValue;
 use shsa_format::text::{counted, seconds};
+use shsa_report::Paint;
 
 /// The most fields that are listed for one topic; further ones are only counted.
 const FIELDS_MAX: usize = 40;
@@ -49,7 +50,7 @@ fn table(scan: &Scan) -> String {
             rows.extend((more > 0).then(|| vec![format!("  .. and {more} more")]));
         }
     }
-    show::table(&head, rows)
+    show::style().table(&head, rows)
 }
 
 fn of_topic(topic: &str, heard: &Heard) -> Vec<String> {
@@ -79,7 +80,7 @@ fn of_field(leaf: &Leaf, signals: String) -> Vec<String> {
 
 fn problem(heard: &Heard) -> String {
     let unreadable = heard.unreadable.as_ref().filter(|_| heard.fields.is_empty());
-    unreadable.map_or(String::new(), |unreadable| paint(Paint::Yellow, &unreadable.to_string()))
+    unreadable.map_or(String::new(), |unreadable| show::style().paint(Paint::Yellow, &unreadable.to_string()))
 }
 
 /// A rate with three digits.
@@ -126,7 +127,7 @@ fn rates(scan: &Scan, matched: &Matched) -> Option<String> {
             .then(|| vec![format!("  {}", signal.name), rate(declared), rate(heard)])
     });
     let rows: Vec<_> = differs.collect();
-    (!rows.is_empty()).then(|| show::table(&["Other rates than declared", "model", "heard"], rows))
+    (!rows.is_empty()).then(|| show::style().table(&["Other rates than declared", "model", "heard"], rows))
 }
 
 fn missing(scan: &Scan, matched: &Matched) -> Option<String> {
@@ -136,9 +137,10 @@ fn missing(scan: &Scan, matched: &Matched) -> Option<String> {
     let rows: Vec<_> = matched.missing(&scan.topics).map(row).collect();
     let title = format!("Missing: {} of {}", rows.len(), counted(matched.signals().count(), "signal"));
     Some(if rows.is_empty() {
-        paint(Paint::Green, &format!("All {} are there.", counted(matched.signals().count(), "signal")))
+        show::style()
+            .paint(Paint::Green, &format!("All {} are there.", counted(matched.signals().count(), "signal")))
     } else {
-        show::table(&[&title, "source", "why"], rows)
+        show::style().table(&[&title, "source", "why"], rows)
     })
 }
 

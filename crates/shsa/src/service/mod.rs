@@ -13,7 +13,7 @@ mod timing;
 
 use crate::bus::BusArguments;
 use crate::log::{Log, LogArguments};
-use crate::outcome::{AlreadyTold, Outcome};
+use crate::outcome::{AlreadyReported, Outcome};
 use crate::run::stop_on_signals;
 use crate::show;
 use outlet::Outlet;
@@ -106,7 +106,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let formulas =
         Formulas::read(&arguments.program, counts.0, counts.1, &arguments.vector).map_err(|problems| {
             show::tell(problems.trim_end());
-            AlreadyTold
+            AlreadyReported
         })?;
     let mut formulas = formulas;
     let pace = match (arguments.period, arguments.complete) {

@@ -7,7 +7,7 @@ mod stream;
 use crate::outcome::Outcome;
 use crate::show;
 use board::Board;
-use picture::Size;
+use picture::{Picture, Size};
 use shsa_runtime::Token;
 use signal_hook::consts::{SIGINT, SIGTERM};
 use signal_hook::iterator::Signals;
@@ -78,8 +78,12 @@ fn once(address: &str, news: &Receiver<News>) -> anyhow::Result<Outcome> {
             _ => break,
         }
     }
-    print(&format!("{}\n", picture::of(&board, None, Size { rows: usize::MAX, ..room() }).join("\n")))?;
+    print(&format!("{}\n", picture(&board).lines(None, Size { rows: usize::MAX, ..room() }).join("\n")))?;
     Ok(Outcome::Done)
+}
+
+fn picture(board: &Board) -> Picture<'_> {
+    Picture { board, style: show::style() }
 }
 
 /// The room of the terminal; a file or a pipe has no end.
@@ -112,7 +116,7 @@ fn watch(address: &str, news: &Receiver<News>) -> anyhow::Result<Outcome> {
             Err(RecvTimeoutError::Timeout) => {}
         }
         if drawn.is_none_or(|drawn| drawn.elapsed() >= PACE) {
-            let lines = picture::of(&board, lost.as_deref(), room());
+            let lines = picture(&board).lines(lost.as_deref(), room());
             print(&format!("\x1b[H{}\x1b[K\x1b[J", lines.join("\x1b[K\r\n")))?;
             drawn = Some(Instant::now());
         }

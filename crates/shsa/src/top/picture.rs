@@ -1,9 +1,9 @@
 //! The picture of an instance as lines of text: needs, signals, decisions.
 
 use super::board::Board;
-use crate::show::{Paint, paint, paint_verdict};
 use serde_json::Value;
-use shsa_format::text::{seconds, table};
+use shsa_format::text::seconds;
+use shsa_report::{Paint, Style};
 
 /// Below this many rows each list keeps its first lines only.
 const LEAST: usize = 3;
@@ -20,28 +20,134 @@ impl Size {
     pub(super) const UNLIMITED: Size = Size { columns: usize::MAX, rows: usize::MAX };
 }
 
-/// The lines of a picture, none longer than the room. `lost` is why there is nothing new.
-pub(super) fn of(board: &Board, lost: Option<&str>, size: Size) -> Vec<String> {
-    let mut lines = vec![head(board, lost), String::new()];
-    let needs = needs(board);
-    let signals = signals(board);
-    let decisions = decisions(board);
-    // Needs come first; what is left is shared by signals and decisions.
-    let room = size.rows.saturating_sub(lines.len());
-    let for_needs = needs.len().min(room);
-    let rest = room.saturating_sub(for_needs + 2);
-    let for_decisions = decisions.len().min(rest / 2).max(LEAST.min(rest));
-    let for_signals = signals.len().min(rest.saturating_sub(for_decisions));
-    let for_decisions = decisions.len().min(rest.saturating_sub(for_signals));
-    lines.extend(shortened(needs, for_needs));
-    for (list, room) in [(signals, for_signals), (decisions, for_decisions)] {
-        if room > 0 {
-            lines.push(String::new());
-            lines.extend(shortened(list, room));
+/// What is drawn, and how it looks.
+pub(super) struct Picture<'a> {
+    pub(super) board: &'a Board,
+    pub(super) style: Style,
+}
+
+impl Picture<'_> {
+    /// The lines of the picture, none longer than the room. `lost` is why there is nothing new.
+    pub(super) fn lines(&self, lost: Option<&str>, size: Size) -> Vec<String> {
+        let mut lines = vec![self.head(lost), String::new()];
+        let (needs, signals, decisions) = (self.needs(), self.signals(), self.decisions());
+        // Needs come first; what is left is shared by signals and decisions.
+        let room = size.rows.saturating_sub(lines.len());
+        let for_needs = needs.len().min(room);
+        let rest = room.saturating_sub(for_needs + 2);
+        let for_decisions = decisions.len().min(rest / 2).max(LEAST.min(rest));
+        let for_signals = signals.len().min(rest.saturating_sub(for_decisions));
+        let for_decisions = decisions.len().min(rest.saturating_sub(for_signals));
+        lines.extend(shortened(needs, for_needs));
+        for (list, room) in [(signals, for_signals), (decisions, for_decisions)] {
+            if room > 0 {
+                lines.push(String::new());
+                lines.extend(shortened(list, room));
+            }
+        }
+        lines.truncate(size.rows);
+        lines.iter().map(|line| cut(line, size.columns)).collect()
+    }
+
+    fn head(&self, lost: Option<&str>) -> String {
+        let Picture { board, style } = self;
+        let head = board.head();
+        let age = board.age().map_or_else(String::new, |age| format!(", {} ago", seconds(age.as_secs_f64())));
+        let name = format!("{} (shsa {})", word(&head["name"]), word(&head["version"]));
+        let link = match (lost, &head["link"]) {
+            (Some(why), _) => style.paint(Paint::Red, &format!("not reachable{age}: {why}")),
+            (None, Value::Null) => "in one process".to_owned(),
+            (None, link) if link["up"] == true => style.paint(Paint::Green, "bus connected"),
+            (None, link) => {
+                style.paint(Paint::Red, &format!("bus not connected: {}", word(&link["because"])))
+            }
+        };
+        format!("{}  {}  {link}", style.paint(Paint::Bold, &name), clock(&head["time_ns"]))
+    }
+
+    fn needs(&self) -> Vec<String> {
+        let board = self.board;
+        let mut rows = Vec::new();
+        for model in board.models() {
+            for (need, row) in board.rows(model, "needs") {
+                let value = board.row(model, "values", need).unwrap_or(&Value::Null);
+                let tolerance = board.row(model, "tolerance", need).unwrap_or(&Value::Null);
+                rows.push(vec![
+                    word(&row["signal"]),
+                    interval(value, &row["unit"]),
+                    self.quality(&word(&row["quality"])),
+                    age(&value[2], board.head()),
+                    tolerance["survives"]
+                        .as_u64()
+                        .map_or_else(|| "-".to_owned(), |losses| losses.to_string()),
+                    row["longest_gap_s"].as_f64().map_or_else(|| "-".to_owned(), seconds),
+                    word(&row["source"]),
+                ]);
+            }
+        }
+        self.table(&["need", "value", "quality", "age", "survives", "longest gap", "source"], rows)
+    }
+
+    /// The signals that are not healthy come first.
+    fn signals(&self) -> Vec<String> {
+        let Picture { board, style } = self;
+        let mut rows: Vec<(u8, Vec<String>)> = Vec::new();
+        for model in board.models() {
+            for (signal, row) in board.rows(model, "signals") {
+                let verdict = word(&row["verdict"]);
+                let reading = board.row(model, "readings", signal).unwrap_or(&Value::Null);
+                let symptom = row["symptom"].as_str().map_or_else(String::new, |it| format!(", {it}"));
+                let cells = vec![
+                    signal.to_owned(),
+                    word(&row["variable"]),
+                    style.verdict(&verdict, &format!("{verdict}{symptom}")),
+                    interval(reading, &row["unit"]),
+                    age(&reading[2], board.head()),
+                    reading[3].as_u64().map_or_else(|| "-".to_owned(), |count| count.to_string()),
+                ];
+                rows.push((urgency(&verdict), cells));
+            }
+        }
+        rows.sort_by_key(|(urgency, _)| *urgency);
+        let rows = rows.into_iter().map(|(_, cells)| cells).collect();
+        self.table(&["signal", "variable", "verdict", "value", "age", "accepted"], rows)
+    }
+
+    fn decisions(&self) -> Vec<String> {
+        let Picture { board, style } = self;
+        let told = |event: &Value| {
+            let subject =
+                ["signal", "relation", "need", "variable"].iter().find_map(|key| event[key].as_str());
+            let kind = word(&event["kind"]);
+            let kind = match &*kind {
+                "failed" | "silent" | "unhealable" => style.paint(Paint::Red, &kind),
+                "suspected" | "substituted" | "refused" => style.paint(Paint::Yellow, &kind),
+                _ => style.paint(Paint::Green, &kind),
+            };
+            vec![clock(&event["time_ns"]), kind, subject.unwrap_or("-").to_owned(), word(&event["because"])]
+        };
+        let rows: Vec<Vec<String>> = board.decisions().map(told).collect();
+        if rows.is_empty() {
+            return vec!["No decision yet.".to_owned()];
+        }
+        self.table(&["decided at", "what", "of", "because"], rows)
+    }
+
+    fn table(&self, head: &[&str], rows: Vec<Vec<String>>) -> Vec<String> {
+        if rows.is_empty() {
+            return vec![format!("{}: none", head.first().copied().unwrap_or_default())];
+        }
+        self.style.table(head, rows).lines().map(str::to_owned).collect()
+    }
+
+    fn quality(&self, quality: &str) -> String {
+        let style = self.style;
+        match quality {
+            "Good" => style.paint(Paint::Green, quality),
+            "Bad" => style.paint(Paint::Red, quality),
+            _ => style.paint(Paint::Yellow, quality),
         }
     }
-    lines.truncate(size.rows);
-    lines.iter().map(|line| cut(line, size.columns)).collect()
 }
 
 /// The first lines, and the number of the others in the last one.
@@ -70,63 +176,6 @@ fn cut(line: &str, columns: usize) -> String {
     shown
 }
 
-fn head(board: &Board, lost: Option<&str>) -> String {
-    let head = board.head();
-    let age = board.age().map_or_else(String::new, |age| format!(", {} ago", seconds(age.as_secs_f64())));
-    let name = format!("{} (shsa {})", word(&head["name"]), word(&head["version"]));
-    let link = match (lost, &head["link"]) {
-        (Some(why), _) => paint(Paint::Red, &format!("not reachable{age}: {why}")),
-        (None, Value::Null) => "in one process".to_owned(),
-        (None, link) if link["up"] == true => paint(Paint::Green, "bus connected"),
-        (None, link) => paint(Paint::Red, &format!("bus not connected: {}", word(&link["because"]))),
-    };
-    format!("{}  {}  {link}", paint(Paint::Bold, &name), clock(&head["time_ns"]))
-}
-
-fn needs(board: &Board) -> Vec<String> {
-    let mut rows = Vec::new();
-    for model in board.models() {
-        for (need, row) in board.rows(model, "needs") {
-            let value = board.row(model, "values", need).unwrap_or(&Value::Null);
-            let tolerance = board.row(model, "tolerance", need).unwrap_or(&Value::Null);
-            rows.push(vec![
-                word(&row["signal"]),
-                interval(value, &row["unit"]),
-                paint_quality(&word(&row["quality"])),
-                age(&value[2], board.head()),
-                tolerance["survives"].as_u64().map_or_else(|| "-".to_owned(), |losses| losses.to_string()),
-                row["longest_gap_s"].as_f64().map_or_else(|| "-".to_owned(), seconds),
-                word(&row["source"]),
-            ]);
-        }
-    }
-    lines(&["need", "value", "quality", "age", "survives", "longest gap", "source"], rows)
-}
-
-/// The signals that are not healthy come first.
-fn signals(board: &Board) -> Vec<String> {
-    let mut rows: Vec<(u8, Vec<String>)> = Vec::new();
-    for model in board.models() {
-        for (signal, row) in board.rows(model, "signals") {
-            let verdict = word(&row["verdict"]);
-            let reading = board.row(model, "readings", signal).unwrap_or(&Value::Null);
-            let symptom = row["symptom"].as_str().map_or_else(String::new, |it| format!(", {it}"));
-            let cells = vec![
-                signal.to_owned(),
-                word(&row["variable"]),
-                paint_verdict(&verdict, &format!("{verdict}{symptom}")),
-                interval(reading, &row["unit"]),
-                age(&reading[2], board.head()),
-                reading[3].as_u64().map_or_else(|| "-".to_owned(), |count| count.to_string()),
-            ];
-            rows.push((urgency(&verdict), cells));
-        }
-    }
-    rows.sort_by_key(|(urgency, _)| *urgency);
-    let rows = rows.into_iter().map(|(_, cells)| cells).collect();
-    lines(&["signal", "variable", "verdict", "value", "age", "accepted"], rows)
-}
-
 fn urgency(verdict: &str) -> u8 {
     match verdict {
         "failed" => 0,
@@ -134,40 +183,6 @@ fn urgency(verdict: &str) -> u8 {
         "suspect" => 2,
         "unknown" => 3,
         _ => 4,
-    }
-}
-
-fn decisions(board: &Board) -> Vec<String> {
-    let told = |event: &Value| {
-        let subject = ["signal", "relation", "need", "variable"].iter().find_map(|key| event[key].as_str());
-        let kind = word(&event["kind"]);
-        let kind = match &*kind {
-            "failed" | "silent" | "unhealable" => paint(Paint::Red, &kind),
-            "suspected" | "substituted" | "refused" => paint(Paint::Yellow, &kind),
-            _ => paint(Paint::Green, &kind),
-        };
-        vec![clock(&event["time_ns"]), kind, subject.unwrap_or("-").to_owned(), word(&event["because"])]
-    };
-    let rows: Vec<Vec<String>> = board.decisions().map(told).collect();
-    if rows.is_empty() {
-        return vec!["No decision yet.".to_owned()];
-    }
-    lines(&["decided at", "what", "of", "because"], rows)
-}
-
-fn lines(head: &[&str], rows: Vec<Vec<String>>) -> Vec<String> {
-    if rows.is_empty() {
-        return vec![format!("{}: none", head.first().copied().unwrap_or_default())];
-    }
-    let head: Vec<String> = head.iter().map(|cell| paint(Paint::Bold, cell)).collect();
-    table(&head, rows).lines().map(str::to_owned).collect()
-}
-
-fn paint_quality(quality: &str) -> String {
-    match quality {
-        "Good" => paint(Paint::Green, quality),
-        "Bad" => paint(Paint::Red, quality),
-        _ => paint(Paint::Yellow, quality),
     }
 }
 

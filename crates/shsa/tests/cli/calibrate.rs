@@ -112,6 +112,18 @@ fn what_is_written_changes_the_model_and_finds_smaller_faults() {
 }
 
 #[test]
+fn the_page_has_what_the_text_says_and_the_patch() {
+    let folder = folder();
+    let told = folder.ends("calibrate m.yaml drive.csv --html page.html --patch patch.yaml", 0).stdout;
+    let page = folder.read("page.html");
+    assert!(page.starts_with("<!DOCTYPE html>") && !page.contains("<script"), "{page}");
+    for words in ["What was fitted", "Comparisons", "going", "value_error", " h that were not fitted"] {
+        assert!(page.contains(words), "no '{words}'");
+    }
+    assert!(told.contains(" h that were not fitted"), "{told}");
+}
+
+#[test]
 fn a_relation_that_does_not_hold_is_told() {
     let folder = folder();
     // The relation's error is so wide that it accuses nobody.

@@ -22,6 +22,7 @@ mod logs;
 mod monitor;
 mod parts;
 mod plan;
+mod record;
 mod reference;
 mod reload;
 mod replay;

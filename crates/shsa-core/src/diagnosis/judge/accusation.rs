@@ -5,9 +5,9 @@
 use super::case::{Case, Conflicts};
 use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::evidence_view::EvidenceView;
-use super::recovery::MOST_GROUNDS;
+use super::recovery::MOST_CONFLICTS;
 use super::verdict::{Blame, Decision, Verdict};
-use super::{Awaited, ComponentState, Ground, Record, Review, said};
+use super::{Awaited, ComponentState, ConflictPair, Record, Review, said};
 use crate::diagnosis::candidates::{Component, explain};
 use crate::monitor::{Residual, ResidualState};
 use crate::time::Span;
@@ -81,11 +81,11 @@ impl<T: EvidenceView> Review<'_, T> {
     }
 
     /// Stores which comparisons accuse a component.
-    fn ground(&mut self, component: Component, conflicts: &[&Residual]) {
+    fn note_conflicts(&mut self, component: Component, conflicts: &[&Residual]) {
         let against = conflicts.iter().filter(|pair| rests_on(self.evidence, pair, component));
-        let grounds: BTreeSet<Ground> =
-            against.map(|pair| (pair.way, pair.other)).take(MOST_GROUNDS).collect();
-        self.judge.grounds.insert(component, grounds);
+        let accusing: BTreeSet<ConflictPair> =
+            against.map(|pair| (pair.way, pair.other)).take(MOST_CONFLICTS).collect();
+        self.judge.conflicts.insert(component, accusing);
     }
 
     fn suspect(&mut self, case: &Case<'_>) {
@@ -170,7 +170,7 @@ impl<T: EvidenceView> Review<'_, T> {
             ..ComponentState::default()
         };
         self.judge.put(component, state);
-        self.ground(component, case.conflicts.pairs);
+        self.note_conflicts(component, case.conflicts.pairs);
         let blame = Blame { relapses, ..case.blame(component) };
         self.decisions.push(match choice {
             None => Decision::Failed(blame),

@@ -59,7 +59,7 @@ impl EvidenceView for Monitor {
 
     fn is_sound(&self, signal: SignalId) -> bool {
         let watch = self.timeouts();
-        let is_heard = watch.absence(signal).is_none() && watch.has_spoken(signal);
+        let is_heard = watch.absence(signal).is_none() && watch.has_given_value(signal);
         is_heard && self.detectors().fault(signal).is_none()
     }
 

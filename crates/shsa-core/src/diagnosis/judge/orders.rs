@@ -1,6 +1,6 @@
 //! What operators order about components (forbid, allow, clear), and the records that outlast a restart.
 
-use super::{Component, ComponentState, Ground, Judge, Verdict};
+use super::{Component, ComponentState, ConflictPair, Judge, Verdict};
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, RelationId, SignalId};
 use crate::monitor::{WayIndex, rests_on};
@@ -128,19 +128,19 @@ impl Judge {
     }
 
     /// The comparisons that have disagreed with an accused component, by their two ways; none for any other.
-    pub fn grounds_of(&self, component: Component) -> impl Iterator<Item = (WayIndex, WayIndex)> + '_ {
-        self.grounds.get(&component).into_iter().flatten().copied()
+    pub fn conflicts_of(&self, component: Component) -> impl Iterator<Item = (WayIndex, WayIndex)> + '_ {
+        self.conflicts.get(&component).into_iter().flatten().copied()
     }
 
     /// Restores the comparisons that have disagreed with an accused component before a restart.
-    pub fn recall_grounds(
+    pub fn recall_conflicts(
         &mut self,
         component: Component,
-        grounds: impl Iterator<Item = (WayIndex, WayIndex)>,
+        conflicts: impl Iterator<Item = (WayIndex, WayIndex)>,
     ) {
-        let grounds: BTreeSet<Ground> = grounds.collect();
-        if self.accuses(component) && !grounds.is_empty() {
-            self.grounds.insert(component, grounds);
+        let conflicts: BTreeSet<ConflictPair> = conflicts.collect();
+        if self.accuses(component) && !conflicts.is_empty() {
+            self.conflicts.insert(component, conflicts);
         }
     }
 }

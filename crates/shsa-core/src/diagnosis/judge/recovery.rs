@@ -13,31 +13,33 @@
 //! and then.
 
 use super::evidence::{rests_on, rests_on_any};
-use super::{Component, ComponentState, Decision, EvidenceView, Ground, Proof, Record, Review, Verdict};
+use super::{
+    Component, ComponentState, ConflictPair, Decision, EvidenceView, Proof, Record, Review, Verdict,
+};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
 use alloc::collections::BTreeSet;
 use core::ops::Bound;
 
 /// How many comparisons that accuse one component are stored at most.
-pub(super) const MOST_GROUNDS: usize = 64;
+pub(super) const MOST_CONFLICTS: usize = 64;
 
 /// The outcome of weighing the evidence about an accused component.
 enum Weighed {
     /// A comparison accuses the component, or may still do so, or a detector does.
-    Against(Option<Ground>),
+    Against(Option<ConflictPair>),
     /// No evidence accuses the component, and none supports it. `is_appeased`: all comparisons that have accused it agree again,
     /// but of changes only.
     Silent { is_appeased: bool },
     /// A comparison that has accused the component agrees again.
     For(Proof),
     /// Other failed components explain all comparisons that have accused the component.
-    Groundless,
+    Explained,
 }
 
 /// How many of the comparisons that have accused a component now agree, are silent, or are explained.
 #[derive(Default)]
-struct Grounds {
+struct Counts {
     agree: usize,
     /// Those that agree, but would agree beside a lasting offset as well.
     appeased: usize,
@@ -64,34 +66,34 @@ impl<T: EvidenceView> Review<'_, T> {
                 continue;
             }
             let decision = match self.weigh(component) {
-                Weighed::Against(ground) => self.hear_against(component, ground),
-                Weighed::Silent { is_appeased } => self.hear_nothing(component, is_appeased),
-                Weighed::For(proof) => self.hear_for(component, proof, &culprits),
-                Weighed::Groundless => Some(self.acquit(component)),
+                Weighed::Against(conflict) => self.take_conflict(component, conflict),
+                Weighed::Silent { is_appeased } => self.take_silence(component, is_appeased),
+                Weighed::For(proof) => self.take_support(component, proof, &culprits),
+                Weighed::Explained => Some(self.acquit(component)),
             };
             self.decisions.extend(decision);
         }
     }
 
-    fn hear_against(&mut self, component: Component, ground: Option<Ground>) -> Option<Decision> {
+    fn take_conflict(&mut self, component: Component, conflict: Option<ConflictPair>) -> Option<Decision> {
         self.await_staleness(component);
         let state = self.judge.states.get_mut(&component)?;
         (state.clean_since, state.quiet_since) = (None, None);
-        let ground = ground?;
+        let conflict = conflict?;
         // While the reading cannot be reached from the last sound one, a contradiction shows nothing new.
         state.record.contradicted |=
             state.record.failed_by_detector && has_returned(self.evidence, component);
         let was_unproven = core::mem::take(&mut state.record.unproven);
-        let grounds = self.judge.grounds.entry(component).or_default();
-        if grounds.len() < MOST_GROUNDS {
-            grounds.insert(ground);
+        let conflicts = self.judge.conflicts.entry(component).or_default();
+        if conflicts.len() < MOST_CONFLICTS {
+            conflicts.insert(conflict);
         }
         was_unproven.then_some(Decision::Contradicted(component))
     }
 
-    fn hear_nothing(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
-        let grounds = self.judge.grounds.get(&component);
-        let is_contradicted = !is_appeased && grounds.is_some_and(|grounds| !grounds.is_empty());
+    fn take_silence(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
+        let conflicts = self.judge.conflicts.get(&component);
+        let is_contradicted = !is_appeased && conflicts.is_some_and(|conflicts| !conflicts.is_empty());
         let state = self.judge.states.get_mut(&component)?;
         state.clean_since = None;
         let since = *state.quiet_since.get_or_insert(self.now);
@@ -111,7 +113,7 @@ impl<T: EvidenceView> Review<'_, T> {
         Some(Decision::Unproven(component, probation))
     }
 
-    fn hear_for(
+    fn take_support(
         &mut self,
         component: Component,
         proof: Proof,
@@ -156,18 +158,18 @@ impl<T: EvidenceView> Review<'_, T> {
         if !is_sound(evidence, component) {
             return Weighed::Against(None);
         }
-        let grounds = match self.count(component) {
-            Ok(grounds) => grounds,
+        let counts = match self.count(component) {
+            Ok(counts) => counts,
             Err(against) => return Weighed::Against(against),
         };
         let state = self.judge.state_of(component);
-        if !state.record.failed_by_detector && self.is_groundless(component, &grounds) {
-            return Weighed::Groundless;
+        if !state.record.failed_by_detector && self.is_explained_away(component, &counts) {
+            return Weighed::Explained;
         }
         if self.judge.stands_still(component, evidence, now) {
             return Weighed::Against(None);
         }
-        let is_met = grounds.agree > 0 || (grounds.witnessed && grounds.silent == 0);
+        let is_met = counts.agree > 0 || (counts.witnessed && counts.silent == 0);
         let return_is_proof = || {
             state.record.failed_by_detector
                 && !state.record.contradicted
@@ -176,42 +178,42 @@ impl<T: EvidenceView> Review<'_, T> {
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if return_is_proof() => Weighed::For(Proof::Return),
-            () => Weighed::Silent { is_appeased: grounds.appeased > 0 && grounds.silent == 0 },
+            () => Weighed::Silent { is_appeased: counts.appeased > 0 && counts.silent == 0 },
         }
     }
 
     /// Counts the comparisons with a component; a comparison that disagrees, or may still, is the error.
-    fn count(&self, component: Component) -> Result<Grounds, Option<Ground>> {
+    fn count(&self, component: Component) -> Result<Counts, Option<ConflictPair>> {
         let Review { evidence, now, .. } = *self;
-        let known = self.judge.grounds.get(&component);
+        let known = self.judge.conflicts.get(&component);
         // What a witness has said of the time before says nothing about the fault.
         let accused = self.judge.state_of(component).accused;
         let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
         // What has jumped is off for as long as it stays there, though its changes are right.
         let has_returned = has_returned(evidence, component);
         let tells = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
-        let mut found = Grounds::default();
+        let mut found = Counts::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
-            let ground = (pair.way, pair.other);
-            let is_ground = known.is_some_and(|known| known.contains(&ground));
-            if !is_ground && !is_about(evidence, pair, component) {
+            let ways = (pair.way, pair.other);
+            let has_accused = known.is_some_and(|known| known.contains(&ways));
+            if !has_accused && !is_about(evidence, pair, component) {
                 continue;
             }
             if self.judge.is_explained(evidence, pair, Some(component)) {
-                found.explained += usize::from(is_ground);
+                found.explained += usize::from(has_accused);
                 continue;
             }
             match pair.relationship(now) {
-                ResidualState::Unknown => found.silent += usize::from(is_ground),
-                ResidualState::Agree if is_ground && tells(pair) => found.agree += 1,
-                ResidualState::Agree if is_ground => found.appeased += 1,
+                ResidualState::Unknown => found.silent += usize::from(has_accused),
+                ResidualState::Agree if has_accused && tells(pair) => found.agree += 1,
+                ResidualState::Agree if has_accused => found.appeased += 1,
                 ResidualState::Agree => {
                     found.witnessed |=
                         has_seen(pair) && tells(pair) && self.judge.bears_witness(evidence, pair, component);
                 }
                 ResidualState::Undecided => undecided = true,
-                ResidualState::Conflict => return Err(Some(ground)),
+                ResidualState::Conflict => return Err(Some(ways)),
             }
         }
         if undecided { Err(None) } else { Ok(found) }
@@ -219,20 +221,20 @@ impl<T: EvidenceView> Review<'_, T> {
 
     /// Whether no evidence accuses a component any more: other failed components explain all conflicts with it, or it was blamed
     /// for a common cause of which no other signal is accused any more.
-    fn is_groundless(&self, component: Component, grounds: &Grounds) -> bool {
-        let known = self.judge.grounds.get(&component).map_or(0, BTreeSet::len);
+    fn is_explained_away(&self, component: Component, counts: &Counts) -> bool {
+        let known = self.judge.conflicts.get(&component).map_or(0, BTreeSet::len);
         match (known, self.judge.state_of(component).cause) {
             (0, Some(cause)) => {
                 let others = self.judge.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
                 let stands = |other: Component| {
                     self.judge.accuses(other)
                         && (self.judge.state_of(other).record.failed_by_detector
-                            || self.judge.grounds.contains_key(&other))
+                            || self.judge.conflicts.contains_key(&other))
                 };
                 !others.filter(|other| *other != component).any(stands)
             }
             (0, None) => false,
-            _ => grounds.explained > 0 && grounds.agree + grounds.silent == 0,
+            _ => counts.explained > 0 && counts.agree + counts.silent == 0,
         }
     }
 

@@ -37,7 +37,7 @@ impl Provider {
     /// Starts the best source whose signals have all given values, else the best one; returns whether there is one.
     pub(super) fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
         let Situation { knowledge, monitor, .. } = *situation;
-        let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_spoken(signal));
+        let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_given_value(signal));
         let heard = self.sources.ways().find(spoken).cloned();
         let assured = heard.and_then(|way| self.contracts.admit(way));
         let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));

@@ -18,8 +18,8 @@ impl Graph {
         IdVec::filled(self.variables.len(), |variable| {
             let namesake = lineage.variable(variable);
             namesake.is_some_and(|namesake| {
-                self.is_provided_alike(new, lineage, (variable, namesake))
-                    && self.is_produced_alike(new, lineage, &relations, (variable, namesake))
+                self.is_provided_alike(new, lineage, variable, namesake)
+                    && self.is_produced_alike(new, lineage, &relations, variable, namesake)
             })
         })
     }
@@ -33,16 +33,22 @@ impl Graph {
             && numbers.eq(new.properties.row(namesake).iter().map(|number| number.to_bits()))
     }
 
-    fn is_provided_alike(&self, new: &Graph, lineage: &Lineage, pair: (VariableId, VariableId)) -> bool {
-        let (old, namesake) = (&self.variables[pair.0], &new.variables[pair.1]);
+    fn is_provided_alike(
+        &self,
+        new: &Graph,
+        lineage: &Lineage,
+        variable: VariableId,
+        namesake: VariableId,
+    ) -> bool {
+        let (before, after) = (&self.variables[variable], &new.variables[namesake]);
         let succeeded = |carrier: &Carrier| {
             let signal = lineage.namesake(carrier.signal)?;
             Some(Carrier { signal, ..*carrier })
         };
-        let carriers = self.carriers.row(pair.0).iter().map(succeeded);
-        old.constant == namesake.constant
-            && old.own_accuracy == namesake.own_accuracy
-            && carriers.eq(new.carriers.row(pair.1).iter().copied().map(Some))
+        let carriers = self.carriers.row(variable).iter().map(succeeded);
+        before.constant == after.constant
+            && before.own_accuracy == after.own_accuracy
+            && carriers.eq(new.carriers.row(namesake).iter().copied().map(Some))
     }
 
     fn is_produced_alike(
@@ -50,10 +56,15 @@ impl Graph {
         new: &Graph,
         lineage: &Lineage,
         lasting: &IdVec<RelationId, bool>,
-        pair: (VariableId, VariableId),
+        variable: VariableId,
+        namesake: VariableId,
     ) -> bool {
-        let producers = self.producers.row(pair.0).iter().map(|producer| producer.relation);
+        let producers = self.producers.row(variable).iter().map(|producer| producer.relation);
         let succeeded = |relation| lineage.relation(relation).filter(|_| lasting[relation]);
-        producers.map(succeeded).eq(new.producers.row(pair.1).iter().map(|producer| Some(producer.relation)))
+        producers.map(succeeded).eq(new
+            .producers
+            .row(namesake)
+            .iter()
+            .map(|producer| Some(producer.relation)))
     }
 }

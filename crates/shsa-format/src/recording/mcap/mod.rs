@@ -3,8 +3,11 @@
 //! Format: <https://mcap.dev/spec>. This reader is an own one, because the library ends at the first damage; here reading goes on
 //! with the next recognisable chunk. Memory is bounded by the largest chunk; a length counts only as far as the file reaches.
 
+mod lines;
 mod records;
 mod schemas;
+
+pub(crate) use lines::{has_profile, lines};
 
 use super::topic::{Body, Input, Listener, Times, TopicId};
 use super::unpack::{Budget, UNPACKED_MAX, unpack};

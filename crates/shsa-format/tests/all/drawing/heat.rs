@@ -20,6 +20,7 @@ fn campaign(columns: &[&str]) -> Heat {
         rows: rows.map(str::to_owned).into(),
         columns: columns.iter().map(|name| (*name).to_owned()).collect(),
         cells: (0..rows.len()).map(cells).collect(),
+        full: 1.0,
     }
 }
 
@@ -44,6 +45,6 @@ proptest! {
         rows in prop::collection::vec(".*", 0..4), columns in prop::collection::vec(".*", 0..4),
         cells in prop::collection::vec(prop::collection::vec(any::<Option<f64>>(), 0..5), 0..5),
     ) {
-        keep("random-heat.svg", &Heat { title, row, column, rows, columns, cells }.svg());
+        keep("random-heat.svg", &Heat { title, row, column, rows, columns, cells, full: 1.0 }.svg());
     }
 }

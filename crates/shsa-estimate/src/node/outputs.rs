@@ -1,0 +1,244 @@
+//! The outputs of a node: its estimates, and predictions of inputs by the other inputs.
+
+use super::build;
+use super::filters::Filters;
+use crate::Error;
+use crate::continuous::Continuous;
+use crate::fusion::Estimate;
+use crate::kernel::dot;
+use crate::matrix::{Matrix, multiply};
+use crate::method::{Innovation, Measurement};
+use crate::normal::two_sided;
+use crate::system::System;
+use shsa_core::circle;
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{Fusion, KnowledgeBase, SignalId};
+use shsa_core::observation::{Observation, RawValue};
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+use std::collections::VecDeque;
+
+/// The probability that a prediction's interval holds the truth: as witnesses, predictions must rarely be wrong.
+const CERTAIN: f64 = 0.999_9;
+/// A prediction this many times less certain than the measurement is no evidence about it.
+const VAGUE: f64 = 10.0;
+
+/// A computed signal.
+#[derive(Clone, Debug)]
+struct Computed {
+    signal: SignalId,
+    unit: Option<Unit>,
+    /// The turn and its begin, for a value that wraps.
+    turn: Option<(f64, f64)>,
+    /// The half-width of the interval, in standard deviations.
+    reach: f64,
+}
+
+impl Computed {
+    fn new(knowledge: &KnowledgeBase, signal: SignalId, share: f64) -> Computed {
+        let made = &knowledge.signals()[signal];
+        let variable = &knowledge.variables()[made.variable];
+        let turn = variable.wraps.map(|turn| (turn, variable.turn_begins()));
+        Computed { signal, unit: made.unit.clone(), turn, reach: two_sided(share) }
+    }
+
+    /// The value as an observation; `None` if it is not a number, or may be anywhere on the circle.
+    fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
+        let reach = self.reach * variance.max(0.0).sqrt();
+        let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
+        let is_anywhere = self.turn.is_some_and(|(turn, _)| interval.width() >= turn);
+        if interval.is_empty() || !interval.is_bounded() || is_anywhere {
+            return None;
+        }
+        let shown = self.turn.map_or(interval, |(turn, from)| circle::brought_back(interval, from, turn));
+        let shown = self.unit.as_ref().map_or(shown, |unit| unit.from_si_interval(shown));
+        let value = RawValue::Interval { lo: shown.lo(), hi: shown.hi() };
+        Some(Observation { signal: self.signal, stamp: at, received: now, value })
+    }
+}
+
+/// A prediction of an input.
+struct Prediction {
+    computed: Computed,
+    input: usize,
+    /// The place of the filter.
+    set: usize,
+    is_anchored: bool,
+    /// Since when the prediction contradicts the measurements.
+    contradicts_since: Option<Time>,
+    /// How long a reckoning without the input bears witness about it, and when the input last spoke.
+    reckoned: Span,
+    last_input: Option<Time>,
+}
+
+/// An anchored prediction restarts when the last innovation of the filter over all inputs is this many times less uncertain, in
+/// variance.
+const BETTER: f64 = 4.0;
+
+/// The squared number of standard deviations from which on a prediction contradicts.
+const CONTRADICTS: f64 = 9.0;
+/// A contradicting prediction restarts after this time: enough to isolate the faulty input.
+const LONGEST: Span = Span::from_millis(10_000);
+
+impl Prediction {
+    /// Whether the input returns after a gap that is too long for a reckoning to bear witness.
+    fn is_back(&mut self, at: Time) -> bool {
+        let before = self.last_input.replace(at);
+        self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)
+    }
+
+    /// Restarts the prediction's filter where it has become vague beside the filter over all inputs and no contradiction is lost,
+    /// or where it has contradicted for long: then it only shows the past.
+    fn anchor(&mut self, known: Option<Innovation>, own: f64, at: Time, filters: &mut Filters) {
+        let best =
+            filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.variance - own);
+        let is_better = |it: Innovation| it.variance - own > BETTER * best.max(0.0);
+        let is_vague = known.is_none_or(|it| is_better(it) && it.normalized_square() < 1.0);
+        let contradicts = known.is_some_and(|it| it.normalized_square() > CONTRADICTS);
+        let since = *self.contradicts_since.get_or_insert(at);
+        if !contradicts {
+            self.contradicts_since = None;
+        }
+        if is_vague && filters.is_calm() || contradicts && at - since > LONGEST {
+            filters.anchor(self.set, at);
+            self.contradicts_since = None;
+        }
+    }
+}
+
+/// The outputs of a node.
+pub(super) struct Outputs {
+    /// The model: the inputs as sensors, followed by the outputs.
+    reader: Continuous,
+    inputs: usize,
+    outputs: Vec<Computed>,
+    predictions: Vec<Prediction>,
+    /// The measurement of each input at this moment.
+    expected: Vec<Option<(Time, Measurement)>>,
+    controls: Vec<f64>,
+    mean: Vec<f64>,
+    gradient: Vec<f64>,
+    work: Vec<f64>,
+    /// The moment of the last outputs.
+    latest: Option<Time>,
+}
+
+impl Outputs {
+    pub(super) fn new(
+        knowledge: &KnowledgeBase,
+        model: &Fusion,
+        sets: &[Vec<usize>],
+        reckoned: Span,
+    ) -> Result<Outputs, Error> {
+        let outputs = model.outputs.iter();
+        let outputs = outputs.map(|output| Computed::new(knowledge, output.signal, output.confidence));
+        let predictions = model.predictions.iter().filter_map(|it| {
+            let computed = Computed::new(knowledge, it.signal, CERTAIN);
+            let set = sets.binary_search(&it.without).ok()?;
+            let is_anchored = it.is_anchored;
+            let (contradicts_since, last_input) = (None, None);
+            Some(Prediction {
+                computed,
+                input: it.input,
+                set,
+                is_anchored,
+                contradicts_since,
+                reckoned,
+                last_input,
+            })
+        });
+        let n = model.states.len();
+        Ok(Outputs {
+            reader: build::system(knowledge, model, true)?,
+            inputs: model.inputs.len(),
+            outputs: outputs.collect(),
+            predictions: predictions.collect(),
+            expected: vec![None; model.inputs.len()],
+            controls: vec![0.0; model.controls.len()],
+            mean: model.states.iter().map(|state| state.initial).collect(),
+            gradient: vec![0.0; n],
+            work: vec![0.0; n],
+            latest: None,
+        })
+    }
+
+    pub(super) fn forget(&mut self) {
+        self.latest = None;
+        self.expected.fill(None);
+        self.predictions.iter_mut().for_each(|it| it.last_input = None);
+    }
+
+    pub(super) fn control(&mut self, place: usize, value: f64) {
+        if let Some(control) = self.controls.get_mut(place) {
+            *control = value;
+        }
+    }
+
+    /// The standard deviation of an input by the model's formula, at the last estimate.
+    pub(super) fn deviation(&mut self, input: usize) -> Option<f64> {
+        let variance = self.reader.covariance(input, input, &self.mean, &self.controls);
+        Some(variance.sqrt()).filter(|deviation| deviation.is_finite())
+    }
+
+    /// Notes a measurement of an input: its prediction is due.
+    pub(super) fn expect(&mut self, at: Time, measurement: Measurement) {
+        if let Some(expected) = self.expected.get_mut(measurement.sensor) {
+            *expected = Some((at, measurement));
+        }
+    }
+
+    /// Outputs the predictions for the measurements of this moment.
+    pub(super) fn predict(&mut self, filters: &mut Filters, now: Time, queue: &mut VecDeque<Observation>) {
+        for prediction in &mut self.predictions {
+            let Some((at, measurement)) = self.expected.get(prediction.input).copied().flatten() else {
+                continue;
+            };
+            let known =
+                filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
+            let own = measurement.variance.unwrap_or(0.0);
+            let contradicts = known.is_some_and(|(_, it)| it.normalized_square() > CONTRADICTS);
+            if prediction.is_back(at) && contradicts {
+                filters.anchor_together(prediction.set, at);
+                continue;
+            }
+            if let Some((_, innovation)) = known
+                && innovation.variance - own <= VAGUE * VAGUE * own
+            {
+                let value = measurement.value - innovation.value;
+                queue.extend(prediction.computed.observed(value, innovation.variance - own, at, now));
+            }
+            if prediction.is_anchored {
+                prediction.anchor(known.map(|(_, it)| it), own, at, filters);
+            }
+        }
+        self.expected.fill(None);
+    }
+
+    /// Outputs the estimates of a moment, once.
+    pub(super) fn publish(
+        &mut self,
+        estimate: &Estimate<'_>,
+        at: Time,
+        now: Time,
+        queue: &mut VecDeque<Observation>,
+    ) {
+        if self.latest.is_some_and(|latest| at <= latest) {
+            return;
+        }
+        self.latest = Some(at);
+        self.mean.copy_from_slice(estimate.mean);
+        for place in 0..self.outputs.len() {
+            let (value, variance) = self.value(place, estimate.spread);
+            let computed = self.outputs.get(place);
+            queue.extend(computed.and_then(|it| it.observed(value, variance, at, now)));
+        }
+    }
+
+    /// An output and its variance.
+    fn value(&mut self, place: usize, spread: &Matrix) -> (f64, f64) {
+        let Outputs { reader, inputs, mean, controls, gradient, work, .. } = self;
+        let value = reader.gradient(*inputs + place, mean, controls, gradient);
+        multiply(spread, gradient, work);
+        (value, dot(gradient, work))
+    }
+}

@@ -1,0 +1,24 @@
+//! Results of analyses, replays, explanations, assurance cases, campaigns and calibrations, as text, JSON, Markdown, drawings and
+//! pages.
+//!
+//! A report is made of a result and its model, and written in the wanted form. Texts take a [`Style`]: with colours and wrapped
+//! for a terminal, or [`Style::PLAIN`]. A page is one file without scripts and external resources.
+
+mod error;
+mod style;
+mod page;
+mod events;
+mod source;
+mod bands;
+pub mod analysis;
+pub mod explanation;
+pub mod replay;
+pub mod mcap;
+pub mod assurance;
+pub mod campaign;
+pub mod calibration;
+
+pub use error::ReportError;
+pub use events::event_text;
+pub use source::Source;
+pub use style::{Paint, Style};

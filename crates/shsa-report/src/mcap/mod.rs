@@ -1,0 +1,311 @@
+//! A run as an MCAP file: inputs, values of all ways of knowing, verdicts, decisions and needs, for Foxglove, Rerun, PlotJuggler
+//! and every reader of MCAP (<https://mcap.dev/spec>).
+//!
+//! Messages are JSON with a JSON Schema. Values are in the units of the model. The channel [`shsa_format::journal::TOPIC`] has the
+//! inputs of the run, so that it replays to the same decisions.
+
+mod channels;
+mod layout;
+
+use crate::bands::BandSource;
+use crate::replay::Provenance;
+use channels::{Channels, Kind};
+use core::ops::Bound;
+use mcap::McapResult;
+use serde_json::{Value, json};
+use shsa_core::engine::{EventKind, Input, Publication, PublishedValue};
+use shsa_core::interval::Interval;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_core::monitor::{Symptom, WayIndex};
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
+use shsa_format::drive::{Given, Run};
+use shsa_format::journal::{self, JournalWriter};
+use shsa_format::{event, words};
+use std::collections::BTreeMap;
+use std::io::{self, Seek, Write};
+
+/// The topics of the decisions, as data and as lines of a log.
+const DECISIONS: &str = "/shsa/decisions";
+const LOG: &str = "/shsa/log";
+
+/// The most ways of a variable that are recorded.
+const MOST_WAYS: usize = 32;
+
+/// What a file is written to: indices at its end need its positions.
+pub trait Seekable: Write + Seek {}
+
+impl<W: Write + Seek> Seekable for W {}
+
+/// Records a run as an MCAP file, as it goes. Memory does not grow with the length of the run.
+///
+/// # Example
+/// ```
+/// use shsa_core::engine::Options;
+/// use shsa_format::drive::Run;
+/// use shsa_report::Source;
+/// use shsa_report::mcap::McapRecorder;
+/// use shsa_report::replay::Provenance;
+/// use std::io::Cursor;
+///
+/// let text = std::fs::read_to_string("../../stories/02-fallback-by-value.yaml")?;
+/// let story = shsa_format::story::load(&text, "02.yaml", std::path::Path::new(".")).story.expect("a story");
+/// let source = Source::of_story(&story);
+/// let made = Provenance { model: "02.yaml".to_owned(), text, hash: String::new(), command: String::new() };
+/// let mut file = Vec::new();
+/// let mut recorder = McapRecorder::new(Cursor::new(&mut file), &source.eras[0].knowledge, &made)?;
+/// let run = Run::of(&source.eras, source.span, Options::default(), |run, given| {
+///     recorder.input(given)?;
+///     let published = run.publications.len();
+///     run.give(given);
+///     recorder.look(run, published)
+/// })?;
+/// recorder.finish(&run)?;
+/// drop(recorder);
+/// assert!(file.starts_with(b"\x89MCAP0\r\n"));
+/// # Ok::<(), std::io::Error>(())
+/// ```
+pub struct McapRecorder<W: Seekable> {
+    channels: Channels<W>,
+    journal: JournalWriter<Vec<u8>>,
+    ways: Vec<Recorded>,
+    eras: Option<usize>,
+    events: usize,
+    /// The signal of an observation whose reading is not yet recorded, with the time of its reception.
+    observed: Option<(SignalId, Time)>,
+}
+
+/// A way of knowing whose values are recorded.
+struct Recorded {
+    source: BandSource,
+    topic: String,
+    words: String,
+    unit: Option<Unit>,
+    last: Option<Time>,
+}
+
+impl<W: Seekable> McapRecorder<W> {
+    /// Begins a file for a run that begins with this model.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn new(output: W, known: &KnowledgeBase, provenance: &Provenance) -> io::Result<McapRecorder<W>> {
+        let channels = Channels::new(output, provenance).map_err(io::Error::other)?;
+        let journal = JournalWriter::new(Vec::new(), known)?;
+        Ok(McapRecorder { channels, journal, ways: Vec::new(), eras: None, events: 0, observed: None })
+    }
+
+    /// Records an input; call it before the input is given to the run.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn input(&mut self, given: Given<'_>) -> io::Result<()> {
+        self.journal.record(given)?;
+        if let Given::Input(Input::Observation(observation)) = given {
+            self.observed = Some((observation.signal, observation.received));
+        }
+        let time = match given {
+            Given::Input(input) => input.time(),
+            Given::Era(era) => era.from,
+        };
+        let lines = std::mem::take(self.journal.output_mut());
+        for line in lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
+            self.channels
+                .write(journal::TOPIC, Kind::Journal, time, line, BTreeMap::new)
+                .map_err(io::Error::other)?;
+        }
+        Ok(())
+    }
+
+    /// Records what has followed from the last inputs; call it after each observation, with the number of publications that are
+    /// recorded already.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn look(&mut self, run: &Run, publications: usize) -> io::Result<()> {
+        self.follow_up(run, publications).map_err(io::Error::other)
+    }
+
+    /// Ends the file. Returns a layout for Foxglove that shows needs, ways, verdicts and decisions; it is in the file, too.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn finish(&mut self, run: &Run) -> io::Result<Value> {
+        let known = run.engine.knowledge();
+        let of_need = |need: &shsa_core::knowledge::Need| {
+            let prefix = topic("ways", &known.variables()[need.variable].name);
+            let is_of_it = |way: &&Recorded| way.topic.starts_with(&format!("{prefix}/"));
+            self.ways.iter().filter(is_of_it).map(|way| way.topic.clone()).collect()
+        };
+        let ways: Vec<Vec<String>> = known.needs().iter().map(of_need).collect();
+        let layout = layout::layout(known, &ways);
+        self.channels.finish(&layout).map_err(io::Error::other)?;
+        Ok(layout)
+    }
+
+    fn follow_up(&mut self, run: &Run, publications: usize) -> McapResult<()> {
+        if self.eras.replace(run.past.len()) != Some(run.past.len()) {
+            self.follow(run);
+            for signal in run.engine.knowledge().signals().ids() {
+                self.verdict(run, signal)?;
+            }
+        }
+        if let Some((signal, received)) = self.observed.take() {
+            self.reading(run, signal, received)?;
+        }
+        for (known, publication) in run.publications_with_models(publications) {
+            self.need(run, known, publication)?;
+        }
+        for number in self.events..run.events.len() {
+            self.events = number + 1;
+            self.decision(run, number)?;
+        }
+        self.news_of_ways(run)
+    }
+
+    /// Follows another model, whose ways have other numbers; topics with the same name continue.
+    fn follow(&mut self, run: &Run) {
+        let known = run.engine.knowledge();
+        let before = std::mem::take(&mut self.ways);
+        let mut count: BTreeMap<_, usize> = BTreeMap::new();
+        for (index, watched) in (0..).map(WayIndex).zip(run.engine.monitor().ways()) {
+            let of_variable = count.entry(watched.variable()).or_default();
+            *of_variable += 1;
+            if *of_variable > MOST_WAYS {
+                continue;
+            }
+            let (way, variable) = (watched.computation.way(), &known.variables()[watched.variable()]);
+            let words = way.describe(known);
+            let topic = topic("ways", &format!("{}/{words}", variable.name));
+            let last = before.iter().find(|it| it.topic == topic).and_then(|it| it.last);
+            let source = BandSource::Way(index, way.clone());
+            self.ways.push(Recorded { source, topic, words, unit: variable.unit.clone(), last });
+        }
+    }
+
+    fn reading(&mut self, run: &Run, id: SignalId, time: Time) -> McapResult<()> {
+        let signal = &run.engine.knowledge().signals()[id];
+        let port = run.engine.monitor().ports().find(id);
+        let Some(value) = port.and_then(|port| port.hull()) else { return Ok(()) };
+        let message = Value::Object(interval(value, signal.unit.as_ref()));
+        let about = || about("signal", &signal.name, signal.unit.as_ref());
+        self.channels.write(
+            &topic("signals", &signal.name),
+            Kind::Interval,
+            time,
+            message.to_string().as_bytes(),
+            about,
+        )
+    }
+
+    fn need(&mut self, run: &Run, known: &KnowledgeBase, publication: &Publication) -> McapResult<()> {
+        let need = &known.needs()[publication.need];
+        let PublishedValue::Scalar(value) = &publication.value else { return Ok(()) };
+        let unit = known.variables()[need.variable].unit.as_ref();
+        let mut message = interval(*value, unit);
+        let source = run.engine.need_status(publication.need).source;
+        message.insert("quality".to_owned(), json!(publication.quality.name()));
+        message.insert("source".to_owned(), json!(source.as_ref().map(words::served_by)));
+        let message = Value::Object(message).to_string();
+        let about = || about("need", &need.signal, unit);
+        self.channels.write(
+            &topic("needs", &need.signal),
+            Kind::Need,
+            publication.time,
+            message.as_bytes(),
+            about,
+        )
+    }
+
+    fn verdict(&mut self, run: &Run, id: SignalId) -> McapResult<()> {
+        let engine = &run.engine;
+        let signal = &engine.knowledge().signals()[id];
+        let message = json!({
+            "verdict": event::verdict(engine.absence(id), engine.verdict(id)),
+            "symptom": engine.fault(id).map(Symptom::name),
+        });
+        let about = || about("signal", &signal.name, None);
+        self.channels.write(
+            &topic("verdicts", &signal.name),
+            Kind::Verdict,
+            run.last,
+            message.to_string().as_bytes(),
+            about,
+        )
+    }
+
+    fn decision(&mut self, run: &Run, number: usize) -> McapResult<()> {
+        let Some((known, decided)) = run.events_with_models().nth(number) else { return Ok(()) };
+        let fields = event::fields(known, decided);
+        let because = words::reasons(&decided.because);
+        let subject = ["signal", "relation", "need", "variable"];
+        let subject =
+            subject.iter().find_map(|key| fields.get(*key)?.as_str()).unwrap_or_default().to_owned();
+        let log = json!({
+            "timestamp": { "sec": decided.time.0.div_euclid(1_000_000_000), "nsec": decided.time.0.rem_euclid(1_000_000_000) },
+            "level": level(decided.kind),
+            "message": format!("{} {subject}: {because}", decided.kind.name()),
+            "name": subject,
+            "file": "",
+            "line": 0,
+        });
+        let data = Value::Object(fields).to_string();
+        self.channels.write(DECISIONS, Kind::Decision, decided.time, data.as_bytes(), BTreeMap::new)?;
+        self.channels.write(LOG, Kind::Log, decided.time, log.to_string().as_bytes(), BTreeMap::new)?;
+        let present = decided.signal.and_then(|id| run.engine.knowledge().signal(&known.signals()[id].name));
+        present.map_or(Ok(()), |signal| self.verdict(run, signal))
+    }
+
+    fn news_of_ways(&mut self, run: &Run) -> McapResult<()> {
+        let McapRecorder { channels, ways, .. } = self;
+        for way in ways {
+            let from = way.last.map_or(Bound::Included(run.first), Bound::Excluded);
+            let mut result = Ok(());
+            let Recorded { source, topic, words, unit, last } = way;
+            source.news(&run.engine, from, Time::MAX, |sample| {
+                *last = Some(sample.validity.to);
+                let middle = sample.validity.from + Span(sample.validity.length().0 / 2);
+                let message = Value::Object(interval(sample.value, unit.as_ref())).to_string();
+                let about = || about("way", words, unit.as_ref());
+                let written = channels.write(topic, Kind::Interval, middle, message.as_bytes(), about);
+                if result.is_ok() {
+                    result = written;
+                }
+            });
+            result?;
+        }
+        Ok(())
+    }
+}
+
+/// The level of a decision in a log: 2 information, 3 warning, 4 error.
+fn level(kind: EventKind) -> u8 {
+    match kind {
+        EventKind::Restored => 2,
+        EventKind::Failed | EventKind::Unhealable => 4,
+        _ => 3,
+    }
+}
+
+/// A value in a unit; an infinite bound is null.
+fn interval(value: Interval, unit: Option<&Unit>) -> serde_json::Map<String, Value> {
+    let shown = |si: f64| unit.map_or(si, |unit| unit.from_si(si));
+    let (lo, hi) = (shown(value.lo()), shown(value.hi()));
+    let number = |value: f64| if value.is_finite() { json!(value) } else { Value::Null };
+    let fields = [("lo", lo), ("mid", lo / 2.0 + hi / 2.0), ("hi", hi), ("width", hi - lo)];
+    fields.into_iter().map(|(name, value)| (name.to_owned(), number(value))).collect()
+}
+
+/// A topic under `/shsa`. Viewers cannot address names with other characters.
+fn topic(kind: &str, name: &str) -> String {
+    let is_plain = |character: char| character.is_alphanumeric() || "_/-".contains(character);
+    let name: String =
+        name.chars().map(|character| if is_plain(character) { character } else { '_' }).collect();
+    format!("/shsa/{kind}/{}", name.trim_start_matches('/').replace("//", "/"))
+}
+
+/// The facts about a channel.
+fn about(what: &str, name: &str, unit: Option<&Unit>) -> BTreeMap<String, String> {
+    let named = [(what.to_owned(), name.to_owned())];
+    named.into_iter().chain(unit.map(|unit| ("unit".to_owned(), unit.to_string()))).collect()
+}

@@ -1,0 +1,178 @@
+//! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why
+//! not at a higher one.
+
+use crate::outcome::{AlreadyReported, Outcome};
+use crate::show;
+use anyhow::{Context, bail};
+use shsa_core::assurance::Certificates;
+use shsa_format::conserts;
+use shsa_format::drawing;
+use shsa_format::model::read_text;
+use shsa_report::assurance::{CertificateReport, Claim, ModelReport, WrittenMoment, modules};
+use std::io::{Write, stdout};
+use std::path::{Path, PathBuf};
+
+/// Ends the help.
+const EXAMPLES: &str = "\
+Example: shsa assure models/stop.yaml
+  shsa assure models/stop.yaml --with evidence.yaml
+  shsa assure models/stop.yaml --format gsn -o case
+  shsa assure leader.model follower.model
+
+The evidence of a moment, by owner of a contract and name of the evidence; evidence without an entry is unknown:
+  /lidar: { fresh: 40 ms, sound: true }
+  computer: { spare: [18 %, 22 %] }
+
+Files of conserts-rs (YAML) or safeTbox (.model) are recognised; several of them are composed, in any order.";
+
+/// What is written.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
+enum Format {
+    /// For people.
+    Text,
+    /// One JSON object.
+    Json,
+    /// The assurance case in the YAML of gsn2x, a module a need.
+    Gsn,
+    /// The assurance case as a drawing, one a need.
+    Svg,
+    /// Facts and rules for SWI-Prolog, a program a need.
+    Prolog,
+    /// The assurance case as a page for the browser, which needs nothing else.
+    Html,
+}
+
+/// Arguments of `shsa assure`.
+#[derive(clap::Args)]
+#[command(after_help = EXAMPLES)]
+pub(crate) struct Arguments {
+    /// The knowledge base; or certificates of conserts-rs or safeTbox.
+    #[arg(required = true, value_name = "MODEL")]
+    models: Vec<PathBuf>,
+    /// What is observed at one moment; when left away, all is as it should be.
+    #[arg(long, value_name = "FILE")]
+    with: Option<PathBuf>,
+    /// How it is written.
+    #[arg(long, value_enum, default_value = "text")]
+    format: Format,
+    /// Where it is written; a folder where several files are written.
+    #[arg(short, long, value_name = "PATH")]
+    out: Option<PathBuf>,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// Composes contracts. The answer is no if a need cannot get what it asks, or a certificate gives no guarantee or lacks a demand.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let format = if arguments.json { Format::Json } else { arguments.format };
+    let moment = arguments.with.as_deref().map(read_moment).transpose()?;
+    let [first, ..] = arguments.models.as_slice() else { bail!("name a model") };
+    let text = read(first)?;
+    if is_certificate(&text) {
+        let names = arguments.models.iter().map(|path| path.display().to_string());
+        let title = names.collect::<Vec<_>>().join(", ");
+        let certificates = certificates(&arguments.models)?;
+        let report =
+            CertificateReport::new(certificates, title, moment.as_ref()).map_err(show::report_error)?;
+        match format {
+            Format::Text => written(arguments, &report.text(show::style()))?,
+            Format::Json => written(arguments, &format!("{}\n", report.json()))?,
+            Format::Html => written(arguments, &report.page())?,
+            Format::Gsn | Format::Svg | Format::Prolog => cases(arguments, format, &report.claims())?,
+        }
+        return Ok(if report.is_given() { Outcome::Done } else { Outcome::No });
+    }
+    if arguments.models.len() > 1 {
+        bail!("several models are put together by `shsa join` first");
+    }
+    let knowledge = show::load_model(first)?;
+    let title = first.file_name().unwrap_or(first.as_os_str()).to_string_lossy().into_owned();
+    let report = ModelReport::new(&knowledge, title, moment.as_ref()).map_err(show::report_error)?;
+    match format {
+        Format::Text => written(arguments, &report.text(show::style()))?,
+        Format::Json => written(arguments, &format!("{}\n", report.json()))?,
+        Format::Html => written(arguments, &report.page())?,
+        Format::Gsn | Format::Svg | Format::Prolog => cases(arguments, format, &report.claims())?,
+    }
+    Ok(if report.is_given() { Outcome::Done } else { Outcome::No })
+}
+
+/// Writes the assurance cases, one a claim.
+fn cases(arguments: &Arguments, format: Format, claims: &[Claim<'_>]) -> anyhow::Result<()> {
+    match format {
+        Format::Svg => {
+            let drawn = |claim: &Claim<'_>, _: &str| Ok(drawing::argument(&claim.argument())? + "\n");
+            each(arguments, claims, "svg", drawn)
+        }
+        Format::Prolog => each(arguments, claims, "pl", |claim, _| Ok(claim.prolog())),
+        _ => each(arguments, claims, "gsn.yaml", |claim, module| Ok(claim.gsn(module))),
+    }
+}
+
+/// Reads certificates, and composes them.
+fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
+    let mut files: Vec<Certificates> = Vec::new();
+    for path in paths {
+        let name = path.display().to_string();
+        let (certificates, report) = conserts::read(&read(path)?, &name);
+        show::tell_report(&report);
+        if !report.ok() {
+            return Err(AlreadyReported.into());
+        }
+        files.push(certificates);
+    }
+    Ok(conserts::compose(files))
+}
+
+/// Writes one file for each claim: into a folder, or to the output if there is only one claim and no such folder.
+fn each(
+    arguments: &Arguments,
+    claims: &[Claim<'_>],
+    ending: &str,
+    write: impl Fn(&Claim<'_>, &str) -> anyhow::Result<String>,
+) -> anyhow::Result<()> {
+    let is_folder = arguments.out.as_ref().is_some_and(|path| path.is_dir());
+    let modules = modules(claims);
+    match (claims, &arguments.out) {
+        ([], _) => bail!("nothing is demanded: there is no case to write"),
+        ([claim], _) if !is_folder => written(arguments, &write(claim, &modules.concat())?),
+        (_, None) => bail!("{} files are written: name a folder with -o", claims.len()),
+        (_, Some(folder)) => {
+            std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+            for (claim, module) in claims.iter().zip(&modules) {
+                let path = folder.join(format!("{module}.{ending}"));
+                std::fs::write(&path, write(claim, module)?)
+                    .with_context(|| format!("cannot write {}", path.display()))?;
+            }
+            Ok(())
+        }
+    }
+}
+
+fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
+    match &arguments.out {
+        Some(path) => std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display())),
+        None => Ok(stdout().lock().write_all(text.as_bytes())?),
+    }
+}
+
+/// The text of a file; prints the problem with it.
+fn read(path: &Path) -> anyhow::Result<String> {
+    read_text(path, "model").map_err(|report| {
+        show::tell_report(&report);
+        AlreadyReported.into()
+    })
+}
+
+fn read_moment(path: &Path) -> anyhow::Result<WrittenMoment> {
+    WrittenMoment::read(read(path)?, &path.display().to_string()).map_err(show::report_error)
+}
+
+/// Whether a text is a certificate and not a model: XML, or YAML with the keys of a certificate.
+fn is_certificate(text: &str) -> bool {
+    let begins = |line: &str| {
+        ["guarantees:", "demands:", "evidence:", "tree_propagations:"].iter().any(|key| line.starts_with(key))
+    };
+    text.trim_start().starts_with('<') || text.lines().any(begins)
+}

@@ -1,0 +1,254 @@
+//! `shsa calibrate`: finds the errors, offsets and delays that healthy recordings need, and writes them as a change of the model.
+
+use crate::outcome::Outcome;
+use crate::progress::{Search, bar};
+use crate::reading::ReadArguments;
+use crate::replay::{wanted, written};
+use crate::show;
+use anyhow::Context;
+use shsa_core::knowledge::{Id, SignalId, build};
+use shsa_core::observation::Observation;
+use shsa_core::time::{Span, Time};
+use shsa_format::fault::moment;
+use shsa_format::recording::{self, Recording};
+use shsa_lab::calibration::{self, Calibration, Options, Session, calibrate};
+use shsa_lab::campaign::{Kind, Recorded, SearchSpec, Smallest};
+use shsa_message::span::parse_span;
+use shsa_report::calibration::Report;
+use std::io::{Write, stdout};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::str::FromStr;
+
+/// Arguments of `shsa calibrate`.
+#[derive(clap::Args)]
+#[command(after_help = "Example: shsa calibrate models/car.yaml drive/ --patch tuned.yaml
+
+The promise is about the whole loop: on other recordings of the same healthy system, at most this many moments an hour at \
+which a signal is suspected or failed. The numbers are fitted to the first part of each recording: the scatter of signals and \
+relations, and one factor of the scatter for the whole model. The factor is found with the engine itself over surrogate recordings \
+(the residuals drawn anew in blocks, with tails beyond the recorded ones). The rest of the recordings, which the fit has not used, \
+tests the numbers once.
+
+Calibration fits value errors of signals, errors of the relations that are shown to hold, and delays of signals that are \
+compared themselves; time-outs and rates of change only where healthy data exceed them; `frozen_after` of signals that have noise \
+of their own in every reading. With a single recording, the difference between recordings is assumed, not measured. A short stretch \
+in which one signal leaves all ways that it agrees with elsewhere counts as a fault: it is reported, and not fitted. With --faults \
+the smallest fault of each kind is listed with which the whole loop gives an alarm at each of 5 moments.
+
+Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal \
+fails.")]
+pub(crate) struct Arguments {
+    /// The knowledge base, YAML or JSON.
+    model: PathBuf,
+    /// Recordings of a healthy system: CSV, JSON lines, ROS 1 bags, folders of them.
+    #[arg(required = true)]
+    recordings: Vec<PathBuf>,
+    /// False alarms of the whole model an hour that are accepted on data not seen, with 95 % confidence.
+    #[arg(long, alias = "alarms-an-hour", value_name = "PER_HOUR", default_value = "0.5", value_parser = above_zero)]
+    false_alarms: f64,
+    /// Where the part to fit ends and the part to test on begins; half of the recording when not given.
+    #[arg(long, value_name = "TIME", value_parser = moment)]
+    split: Option<Span>,
+    /// A time with a fault, which is left out, such as 20s..30s; may be given several times.
+    #[arg(long, value_name = "FROM..TO")]
+    skip: Vec<Stretch>,
+    /// Fit stretches that look like faults, too: where two ways differ by five times as much as at any other time.
+    #[arg(long)]
+    all: bool,
+    /// Find the smallest fault of each kind that the whole loop detects, too, with the fitted numbers and in the part that they are
+    /// fitted to, by trial. SPAN is the length of each fault, by default a quarter of that part. This may take minutes.
+    #[arg(long, value_name = "SPAN", num_args = 0..=1, require_equals = true, value_parser = parse_span)]
+    faults: Option<Option<Span>>,
+    /// The longest delay that is searched for.
+    #[arg(long, value_name = "SPAN", default_value = "2s", value_parser = parse_span)]
+    most_delay: Span,
+    /// Write what changes in the model, as `shsa replay --reload` takes it, with the evidence.
+    #[arg(long, value_name = "FILE")]
+    patch: Option<PathBuf>,
+    /// Write a page for the browser with all of it; it needs nothing else.
+    #[arg(long, value_name = "FILE")]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
+}
+
+/// A stretch of a recording, counted from its first observation.
+#[derive(Clone, Copy, Debug)]
+struct Stretch {
+    from: Span,
+    to: Span,
+}
+
+impl FromStr for Stretch {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<Stretch, String> {
+        let (from, to) = text.split_once("..").ok_or("no '..'; write it like 20s..30s")?;
+        let (from, to) = (moment(from)?, moment(to)?);
+        if from < to { Ok(Stretch { from, to }) } else { Err("it ends before it starts".to_owned()) }
+    }
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    let number = text.parse::<f64>().ok().filter(|number| number.is_finite() && *number > 0.0);
+    number.ok_or_else(|| "expected a number above 0".to_owned())
+}
+
+/// Calibrates; the answer is no if the fitted model does worse than the given one, or a healthy signal fails.
+pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let live = show::load_live(&arguments.model)?;
+    let knowledge = live.knowledge();
+    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
+    show::recording(&recording);
+    let parted = Parted::of(&recording, arguments)?;
+    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
+    arguments.patch.iter().chain(&arguments.html).try_for_each(|path| written::ensure_free(path, &read))?;
+    let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
+    let wanted = Options {
+        alarms_per_hour: arguments.false_alarms,
+        most_delay: arguments.most_delay,
+        fits_all: arguments.all,
+        threads: std::thread::available_parallelism().map_or(1, NonZeroUsize::get),
+        progress: &|| bar.inc(1),
+        ..Options::default()
+    };
+    let found = calibrate(live.draft(), &parted.fitted, &parted.unseen, &wanted)
+        .with_context(|| format!("{} cannot be calibrated", arguments.model.display()));
+    bar.finish_and_clear();
+    let found = found?;
+    let smallest = arguments.faults.map(|lasting| smallest(&found, &parted, lasting)).transpose()?;
+    let refusal = found.refusal();
+    let report = Report {
+        draft: live.draft(),
+        knowledge,
+        found: &found,
+        smallest: smallest.as_ref(),
+        firsts: &parted.firsts,
+        split: parted.split,
+        duration: parted.duration,
+        refusal: refusal.as_deref(),
+    };
+    if let (Some(path), None) = (&arguments.patch, &refusal)
+        && let [Some(mut patch)] = written::open([Some(path.as_path())], &read)?
+    {
+        patch.write_all(report.patch(show::style()).as_bytes())?;
+        patch.flush()?;
+    }
+    if let Some(path) = &arguments.html
+        && let [Some(mut page)] = written::open([Some(path.as_path())], &read)?
+    {
+        let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
+        page.write_all(report.page(&title).as_bytes())?;
+        page.flush()?;
+    }
+    let text = if arguments.json { report.json().to_string() } else { report.text(show::style()) };
+    writeln!(stdout(), "{text}")?;
+    Ok(match (refusal.is_some() || found.after.failed > 0, recording.degraded) {
+        (true, _) => Outcome::No,
+        (false, true) => Outcome::Degraded,
+        (false, false) => Outcome::Done,
+    })
+}
+
+/// Recordings as sessions, each divided into a fitted part and a test part.
+struct Parted<'r> {
+    fitted: Vec<Session>,
+    unseen: Vec<Session>,
+    /// The samples before each split.
+    early: Vec<Recorded<'r>>,
+    /// The beginning of each session.
+    firsts: Vec<Time>,
+    /// The total length of the fitted parts, and of all.
+    split: Span,
+    duration: Span,
+    left_out: Vec<(Time, Time)>,
+}
+
+impl<'r> Parted<'r> {
+    fn of(recording: &'r Recording, arguments: &Arguments) -> anyhow::Result<Parted<'r>> {
+        let mut parted = Parted {
+            fitted: Vec::new(),
+            unseen: Vec::new(),
+            early: Vec::new(),
+            firsts: Vec::new(),
+            split: Span::ZERO,
+            duration: Span::ZERO,
+            left_out: Vec::new(),
+        };
+        for (_, samples) in recording.by_session() {
+            parted.take(samples, arguments)?;
+        }
+        anyhow::ensure!(
+            !parted.fitted.is_empty(),
+            "none of the model's signals is in the recording; `source` in the model says where each is found"
+        );
+        Ok(parted)
+    }
+
+    fn take(&mut self, samples: &'r [recording::Sample], arguments: &Arguments) -> anyhow::Result<()> {
+        let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
+        let (first, duration) = (first.received, last.received - first.received);
+        let split = arguments.split.unwrap_or(Span(duration.0 / 2));
+        anyhow::ensure!(
+            Span::ZERO < split && split < duration,
+            "the split at {} s lies outside of the recording of {} s",
+            split.seconds(),
+            duration.seconds()
+        );
+        let left_out: Vec<(Time, Time)> =
+            arguments.skip.iter().map(|it| (first + it.from, first + it.to)).collect();
+        let (fitted, unseen) = Session::new(observations(samples), &left_out).split(first + split);
+        let early = samples.partition_point(|it| it.received < first + split);
+        let early = samples.get(..early).unwrap_or_default();
+        self.early.push(Recorded { origin: first, samples: early });
+        self.fitted.push(fitted);
+        self.unseen.push(unseen);
+        self.firsts.push(first);
+        self.left_out.extend(left_out);
+        (self.split, self.duration) = (Span(self.split.0 + split.0), Span(self.duration.0 + duration.0));
+        Ok(())
+    }
+}
+
+/// The numbers of moments and of seeds with which each fault is tried.
+const ONSETS: usize = 5;
+const SEEDS: u64 = 3;
+
+/// The smallest detected faults in the fitted part, with the fitted numbers.
+fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> anyhow::Result<Smallest> {
+    let (knowledge, _) = build(&found.draft);
+    let length = Span(parted.split.0 / parted.early.len().max(1) as i64);
+    let signals: Vec<SignalId> = knowledge.signals().ids().collect();
+    let unhealthy = found.unhealthy.iter().map(|it| (it.from, it.to)).chain(parted.left_out.iter().copied());
+    let spec = SearchSpec {
+        kinds: &[Kind::Bias, Kind::Noise, Kind::Drift, Kind::Spike, Kind::Delay],
+        signals: &signals,
+        onsets: ONSETS,
+        seeds: SEEDS,
+        duration: lasting.unwrap_or(Span(length.0 / 4)),
+        unhealthy: unhealthy.collect(),
+        threads: None,
+        progress: &Search::default(),
+    };
+    anyhow::ensure!(
+        Span::ZERO < spec.duration && spec.duration < length,
+        "faults of {} s do not fit into the {} s that are fitted",
+        spec.duration.seconds(),
+        length.seconds()
+    );
+    Ok(Smallest::find(&knowledge, &parted.early, &spec)?)
+}
+
+fn observations(samples: &[recording::Sample]) -> Vec<Observation> {
+    let observation = |sample: &recording::Sample| Observation {
+        signal: SignalId::from_index(sample.wanted),
+        stamp: sample.time,
+        received: sample.received,
+        value: sample.value.clone(),
+    };
+    samples.iter().map(observation).collect()
+}

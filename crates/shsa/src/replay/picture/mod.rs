@@ -1,9 +1,0 @@
-//! The data for the drawings of a report, recorded during a replay; their size does not depend on its length.
-
-mod thinned;
-mod case;
-mod recorder;
-
-pub(super) use case::{Admissions, Course, NeedCase, WayCase};
-pub(super) use recorder::{NeedRecord, Recorder, VariableRecord, WayRecord};
-pub(super) use thinned::Stretches;

@@ -1,0 +1,34 @@
+//! `shsa replay --record`: a run as a file of MCAP.
+
+use crate::folder::keys;
+use crate::tank;
+use serde_json::Value;
+
+#[test]
+fn a_record_is_read_by_others_and_replays_to_the_same_decisions() {
+    let folder = tank::folder();
+    let run = "replay tank.yaml run.csv --inject drop:/pressure@40s..50s --record run.mcap --layout run.layout.json";
+    let first = folder.json(run, 0);
+    let again = folder.json("replay tank.yaml run.mcap --record again.mcap", 0);
+    for field in ["observations", "events", "signals"] {
+        assert_eq!(first[field], again[field], "{field}");
+    }
+    let listed = folder.json("info run.mcap", 0).to_string();
+    for topic in
+        ["/shsa/journal", "/shsa/needs/", "/shsa/ways/level/", "/shsa/verdicts/pressure", "/shsa/decisions"]
+    {
+        assert!(listed.contains(topic), "no {topic} in {listed}");
+    }
+    let layout: Value = serde_json::from_str(&folder.read("run.layout.json")).unwrap();
+    let panels = keys(&layout["configById"]);
+    assert!(panels.contains(&"Plot!need0") && panels.contains(&"RosOut!decisions"), "{panels:?}");
+    assert!(layout["layout"].to_string().contains("StateTransitions!verdicts"));
+
+    let bytes = std::fs::read(folder.path("run.mcap")).unwrap();
+    folder.write("cut.mcap", &bytes[..bytes.len() * 2 / 3]);
+    // All of so short a run is in one chunk.
+    let ended = folder.ends("replay tank.yaml cut.mcap", 1);
+    assert!(ended.stderr.contains("warning: cut.mcap:1: the file ends"), "{}", ended.stderr);
+    folder.refuses("replay tank.yaml run.mcap --inject drop:/level", &["a journal is replayed as it was"]);
+    folder.refuses("replay tank.yaml run.csv --layout l.json", &["--record"]);
+}
