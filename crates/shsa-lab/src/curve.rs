@@ -29,6 +29,21 @@ impl Curve {
         Curve { times, values, sums, period_s }
     }
 
+    /// What follows it with a time constant above 0, in seconds, from rest. Time: O(n).
+    pub(crate) fn followed(&self, tau_s: f64) -> Curve {
+        let (mut last, mut before) = (self.values.first().copied().unwrap_or(0.0), None::<(f64, f64)>);
+        let mut follow = |(time, value): (f64, f64)| {
+            if let Some((start, earlier)) = before.replace((time, value)) {
+                let kept = (-(time - start) / tau_s).exp();
+                // The exact answer to a line from one value to the next.
+                let slope = (value - earlier) / (time - start);
+                last = kept * (last - earlier + slope * tau_s) + value - slope * tau_s;
+            }
+            (time, last)
+        };
+        Curve::new(self.times.iter().copied().zip(self.values.iter().copied()).map(&mut follow).collect())
+    }
+
     /// The median time between two values, in seconds.
     pub(crate) fn period_s(&self) -> f64 {
         self.period_s

@@ -1,11 +1,12 @@
 //! Experiments with recordings: calibrates a model's numbers, rates a model by campaigns of faults, finds the smallest
-//! detectable faults, and learns relations between signals.
+//! detectable faults, learns relations between signals, and drafts models.
 
 mod order;
 mod curve;
 pub mod calibration;
 pub mod campaign;
 pub mod learning;
+pub mod drafting;
 
 use thiserror::Error;
 

@@ -6,14 +6,17 @@ mod bus;
 mod calibrate;
 mod campaign;
 mod check;
+mod columns;
 mod complete;
 mod contingency;
 mod convert;
 mod demo;
+mod draft;
 mod explain;
 mod fmt;
 mod help;
 mod info;
+mod learn;
 mod log;
 mod man;
 mod monitor;
@@ -82,6 +85,10 @@ enum Command {
     Service(service::Arguments),
     /// Explain why a signal was suspected: the evidence, the other candidates, what would have cleared it.
     Explain(explain::Arguments),
+    /// Draft a model from recordings: which columns are signals, which of them measure the same, with which numbers.
+    Draft(draft::Arguments),
+    /// Learn relations between the signals of recordings: fitted to one part of the time, kept where they hold in another.
+    Learn(learn::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on the later part.
     Calibrate(calibrate::Arguments),
     /// Try a grid of faults on recordings: which are detected, isolated, healed.
@@ -128,6 +135,8 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Draft(arguments) => draft::run(&arguments),
+        Command::Learn(arguments) => learn::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),
         Command::Story(arguments) => story::run(&arguments),

@@ -7,7 +7,7 @@
 //! a thread holds one engine and the samples of one signal. The results are in the order of the grid, so they do not depend on
 //! the number of threads. [`LEGEND`] defines the figures.
 
-mod parallel;
+pub(crate) mod parallel;
 mod kind;
 mod onset;
 mod size;

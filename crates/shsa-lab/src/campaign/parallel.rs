@@ -26,7 +26,7 @@ impl Progress for () {
 }
 
 /// The results of `work` for each number below a count, in order; reports the progress.
-pub(super) fn on_all_cores<T: Send>(
+pub(crate) fn on_all_cores<T: Send>(
     count: usize,
     threads: Option<NonZeroUsize>,
     told: &dyn Progress,

@@ -1,6 +1,6 @@
 //! Chooses few of many relations: none that follows from others, none with unrelated signals.
 
-use crate::learning::form::{Relation, Shape};
+use crate::learning::shape::{Relation, Shape};
 
 /// The share of the error of a smaller relation that a relation with more signals may leave at most.
 const MUCH_LESS: f64 = 0.4;

@@ -1,6 +1,9 @@
-//! The forms of relations, their fit and their errors.
+//! The fit of relations and their errors.
 
+use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::least_squares::solve;
+use crate::learning::regressors::Regressors;
+use crate::learning::shape::{Relation, Score, Shape};
 use crate::learning::signal::{Part, Seen};
 
 /// The share of samples that may be wrong in relations with steps: those around each step.
@@ -19,95 +22,6 @@ const LEAST_LEFT: f64 = 1e-4;
 /// Rounds in which the ends of a saturation are found.
 const ROUNDS: usize = 12;
 
-/// How the target follows from the inputs; the constants are in [`Relation::numbers`].
-#[derive(Clone, Debug, PartialEq)]
-pub enum Shape {
-    /// `x(t - lag) + n0`.
-    Equal {
-        /// The delay of the target, in seconds.
-        lag_s: f64,
-    },
-    /// `n0 x(t - lag) + n1`.
-    Line {
-        /// The delay of the target, in seconds.
-        lag_s: f64,
-    },
-    /// `n0 + n1 x + n2 x^2 ..`, of this degree.
-    Polynomial(usize),
-    /// `n0 x + n1`, limited to `n2` below and `n3` above.
-    Saturated,
-    /// `n0` times the mean of x over a window, `+ n1`.
-    Mean {
-        /// The window in seconds.
-        window_s: f64,
-    },
-    /// The mean of the target over a window is `n0` times the mean rate of x over it.
-    Rate {
-        /// The window in seconds.
-        window_s: f64,
-    },
-    /// `n0` times the integral of x since the first moment, `+ n1`.
-    Integral,
-    /// `n0` times the product of the inputs with these powers.
-    Product(Vec<i8>),
-    /// `n0 x0 + n1 x1 .. + c`.
-    Sum,
-    /// `n_i x0` while x1 has the i-th of these values.
-    Gears(Vec<f64>),
-}
-
-/// A relation that was fitted.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Relation {
-    /// The determined signal, by its index.
-    pub target: usize,
-    /// The signals that determine the target, by their indices.
-    pub inputs: Vec<usize>,
-    /// The form.
-    pub shape: Shape,
-    /// The constants of the form, in SI units from the zeros of the signals' own units.
-    pub numbers: Vec<f64>,
-    /// For an integral, the window in seconds over which its rate is compared.
-    pub window_s: Option<f64>,
-    /// The errors.
-    pub score: Score,
-}
-
-/// The unexplained part of the target in each part of the data, as shares of its standard deviation, with the constants of the
-/// fitted part.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Score {
-    /// In the part to which the constants were fitted.
-    pub fitted: f64,
-    /// In the part by which the form was chosen.
-    pub chosen: f64,
-    /// In the remaining part.
-    pub unseen: f64,
-}
-
-impl Score {
-    /// The largest share.
-    #[must_use]
-    pub fn worst(&self) -> f64 {
-        self.fitted.max(self.chosen).max(self.unseen)
-    }
-
-    /// The root of the mean square of all parts.
-    pub(crate) fn all(&self) -> f64 {
-        (0.5 * self.fitted.powi(2) + 0.2 * self.chosen.powi(2) + 0.3 * self.unseen.powi(2)).sqrt()
-    }
-}
-
-impl Relation {
-    /// All signals, in order.
-    #[must_use]
-    pub fn signals(&self) -> Vec<usize> {
-        let mut all: Vec<usize> = self.inputs.iter().copied().chain([self.target]).collect();
-        all.sort_unstable();
-        all
-    }
-}
-
 /// A form with its data: the target, the term with the factor 1, and the columns whose factors are fitted.
 pub(crate) struct Design {
     parts: Vec<Part>,
@@ -119,17 +33,21 @@ pub(crate) struct Design {
 impl Design {
     /// The rows at which all signals have a value.
     pub(crate) fn new(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
+        Design::of_every(1, seen, target, inputs, shape)
+    }
+
+    /// Some of these rows, evenly.
+    fn of_every(every: usize, seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
         let clock = seen.slowest(inputs.iter().copied().chain([target]));
+        let regressors = Regressors::new(seen, inputs, shape);
         let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
-        for (row, &time) in clock.times.iter().enumerate() {
+        for (row, &time) in clock.times.iter().enumerate().step_by(every) {
             let value = |signal: usize| clock.values[signal].get(row).copied();
             let told = match shape {
                 Shape::Rate { window_s } => seen.curves[target].at(time - window_s, time),
                 _ => value(target),
             };
-            let (Some(told), Some((fixed, regressors))) =
-                (told, regressors(seen, inputs, shape, time, value))
-            else {
+            let (Some(told), Some((fixed, regressors))) = (told, regressors.at(time, value)) else {
                 continue;
             };
             if !(told.is_finite() && fixed.is_finite() && regressors.iter().all(|it| it.is_finite())) {
@@ -141,7 +59,7 @@ impl Design {
             design.columns.resize_with(regressors.len(), Vec::new);
             design.columns.iter_mut().zip(regressors).for_each(|(column, it)| column.push(it));
         }
-        if matches!(shape, Shape::Gears(_)) {
+        if shape.takes_steps() {
             design.part_each_gear();
         }
         design
@@ -154,7 +72,11 @@ impl Design {
         let is_used = |row: usize| is_used(self.parts[row]);
         match shape {
             Shape::Saturated => saturated(&self.columns, &rest, is_used),
-            Shape::Gears(_) => self.fit_gears(shape, &rest, &is_used),
+            Shape::Gears(_) | Shape::Modes(_) => self.fit_gears(shape, &rest, &is_used),
+            Shape::Norm => {
+                let squares: Vec<f64> = self.target.iter().map(|it| it * it).collect();
+                solve(&self.columns, &squares, is_used)
+            }
             _ => solve(&self.columns, &rest, is_used),
         }
     }
@@ -163,8 +85,10 @@ impl Design {
     /// others again.
     fn plain(&self, shape: &Shape, numbers: Vec<f64>) -> Vec<f64> {
         let offset = match shape {
-            Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) => return numbers,
-            Shape::Rate { .. } | Shape::Product(_) => None,
+            Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) | Shape::Modes(_) | Shape::Norm => {
+                return numbers;
+            }
+            Shape::Rate { .. } | Shape::Product(_) | Shape::Power(_) | Shape::Projected { .. } => None,
             _ => numbers.len().checked_sub(1),
         };
         let most = PLAIN * self.left(shape, &numbers) + LEAST_LEFT;
@@ -223,6 +147,7 @@ impl Design {
                 self.columns.iter().zip(numbers).map(|(column, number)| column[row] * number).sum::<f64>();
             let told = match (shape, numbers) {
                 (Shape::Saturated, [_, _, low, high]) => told.clamp(*low, *high),
+                (Shape::Norm, _) => told.max(0.0).sqrt(),
                 _ => told,
             };
             self.target[row] - self.fixed[row] - told
@@ -243,7 +168,7 @@ impl Design {
                     .collect()
             };
             let mut own = of_part(&errors);
-            if matches!(shape, Shape::Gears(_)) {
+            if shape.takes_steps() {
                 let most = most_of(own.iter().map(|it| it.abs()));
                 own.retain(|it| it.abs() <= most);
             }
@@ -257,6 +182,24 @@ impl Design {
     /// The share of the target that these constants leave unexplained.
     pub(crate) fn left(&self, shape: &Shape, numbers: &[f64]) -> f64 {
         root_mean_square(&self.errors(shape, numbers)) / deviation(self.target.iter().copied())
+    }
+
+    /// The share of the target that a curve over the middle of its input leaves at the ends of it: what only looks like the curve
+    /// leaves more there, and still more on another day. The input is the column with this place.
+    pub(crate) fn left_at_ends(&self, input: usize) -> f64 {
+        /// The share of the samples at either end.
+        const END: f64 = 0.15;
+        let Some(column) = self.columns.get(input) else { return f64::INFINITY };
+        let sorted = crate::order::sorted(column.iter().copied());
+        let end = |share: f64| crate::order::quantile(&sorted, share).unwrap_or(0.0);
+        let (low, high) = (end(END), end(1.0 - END));
+        let is_inside = |row: usize| low <= column[row] && column[row] <= high;
+        let Some(numbers) = solve(&self.columns, &self.target, is_inside) else { return f64::INFINITY };
+        let told =
+            |row: usize| self.columns.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
+        let outside = (0..self.target.len()).filter(|row| !is_inside(*row));
+        let left: Vec<f64> = outside.map(|row| self.target[row] - told(row)).collect();
+        root_mean_square(&left) / deviation(self.target.iter().copied())
     }
 
     /// The share of the target that a parabola in time leaves unexplained.
@@ -287,12 +230,46 @@ impl Design {
 
 /// Fits the first part, computes the errors on the others, and then fits all data.
 pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Option<Relation> {
+    if !promises(seen, target, inputs, shape) {
+        return None;
+    }
     let design = Design::new(seen, target, inputs, shape);
     let early = design.fit(shape, |part| part == Part::Fitted)?;
     let score = design.score(shape, &early)?;
     let numbers = design.plain(shape, design.fit(shape, |_| true)?);
     let window_s = (*shape == Shape::Integral).then_some(INTEGRAL_WINDOW * seen.duration_s);
     Some(Relation { target, inputs: inputs.to_vec(), shape: shape.clone(), numbers, window_s, score })
+}
+
+/// Whether a form leaves little enough of some rows to be worth a fit to all.
+fn promises(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> bool {
+    /// The number of rows, and the share that it may leave there.
+    const ROWS: usize = 200;
+    const LEFT: f64 = 3.0 * MOST_UNEXPLAINED;
+    let count = seen.slowest(inputs.iter().copied().chain([target])).times.len();
+    if count < 2 * ROWS || shape.takes_steps() {
+        return true;
+    }
+    let design = Design::of_every(count / ROWS, seen, target, inputs, shape);
+    let left = |numbers: Vec<f64>| design.left(shape, &numbers);
+    design.target.len() < ROWS / 2 || design.fit(shape, |_| true).is_none_or(|numbers| left(numbers) < LEFT)
+}
+
+/// What 99.9 % of the errors do not exceed in the target's own unit; of an integral, those of its rate.
+pub(crate) fn tolerance(seen: &Seen<'_>, relation: &Relation) -> f64 {
+    /// The share of errors within the tolerance.
+    const WITHIN: f64 = 0.999;
+    let (shape, numbers) = (&relation.shape, &relation.numbers);
+    let (target, inputs, shape, numbers) = match (shape, relation.window_s) {
+        (Shape::Integral, Some(window_s)) => {
+            (relation.inputs[0], vec![relation.target], &Shape::Rate { window_s }, vec![1.0 / numbers[0]])
+        }
+        _ => (relation.target, relation.inputs.clone(), shape, numbers.clone()),
+    };
+    let design = Design::new(seen, target, &inputs, shape);
+    let errors = crate::order::sorted(design.errors(shape, &numbers).into_iter().map(f64::abs));
+    let scale = seen.signals[target].unit.as_ref().map_or(1.0, |unit| unit.scale);
+    crate::order::quantile(&errors, WITHIN).unwrap_or(0.0) / scale
 }
 
 /// The share of the target's standard deviation that a relation leaves unexplained in other data of the same signals, with its
@@ -302,50 +279,6 @@ pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f6
     let errors = design.errors(&relation.shape, &relation.numbers);
     let moves = deviation(design.target.iter().copied());
     (errors.len() >= 10 && moves > 0.0).then(|| deviation(errors.iter().copied()) / moves)
-}
-
-/// The term with the factor 1, and the columns whose factors are fitted.
-fn regressors(
-    seen: &Seen<'_>,
-    inputs: &[usize],
-    shape: &Shape,
-    time: f64,
-    value: impl Fn(usize) -> Option<f64>,
-) -> Option<(f64, Vec<f64>)> {
-    let first = *inputs.first()?;
-    let curve = &seen.curves[first];
-    let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { Some(curve.read(time - lag_s)?.0) };
-    let columns = match shape {
-        Shape::Equal { lag_s } => return Some((lagged(*lag_s)?, vec![1.0])),
-        Shape::Line { lag_s } => vec![lagged(*lag_s)?, 1.0],
-        Shape::Polynomial(degree) => {
-            let x = value(first)?;
-            (0..=*degree as i32).map(|power| x.powi(power)).collect()
-        }
-        Shape::Saturated => vec![value(first)?, 1.0],
-        Shape::Mean { window_s } => vec![curve.at(time - window_s, time)?, 1.0],
-        Shape::Rate { window_s } => {
-            vec![(curve.read(time)?.0 - curve.read(time - window_s)?.0) / window_s]
-        }
-        Shape::Integral => vec![curve.read(time)?.1, 1.0],
-        Shape::Product(powers) => {
-            let values =
-                inputs.iter().zip(powers).map(|(input, power)| Some(value(*input)?.powi(i32::from(*power))));
-            vec![values.product::<Option<f64>>()?]
-        }
-        Shape::Sum => {
-            let values = inputs.iter().map(|input| value(*input));
-            values.chain([Some(1.0)]).collect::<Option<_>>()?
-        }
-        Shape::Gears(levels) => {
-            let x = value(first)?;
-            let level = seen.curves[*inputs.get(1)?].nearest(time)?;
-            let is_known = levels.contains(&level);
-            is_known
-                .then(|| levels.iter().map(|it| if *it == level { x } else { 0.0 }).collect::<Vec<f64>>())?
-        }
-    };
-    Some((0.0, columns))
 }
 
 /// Slope, offset, lower and upper limit of a saturated line. The fit alternates between the line through the values between the

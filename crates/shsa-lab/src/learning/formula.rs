@@ -1,8 +1,11 @@
 //! Relations as formulas of the model's language.
 
-use crate::learning::form::{Relation, Shape};
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::Signal;
 use shsa_core::unit::{Dimension, Unit};
+
+/// A factor this near to 1 is 1.
+const NEARLY_ONE: f64 = 0.01;
 
 /// The digits of a fitted number.
 const DIGITS: i32 = 4;
@@ -13,40 +16,13 @@ const DIGITS: i32 = 4;
 #[must_use]
 pub fn formula(signals: &[Signal], relation: &Relation, name: &dyn Fn(usize) -> String) -> String {
     let writer = Writer { signals, name };
-    let (target, numbers) = (relation.target, &*relation.numbers);
-    let input = relation.inputs.first().copied().unwrap_or(target);
-    let told = match (&relation.shape, numbers) {
-        (Shape::Equal { lag_s }, [offset]) => {
-            writer.line(target, &[(1.0, input, writer.delayed(input, *lag_s))], *offset)
-        }
-        (Shape::Line { lag_s }, [factor, offset]) => {
-            writer.line(target, &[(*factor, input, writer.delayed(input, *lag_s))], *offset)
-        }
-        (Shape::Mean { window_s }, [factor, offset]) => {
-            let mean = format!("moving_mean({}, {} s)", writer.amount(input), digits(*window_s));
-            writer.line(target, &[(*factor, input, mean)], *offset)
-        }
-        (Shape::Polynomial(_), numbers) => writer.polynomial(target, input, numbers),
-        (Shape::Saturated, [factor, offset, low, high]) => {
-            let line = writer.line(target, &[(*factor, input, writer.amount(input))], *offset);
-            format!("min(max({line}, {}), {})", writer.constant(target, *low), writer.constant(target, *high))
-        }
-        (Shape::Rate { window_s }, [factor]) => writer.rate(target, input, *factor, *window_s),
-        (Shape::Integral, [factor, _]) => {
-            let window_s = relation.window_s.unwrap_or(1.0);
-            return format!("{} = {}", name(input), writer.rate(input, target, 1.0 / factor, window_s));
-        }
-        (Shape::Product(powers), [factor]) => writer.product(target, &relation.inputs, powers, *factor),
-        (Shape::Sum, [factors @ .., offset]) => {
-            let terms = relation.inputs.iter().zip(factors);
-            let terms: Vec<_> =
-                terms.map(|(input, factor)| (*factor, *input, writer.amount(*input))).collect();
-            writer.line(target, &terms, *offset)
-        }
-        (Shape::Gears(levels), factors) => writer.gears(&relation.inputs, levels, factors),
-        _ => String::new(),
-    };
-    format!("{} = {told}", writer.amount(target))
+    let input = relation.inputs.first().copied().unwrap_or(relation.target);
+    if let (Shape::Integral, [factor, _]) = (&relation.shape, &*relation.numbers) {
+        let window_s = relation.window_s.unwrap_or(1.0);
+        return format!("{} = {}", name(input), writer.rate(input, relation.target, 1.0 / factor, window_s));
+    }
+    let told = writer.of_one(relation, input).unwrap_or_else(|| writer.of_more(relation, input));
+    format!("{} = {told}", writer.amount(relation.target))
 }
 
 struct Writer<'a> {
@@ -55,6 +31,83 @@ struct Writer<'a> {
 }
 
 impl Writer<'_> {
+    /// The right side of a relation with one input; `None` for other forms.
+    fn of_one(&self, relation: &Relation, input: usize) -> Option<String> {
+        let target = relation.target;
+        let line =
+            |factor: f64, term: String, offset: f64| self.line(target, &[(factor, input, term)], offset);
+        Some(match (&relation.shape, &*relation.numbers) {
+            (Shape::Equal { lag_s }, [offset]) => line(1.0, self.delayed(input, *lag_s), *offset),
+            (Shape::Line { lag_s }, [factor, offset]) => line(*factor, self.delayed(input, *lag_s), *offset),
+            (Shape::Mean { window_s }, [factor, offset]) => {
+                let mean = format!("moving_mean({}, {} s)", self.amount(input), digits(*window_s));
+                line(*factor, mean, *offset)
+            }
+            (Shape::Polynomial(_), numbers) => self.polynomial(target, input, numbers),
+            (Shape::Saturated, [factor, offset, low, high]) => {
+                let line = line(*factor, self.amount(input), *offset);
+                format!("min(max({line}, {}), {})", self.constant(target, *low), self.constant(target, *high))
+            }
+            (Shape::Rate { window_s }, [factor]) => self.rate(target, input, *factor, *window_s),
+            (Shape::Power(power), [factor]) => {
+                let whole = (power.fract() == 0.0).then_some(*power as i8);
+                let of = whole.and_then(|whole| self.dimension(input)?.power(whole));
+                let size = self.factor(*factor, target, of);
+                format!("{size} * {}^{}", (self.name)(input), digits(*power))
+            }
+            (Shape::Absolute, [factor, offset]) => {
+                line(*factor, format!("abs({})", self.amount(input)), *offset)
+            }
+            (Shape::Follower { tau_s }, [factor, offset]) => {
+                let line = line(*factor, self.amount(input), *offset);
+                let name = (self.name)(target);
+                let own = self.amount(target).replace(&name, &format!("previous({name})"));
+                format!("{own} + ({line} - {own}) * min(dt / ({} s), 1)", digits(*tau_s))
+            }
+            _ => return None,
+        })
+    }
+
+    /// The right side of a relation with several inputs.
+    fn of_more(&self, relation: &Relation, input: usize) -> String {
+        let (target, inputs) = (relation.target, &*relation.inputs);
+        match (&relation.shape, &*relation.numbers) {
+            (Shape::Product(powers), [factor]) => self.product(target, inputs, powers, *factor),
+            (Shape::Sum, [factors @ .., offset]) => {
+                let terms = inputs.iter().zip(factors);
+                let terms: Vec<_> =
+                    terms.map(|(input, factor)| (*factor, *input, self.amount(*input))).collect();
+                self.line(target, &terms, *offset)
+            }
+            (Shape::Gears(levels), factors) => {
+                self.selected(inputs, levels, &vec![input; levels.len()], factors)
+            }
+            (Shape::Modes(modes), factors) => {
+                let levels: Vec<f64> = modes.iter().map(|it| it.level).collect();
+                let sources: Vec<usize> = modes.iter().map(|it| inputs[it.input]).collect();
+                self.selected(inputs, &levels, &sources, factors)
+            }
+            (Shape::Projected { is_sine }, [factor]) => {
+                let function = if *is_sine { "sin" } else { "cos" };
+                let angle = inputs.get(1).map_or_else(String::new, |it| (self.name)(*it));
+                let product = format!("{} * {function}({angle})", (self.name)(input));
+                let size = self.factor(factor.abs(), target, self.dimension(input));
+                let sign = if *factor < 0.0 { "-" } else { "" };
+                if size == "1" { format!("{sign}{product}") } else { format!("{sign}{size} * {product}") }
+            }
+            (Shape::Largest, [offset]) => self.of_two("max", target, inputs, *offset),
+            (Shape::Smallest, [offset]) => self.of_two("min", target, inputs, *offset),
+            (Shape::Norm, factors) => {
+                let terms: Vec<_> = factors.iter().copied().zip(inputs.iter().copied()).collect();
+                format!("sqrt({})", self.squares(&terms))
+            }
+            (Shape::Terms(terms), [factors @ .., offset]) => {
+                self.terms(target, inputs, terms, factors, *offset)
+            }
+            _ => String::new(),
+        }
+    }
+
     fn unit(&self, signal: usize) -> Option<&Unit> {
         self.signals[signal].unit.as_ref()
     }
@@ -163,15 +216,76 @@ impl Writer<'_> {
         text
     }
 
-    fn gears(&self, inputs: &[usize], levels: &[f64], factors: &[f64]) -> String {
-        let [x, chooser] = inputs else { return String::new() };
-        let chooser = (self.name)(*chooser);
-        let mut text = factors.last().map_or_else(String::new, |it| digits(*it));
-        for (pair, factor) in levels.windows(2).zip(factors).rev() {
-            let between = self.constant(inputs[1], 0.5 * (pair[0] + pair[1]));
-            text = format!("if({chooser} < {between}, {}, {text})", digits(*factor));
+    /// Factors and sources that the last input selects.
+    fn selected(&self, inputs: &[usize], levels: &[f64], sources: &[usize], factors: &[f64]) -> String {
+        let Some(chooser) = inputs.last() else { return String::new() };
+        let is_one_source = sources.windows(2).all(|pair| pair[0] == pair[1]);
+        let told = |place: usize| {
+            let factor = digits(factors[place]);
+            let name = (self.name)(sources[place]);
+            match (is_one_source, factor.as_str()) {
+                (true, _) => factor,
+                (false, "1") => name,
+                (false, _) => format!("{factor} * {name}"),
+            }
+        };
+        let Some(last) = levels.len().checked_sub(1) else { return String::new() };
+        let mut text = told(last);
+        for (place, pair) in levels.windows(2).enumerate().rev() {
+            let between = self.constant(*chooser, 0.5 * (pair[0] + pair[1]));
+            text = format!("if({} < {between}, {}, {text})", (self.name)(*chooser), told(place));
         }
-        format!("{text} * {}", (self.name)(*x))
+        if is_one_source { format!("{text} * {}", (self.name)(sources[0])) } else { text }
+    }
+
+    fn of_two(&self, function: &str, target: usize, inputs: &[usize], offset: f64) -> String {
+        let inputs: Vec<String> = inputs.iter().map(|it| self.amount(*it)).collect();
+        let mut text = format!("{function}({})", inputs.join(", "));
+        if offset != 0.0 {
+            add(&mut text, offset < 0.0, &self.constant(target, offset.abs()));
+        }
+        text
+    }
+
+    fn squares(&self, terms: &[(f64, usize)]) -> String {
+        let mut text = String::new();
+        for (factor, input) in terms {
+            let is_one = (factor.abs() - 1.0).abs() < NEARLY_ONE;
+            let square = format!("{}^2", (self.name)(*input));
+            let term = if is_one { square } else { format!("{} * {square}", digits(factor.abs())) };
+            add(&mut text, *factor < 0.0, &term);
+        }
+        text
+    }
+
+    /// A sum of products of powers.
+    fn terms(
+        &self,
+        target: usize,
+        inputs: &[usize],
+        terms: &[Vec<i8>],
+        factors: &[f64],
+        offset: f64,
+    ) -> String {
+        let mut text = String::new();
+        for (powers, factor) in terms.iter().zip(factors) {
+            let used = inputs.iter().zip(powers).filter(|(_, power)| **power != 0);
+            let (signals, powers): (Vec<usize>, Vec<i8>) =
+                used.map(|(signal, power)| (*signal, *power)).unzip();
+            let term = match (&*signals, &*powers) {
+                ([signal], [1]) => {
+                    let size = self.factor(factor.abs(), target, self.dimension(*signal));
+                    let amount = self.amount(*signal);
+                    if size == "1" { amount } else { format!("{size} * {amount}") }
+                }
+                _ => self.product(target, &signals, &powers, factor.abs()),
+            };
+            add(&mut text, *factor < 0.0, &term);
+        }
+        if offset != 0.0 {
+            add(&mut text, offset < 0.0, &self.constant(target, offset.abs()));
+        }
+        text
     }
 }
 

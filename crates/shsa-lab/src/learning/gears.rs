@@ -1,32 +1,37 @@
 //! Factors that another signal selects: gears, ranges, modes.
 
 use crate::learning::MOST_UNEXPLAINED;
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::{Design, fit};
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::Seen;
 
 /// The most levels of a selecting signal, and the share of the samples that each level needs.
 const MOST_LEVELS: usize = 8;
 const LEAST_SHARE: f64 = 0.03;
 
-/// All relations `y = k_i x` in which a signal with few levels selects k.
-pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
+/// The share that may stay unexplained when the samples around each change count, too.
+pub(crate) const WITH_CHANGES: f64 = 0.15;
+
+/// The relations `y = k_i x` in which a signal with few levels selects k.
+pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], chooser: usize) -> Vec<Relation> {
+    let Some(levels) = levels(seen, chooser) else { return Vec::new() };
+    let shape = Shape::Gears(levels);
+    let others = || signals.iter().copied().filter(|it| *it != chooser);
     let mut found = Vec::new();
-    for &chooser in signals {
-        let Some(levels) = levels(seen, chooser) else { continue };
-        let others = || signals.iter().copied().filter(|it| *it != chooser);
-        for target in others() {
-            for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
-                let shape = Shape::Gears(levels.clone());
-                let fitted = fit(seen, target, &[input, chooser], &shape);
-                found.extend(fitted.filter(|it| it.score.worst() <= MOST_UNEXPLAINED));
-            }
+    for target in others() {
+        for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
+            let holds = |it: &Relation| {
+                let design = || Design::new(seen, target, &it.inputs, &it.shape);
+                it.score.worst() <= MOST_UNEXPLAINED && design().left(&it.shape, &it.numbers) <= WITH_CHANGES
+            };
+            found.extend(fit(seen, target, &[input, chooser], &shape).filter(holds));
         }
     }
     found
 }
 
 /// The levels of a signal that has few whole ones.
-fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
+pub(crate) fn levels(seen: &Seen<'_>, signal: usize) -> Option<Vec<f64>> {
     let values = seen.curves[signal].values();
     let mut levels: Vec<(f64, usize)> = Vec::new();
     for value in values {

@@ -1,6 +1,7 @@
 //! The delay between two signals.
 
 use crate::learning::form::deviation;
+use crate::learning::shape::Shape;
 use crate::learning::signal::Seen;
 
 /// The longest delay that is searched: in seconds, and as a share of the recording.
@@ -15,6 +16,12 @@ const MOMENTS: usize = 300;
 const ROUNDS: usize = 25;
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
+/// Below this correlation a signal follows no other one.
+const SMOOTHED: f64 = 0.6;
+
+/// The number of time constants tried before the search between the neighbours of the best one.
+const SIZES: u32 = 10;
+
 /// Below this correlation at every delay, signals are unrelated.
 const RELATED: f64 = 0.9;
 
@@ -23,10 +30,10 @@ const RELATED: f64 = 0.9;
 pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f64> {
     let longest = LONGEST_S.min(LONGEST * seen.duration_s);
     let step = longest / f64::from(STEPS);
-    let few = correlated_at(seen, one, other, longest, MOMENTS);
+    let few = correlated_at(seen, one, other, longest, MOMENTS / 3);
     let tried: Vec<f64> = (-STEPS..=STEPS).map(|at| few(f64::from(at) * step)).collect();
     let best = (0..tried.len()).max_by(|one, next| tried[*one].total_cmp(&tried[*next]))?;
-    if tried[best] < RELATED || best == 0 || best + 1 == tried.len() {
+    if tried[best] < 0.9 * RELATED || best == 0 || best + 1 == tried.len() {
         return None;
     }
     let middle = f64::from(best as i32 - STEPS) * step;
@@ -36,7 +43,49 @@ pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f
         let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
         if many(left) < many(right) { low = left } else { high = right }
     }
-    Some(0.5 * (low + high))
+    let lag = 0.5 * (low + high);
+    (many(lag) >= RELATED).then_some(lag)
+}
+
+/// The follower and the mean of the input that are nearest to the target; `None` where they are unrelated, or nothing smooths.
+/// Time: O(n) for each of some dozen time constants.
+pub(crate) fn smoothed(seen: &Seen<'_>, target: usize, input: usize) -> Option<[Shape; 2]> {
+    let (shortest, longest) = (seen.period_s(input).max(seen.period_s(target)), LONGEST * seen.duration_s);
+    if !(0.0 < shortest && shortest < longest) || seen.period_s(input) > seen.period_s(target) * 1.2 {
+        return None;
+    }
+    let clock = seen.slowest([target]);
+    let rows: Vec<(f64, f64)> =
+        clock.times.iter().copied().zip(clock.values[target].iter().copied()).collect();
+    let every = rows.len().div_ceil(MOMENTS).max(1);
+    let rows: Vec<(f64, f64)> = rows.into_iter().step_by(every).collect();
+    let own = &seen.curves[input];
+    let with = |read: &dyn Fn(f64) -> Option<f64>| {
+        correlation(&rows.iter().filter_map(|(time, value)| Some((*value, read(*time)?))).collect::<Vec<_>>())
+    };
+    if with(&|time| own.read(time).map(|it| it.0)) < SMOOTHED {
+        return None;
+    }
+    let follows = |tau_s: f64| {
+        let curve = own.followed(tau_s);
+        with(&|time| curve.read(time).map(|it| it.0))
+    };
+    let means = |window_s: f64| with(&|time| own.at(time - window_s, time));
+    let (tau_s, window_s) = (best(shortest, longest, &follows)?, best(shortest, 2.0 * longest, &means)?);
+    Some([Shape::Follower { tau_s }, Shape::Mean { window_s }])
+}
+
+/// Where a function is largest between two ends, by their logarithms.
+fn best(low: f64, high: f64, of: &dyn Fn(f64) -> f64) -> Option<f64> {
+    let at = |place: f64| low * (high / low).powf(place / f64::from(SIZES));
+    let tried: Vec<f64> = (0..=SIZES).map(|it| of(at(f64::from(it)))).collect();
+    let top = (0..tried.len()).max_by(|one, next| tried[*one].total_cmp(&tried[*next]))? as f64;
+    let (mut low, mut high) = (top - 1.0, top + 1.0);
+    for _ in 0..ROUNDS / 2 {
+        let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+        if of(at(left)) < of(at(right)) { low = left } else { high = right }
+    }
+    Some(at(0.5 * (low + high)))
 }
 
 /// The correlation of both signals as a function of the delay.

@@ -6,6 +6,8 @@
 
 mod signal;
 mod least_squares;
+mod shape;
+mod regressors;
 mod form;
 mod copies;
 mod lag;
@@ -13,16 +15,22 @@ mod pairs;
 mod products;
 mod gears;
 mod sums;
+mod terms;
 mod choice;
 mod formula;
 #[cfg(test)]
 mod tests;
 
+pub(crate) use least_squares::solve;
+
 pub use copies::Copied;
-pub use form::{Relation, Score, Shape};
 pub use formula::formula;
+pub use shape::{Mode, Relation, Score, Shape};
 pub use signal::Signal;
 
+use crate::LabError;
+use crate::campaign::parallel::on_all_cores;
+use pairs::Forms;
 use signal::Seen;
 
 /// The largest share of its target that a relation may leave unexplained.
@@ -43,31 +51,72 @@ pub struct Learned {
     pub relations: Vec<Relation>,
 }
 
-/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each.
-#[must_use]
-pub fn learn(signals: &[Signal]) -> Learned {
+/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each; on all cores.
+///
+/// # Errors
+/// When a thread panics.
+pub fn learn(signals: &[Signal]) -> Result<Learned, LabError> {
     let seen = Seen::new(signals);
-    let copies = copies::all(&seen);
+    let (copies, own) = own(&seen);
+    let mut choice = choice::Choice::new(signals.len());
+    choice.take_pairs(pairs(&seen, &own, Forms::All)?);
+    let is_same = |one: usize, other: usize| choice.is_same(one, other);
+    let of = |at: usize| {
+        let mut found = products::of(&seen, &own, own[at]);
+        found.extend(gears::of(&seen, &own, own[at]));
+        found.extend(sums::of(&seen, &own, own[at], &is_same));
+        found.extend(terms::of(&seen, &own, own[at], &is_same));
+        found
+    };
+    let larger = on_all_cores(own.len(), None, &(), "", of)?;
+    choice.take_larger(larger.into_iter().flatten().collect());
+    Ok(Learned { copies, relations: choice.relations() })
+}
+
+/// Finds copies, and delays, rates and integrals among the signals that may have one. Time: O(signals^2), with bounded moments
+/// each.
+pub(crate) fn learn_pairs(
+    signals: &[Signal],
+    may_relate: &dyn Fn(usize) -> bool,
+) -> Result<Learned, LabError> {
+    let seen = Seen::new(signals);
+    let (copies, mut own) = own(&seen);
+    own.retain(|signal| may_relate(*signal));
+    let mut choice = choice::Choice::new(signals.len());
+    choice.take_pairs(pairs(&seen, &own, Forms::Motion)?);
+    Ok(Learned { copies, relations: choice.relations() })
+}
+
+/// The best relation of each pair of some signals.
+fn pairs(seen: &Seen<'_>, signals: &[usize], forms: Forms) -> Result<Vec<Relation>, LabError> {
+    let later = |at: usize| -> Vec<Relation> {
+        let others = signals[at + 1..].iter();
+        others.filter_map(|other| pairs::of(seen, signals[at], *other, forms)).collect()
+    };
+    Ok(on_all_cores(signals.len(), None, &(), "", later)?.into_iter().flatten().collect())
+}
+
+/// The best relation of two signals, if there is any.
+pub(crate) fn between(signals: &[Signal; 2]) -> Option<Relation> {
+    pairs::of(&Seen::new(signals), 0, 1, Forms::Motion)
+}
+
+/// Copies, and the signals that move and are no copies.
+fn own(seen: &Seen<'_>) -> (Vec<Copied>, Vec<usize>) {
+    let copies = copies::all(seen);
     let moves = |signal: &usize| {
         let values = seen.curves[*signal].values();
         values.len() >= 30 && values.iter().any(|it| *it != values[0])
     };
-    let own: Vec<usize> = (0..signals.len())
-        .filter(|signal| copies.iter().all(|copy| copy.signal != *signal))
-        .filter(moves)
-        .collect();
-    let mut pairs = Vec::new();
-    for (at, &one) in own.iter().enumerate() {
-        pairs.extend(own[at + 1..].iter().filter_map(|other| pairs::of(&seen, one, *other)));
-    }
-    let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs);
-    let is_same = |one: usize, other: usize| choice.is_same(one, other);
-    let mut larger = products::all(&seen, &own);
-    larger.extend(gears::all(&seen, &own));
-    larger.extend(sums::all(&seen, &own, &is_same));
-    choice.take_larger(larger);
-    Learned { copies, relations: choice.relations() }
+    let is_own = |signal: &usize| copies.iter().all(|copy| copy.signal != *signal);
+    let own = (0..seen.signals.len()).filter(is_own).filter(moves).collect();
+    (copies, own)
+}
+
+/// What 99.9 % of the errors of a relation do not exceed, in the unit of the left side of its formula.
+#[must_use]
+pub fn tolerance(signals: &[Signal], relation: &Relation) -> f64 {
+    form::tolerance(&Seen::new(signals), relation)
 }
 
 /// The unexplained share of a relation in another recording of the same signals, with its constants kept and its offset fitted

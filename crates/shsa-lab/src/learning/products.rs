@@ -1,26 +1,21 @@
 //! Products and quotients of two signals.
 
 use crate::learning::MOST_UNEXPLAINED;
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::fit;
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::{Clock, Seen};
 
 /// The number of moments at which candidates are tested before a fit, and the error that they may leave there.
 const MOMENTS: usize = 200;
 const PROMISING: f64 = 2.0 * MOST_UNEXPLAINED;
 
-/// All products and quotients that hold. Time: O(signals^3 * moments), for signals whose units match.
-pub(crate) fn all(seen: &Seen<'_>, signals: &[usize]) -> Vec<Relation> {
+/// The products of two that a target is. Time: O(signals^2 * moments), for signals whose units match.
+pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], target: usize) -> Vec<Relation> {
     let mut found = Vec::new();
-    for &target in signals {
-        for (at, &one) in signals.iter().enumerate() {
-            for &other in &signals[at + 1..] {
-                if target != one
-                    && target != other
-                    && fits(seen, target, one, other)
-                    && promises(seen, target, one, other)
-                {
-                    found.extend(turned(seen, target, one, other));
-                }
+    for (at, &one) in signals.iter().enumerate().filter(|it| *it.1 != target) {
+        for &other in signals[at + 1..].iter().filter(|it| **it != target) {
+            if fits(seen, target, one, other) && promises(seen, target, one, other) {
+                found.extend(turned(seen, target, one, other));
             }
         }
     }

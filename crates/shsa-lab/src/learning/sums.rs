@@ -1,27 +1,23 @@
 //! Linear combinations of signals of one unit.
 
-use crate::learning::form::{Relation, Shape, fit};
+use crate::learning::form::fit;
+use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::{Part, Seen};
 use crate::learning::{MOST_UNEXPLAINED, WORTH};
 use nalgebra::{DMatrix, DVector};
 
 /// Terms of a sum.
-const MOST_TERMS: usize = 4;
+const MOST_TERMS: usize = 6;
+
+/// Sets that are extended from four terms on.
+const KEPT_LARGE: usize = 200;
 
 /// Of more signals, sums are extended from the best few of each size.
 const ALL_SUBSETS: usize = 20;
 const KEPT: usize = 30;
 
-/// All sums that hold: for each target the smallest sum that leaves little unexplained, with as many terms as improve it enough.
-pub(crate) fn all(
-    seen: &Seen<'_>,
-    signals: &[usize],
-    is_same: &dyn Fn(usize, usize) -> bool,
-) -> Vec<Relation> {
-    signals.iter().filter_map(|target| best(seen, signals, *target, is_same)).collect()
-}
-
-fn best(
+/// The smallest sum that leaves little of the target unexplained, with as many terms as improve it enough.
+pub(crate) fn of(
     seen: &Seen<'_>,
     signals: &[usize],
     target: usize,
@@ -43,7 +39,8 @@ fn best(
         let mut rated: Vec<(f64, Vec<usize>)> =
             grown.into_iter().filter_map(|terms| Some((moments.left(&inputs, &terms)?, terms))).collect();
         rated.sort_by(|one, other| one.0.total_cmp(&other.0));
-        rated.truncate(keeps);
+        let is_large = rated.first().is_some_and(|it| it.1.len() >= 4);
+        rated.truncate(if is_large { keeps.min(KEPT_LARGE) } else { keeps });
         let Some((_, terms)) = rated.first() else { break };
         let found = fit(seen, target, terms, &Shape::Sum).filter(|it| it.score.worst() <= MOST_UNEXPLAINED);
         if let Some(found) = found {

@@ -26,7 +26,7 @@ fn signal(name: &str, unit: &str, noise: f64, value: impl Fn(f64) -> f64) -> Sig
 
 #[track_caller]
 fn check(signals: &[Signal], expected: &[&str]) {
-    let learned = learn(signals);
+    let learned = learn(signals).unwrap();
     let name = |signal: usize| signals[signal].name.clone();
     let copies = learned.copies.iter().map(|it| format!("{} is a copy of {}", name(it.signal), name(it.of)));
     let relations = learned.relations.iter().map(|it| formula(signals, it, &name));
@@ -70,7 +70,7 @@ fn a_sum_has_the_terms_that_it_is_made_of() {
         signal("three", "A", 0.01, |time| wave(3, time)),
         signal("four", "A", 0.01, |time| wave(4, time)),
     ];
-    let learned = learn(&signals);
+    let learned = learn(&signals).unwrap();
     let found: Vec<Vec<usize>> = learned.relations.iter().map(super::Relation::signals).collect();
     assert_eq!(found, [[0, 1, 2, 3]]);
 }
@@ -80,7 +80,8 @@ fn rates_saturations_and_gears() {
     let way = |time: f64| 50.0 + 20.0 * wave(1, time);
     let speed = move |time: f64| (way(time + 1e-3) - way(time - 1e-3)) / 2e-3;
     let found =
-        learn(&[signal("way", "m", 0.01, way), signal("speed", "km/h", 0.01, move |time| 3.6 * speed(time))]);
+        learn(&[signal("way", "m", 0.01, way), signal("speed", "km/h", 0.01, move |time| 3.6 * speed(time))])
+            .unwrap();
     assert!(
         matches!(found.relations[..], [super::Relation { shape: super::Shape::Rate { .. }, .. }]),
         "{found:?}"
@@ -119,4 +120,78 @@ fn nothing_is_learned_of_nothing() {
     check(&[], &[]);
     check(&[Signal { name: "one".to_owned(), unit: None, points: Vec::new() }], &[]);
     check(&[signal("one", "m", 0.0, |_| 1.0), signal("two", "m", 0.0, |_| 1.0)], &[]);
+}
+
+#[test]
+fn a_follower_a_larger_one_and_a_mode() {
+    let fast = |time: f64| 20.0 + 4.0 * wave(1, time);
+    let step = 0.01;
+    let mut last = fast(0.0);
+    let followed: Vec<f64> = (0..(DURATION_S / step) as usize)
+        .map(|at| {
+            last += step / 4.0 * (fast(at as f64 * step) - last);
+            last
+        })
+        .collect();
+    let slow = move |time: f64| followed[((time / step).round() as usize).min(followed.len() - 1)];
+    let found = learn(&[signal("fast", "degC", 0.01, fast), signal("slow", "degC", 0.01, slow)]).unwrap();
+    let [relation] = &found.relations[..] else { panic!("{found:?}") };
+    assert!(
+        matches!(relation.shape, super::Shape::Follower { tau_s } if (tau_s - 4.0).abs() < 0.2),
+        "{found:?}"
+    );
+
+    let (one, two) = (|time: f64| wave(1, time), |time: f64| wave(2, time));
+    let larger = move |time: f64| one(time).max(two(time));
+    check(
+        &[
+            signal("one", "A", 0.001, one),
+            signal("two", "A", 0.001, two),
+            signal("larger", "A", 0.001, larger),
+        ],
+        &["larger = max(one, two)"],
+    );
+    let mode = |time: f64| (time / 13.0 * 1.7).floor() % 2.0;
+    let chosen = move |time: f64| if mode(time) == 0.0 { 9.0 + one(time) } else { 12.0 + two(time) };
+    check(
+        &[
+            signal("one", "A", 0.0, move |time| 9.0 + one(time)),
+            signal("two", "A", 0.0, move |time| 12.0 + two(time)),
+            signal("mode", "1", 0.0, mode),
+            signal("chosen", "A", 0.0, chosen),
+        ],
+        &["chosen = if(mode < 0.5, one, two)"],
+    );
+}
+
+#[test]
+fn two_terms_a_projection_and_a_power() {
+    let (volts, amps) = (|time: f64| 24.0 + 3.0 * wave(1, time), |time: f64| 15.0 + 3.0 * wave(2, time));
+    check(
+        &[
+            signal("open", "V", 0.001, volts),
+            signal("amps", "A", 0.001, amps),
+            signal("pole", "V", 0.001, move |time| volts(time) - 0.5 * amps(time)),
+        ],
+        &["pole = open - 0.5 ohm * amps"],
+    );
+    let course = |time: f64| 40.0 + 60.0 * wave(3, time);
+    check(
+        &[
+            signal("speed", "m/s", 0.001, volts),
+            signal("course", "deg", 0.001, course),
+            signal("north", "m/s", 0.001, move |time| volts(time) * course(time).to_radians().cos()),
+        ],
+        &["north = speed * cos(course)"],
+    );
+    check(
+        &[signal("speed", "m/s", 0.0, volts), signal("time", "s", 0.0, move |time| 100.0 / volts(time))],
+        &["time = 100 m * speed^-1"],
+    );
+}
+
+#[test]
+fn two_trends_are_on_a_line_by_chance() {
+    let road = |number: u32, slope: f64| move |time: f64| slope * time + 0.5 * wave(number, time);
+    check(&[signal("north", "m", 0.001, road(1, 0.1)), signal("east", "m", 0.001, road(2, 0.05))], &[]);
 }

@@ -15,6 +15,8 @@ const COMMANDS: &[&str] = &[
     "scan",
     "service",
     "explain",
+    "draft",
+    "learn",
     "calibrate",
     "campaign",
     "story",

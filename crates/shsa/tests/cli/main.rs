@@ -7,6 +7,8 @@ mod tank;
 mod analyze;
 mod assure;
 mod calibrate;
+mod draft;
+mod learn;
 mod campaign;
 mod case_over_time;
 mod check;

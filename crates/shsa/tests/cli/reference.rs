@@ -4,6 +4,7 @@
 mod described;
 
 use crate::folder::Folder;
+use crate::learn;
 use crate::tank;
 use described::check;
 use described::document::Document;
@@ -111,6 +112,13 @@ fn fields_of_what_is_found_out_from_recordings() {
     let folder = Folder::new();
     let car = "PROJECT/examples/car.yaml PROJECT/examples/tuesday";
     check("calibrate", &objects(&folder, &format!("calibrate {car} --faults")));
+    let learned = [
+        "learn PROJECT/examples/tuesday",
+        "learn PROJECT/examples/tuesday --model PROJECT/examples/car.yaml",
+    ];
+    let learned: Vec<Value> = learned.iter().flat_map(|it| objects(&folder, it)).collect();
+    folder.write("power.csv", learn::power(2_000));
+    check("learn", &[learned, objects(&folder, "learn power.csv")].concat());
     let campaign = format!("campaign {car} --kinds bias --json");
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let printed = |arguments: &str| -> Value {

@@ -4,6 +4,7 @@
 
 mod faults;
 mod calibrated;
+mod drafted;
 
 use serde_json::Value;
 use std::collections::BTreeSet;

@@ -1,6 +1,7 @@
 //! The variables of a system over time, made from their descriptions.
 
 use super::System;
+use super::formula::Formula;
 use anyhow::Context;
 use serde::Deserialize;
 use shsa_lab::calibration::Chance;
@@ -112,6 +113,10 @@ enum Make {
         plus: f64,
         low: f64,
         high: f64,
+    },
+    Formula {
+        of: Vec<String>,
+        formula: String,
     },
 }
 
@@ -231,6 +236,11 @@ impl<'w> Maker<'w> {
             Make::Saturation { of, by, plus, low, high } => {
                 let x = self.first(of)?;
                 self.each(|at, _| (by * x[at] + plus).max(*low).min(*high))
+            }
+            Make::Formula { of, formula } => {
+                let inputs = of.iter().map(|name| self.get(name)).collect::<anyhow::Result<Vec<_>>>()?;
+                let formula = Formula::parse(formula, of)?;
+                self.each(|at, _| formula.value(&inputs.iter().map(|it| it[at]).collect::<Vec<_>>()))
             }
             _ => anyhow::bail!("it follows from no other"),
         })

@@ -1,0 +1,227 @@
+//! One recorded column, and what its values alone show.
+
+use crate::learning::Signal;
+use crate::order::{median, quantile, sorted};
+
+/// Values that are counted one by one: a column with more of them is no choice of modes.
+const MOST_LEVELS: usize = 8;
+
+/// The share of the whole movement by which a column may leave a straight line in time and still count as a clock.
+const OFF_EVEN: f64 = 2e-3;
+
+/// A change by more than this share of a turn within one period is a wrap.
+const WRAPPED: f64 = 0.8;
+
+/// A column of a recording.
+#[derive(Clone, Debug)]
+pub struct Column {
+    /// Its name, unit and values; sessions follow each other in time.
+    pub signal: Signal,
+    /// The places of the first value of each session after the first one, in order.
+    pub breaks: Vec<usize>,
+    /// The name without what numbers it or tells its source: `temperature` of `mote_1_temperature`.
+    pub kind: String,
+    /// The turn in the column's unit, for angles.
+    pub turn: Option<f64>,
+}
+
+/// What a column shows of itself, in its own unit and in seconds.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Facts {
+    /// The number of values.
+    pub count: usize,
+    /// The lowest and the highest value.
+    pub range: (f64, f64),
+    /// The median time between two values.
+    pub period_s: f64,
+    /// The longest time between two values of a session.
+    pub gap_s: f64,
+    /// The share of values that repeat the one before.
+    pub repeated: f64,
+    /// The median time for which a value stands.
+    pub stands_s: f64,
+    /// The smallest step between two different values.
+    pub quantum: f64,
+    /// The standard deviation of the noise from value to value, at least that of rounding.
+    pub noise: f64,
+    /// The largest change a second beyond noise and rounding.
+    pub fastest: f64,
+    /// Whether the values go round a turn.
+    pub wraps: bool,
+    /// The different values, where they are few.
+    pub levels: Option<Vec<f64>>,
+    /// Whether the values never fall and mostly grow, or the opposite: the range of another hour is another one.
+    pub drifts: bool,
+    /// Whether the values grow evenly with time: a clock or a counter.
+    pub is_even: bool,
+}
+
+impl Facts {
+    /// The facts of a column; `None` without two values. Time: O(n log n).
+    #[must_use]
+    pub fn of(column: &Column) -> Option<Facts> {
+        let points = &column.signal.points;
+        let first = points.first()?;
+        let values = || points.iter().map(|(_, value)| *value);
+        let whole = column.turn.unwrap_or(f64::INFINITY);
+        let mut steps = steps(column);
+        let wraps = steps.iter().any(|step| step.1.abs() > WRAPPED * whole);
+        steps.iter_mut().for_each(|step| step.1 = shorter(step.1, whole));
+        let period_s = median(steps.iter().map(|it| it.0));
+        let quantum = quantum(&steps);
+        let noise = noise(&steps).max(quantum / 12.0_f64.sqrt());
+        let bound =
+            |step: &(f64, f64)| (step.1.abs() - 6.0 * noise - quantum).max(0.0) / step.0.max(0.5 * period_s);
+        let repeats = steps.iter().filter(|step| step.1 == 0.0).count();
+        let range = values().fold((first.1, first.1), |(low, high), it| (low.min(it), high.max(it)));
+        let changes = steps.len() - repeats;
+        let length_s = steps.iter().map(|step| step.0).sum::<f64>();
+        Some(Facts {
+            count: points.len(),
+            range,
+            period_s,
+            gap_s: steps.iter().map(|step| step.0).fold(0.0, f64::max),
+            repeated: repeats as f64 / steps.len().max(1) as f64,
+            stands_s: length_s / changes.max(1) as f64,
+            quantum,
+            noise,
+            fastest: steps.iter().map(bound).fold(0.0, f64::max).max(slow_rate(points, whole)),
+            wraps: wraps && range.1 - range.0 <= whole * 1.001,
+            levels: levels(points),
+            drifts: is_monotone(&steps) || leaves_first_half(points),
+            is_even: is_even(points),
+        })
+        .filter(|facts| facts.count > 1)
+    }
+
+    /// Whether all values are the same.
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        self.range.0 == self.range.1
+    }
+
+    /// A first tolerance: three deviations of the noise, and half a step of rounding.
+    #[must_use]
+    pub fn tolerance(&self) -> f64 {
+        3.0 * self.noise + 0.5 * self.quantum
+    }
+}
+
+/// Times and changes from value to value within a session.
+fn steps(column: &Column) -> Vec<(f64, f64)> {
+    let pairs = column.signal.points.windows(2).enumerate();
+    let within = pairs.filter(|(at, _)| !column.breaks.contains(&(at + 1)));
+    within.map(|(_, pair)| (pair[1].0 - pair[0].0, pair[1].1 - pair[0].1)).collect()
+}
+
+/// The smallest step of rounding: one that is seen often, as numbers are written with digits that were computed.
+fn quantum(steps: &[(f64, f64)]) -> f64 {
+    let sizes = sorted(steps.iter().map(|step| step.1.abs()).filter(|size| *size > 0.0));
+    let least = quantile(&sizes, 0.01).unwrap_or(0.0);
+    let is_alike = |size: &&f64| (**size / least - 1.0).abs() < 0.01;
+    let alike = sizes.iter().filter(is_alike).count();
+    if alike * 50 > sizes.len() { least } else { 0.0 }
+}
+
+/// From second differences, by their median: jumps and bends are no noise.
+fn noise(steps: &[(f64, f64)]) -> f64 {
+    // Repeated values are no measurements of their own.
+    let changes: Vec<f64> = steps.iter().map(|step| step.1).filter(|change| *change != 0.0).collect();
+    let second = changes.windows(2).map(|pair| (pair[1] - pair[0]).abs());
+    1.4826 * median(second) / 6.0_f64.sqrt()
+}
+
+/// A change the shorter way round a turn.
+fn shorter(change: f64, whole: f64) -> f64 {
+    if change.abs() > WRAPPED * whole { change - whole.copysign(change) } else { change }
+}
+
+/// The largest change a second over the hundredth part of the recording.
+fn slow_rate(points: &[(f64, f64)], whole: f64) -> f64 {
+    let over = if whole.is_finite() { 1 } else { (points.len() / 100).max(1) };
+    let rate = |(early, late): (&(f64, f64), &(f64, f64))| {
+        shorter(late.1 - early.1, whole).abs() / (late.0 - early.0)
+    };
+    points.iter().zip(points.iter().skip(over)).map(rate).filter(|it| it.is_finite()).fold(0.0, f64::max)
+}
+
+fn levels(points: &[(f64, f64)]) -> Option<Vec<f64>> {
+    let mut levels: Vec<f64> = Vec::new();
+    for (_, value) in points {
+        if !levels.contains(value) {
+            levels.push(*value);
+        }
+        if levels.len() > MOST_LEVELS {
+            return None;
+        }
+    }
+    levels.sort_by(f64::total_cmp);
+    Some(levels)
+}
+
+fn is_monotone(steps: &[(f64, f64)]) -> bool {
+    let (rises, falls) = steps.iter().fold((0usize, 0usize), |(rises, falls), step| {
+        (rises + usize::from(step.1 > 0.0), falls + usize::from(step.1 < 0.0))
+    });
+    rises.min(falls) == 0 && rises.max(falls) > 2
+}
+
+/// Whether the second half spends most of its time outside of the range of the first half.
+fn leaves_first_half(points: &[(f64, f64)]) -> bool {
+    let (early, late) = points.split_at(points.len() / 2);
+    let seen = early
+        .iter()
+        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it.1), high.max(it.1)));
+    let outside = late.iter().filter(|it| it.1 < seen.0 || it.1 > seen.1).count();
+    2 * outside > late.len()
+}
+
+/// Whether the values lie on a rising line in time, but for jitter.
+fn is_even(points: &[(f64, f64)]) -> bool {
+    let (Some(first), Some(last)) = (points.first(), points.last()) else { return false };
+    let slope = (last.1 - first.1) / (last.0 - first.0);
+    if points.len() < 10 || !(slope > 0.0 && slope.is_finite()) {
+        return false;
+    }
+    let most = OFF_EVEN * (last.1 - first.1);
+    let is_near = |point: &(f64, f64)| (point.1 - first.1 - slope * (point.0 - first.0)).abs() <= most;
+    let never_falls = points.windows(2).all(|pair| pair[1].1 >= pair[0].1);
+    never_falls && points.iter().all(is_near)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn column(values: impl Iterator<Item = f64>, period_s: f64) -> Column {
+        let points = values.enumerate().map(|(at, value)| (at as f64 * period_s, value)).collect();
+        let signal = Signal { name: "one".to_owned(), unit: None, points };
+        Column { signal, breaks: Vec::new(), kind: "one".to_owned(), turn: None }
+    }
+
+    #[test]
+    fn rounding_repeats_and_rates_are_those_of_the_values() {
+        let wave = column((0..2_000).map(|at| (f64::from(at / 4) / 30.0).sin()), 0.1);
+        let facts = Facts::of(&wave).unwrap();
+        assert!((facts.repeated - 0.75).abs() < 0.01 && (facts.stands_s - 0.4).abs() < 0.01, "{facts:?}");
+        assert!(!facts.is_even && !facts.drifts && facts.levels.is_none(), "{facts:?}");
+        let rounded = column((0..2_000).map(|at| ((f64::from(at) / 90.0).sin() * 20.0).round() / 10.0), 0.1);
+        let facts = Facts::of(&rounded).unwrap();
+        assert!((facts.quantum - 0.1).abs() < 1e-9, "{facts:?}");
+        assert!(facts.fastest < 0.5, "{facts:?}");
+    }
+
+    #[test]
+    fn clocks_constants_choices_and_angles() {
+        let clock = Facts::of(&column((0..500).map(|at| 7.0 + 100.0 * f64::from(at)), 0.1)).unwrap();
+        assert!(clock.is_even && clock.drifts);
+        assert!(Facts::of(&column((0..5).map(|_| 3.0), 1.0)).unwrap().is_constant());
+        let gear = Facts::of(&column((0..100).map(|at| f64::from(at / 7 % 3)), 1.0)).unwrap();
+        assert_eq!(gear.levels, Some(vec![0.0, 1.0, 2.0]));
+        let mut heading = column((0..300).map(|at| f64::from(at * 5 % 360)), 0.1);
+        heading.turn = Some(360.0);
+        let facts = Facts::of(&heading).unwrap();
+        assert!(facts.wraps && facts.fastest < 60.0, "{facts:?}");
+        assert_eq!(Facts::of(&column([1.0].into_iter(), 1.0)), None);
+    }
+}

@@ -1,0 +1,158 @@
+//! Relations as entries of a model: formula, tolerance, where it was seen to hold, and what it adds.
+
+use super::subject::Subject;
+use crate::draft::number;
+use shsa_core::analysis::{Options, analyze};
+use shsa_core::knowledge::KnowledgeBase;
+use shsa_format::model::live::{Live, Written};
+use shsa_lab::learning::{Learned, Relation, Shape, Signal, formula, tolerance};
+use std::collections::BTreeSet;
+
+/// What the faults of a model's signals are to it.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub(super) struct Worth {
+    /// Signals whose fault is detected, is told from that of every other one, and that can be substituted.
+    pub(super) detectable: usize,
+    pub(super) isolable: usize,
+    pub(super) substitutable: usize,
+    pub(super) signals: usize,
+}
+
+/// A relation that is proposed.
+pub(super) struct Proposal {
+    pub(super) name: String,
+    pub(super) equation: String,
+    /// The variables for which it is used; all for which it can be solved when empty.
+    pub(super) directions: Vec<String>,
+    pub(super) variables: Vec<String>,
+    pub(super) kind: &'static str,
+    pub(super) relation: Relation,
+    /// The tolerance in the unit of the left side.
+    pub(super) error: f64,
+    /// The values that each variable had.
+    pub(super) seen: Vec<(String, f64, f64)>,
+    /// Whether its only ground is that it held in the recording.
+    pub(super) is_statistical: bool,
+    /// Why the model cannot have it.
+    pub(super) refusal: Option<String>,
+    /// What the model is with this relation alone added.
+    pub(super) worth: Worth,
+}
+
+/// All of them, and what they are worth together.
+pub(super) struct Proposals {
+    pub(super) all: Vec<Proposal>,
+    pub(super) before: Worth,
+    pub(super) after: Worth,
+}
+
+impl Proposals {
+    /// Tries each relation in the model.
+    ///
+    /// # Errors
+    /// When the model cannot be loaded again.
+    pub(super) fn new(subject: &Subject, learned: &Learned) -> anyhow::Result<Proposals> {
+        let mut taken = BTreeSet::new();
+        let is_known = |relation: &Relation| {
+            let own: BTreeSet<String> =
+                relation.signals().iter().map(|it| subject.signals[*it].name.clone()).collect();
+            subject.known.contains(&own)
+        };
+        let mut all: Vec<Proposal> = learned
+            .relations
+            .iter()
+            .filter(|it| !is_known(it))
+            .map(|it| proposal(&subject.signals, it, &mut taken))
+            .collect();
+        let before = worth(changed(subject, "")?.knowledge());
+        for proposal in &mut all {
+            match changed(subject, &format!("relations:\n{}", proposal.entry())) {
+                Ok(live) => proposal.worth = worth(live.knowledge()),
+                Err(error) => proposal.refusal = Some(error.to_string()),
+            }
+        }
+        let entries: String = all.iter().filter(|it| it.is_active()).map(Proposal::entry).collect();
+        let change = if entries.is_empty() { String::new() } else { format!("relations:\n{entries}") };
+        let after = changed(subject, &change).map_or(before, |live| worth(live.knowledge()));
+        Ok(Proposals { all, before, after })
+    }
+}
+
+impl Proposal {
+    /// Whether it is proposed as it is, and not only as a comment.
+    pub(super) fn is_active(&self) -> bool {
+        self.refusal.is_none() && !self.is_statistical
+    }
+
+    /// The lines of the model.
+    pub(super) fn entry(&self) -> String {
+        let directions = match &*self.directions {
+            [] => String::new(),
+            names => format!(", for: [{}]", names.join(", ")),
+        };
+        let error = if self.error > 0.0 { format!(", error: {}", number(self.error)) } else { String::new() };
+        format!("  {}: {{ equation: \"{}\"{directions}{error} }}\n", self.name, self.equation)
+    }
+}
+
+fn proposal(signals: &[Signal], relation: &Relation, taken: &mut BTreeSet<String>) -> Proposal {
+    let name = |signal: usize| signals[signal].name.clone();
+    let equation = formula(signals, relation, &name);
+    let left = equation.split(" = ").next().unwrap_or_default().to_owned();
+    let is_name = |text: &str| signals.iter().any(|it| it.name == text);
+    let is_algebraic = matches!(relation.shape, Shape::Sum | Shape::Product(_))
+        || matches!(relation.shape, Shape::Equal { lag_s } | Shape::Line { lag_s } if lag_s == 0.0);
+    let directions = if is_algebraic || !is_name(&left) { Vec::new() } else { vec![left.clone()] };
+    let variables: Vec<String> = relation.signals().into_iter().map(name).collect();
+    let target = signals.iter().position(|it| it.name == left).unwrap_or(relation.target);
+    let others: Vec<String> = variables.iter().filter(|it| **it != signals[target].name).cloned().collect();
+    let text = format!("{}_from_{}", signals[target].name, others.join("_"));
+    let seen = relation.signals().into_iter().filter_map(|it| seen(&signals[it])).collect();
+    Proposal {
+        name: crate::scan::draft::unique(&text, taken),
+        error: tolerance(signals, relation),
+        kind: relation.shape.kind(),
+        is_statistical: relation.is_statistical(signals),
+        directions,
+        variables,
+        seen,
+        equation,
+        relation: relation.clone(),
+        refusal: None,
+        worth: Worth::default(),
+    }
+}
+
+fn seen(signal: &Signal) -> Option<(String, f64, f64)> {
+    let first = signal.points.first()?.1;
+    let ends = signal.points.iter().fold((first, first), |(low, high), it| (low.min(it.1), high.max(it.1)));
+    Some((signal.name.clone(), ends.0, ends.1))
+}
+
+/// The model with a change.
+fn changed(subject: &Subject, change: &str) -> anyhow::Result<Live> {
+    let told = |report: shsa_format::model::Report| {
+        let first = report.without_notes().render(false);
+        anyhow::anyhow!("{}", first.lines().next().unwrap_or("the model refuses it"))
+    };
+    let (mut live, _) = Live::load(Written { name: &subject.model, text: &subject.text }).map_err(told)?;
+    if !change.is_empty() {
+        live.change(Written { name: "relation", text: change }).map_err(told)?;
+    }
+    Ok(live)
+}
+
+fn worth(knowledge: &KnowledgeBase) -> Worth {
+    let analysis = analyze(knowledge, Options { addition_steps: 0, ..Options::default() });
+    let signals = || knowledge.signals().ids().filter(|it| !knowledge.is_computed(*it));
+    let is_isolable = |one: &shsa_core::knowledge::SignalId| {
+        analysis.faults.is_detectable(*one)
+            && signals().all(|other| other == *one || analysis.faults.is_isolable_from(*one, other))
+    };
+    Worth {
+        detectable: signals().filter(|it| analysis.faults.is_detectable(*it)).count(),
+        isolable: signals().filter(is_isolable).count(),
+        substitutable: signals().filter(|it| analysis.is_substitutable(*it)).count(),
+        signals: signals().count(),
+    }
+}

@@ -1,0 +1,94 @@
+//! `shsa learn`: planted relations are found, fit a model as a change of it, and false friends are not proposed.
+
+use crate::folder::Folder;
+use std::fmt::Write;
+
+/// A power and its factors, and two temperatures that only drift alike.
+pub(crate) fn power(rows: usize) -> String {
+    let mut text = "t [s],volts [V],amps [A],power [W],case [degC],room [degC],sensor [V]\n".to_owned();
+    let mut state = 7_u64;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        (state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5
+    };
+    for row in 0..rows {
+        let time = row as f64 * 0.1;
+        let volts = 24.0 + 3.0 * (0.31 * time).sin() + (0.83 * time).cos();
+        let amps = 15.0 + 4.0 * (0.47 * time).cos() + 2.0 * (0.19 * time).sin();
+        let share = time / 200.0;
+        let (case, room) =
+            (20.0 + 9.0 * share + 0.3 * (0.5 * time).sin(), 5.0 + 8.0 * share + 0.3 * (0.4 * time).cos());
+        let sensor = 0.4 + 0.02 * amps + 0.001 * amps * amps;
+        let power = volts * amps + noise();
+        writeln!(
+            text,
+            "{time:.1},{:.3},{:.3},{power:.2},{case:.3},{room:.3},{sensor:.4}",
+            volts + 0.02 * noise(),
+            amps + 0.02 * noise()
+        )
+        .unwrap();
+    }
+    text
+}
+
+fn folder() -> Folder {
+    Folder::with(&[("power.csv", power(2_000).as_bytes())])
+}
+
+#[test]
+fn what_follows_from_others_is_found_and_what_drifts_alike_is_not() {
+    let found = folder().json("learn power.csv", 0);
+    let relations = found["relations"].as_array().unwrap();
+    let equations: Vec<&str> = relations.iter().map(|it| it["equation"].as_str().unwrap()).collect();
+    assert!(equations.contains(&"power = volts * amps"), "{equations:?}");
+    assert!(equations.iter().all(|it| !it.contains("case") && !it.contains("room")), "{equations:?}");
+    let statistical: Vec<&str> = relations
+        .iter()
+        .filter(|it| it["statistical"] == true)
+        .map(|it| it["equation"].as_str().unwrap())
+        .collect();
+    assert!(statistical.len() == 1 && statistical[0].starts_with("sensor = "), "{equations:?}");
+    let (before, after) = (&found["before"], &found["after"]);
+    assert!(
+        before["detectable"].as_u64().unwrap() == 0 && after["detectable"].as_u64().unwrap() == 3,
+        "{found}"
+    );
+}
+
+#[test]
+fn the_change_is_put_into_the_model_which_knows_it_then() {
+    let folder = folder();
+    folder.ends("draft power.csv -o m.yaml", 0);
+    folder.ends("learn power.csv --model m.yaml --patch found.yaml", 0);
+    let change = folder.read("found.yaml");
+    assert!(
+        change.contains("\n  power_from_volts_amps: { equation: \"power = volts * amps\", error: "),
+        "{change}"
+    );
+    assert!(change.contains("\n  # statistical only; "), "{change}");
+    folder.ends("patch m.yaml found.yaml -o m.yaml", 0);
+    folder.ends("check m.yaml", 0);
+    let again = folder.json("learn power.csv --model m.yaml", 0);
+    let is_known = |it: &serde_json::Value| it["equation"] == "power = volts * amps";
+    assert!(!again["relations"].as_array().unwrap().iter().any(is_known), "{again}");
+    let report = folder.json("replay m.yaml power.csv --inject bias=40:power@100s..", 0);
+    let first = report["events"]
+        .as_array()
+        .unwrap()
+        .iter()
+        .find(|it| it["kind"] == "suspected" || it["kind"] == "failed");
+    assert!(first.is_some(), "{report}");
+}
+
+#[test]
+fn the_answer_is_no_where_nothing_is_found() {
+    let mut text = "t [s],a [m],b [V]\n".to_owned();
+    for row in 0..600 {
+        let time = f64::from(row);
+        writeln!(text, "{time},{:.3},{:.3}", (time * 0.11).sin(), (time * 0.23).cos() + (time * 0.031).sin())
+            .unwrap();
+    }
+    let folder = Folder::with(&[("two.csv", text.as_bytes())]);
+    assert_eq!(folder.ends("learn two.csv", 1).stdout, "no relation found between 2 variables\n");
+    folder.refuses("learn absent.csv", &["absent.csv"]);
+}
