@@ -67,9 +67,23 @@ impl Choice {
             let is_new =
                 !self.relations.iter().filter(|it| !matches!(it.shape, Shape::Equal { .. })).any(is_known);
             if is_whole && is_new {
+                self.let_go_of_parts(&relation, &members);
                 self.relations.push(relation);
             }
         }
+    }
+
+    /// Lets go of lines and curves between two factors of a product, which explains far more: the third one varied little.
+    fn let_go_of_parts(&mut self, product: &Relation, members: &[usize]) {
+        if !matches!(product.shape, Shape::Product(_)) {
+            return;
+        }
+        let is_curve = |it: &Relation| {
+            matches!(it.shape, Shape::Line { .. } | Shape::Polynomial(_) | Shape::Power(_) | Shape::Saturated)
+        };
+        let is_part = |it: &Relation| self.members(it).iter().all(|member| members.contains(member));
+        let kept = self.relations.iter().filter(|it| !(is_curve(it) && is_part(it))).cloned().collect();
+        self.relations = kept;
     }
 
     /// The signals of a relation, each replaced by the representative of its group.

@@ -22,8 +22,9 @@ const ROUNDED: f64 = 2e-6;
 /// A signal that moves by less than this many roundings equals others by chance.
 const BEYOND_ROUNDING: f64 = 100.0;
 
-/// Signals with fewer different values equal others by chance.
+/// Signals with fewer different values, and fewer changes between these, equal others by chance.
 const LEAST_VALUES: usize = 50;
+const LEAST_CHANGES: usize = 15;
 
 /// All copies; of two signals with the same values, the later one counts as the copy.
 pub(crate) fn all(seen: &Seen<'_>) -> Vec<Copied> {
@@ -44,7 +45,7 @@ fn copied(seen: &Seen<'_>, signal: usize, of: usize) -> Option<Copied> {
     let mut different = own.values().to_vec();
     different.sort_by(f64::total_cmp);
     different.dedup();
-    if different.len() < LEAST_VALUES {
+    if different.len() < LEAST_VALUES && changes(own.values()) < LEAST_CHANGES {
         return None;
     }
     let columns = [other.values().to_vec(), vec![1.0; other.values().len()]];
@@ -56,4 +57,9 @@ fn copied(seen: &Seen<'_>, signal: usize, of: usize) -> Option<Copied> {
     let is_copy = own.values().iter().zip(other.values()).all(is_exact)
         && crate::order::variance(own.values()).sqrt() > BEYOND_ROUNDING * rounded;
     is_copy.then_some(Copied { signal, of, factor, offset })
+}
+
+/// How often a value differs from the one before.
+fn changes(values: &[f64]) -> usize {
+    values.windows(2).filter(|pair| pair[0] != pair[1]).count()
 }

@@ -10,7 +10,7 @@ const MOST_LEVELS: usize = 8;
 const LEAST_SHARE: f64 = 0.03;
 
 /// The share that may stay unexplained when the samples around each change count, too.
-pub(crate) const WITH_CHANGES: f64 = 0.15;
+pub(crate) const WITH_CHANGES: f64 = 0.12;
 
 /// The relations `y = k_i x` in which a signal with few levels selects k.
 pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], chooser: usize) -> Vec<Relation> {

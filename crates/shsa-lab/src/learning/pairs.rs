@@ -73,7 +73,7 @@ fn holds(seen: &Seen<'_>, found: &Relation) -> bool {
         Shape::Polynomial(_) => design.left_at_ends(1) <= MOST_UNEXPLAINED,
         _ => true,
     };
-    if by_time < TRENDING && is_free(&found.shape) || !extrapolates() {
+    if by_time < TRENDING && is_free(found) || !extrapolates() {
         return false;
     }
     match (&found.shape, is_unity(seen, found)) {
@@ -83,17 +83,13 @@ fn holds(seen: &Seen<'_>, found: &Relation) -> bool {
     }
 }
 
-/// Whether a form fits a trend by its constants alone.
-pub(crate) fn is_free(shape: &Shape) -> bool {
-    matches!(
-        shape,
-        Shape::Line { .. }
-            | Shape::Polynomial(_)
-            | Shape::Power(_)
-            | Shape::Absolute
-            | Shape::Saturated
-            | Shape::Terms(_)
-    )
+/// Whether a relation fits a trend by its constants alone.
+fn is_free(found: &Relation) -> bool {
+    match &found.shape {
+        Shape::Line { .. } | Shape::Mean { .. } | Shape::Follower { .. } => found.numbers != [1.0, 0.0],
+        Shape::Polynomial(_) | Shape::Power(_) | Shape::Absolute | Shape::Saturated => true,
+        _ => false,
+    }
 }
 
 /// Whether the factor is 1 in matching units; `None` where the units are unknown.
