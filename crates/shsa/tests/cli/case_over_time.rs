@@ -100,7 +100,9 @@ fn a_case_over_a_recording_is_told_as_json_gsn_and_text() {
     let way = need["ways"].as_array().unwrap().iter().find(|way| way["way"] == "/level").unwrap();
     assert_eq!(way["served"], true, "{told}");
     let nodes = way["case"].as_array().unwrap();
-    let evidence = nodes.iter().find(|node| node["kind"] == "evidence").unwrap();
+    // Evidence that does not hold at the end is a claim without support.
+    let evidence = nodes.iter().find(|node| node["supported_by"].as_array().unwrap().is_empty()).unwrap();
+    assert!(evidence["text"].as_str().unwrap().starts_with("fresh of /level"), "{evidence}");
     for node in [&nodes[0], evidence] {
         let stretches = node["over_time"].as_array().unwrap();
         let number = |value: &serde_json::Value| value.as_f64().unwrap();
