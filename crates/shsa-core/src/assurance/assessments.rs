@@ -6,8 +6,8 @@ mod assessed;
 mod decision;
 
 use super::assured::{Admitted, Assured, Ground};
+use super::reading::{Read, Reading};
 use super::{Assessment, Assurance, Bounds, EvidenceId, Lacking, Verdict};
-use crate::interval::Truth;
 use crate::knowledge::{
     ContractId, EvidenceSource, KnowledgeBase, Measure, NeedId, Policy, SignalId, Watched,
 };
@@ -21,29 +21,6 @@ use core::borrow::Borrow;
 
 /// How many evaluations of certificates the search for the reasons of a refusal may take.
 const MOST_EVALUATIONS: usize = 1_000;
-
-/// The truth of a piece of evidence at a moment.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Reading {
-    /// Whether the evidence is true.
-    pub truth: Truth,
-    /// When the passing of time alone may change the truth; [`Time::MAX`] where it cannot.
-    pub until: Time,
-}
-
-impl Reading {
-    /// The reading of evidence of which nothing is known.
-    pub const UNKNOWN: Reading = Reading::lasting(Truth::Unknown);
-
-    /// A reading that time alone does not change.
-    #[must_use]
-    pub const fn lasting(truth: Truth) -> Reading {
-        Reading { truth, until: Time::MAX }
-    }
-}
-
-/// Reads a piece of evidence of a contract, while a way serves the need.
-pub type Read<'r> = &'r (dyn Fn(ContractId, &Watched, &Way) -> Reading + Sync);
 
 /// The contracts' verdicts on the ways that may serve a need. By default nothing is demanded, and every way is admitted.
 #[derive(Debug, Default)]

@@ -15,12 +15,13 @@ mod circuit;
 mod fixed_point;
 mod minimal;
 mod evaluation;
+mod reading;
 mod composition;
 mod assured;
 mod assessments;
 mod search;
 
-pub use assessments::{Assessments, Override, Read, Reading, Refused, Trust};
+pub use assessments::{Assessments, Override, Refused, Trust};
 pub use assured::{Admitted, Assured, Ground};
 pub use certificate::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, MAX_DEPTH, Problem,
@@ -29,4 +30,5 @@ pub use certificate::{
 pub use composition::{Assessment, Assurance, Bounds, Composition, Lacking};
 pub use evaluation::{Evaluation, Higher, Leaf, System, Verdict};
 pub use minimal::Sets;
+pub use reading::{Read, Reading};
 pub use search::Search;

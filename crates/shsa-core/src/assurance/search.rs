@@ -1,7 +1,7 @@
 //! Contracts inside the search for substitutions: each answer is admitted, and what contracts cannot admit is pruned.
 
-use super::assessments::Read;
 use super::composition::{Along, Certified, Given};
+use super::reading::Read;
 use super::{Assurance, Bounds, Verdict};
 use crate::interval::Truth;
 use crate::knowledge::{KnowledgeBase, NeedId, SignalId, VariableId};

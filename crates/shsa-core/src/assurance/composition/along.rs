@@ -6,7 +6,7 @@
 
 use super::Assurance;
 use super::level_sets::{Certified, Given, LevelSet};
-use crate::assurance::assessments::Read;
+use crate::assurance::reading::Read;
 use crate::interval::Truth;
 use crate::knowledge::{
     self, Asked, Condition, Contract, ContractId, EvidenceSource, KnowledgeBase, Measure, NeedId, Party,

@@ -3,10 +3,10 @@
 use super::Assurance;
 use super::flow::{Flow, Member};
 use super::join::{Joint, Observed};
-use crate::assurance::assessments::Read;
 use crate::assurance::certificate::{DemandId, EvidenceId, GuaranteeId, ServiceId, Tree};
 use crate::assurance::evaluation::System;
 use crate::assurance::fixed_point::FixedPoint;
+use crate::assurance::reading::Read;
 use crate::knowledge::{
     EvidenceSource, Id, IdVec, KnowledgeBase, NeedId, RelationSet, Rows, SignalId, SignalSet, VariableId,
 };
