@@ -57,17 +57,6 @@ impl Script {
     /// Starts a script, and waits until it reports that it is ready.
     #[track_caller]
     pub(crate) fn start(python: &Path, script: &str, argument: &Value) -> Script {
-        Script::begin(python, script, argument, PATIENCE).0
-    }
-
-    /// Starts a script, and returns its report when it is ready; it may take a minute more.
-    #[track_caller]
-    pub(crate) fn start_and_keep(python: &Path, script: &str, argument: &Value) -> Value {
-        Script::begin(python, script, argument, PATIENCE + Duration::from_secs(60)).1
-    }
-
-    #[track_caller]
-    fn begin(python: &Path, script: &str, argument: &Value, patience: Duration) -> (Script, Value) {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("tests/python").join(script);
         let mut command = Command::new(python);
         command.arg(path).arg(argument.to_string()).stdin(Stdio::piped()).stdout(Stdio::piped());
@@ -83,8 +72,8 @@ impl Script {
             }
         });
         let mut script = Script { child, orders, answers, said: VecDeque::new() };
-        let ready = script.next_within("ready", patience);
-        (script, ready)
+        script.next_with("ready");
+        script
     }
 
     /// Sends it a Unix signal.

@@ -11,7 +11,7 @@ use super::tree::{self, Node, Value};
 /// The number of blanks for each level.
 const STEP: usize = 2;
 /// Characters between two elements of a line, which the layout may change.
-const BETWEEN: [char; 3] = [' ', ':', ','];
+const BETWEEN: [char; 4] = [' ', '\t', ':', ','];
 
 /// The text of a model in the standard layout. A second layout changes nothing. Time: O(n log n).
 ///
@@ -27,7 +27,8 @@ const BETWEEN: [char; 3] = [' ', ':', ','];
 /// ```
 pub fn laid_out(model: Written<'_>) -> Result<String, Report> {
     super::read(model.text, model.name, None)?;
-    let spaced = spaced(model.text);
+    // YAML reads every line break as a line feed.
+    let spaced = spaced(&model.text.replace("\r\n", "\n"));
     let text = indented(&spaced);
     match (tree::read(model.text).root, tree::read(&text).root) {
         (Some(Node { value: Value::Null | Value::Scalar(_), .. }), _) => {
@@ -136,7 +137,7 @@ impl Gaps<'_> {
     fn gap(&mut self, from: usize, to: usize, with: &'static str) {
         let between = if from <= to { self.text.get(from..to) } else { None };
         if let Some((line, _)) = between.and_then(|it| it.split_once('\n')) {
-            return match line.trim_matches(' ') {
+            return match line.trim_matches([' ', '\t']) {
                 "," if line != "," => self.gap(from, from + line.len(), ","),
                 _ => {}
             };

@@ -23,7 +23,7 @@ use std::time::{Duration, Instant};
 const LOOK: Duration = Duration::from_millis(50);
 /// How many looks there are from one measurement to the next.
 const LOOKS_EACH: u32 = 2;
-/// How long the trucks may take to find each other.
+/// How long the trucks may take to find each other, or to be served again.
 const PATIENCE_S: f64 = 15.0;
 /// Messages of one topic that may wait.
 const QUEUE: usize = 64;
@@ -40,10 +40,11 @@ struct Aboard {
     served: Served,
 }
 
-/// What happened, and when what each truck is served by changed first after it.
+/// What happened, and by what each truck is served after it, if by something else than before, and since when.
 struct Effect {
     happening: Happening,
     at_s: f64,
+    before: [Served; 2],
     changes: [Option<(f64, Served)>; 2],
 }
 
@@ -65,7 +66,7 @@ pub(super) fn run(as_json: bool) -> anyhow::Result<Outcome> {
     let mut play =
         Play { aboard: &mut aboard, radio: &radio, radar_works: true, effects: Vec::new(), as_json };
     let first = play.find_each_other()?;
-    play.play_out()?;
+    play.play_out(&first)?;
     let last = play.served();
     let effects = play.effects;
     let states: Vec<Value> = aboard.iter().map(Aboard::need).collect::<anyhow::Result<_>>()?;
@@ -152,13 +153,23 @@ impl Play<'_> {
         bail!("the trucks have not found each other within {PATIENCE_S} s");
     }
 
-    fn play_out(&mut self) -> anyhow::Result<()> {
+    /// Plays the scenario, by the looks and not by the clock: nothing happens while a truck is served by nothing, as on a machine that
+    /// stalls. At the end the trucks are to be served as at first.
+    fn play_out(&mut self, first: &[Served; 2]) -> anyhow::Result<()> {
         let (started, mut looks) = (Instant::now(), 0);
         let mut scenario = SCENARIO.iter().peekable();
-        while started.elapsed().as_secs_f64() < END_S {
-            let now_s = started.elapsed().as_secs_f64();
-            if let Some((_, happening)) = scenario.next_if(|(at_s, _)| *at_s <= now_s) {
-                self.happen(*happening, now_s)?;
+        let (mut played_s, mut waited_s) = (0.0, 0.0);
+        while played_s < END_S || (self.served() != *first && waited_s < PATIENCE_S) {
+            match scenario.peek() {
+                Some((at_s, _)) if *at_s > played_s => played_s += LOOK.as_secs_f64(),
+                Some(_) if !self.is_served() && waited_s < PATIENCE_S => waited_s += LOOK.as_secs_f64(),
+                Some((_, happening)) => {
+                    self.happen(*happening, started.elapsed().as_secs_f64())?;
+                    scenario.next();
+                    waited_s = 0.0;
+                }
+                None if played_s < END_S => played_s += LOOK.as_secs_f64(),
+                None => waited_s += LOOK.as_secs_f64(),
             }
             for (at, has_changed) in self.look(started, &mut looks, 0.0)?.into_iter().enumerate() {
                 if has_changed {
@@ -169,6 +180,11 @@ impl Play<'_> {
         Ok(())
     }
 
+    /// Whether both trucks are served by something.
+    fn is_served(&self) -> bool {
+        self.aboard.iter().all(|truck| truck.served.0.as_ref().is_some_and(|source| !source.is_empty()))
+    }
+
     fn happen(&mut self, happening: Happening, at_s: f64) -> anyhow::Result<()> {
         match happening {
             Happening::RadarFails => self.radar_works = false,
@@ -176,7 +192,7 @@ impl Play<'_> {
             Happening::LinkIsCut => self.radio.cut(),
             Happening::LinkIsBack => self.radio.restore(),
         }
-        self.effects.push(Effect { happening, at_s, changes: [None, None] });
+        self.effects.push(Effect { happening, at_s, before: self.served(), changes: [None, None] });
         self.say(at_s, "", happening.describe())
     }
 
@@ -187,7 +203,7 @@ impl Play<'_> {
             self.aboard.iter().for_each(|truck| truck.measure(at_s, self.radar_works));
         }
         *looks += 1;
-        thread::sleep((LOOK * *looks).saturating_sub(started.elapsed()));
+        thread::sleep(LOOK);
         let [leader, follower] = &mut *self.aboard;
         Ok([leader.look()?, follower.look()?])
     }
@@ -196,9 +212,9 @@ impl Play<'_> {
     fn note(&mut self, at: usize, now_s: f64) -> anyhow::Result<()> {
         let Some(truck) = self.aboard.get(at) else { return Ok(()) };
         if let Some(effect) = self.effects.last_mut()
-            && let Some(change) = effect.changes.get_mut(at)
+            && let (Some(before), Some(change)) = (effect.before.get(at), effect.changes.get_mut(at))
         {
-            *change = change.take().or_else(|| Some((now_s, truck.served.clone())));
+            *change = (truck.served != *before).then(|| (now_s, truck.served.clone()));
         }
         self.say(now_s, truck.truck.name(), &told(&truck.served))
     }

@@ -7,6 +7,7 @@ use crate::running::{Folder, Running};
 use serde_json::{Value, json};
 use std::io::Write;
 use std::path::{Path, PathBuf};
+use std::time::{Duration, Instant};
 
 /// The part of the recording, seconds: the car accelerates.
 const SKIP: f64 = 20.0;
@@ -26,7 +27,7 @@ pub(crate) struct Seen {
     pub(crate) statuses: Vec<(f64, Value)>,
 }
 
-pub(crate) fn recording() -> Option<PathBuf> {
+fn recording() -> Option<PathBuf> {
     let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../../shared/data/comma2k19");
     if folder.exists() {
         return Some(folder);
@@ -35,12 +36,43 @@ pub(crate) fn recording() -> Option<PathBuf> {
     None
 }
 
-/// Plays the recording with this fault over a bus, and returns the consumer's messages.
-pub(crate) fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Value) -> Seen {
-    let order = json!({
-        "bus": bus, "port": port, "data": data, "skip": SKIP, "seconds": SECONDS, "need": NEED, "fault": fault,
-    });
-    let answer = Script::start_and_keep(python, "car.py", &order);
+/// A car that plays the recording over a bus, and the consumer of its speed.
+pub(crate) struct Drive {
+    script: Script,
+    begun: Instant,
+}
+
+impl Drive {
+    /// Begins to play the recording with this fault, for this time in seconds.
+    #[track_caller]
+    pub(crate) fn begin(bus: &str, port: u16, seconds: f64, fault: &Value) -> Option<Drive> {
+        let (python, data) = (real::python()?, recording()?);
+        let order = json!({
+            "bus": bus, "port": port, "data": data, "skip": SKIP, "seconds": seconds, "need": NEED, "fault": fault,
+        });
+        Some(Drive { script: Script::start(&python, "car.py", &order), begun: Instant::now() })
+    }
+
+    /// The time in seconds since the begin, as in the consumer's messages.
+    pub(crate) fn now(&self) -> f64 {
+        self.begun.elapsed().as_secs_f64()
+    }
+
+    /// Ends the drive now, and returns the consumer's messages.
+    #[track_caller]
+    pub(crate) fn end(mut self) -> Seen {
+        read(&self.script.answer(&json!("end"), "values"))
+    }
+
+    /// The consumer's messages, at the end of the drive.
+    #[track_caller]
+    pub(crate) fn seen(mut self) -> Seen {
+        let end = Duration::from_secs(80);
+        read(&self.script.poll("values", end).unwrap_or_else(|| panic!("the drive does not end")))
+    }
+}
+
+fn read(answer: &Value) -> Seen {
     let number = |value: &Value| value.as_f64().unwrap();
     let value = |it: &Value| (number(&it[0]), number(&it[1]), it[2].as_str().unwrap_or_default().to_owned());
     Seen {
@@ -55,8 +87,13 @@ pub(crate) fn seen(python: &Path, data: &Path, bus: &str, port: u16, fault: &Val
 }
 
 impl Seen {
+    /// The values from a time on.
+    pub(crate) fn since(&self, from: f64) -> impl Iterator<Item = &(f64, f64, String)> + Clone {
+        self.values.iter().filter(move |value| value.0 > from)
+    }
+
     /// The beginning and the length of the longest time between two values from a time on.
-    pub(crate) fn longest_pause(&self, from: f64) -> (f64, f64) {
+    fn longest_pause(&self, from: f64) -> (f64, f64) {
         let times: Vec<f64> = self.values.iter().map(|value| value.0).filter(|at| *at >= from).collect();
         let pauses = times.windows(2).map(|pair| (pair[0], pair[1] - pair[0]));
         pauses.fold((0.0, 0.0), |most, pause| if pause.1 > most.1 { pause } else { most })
@@ -113,11 +150,11 @@ const GNSS_LIES: Case = Case { kind: "bias", amount: 3.0, decision: "failed", ..
 /// Serves the speed of the car's model over a bus while this fault begins, and checks the promises that hold on every bus.
 #[track_caller]
 fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
-    let (Some(python), Some(data)) = (real::python(), recording()) else { return };
     let Case { topic, column, kind, amount, signal, decision, serves } = *case;
     let run = Running::start([model, "--bus", address]);
     let fault = json!({ "topic": topic, "column": column, "kind": kind, "amount": amount, "at": BREAKS });
-    let seen = seen(&python, &data, bus, port, &fault);
+    let Some(drive) = Drive::begin(bus, port, SECONDS, &fault) else { return };
+    let seen = drive.seen();
 
     let decision = run.decision(decision);
     assert_eq!(decision["signal"], signal, "{decision}");

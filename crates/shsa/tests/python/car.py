@@ -6,7 +6,8 @@ The argument is a JSON object:
     {"bus": "mqtt" | "zenoh" | "ros2", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
      "fault": {"topic": NAME, "column": NAME, "kind": "stop" | "bias", "amount": NUMBER, "at": SECONDS}}
 
-The answer is one, too: the values and the statuses, each with its time in seconds from the beginning.
+It says when the car drives: {"ready": true}. A line of its input ends the drive before its time. The answer at the end is an
+object, too: the values and the statuses, each with its time in seconds from the beginning.
 """
 
 import csv
@@ -196,17 +197,21 @@ def main():
         key=lambda row: row[0],
     )
     time.sleep(0.5)
+    is_over = threading.Event()
+    threading.Thread(target=lambda: sys.stdin.readline() and is_over.set(), daemon=True).start()
+    print(json.dumps({"ready": True}), flush=True)
     start = time.monotonic()
     for at, topic, columns in recording:
         left = at - (time.monotonic() - start)
-        if left > 0:
-            time.sleep(left)
+        if is_over.wait(max(left, 0)):
+            break
         columns = broken(topic, columns, at, order.get("fault"))
         if columns is not None:
             bus.publish(topic, json.dumps(columns))
     time.sleep(0.5)
     bus.close()
-    print(json.dumps({"ready": True, "values": values, "statuses": statuses}), flush=True)
+    print(json.dumps({"values": values, "statuses": statuses}), flush=True)
+    print(json.dumps({"done": True}), flush=True)
 
 
 main()
