@@ -132,8 +132,8 @@ pub fn run(bytes: &[u8]) {
     let knowledge = &MODELS[model];
     let inputs = inputs(knowledge, steps);
     let successor = (model == MODELS.len() - 1).then_some(&*SUCCESSOR);
-    let said = || Run::of(knowledge, &inputs, reload.checked_sub(1).zip(successor));
-    assert_eq!(said(), said(), "two runs differ");
+    let stated = || Run::of(knowledge, &inputs, reload.checked_sub(1).zip(successor));
+    assert_eq!(stated(), stated(), "two runs differ");
 }
 
 /// The inputs for four bytes a step, from time zero on.
@@ -235,7 +235,7 @@ pub(crate) struct Run<'a> {
     engine: Engine,
     now: Time,
     known: Known,
-    said: Vec<String>,
+    stated: Vec<String>,
 }
 
 impl<'a> Run<'a> {
@@ -256,14 +256,14 @@ impl<'a> Run<'a> {
 
     /// A run of an engine of this knowledge base at this time.
     pub(crate) fn new(knowledge: &'a KnowledgeBase, engine: Engine, now: Time) -> Run<'a> {
-        Run { knowledge, engine, now, known: Known::default(), said: Vec::new() }
+        Run { knowledge, engine, now, known: Known::default(), stated: Vec::new() }
     }
 
     /// The outputs for the inputs, with the ticks that are due between them.
     pub(crate) fn through(mut self, inputs: &[Input]) -> Vec<String> {
         self.give(inputs);
         self.pass_until(self.now + Span::from_millis(60_000));
-        self.said
+        self.stated
     }
 
     fn give(&mut self, inputs: &[Input]) {
@@ -293,7 +293,7 @@ impl<'a> Run<'a> {
     }
 
     fn take(&mut self, input: Input, time: Time) {
-        self.known.hear(&input);
+        self.known.receive(&input);
         self.engine.handle(input);
         self.now = self.now.max(time);
         self.listen(None);
@@ -314,7 +314,7 @@ impl<'a> Run<'a> {
                 Output::Reloaded(_) => self.knowledge = successor.unwrap_or(self.knowledge),
                 Output::Task { .. } => {}
             }
-            self.said.push(format!("{output:?}"));
+            self.stated.push(format!("{output:?}"));
         }
         self.check_needs();
     }

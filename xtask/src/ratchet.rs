@@ -142,9 +142,9 @@ fn compared(system: &str, count: f64, ceiling: f64) -> (String, bool) {
 }
 
 fn toolchain() -> Result<String> {
-    let told = command::output(&["rustc", "--version", "--verbose"])?;
-    let host = told.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or("unknown");
-    Ok(format!("{}, {host}", told.lines().next().unwrap_or("unknown")))
+    let reported = command::output(&["rustc", "--version", "--verbose"])?;
+    let host = reported.lines().find_map(|line| line.strip_prefix("host: ")).unwrap_or("unknown");
+    Ok(format!("{}, {host}", reported.lines().next().unwrap_or("unknown")))
 }
 
 /// Instructions for an observation of each system.
@@ -166,14 +166,14 @@ fn count_one(system: &str) -> Result<f64> {
         PROGRAM,
         system,
     ];
-    let told = command::output(&line)?;
-    per_observation(&told).with_context(|| format!("`{}` tells no counts:\n{told}", line.join(" ")))
+    let reported = command::output(&line)?;
+    per_observation(&reported).with_context(|| format!("`{}` tells no counts:\n{reported}", line.join(" ")))
 }
 
 /// Instructions for an observation, from the program's own line with the number of observations and valgrind's `Collected : N`.
-fn per_observation(told: &str) -> Option<f64> {
-    let observations: f64 = told.lines().find_map(|line| line.trim().parse().ok())?;
-    let collected = told.lines().find_map(|line| line.split_once("Collected :"))?.1;
+fn per_observation(reported: &str) -> Option<f64> {
+    let observations: f64 = reported.lines().find_map(|line| line.trim().parse().ok())?;
+    let collected = reported.lines().find_map(|line| line.split_once("Collected :"))?.1;
     let instructions: f64 = collected.split_whitespace().next()?.parse().ok()?;
     (observations > 0.0 && instructions > 0.0).then_some(instructions / observations)
 }
@@ -208,8 +208,8 @@ mod tests {
 
     #[test]
     fn counts_are_read_from_valgrind() {
-        let told = "==7== Callgrind\n300\n==7== Events    : Ir\n==7== Collected : 90300\n";
-        assert_eq!(per_observation(told), Some(301.0));
+        let reported = "==7== Callgrind\n300\n==7== Events    : Ir\n==7== Collected : 90300\n";
+        assert_eq!(per_observation(reported), Some(301.0));
         assert_eq!(per_observation("==7== Collected : 0\n300\n"), None);
     }
 }

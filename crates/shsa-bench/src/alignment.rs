@@ -4,7 +4,7 @@
 //! (temporal alignment, D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, 1.6.3).
 
 use crate::table::{Errors, Table, write_document};
-use crate::{Outcome, tell};
+use crate::{Outcome, notice};
 use serde_json::json;
 use shsa_core::alignment::{History, Sample};
 use shsa_core::interval::Interval;
@@ -114,7 +114,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let path = arguments.folder.join(signal.folder);
         let samples = if path.exists() { samples(&path, signal.source)? } else { Vec::new() };
         if samples.len() < 100 {
-            tell(&format!("SKIPPED: {}: {} has {} values of it", signal.name, path.display(), samples.len()));
+            notice(&format!(
+                "SKIPPED: {}: {} has {} values of it",
+                signal.name,
+                path.display(),
+                samples.len()
+            ));
             continue;
         }
         all.extend(THINNED.iter().filter_map(|thinned| measure(signal, &samples, *thinned)));

@@ -69,14 +69,14 @@ fn main() -> ExitCode {
         Ok(Outcome::Done) => ExitCode::SUCCESS,
         Ok(Outcome::No) => ExitCode::from(1),
         Err(error) => {
-            tell(&format!("error: {error:#}"));
+            notice(&format!("error: {error:#}"));
             ExitCode::from(2)
         }
     }
 }
 
 /// Writes a line to standard error.
-fn tell(line: &str) {
+fn notice(line: &str) {
     eprintln!("{line}");
 }
 

@@ -75,7 +75,7 @@ impl fmt::Display for Address {
 /// The role of a client on a bus.
 #[cfg_attr(not(any(feature = "mqtt", feature = "ros2")), allow(dead_code, reason = "only they take a name"))]
 #[derive(Clone, Copy)]
-enum Guest<'a> {
+enum ClientRole<'a> {
     /// A participant under this name, which stays the same in later runs.
     Member(&'a str),
     /// An observer that leaves no trace.
@@ -127,7 +127,7 @@ impl BusOptions {
     /// When the address or the configuration cannot be used, the other side refuses, or this build lacks the middleware's
     /// feature.
     pub fn open(&self, name: &str, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
-        self.connect(Guest::Member(name), inbox, memory)
+        self.connect(ClientRole::Member(name), inbox, memory)
     }
 
     /// As [`BusOptions::open`] for an observer, which leaves no trace.
@@ -135,7 +135,7 @@ impl BusOptions {
     /// # Errors
     /// As [`BusOptions::open`].
     pub fn visit(&self, inbox: Inbox, memory: &MemoryBus) -> Result<Box<dyn Bridge>, BridgeError> {
-        self.connect(Guest::Visitor, inbox, memory)
+        self.connect(ClientRole::Visitor, inbox, memory)
     }
 
     /// Whether only the other side can read our messages: they stay on this machine, or are encrypted. The contents of a
@@ -162,7 +162,7 @@ impl BusOptions {
 
     fn connect(
         &self,
-        guest: Guest<'_>,
+        role: ClientRole<'_>,
         inbox: Inbox,
         memory: &MemoryBus,
     ) -> Result<Box<dyn Bridge>, BridgeError> {
@@ -170,31 +170,31 @@ impl BusOptions {
             Address::Memory => Ok(Box::new(memory.join_with(inbox))),
             #[cfg(feature = "mqtt")]
             Address::Mqtt(address) => {
-                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, guest)?, inbox)?))
+                Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, role)?, inbox)?))
             }
             #[cfg(not(feature = "mqtt"))]
-            Address::Mqtt(_) => Err(not_built("mqtt", guest)),
+            Address::Mqtt(_) => Err(not_built("mqtt", role)),
             #[cfg(feature = "zenoh")]
             Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
             #[cfg(not(feature = "zenoh"))]
-            Address::Zenoh(_) => Err(not_built("zenoh", guest)),
+            Address::Zenoh(_) => Err(not_built("zenoh", role)),
             #[cfg(feature = "ros2")]
-            Address::Ros2(places) => Ok(Box::new(ros2::Ros2Bridge::open(&self.ros2(places, guest), inbox)?)),
+            Address::Ros2(places) => Ok(Box::new(ros2::Ros2Bridge::open(&self.ros2(places, role), inbox)?)),
             #[cfg(not(feature = "ros2"))]
-            Address::Ros2(_) => Err(not_built("ros2", guest)),
+            Address::Ros2(_) => Err(not_built("ros2", role)),
         }
     }
 
     /// `shsa/NAME/status` tells whether the client is connected, `shsa/NAME/claims` lists its claims.
     #[cfg(feature = "mqtt")]
-    fn mqtt(&self, address: &str, guest: Guest<'_>) -> Result<mqtt::Options, BridgeError> {
-        let name = match guest {
-            Guest::Member(name) => name,
-            Guest::Visitor => &format!("shsa-visitor-{}", std::process::id()),
+    fn mqtt(&self, address: &str, role: ClientRole<'_>) -> Result<mqtt::Options, BridgeError> {
+        let name = match role {
+            ClientRole::Member(name) => name,
+            ClientRole::Visitor => &format!("shsa-visitor-{}", std::process::id()),
         };
         let mut options =
             mqtt::Options::parse(address, name)?.with_environment(|key| std::env::var(key).ok());
-        if let Guest::Visitor = guest {
+        if let ClientRole::Visitor = role {
             options.session = Duration::ZERO;
             options.name = name.to_owned();
         } else {
@@ -215,10 +215,10 @@ impl BusOptions {
     }
 
     #[cfg(feature = "ros2")]
-    fn ros2(&self, places: &[String], guest: Guest<'_>) -> ros2::Options {
-        let name = match guest {
-            Guest::Member(name) => name.replace('-', "_"),
-            Guest::Visitor => format!("shsa_visitor_{}", std::process::id()),
+    fn ros2(&self, places: &[String], role: ClientRole<'_>) -> ros2::Options {
+        let name = match role {
+            ClientRole::Member(name) => name.replace('-', "_"),
+            ClientRole::Visitor => format!("shsa_visitor_{}", std::process::id()),
         };
         let usual = ros2::Options::new(self.zenoh(places));
         ros2::Options {
@@ -260,7 +260,7 @@ fn is_loopback(place: &str) -> bool {
 }
 
 #[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "zenoh")))]
-fn not_built(feature: &str, _: Guest<'_>) -> BridgeError {
+fn not_built(feature: &str, _: ClientRole<'_>) -> BridgeError {
     BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
 }
 

@@ -141,11 +141,11 @@ impl Inbox {
 
     /// Appends a message; if its topic's queue is full, drops the oldest one and counts it.
     pub fn push(&self, message: Message) {
-        self.tell(|queues| queues.push(message));
+        self.update(|queues| queues.push(message));
     }
 
     /// Applies a change, and wakes the reader only if it sleeps and nothing has woken it yet, because waking is a system call.
-    fn tell(&self, change: impl FnOnce(&mut Queues)) {
+    fn update(&self, change: impl FnOnce(&mut Queues)) {
         let mut queues = self.lock();
         let is_asleep = queues.sleepers > 0 && queues.is_idle();
         let drives = queues.drivers > 0;
@@ -200,7 +200,7 @@ impl Inbox {
 
     /// Ends the reader's present wait, or the next one.
     pub fn wake(&self) {
-        self.tell(|queues| queues.woken = true);
+        self.update(|queues| queues.woken = true);
     }
 
     /// The number of waiting messages.

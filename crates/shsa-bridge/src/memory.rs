@@ -63,7 +63,7 @@ impl MemoryBus {
     pub fn join_with(&self, inbox: Inbox) -> MemoryBridge {
         let mut members = self.lock();
         members.push(Member { topics: Some(BTreeSet::new()), inbox: inbox.clone(), served: BTreeMap::new() });
-        MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1, said: BTreeSet::new() }
+        MemoryBridge { bus: self.clone(), inbox, member: members.len() - 1, published: BTreeSet::new() }
     }
 
     /// Passes a message to all members except `from`, then to the servers of its topic.
@@ -124,16 +124,16 @@ pub struct MemoryBridge {
     inbox: Inbox,
     member: usize,
     /// The topics of its publications; all messages of a topic share one name.
-    said: BTreeSet<Arc<str>>,
+    published: BTreeSet<Arc<str>>,
 }
 
 impl MemoryBridge {
     fn name(&mut self, topic: &str) -> Arc<str> {
-        if let Some(name) = self.said.get(topic) {
+        if let Some(name) = self.published.get(topic) {
             return name.clone();
         }
         let name: Arc<str> = topic.into();
-        self.said.insert(name.clone());
+        self.published.insert(name.clone());
         name
     }
 }

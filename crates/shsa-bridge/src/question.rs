@@ -55,9 +55,10 @@ impl fmt::Debug for Question {
 /// Whether an answer may go to the topic that its asker wishes: the topic of answers or one below it. For other topics we may
 /// have rights that the asker lacks.
 #[cfg(feature = "mqtt")]
-pub(crate) fn may_answer_at(answers: &str, wish: &str) -> bool {
-    let below = wish.strip_prefix(answers).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
-    below && !wish.contains(['+', '#', '\0'])
+pub(crate) fn may_answer_at(answers: &str, response_topic: &str) -> bool {
+    let below =
+        response_topic.strip_prefix(answers).is_some_and(|rest| rest.is_empty() || rest.starts_with('/'));
+    below && !response_topic.contains(['+', '#', '\0'])
 }
 
 #[cfg(all(test, feature = "mqtt"))]

@@ -107,14 +107,14 @@ fn a_client_that_is_not_ours_is_heard_and_hears() {
         let value = Payload::Value(RawValue::Interval { lo: 1.0, hi: 2.0 });
         let outgoing = Outgoing { provenance: Some(&provenance), ..Outgoing::new("healed", Time(5), value) };
         bridge.publish(outgoing).unwrap();
-        let heard = other.next_with("topic");
-        assert_eq!((&heard["topic"], &heard["hex"]), (&json!("healed"), &json!(hex("1.5"))));
+        let received = other.next_with("topic");
+        assert_eq!((&received["topic"], &received["hex"]), (&json!("healed"), &json!(hex("1.5"))));
         let expected = json!({
             "publisher": bridge.publisher().to_string(), "stamp_ns": "5",
             "quality": "UncertainSubstituteValue", "status": "1083244544", "source": "wheel_2, turn",
             "admitted": "met", "level": "SIL 2", "rank": "2",
         });
-        assert_eq!(heard["properties"], if version == Version::V5 { expected } else { json!({}) });
+        assert_eq!(received["properties"], if version == Version::V5 { expected } else { json!({}) });
     }
 }
 

@@ -41,7 +41,7 @@ fn to(port: u16) -> Options {
 
 /// Lets the node publish until a message arrives.
 #[track_caller]
-fn hear(node: &mut Script, bridge: &mut Ros2Bridge, order: &Value) -> Message {
+fn observe(node: &mut Script, bridge: &mut Ros2Bridge, order: &Value) -> Message {
     eventually("the node's message", || {
         node.order(order);
         bridge.inbox().wait(Duration::from_millis(50));
@@ -98,7 +98,7 @@ fn a_node_is_heard() {
     bridge.subscribe("/scan", Some("std_msgs/msg/Float64")).unwrap();
     let set = json!({"twist.twist.linear.x": 1.25, "header.stamp.sec": 9, "header.frame_id": "odom", "child_frame_id": "base"});
     let order = json!({"publish": "/odom", "type": "nav_msgs/msg/Odometry", "set": set, "stamp": 77});
-    let odometry = hear(&mut node, &mut bridge, &order);
+    let odometry = observe(&mut node, &mut bridge, &order);
     assert_eq!(
         (&*odometry.topic, odometry.message_type.as_deref()),
         ("/odom", Some("nav_msgs/msg/Odometry"))
@@ -143,17 +143,17 @@ fn a_node_hears_and_lists_us() {
         node.order(&json!({"subscribe": topic, "type": name, "get": path}));
     }
     let mut check = |topic: &str, payload: Payload, expected: Value| {
-        let heard = eventually("our message", || {
+        let received = eventually("our message", || {
             bridge.publish(Outgoing::new(topic, Time(3_000_000_007), payload.clone())).unwrap();
             node.poll("heard", Duration::from_millis(200))
         });
-        assert_eq!((&heard["heard"], &heard["value"]), (&json!(topic), &expected));
-        assert_eq!(heard["stamp"], json!(3_000_000_007_u64));
+        assert_eq!((&received["heard"], &received["value"]), (&json!(topic), &expected));
+        assert_eq!(received["stamp"], json!(3_000_000_007_u64));
         let digits: String =
             bridge.publisher().0.to_le_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
-        assert_eq!(heard["gid"], json!(digits));
+        assert_eq!(received["gid"], json!(digits));
         if topic == "/cmd_vel" {
-            assert_eq!(heard["header"], json!(3));
+            assert_eq!(received["header"], json!(3));
         }
         while node.poll("heard", Duration::from_millis(100)).is_some() {}
     };
@@ -182,18 +182,18 @@ fn a_substitute_goes_out_as_the_type_that_was_heard() {
     let mut bridge = open(&to(port));
     bridge.subscribe("/speed", None).unwrap();
     let order = json!({"publish": "/speed", "type": "std_msgs/msg/Float32", "set": {"data": 2.0}});
-    let heard = hear(&mut node, &mut bridge, &order);
-    assert_eq!(value(&heard, "data").0, RawValue::Number(2.0));
+    let received = observe(&mut node, &mut bridge, &order);
+    assert_eq!(value(&received, "data").0, RawValue::Number(2.0));
     node.order(&json!({"subscribe": "/speed", "type": "std_msgs/msg/Float32", "get": "data"}));
     let answer = eventually("the substitute", || {
         bridge.publish(Outgoing::new("/speed", Time(1), Payload::Value(RawValue::Number(0.5)))).unwrap();
-        node.poll("heard", Duration::from_millis(200)).filter(|heard| heard["value"] == json!(0.5))
+        node.poll("heard", Duration::from_millis(200)).filter(|received| received["value"] == json!(0.5))
     });
     assert_eq!(answer["stamp"], json!(1));
-    let Payload::Bytes(bytes) = heard.payload else { panic!("a message of ROS is bytes") };
+    let Payload::Bytes(bytes) = received.payload else { panic!("a message of ROS is bytes") };
     eventually("the same message again", || {
         bridge.publish(Outgoing::new("/speed", Time(2), Payload::Bytes(bytes.clone()))).unwrap();
-        node.poll("heard", Duration::from_millis(200)).filter(|heard| heard["value"] == json!(2.0))
+        node.poll("heard", Duration::from_millis(200)).filter(|received| received["value"] == json!(2.0))
     });
 }
 
@@ -226,12 +226,12 @@ fn everything_is_heard_under_its_name() {
     bridge.subscribe_all().unwrap();
     let of = |topic: &str| json!({"publish": topic, "type": "std_msgs/msg/Float64", "set": {"data": 1.0}});
     for topic in ["named", "/a/b"] {
-        let heard = eventually("the message", || {
+        let received = eventually("the message", || {
             node.order(&of(topic));
             bridge.inbox().wait(Duration::from_millis(50));
             bridge.receive().filter(|message| &*message.topic == topic)
         });
-        assert_eq!(heard.message_type.as_deref(), Some("std_msgs/msg/Float64"));
+        assert_eq!(received.message_type.as_deref(), Some("std_msgs/msg/Float64"));
     }
 }
 

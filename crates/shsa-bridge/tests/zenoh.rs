@@ -178,13 +178,13 @@ fn an_independent_client_is_heard_and_hears() {
     let provenance = Provenance { admission, ..Provenance::new(Quality::Substitute, "odom") };
     let message = Outgoing { provenance: Some(&provenance), ..Outgoing::new("dmin", Time(7), number(0.25)) };
     bridge.publish(message).unwrap();
-    let heard = peer.next_with("key");
-    assert_eq!(["key", "encoding", "hex"].map(|it| &heard[it]), ["dmin", "application/json", "302e3235"]);
-    let beside: Value = serde_json::from_slice(&unhex(heard["attachment"].as_str().unwrap())).unwrap();
-    let told =
+    let arrived = peer.next_with("key");
+    assert_eq!(["key", "encoding", "hex"].map(|it| &arrived[it]), ["dmin", "application/json", "302e3235"]);
+    let beside: Value = serde_json::from_slice(&unhex(arrived["attachment"].as_str().unwrap())).unwrap();
+    let output =
         ["stamp_ns", "quality", "publisher", "source", "admitted", "level", "rank"].map(|it| &beside[it]);
     let own = bridge.publisher().to_string();
-    assert_eq!(json!(told), json!([7, "UncertainSubstituteValue", own, "odom", "warned", null, 0]));
+    assert_eq!(json!(output), json!([7, "UncertainSubstituteValue", own, "odom", "warned", null, 0]));
 }
 
 fn unhex(digits: &str) -> Vec<u8> {

@@ -321,15 +321,15 @@ mod tests {
         {
             let mut system = formulas(&["x", "v", "u"], &transition, "x*v + u").unwrap();
             let from = Matrix::from_fn(37, 2, |place, state| 0.3 * place as f64 - 2.0 + 7.0 * state as f64);
-            let (mut to, mut said) = (Matrix::zeros(37, 2), [0.0; 37]);
+            let (mut to, mut results) = (Matrix::zeros(37, 2), [0.0; 37]);
             system.transitions(&from, &[3.0], 0.5, &mut to);
-            system.expectations(0, &from, &[3.0], &mut said);
-            for (place, said) in said.iter().enumerate() {
+            system.expectations(0, &from, &[3.0], &mut results);
+            for (place, results) in results.iter().enumerate() {
                 let (state, mut alone) = ([from[(place, 0)], from[(place, 1)]], [0.0; 2]);
                 system.transition(&state, &[3.0], 0.5, &mut alone);
                 let bits = alone.map(f64::to_bits);
                 assert_eq!([to[(place, 0)], to[(place, 1)]].map(f64::to_bits), bits, "{state:?}");
-                assert_eq!(*said, system.expected(0, &state, &[3.0]));
+                assert_eq!(*results, system.expected(0, &state, &[3.0]));
             }
         }
     }

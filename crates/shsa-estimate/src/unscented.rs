@@ -80,7 +80,7 @@ pub struct Unscented<S> {
     next: Vec<f64>,
     noise: Matrix,
     /// The measurement at each point minus the mean: one measurement a column.
-    said: Matrix,
+    expectations: Matrix,
     /// Covariance of state and measurement i as column i.
     cross: Matrix,
     s: Matrix,
@@ -107,7 +107,7 @@ impl<S: System> Unscented<S> {
             moved: Matrix::zeros(n, 2 * n + 1),
             next: vec![0.0; n],
             noise: Matrix::zeros(n, n),
-            said: Matrix::zeros(2 * n + 1, m),
+            expectations: Matrix::zeros(2 * n + 1, m),
             cross: Matrix::zeros(n, m),
             s: Matrix::zeros(m, m),
             s_factors: Factors::new(m),
@@ -134,23 +134,24 @@ impl<S: System> Unscented<S> {
 
     /// Computes a measurement at all points, minus their mean, into column `place`. Returns the residual and the noise; `None`
     /// where a point has no value.
-    fn hear(&mut self, place: usize, measurement: &Measurement, controls: &[f64]) -> Option<(f64, f64)> {
+    fn expect(&mut self, place: usize, measurement: &Measurement, controls: &[f64]) -> Option<(f64, f64)> {
         let turn = self.system.turn(measurement.sensor);
-        let column = column_mut(&mut self.said, place);
-        for (point, said) in self.points.column_iter().zip(column.iter_mut()) {
-            *said = self.system.expected(measurement.sensor, point.as_slice(), controls);
+        let column = column_mut(&mut self.expectations, place);
+        for (point, expectations) in self.points.column_iter().zip(column.iter_mut()) {
+            *expectations = self.system.expected(measurement.sensor, point.as_slice(), controls);
         }
         let first = *column.first()?;
-        column.iter_mut().for_each(|said| *said -= first);
-        let is_far = turn.is_some_and(|turn| column.iter().any(|said| said.abs() > 0.5 * turn));
+        column.iter_mut().for_each(|expectations| *expectations -= first);
+        let is_far =
+            turn.is_some_and(|turn| column.iter().any(|expectations| expectations.abs() > 0.5 * turn));
         let round = turn.filter(|_| !is_far || !self.is_linear(place, measurement.sensor, controls));
-        let column = column_mut(&mut self.said, place);
+        let column = column_mut(&mut self.expectations, place);
         let mut sum = 0.0;
-        for said in column.iter_mut() {
-            *said = wrapped(*said, round);
-            sum += self.weights.other * *said;
+        for expectations in column.iter_mut() {
+            *expectations = wrapped(*expectations, round);
+            sum += self.weights.other * *expectations;
         }
-        column.iter_mut().for_each(|said| *said = wrapped(*said - sum, round));
+        column.iter_mut().for_each(|expectations| *expectations = wrapped(*expectations - sum, round));
         let own =
             self.system.covariance(measurement.sensor, measurement.sensor, &self.estimate.mean, controls);
         let variance = measurement.variance.unwrap_or(own);
@@ -161,11 +162,11 @@ impl<S: System> Unscented<S> {
     /// Whether the differences of a sensor's values at all points to the first, in column `place`, are those of its slope.
     fn is_linear(&mut self, place: usize, sensor: usize, controls: &[f64]) -> bool {
         self.system.gradient(sensor, &self.estimate.mean, controls, &mut self.next);
-        let said = column(&self.said, place);
-        self.points.column_iter().zip(said).all(|(point, said)| {
+        let expectations = column(&self.expectations, place);
+        self.points.column_iter().zip(expectations).all(|(point, expectations)| {
             let steps = point.as_slice().iter().zip(&self.estimate.mean).map(|(point, mean)| point - mean);
             let sloped: f64 = steps.zip(&self.next).map(|(step, slope)| step * slope).sum();
-            (said - sloped).abs() <= LINEAR * said.abs().max(1.0)
+            (expectations - sloped).abs() <= LINEAR * expectations.abs().max(1.0)
         })
     }
 
@@ -173,7 +174,7 @@ impl<S: System> Unscented<S> {
     fn shared(&self, one: usize, other: usize) -> f64 {
         let mut weight = self.weights.covariance;
         let mut sum = 0.0;
-        for (one, other) in column(&self.said, one).iter().zip(column(&self.said, other)) {
+        for (one, other) in column(&self.expectations, one).iter().zip(column(&self.expectations, other)) {
             sum += weight * one * other;
             weight = self.weights.other;
         }
@@ -181,10 +182,10 @@ impl<S: System> Unscented<S> {
     }
 
     /// Computes all measurements at the points; returns how many have an expectation.
-    fn hear_all(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
+    fn expect_all(&mut self, measurements: &[Measurement], controls: &[f64]) -> usize {
         let mut count = 0;
         for measurement in measurements.iter().take(self.sensors.len()) {
-            let Some((apart, variance)) = self.hear(count, measurement, controls) else { continue };
+            let Some((apart, variance)) = self.expect(count, measurement, controls) else { continue };
             if let (Some(own), Some(sensor)) = (self.apart.get_mut(count), self.sensors.get_mut(count)) {
                 (*own, *sensor) = (apart, measurement.sensor);
             }
@@ -199,10 +200,10 @@ impl<S: System> Unscented<S> {
             let cross = column_mut(&mut self.cross, count);
             cross.fill(0.0);
             let mut weight = self.weights.covariance;
-            for (point, said) in self.points.column_iter().zip(column(&self.said, count)) {
+            for (point, expectations) in self.points.column_iter().zip(column(&self.expectations, count)) {
                 for ((cross, point), mean) in cross.iter_mut().zip(point.as_slice()).zip(&self.estimate.mean)
                 {
-                    *cross += weight * (point - mean) * said;
+                    *cross += weight * (point - mean) * expectations;
                 }
                 weight = self.weights.other;
             }
@@ -258,7 +259,7 @@ impl<S: System> Method for Unscented<S> {
 
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
         self.draw();
-        (self.hear_all(&[*measurement], controls) == 1).then_some(())?;
+        (self.expect_all(&[*measurement], controls) == 1).then_some(())?;
         let (value, variance) = (*self.apart.first()?, *self.s.get((0, 0))?);
         (variance > 0.0).then_some(Innovation { value, variance })
     }
@@ -268,7 +269,7 @@ impl<S: System> Method for Unscented<S> {
             return Updated::NOTHING;
         }
         self.draw();
-        let count = self.hear_all(measurements, controls);
+        let count = self.expect_all(measurements, controls);
         self.s_factors.factor(&self.s, count);
         let n = self.estimate.mean.len();
         let mut tally = Tally::NOTHING;
@@ -327,23 +328,23 @@ pub fn transform(
         };
         moves.extend([below(1.0), below(-1.0)]);
     }
-    let said = moves.iter().map(|step| {
+    let expectations = moves.iter().map(|step| {
         let x: Vec<f64> = mean.iter().zip(step).map(|(mean, step)| mean + step).collect();
         let mut y = vec![0.0; outputs];
         function(&x, &mut y);
         y
     });
-    let said: Vec<Vec<f64>> = said.collect();
+    let expectations: Vec<Vec<f64>> = expectations.collect();
     let of_mean = |place: usize| if place == 0 { weights.mean } else { weights.other };
     let of_spread = |place: usize| if place == 0 { weights.covariance } else { weights.other };
     let mut y = vec![0.0; outputs];
-    said.iter().enumerate().for_each(|(place, it)| add_scaled(&mut y, of_mean(place), it));
+    expectations.iter().enumerate().for_each(|(place, it)| add_scaled(&mut y, of_mean(place), it));
     let (mut own, mut cross) = (Matrix::zeros(outputs, outputs), Matrix::zeros(n, outputs));
-    for (place, (step, said)) in moves.iter().zip(&said).enumerate() {
-        for (j, (said_j, y_j)) in said.iter().zip(&y).enumerate() {
-            let factor = of_spread(place) * (said_j - y_j);
-            for (i, (said_i, y_i)) in said.iter().zip(&y).enumerate() {
-                let sum = at(&own, i, j) + factor * (said_i - y_i);
+    for (place, (step, expectations)) in moves.iter().zip(&expectations).enumerate() {
+        for (j, (expected_j, y_j)) in expectations.iter().zip(&y).enumerate() {
+            let factor = of_spread(place) * (expected_j - y_j);
+            for (i, (expected_i, y_i)) in expectations.iter().zip(&y).enumerate() {
+                let sum = at(&own, i, j) + factor * (expected_i - y_i);
                 put(&mut own, i, j, sum);
             }
             add_scaled(column_mut(&mut cross, j), factor, step);

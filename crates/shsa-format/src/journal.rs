@@ -74,7 +74,7 @@ impl<W: Write> JournalWriter<W> {
                 Line::Restore { restore_ns: time.0, known: Box::new(StateForm::from(&**snapshot)) }
             }
             Given::Input(Input::Report { time, need, report }) => {
-                Line::Report { report_ns: time.0, need: need.index(), said: report.into() }
+                Line::Report { report_ns: time.0, need: need.index(), report_form: report.into() }
             }
             Given::Input(Input::Observation(observation)) => Line::Observation {
                 signal: observation.signal.index(),

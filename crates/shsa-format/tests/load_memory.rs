@@ -57,23 +57,23 @@ fn reading(name: &str, bytes: &[u8]) -> (u64, String) {
     let file = folder.join(name);
     std::fs::write(&file, bytes).unwrap();
     let wanted = [Wanted::new("a", ""), Wanted::new("b", "t#v")];
-    let mut told = String::new();
+    let mut reported = String::new();
     let counted = allocation_counter::measure(|| {
         let recording = read(std::slice::from_ref(&file), &wanted, &ReadOptions::default());
-        told = match recording {
+        reported = match recording {
             Ok(recording) => recording.warnings.iter().map(|warning| format!("{warning}\n")).collect(),
             Err(error) => error.to_string(),
         };
     });
     std::fs::remove_file(&file).unwrap();
-    (counted.bytes_max, told)
+    (counted.bytes_max, reported)
 }
 
 /// What is read of a bomb is bounded, and the bound is reported.
 #[track_caller]
 fn defused(name: &str, bytes: &[u8], expected: &str) {
-    let (peak, told) = reading(name, bytes);
-    assert!(told.contains(expected), "{told}");
+    let (peak, reported) = reading(name, bytes);
+    assert!(reported.contains(expected), "{reported}");
     assert!(peak <= BEYOND, "{name}: {peak} bytes at the peak of {} bytes", bytes.len());
 }
 

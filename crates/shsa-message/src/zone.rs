@@ -118,9 +118,9 @@ mod tests {
 
     #[test]
     fn what_is_no_zone_says_what_is() {
-        let said = "Europe/Vienn".parse::<Zone>().unwrap_err();
+        let stated = "Europe/Vienn".parse::<Zone>().unwrap_err();
         assert_eq!(
-            said,
+            stated,
             "'Europe/Vienn' is no time zone; write UTC, +02:00, or a place of the IANA database, such as Europe/Vienna"
         );
         assert!("+99".parse::<Zone>().is_err() && "".parse::<Zone>().is_err());

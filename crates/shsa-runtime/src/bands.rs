@@ -19,30 +19,30 @@ pub(super) struct BandsOf {
     /// The name of the variable.
     pub(super) variable: String,
     /// How far the reader has followed the variable.
-    pub(super) heard: Heard,
+    pub(super) last_sent: LastSent,
 }
 
 /// How far a reader has followed a variable.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(super) struct Heard {
+pub(super) struct LastSent {
     /// The time of the last value of each way, by its description: ways have values at different times.
     pub(super) ways: BTreeMap<String, Time>,
     /// The time of the last conflict.
     pub(super) conflicts: Time,
 }
 
-impl Default for Heard {
-    fn default() -> Heard {
-        Heard { ways: BTreeMap::new(), conflicts: Time::MIN }
+impl Default for LastSent {
+    fn default() -> LastSent {
+        LastSent { ways: BTreeMap::new(), conflicts: Time::MIN }
     }
 }
 
-impl Heard {
+impl LastSent {
     /// Advances by an answer, and removes the fields from it that only mark the progress.
-    pub(super) fn follow(&mut self, told: &mut Value) {
+    pub(super) fn follow(&mut self, described: &mut Value) {
         let until = |it: &mut Value| it.as_object_mut()?.remove("until").and_then(|it| it.as_i64()).map(Time);
-        self.conflicts = until(told).unwrap_or(self.conflicts);
-        let ways = told.get_mut("ways").and_then(Value::as_array_mut);
+        self.conflicts = until(described).unwrap_or(self.conflicts);
+        let ways = described.get_mut("ways").and_then(Value::as_array_mut);
         for way in ways.into_iter().flatten() {
             let until = until(way);
             let words = way.get("words").and_then(Value::as_str);
@@ -61,15 +61,15 @@ pub(super) fn of(healer: &Healer, wanted: &BandsOf, now: Time, clock: &Clock) ->
     let id = id.ok_or_else(|| format!("the model has no variable '{}'", wanted.variable))?;
     let variable = &knowledge.variables()[id];
     let ways = ways(healer, id);
-    let told = ways.iter().take(MOST_WAYS);
-    let told = told.map(|(_, way)| told_by(knowledge, variable, way, &wanted.heard, clock));
+    let described = ways.iter().take(MOST_WAYS);
+    let described = described.map(|(_, way)| values_of(knowledge, variable, way, &wanted.last_sent, clock));
     Ok(json!({
         "until": now.0,
         "time_ns": clock.by_wall(now).0,
         "unit": variable.unit.as_ref().map(ToString::to_string),
-        "ways": told.collect::<Vec<_>>(),
+        "ways": described.collect::<Vec<_>>(),
         "more": ways.len().saturating_sub(MOST_WAYS),
-        "conflicts": conflicts(healer, &ways, wanted.heard.conflicts, clock),
+        "conflicts": conflicts(healer, &ways, wanted.last_sent.conflicts, clock),
     }))
 }
 
@@ -81,15 +81,15 @@ fn ways(healer: &Healer, variable: VariableId) -> Vec<(WayIndex, &WatchedWay)> {
     ways
 }
 
-fn told_by(
+fn values_of(
     knowledge: &KnowledgeBase,
     variable: &Variable,
     way: &WatchedWay,
-    heard: &Heard,
+    last_sent: &LastSent,
     clock: &Clock,
 ) -> Value {
     let words = way.computation.way().describe(knowledge);
-    let after = heard.ways.get(&words).copied().unwrap_or(Time::MIN);
+    let after = last_sent.ways.get(&words).copied().unwrap_or(Time::MIN);
     let news = way.outputs.newest_first().take_while(|sample| sample.validity.to > after);
     let shown = |si: f64| variable.unit.as_ref().map_or(si, |unit| unit.from_si(si));
     let mut samples: Vec<_> = news

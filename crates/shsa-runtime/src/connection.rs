@@ -54,9 +54,9 @@ impl Connection {
         }
         self.losses += 1;
         let because = because.to_owned();
-        let told = format!("the bus is gone{times}: {because}; trying again");
+        let described = format!("the bus is gone{times}: {because}; trying again");
         self.last = Some(Outage { number: self.losses, lost, found: None, because });
-        Some(("disconnected", told))
+        Some(("disconnected", described))
     }
 
     fn find(&mut self, found: Time) -> Option<Note> {
@@ -101,12 +101,12 @@ mod tests {
 
     #[track_caller]
     fn check(connection: &mut Connection, link: Link, outage: Option<Outage>, now: f64, expected: &[&str]) {
-        let told: Vec<String> = connection
+        let described: Vec<String> = connection
             .follow(link, outage, seconds(now))
             .into_iter()
             .map(|(kind, why)| format!("{kind}: {why}"))
             .collect();
-        assert_eq!(told, expected);
+        assert_eq!(described, expected);
     }
 
     #[test]
@@ -124,11 +124,11 @@ mod tests {
     #[test]
     fn what_was_over_before_anybody_looked_is_told_as_well() {
         let mut connection = Connection::default();
-        let told = [
+        let described = [
             "disconnected: the bus is gone: cut; trying again",
             "connected: the bus is there again after 0.250 s",
         ];
-        check(&mut connection, Link::Up, outage(1, 2.0, Some(2.25)), 3.0, &told);
+        check(&mut connection, Link::Up, outage(1, 2.0, Some(2.25)), 3.0, &described);
         check(&mut connection, Link::Up, outage(1, 2.0, Some(2.25)), 4.0, &[]);
         let again = "disconnected: the bus is gone, 3 times: cut; trying again";
         check(&mut connection, Link::Down("cut".to_owned()), outage(4, 5.5, None), 6.0, &[again]);
@@ -142,10 +142,10 @@ mod tests {
         let mut connection = Connection::default();
         let never = "disconnected: the bus is gone: not yet; trying again";
         check(&mut connection, Link::Down("not yet".to_owned()), None, 1.0, &[never]);
-        let told = [
+        let described = [
             "connected: the bus is there again after 1.000 s",
             "disconnected: the bus is gone: cut; trying again",
         ];
-        check(&mut connection, Link::Down("cut".to_owned()), outage(1, 2.0, None), 2.5, &told);
+        check(&mut connection, Link::Down("cut".to_owned()), outage(1, 2.0, None), 2.5, &described);
     }
 }

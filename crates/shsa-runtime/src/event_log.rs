@@ -157,14 +157,14 @@ impl EventLog {
         let at = self.clock.by_wall(now);
         let decision = Decision::Noted { after: now - self.began, at, kind, because };
         let entry = self.written(now, json!({ "kind": kind, "because": because }), &decision);
-        self.tell(entry, bridge);
+        self.publish(entry, bridge);
     }
 
     /// Counts a message of this name that the bus has not taken; reports when the count has grown enough.
     pub(super) fn undelivered(&mut self, name: &str, error: &BridgeError, bridge: &mut dyn Bridge) {
         let now = bridge.inbox().clock().now();
-        if let Some(told) = self.undelivered.count(name, error, now) {
-            self.noted(now, "undelivered", &told, bridge);
+        if let Some(described) = self.undelivered.count(name, error, now) {
+            self.noted(now, "undelivered", &described, bridge);
         }
     }
 
@@ -184,7 +184,7 @@ impl EventLog {
     }
 
     /// Passes an entry to all receivers.
-    pub(super) fn tell(&mut self, entry: Entry, bridge: &mut dyn Bridge) {
+    pub(super) fn publish(&mut self, entry: Entry, bridge: &mut dyn Bridge) {
         let Entry { time, fields, text, is_printed } = entry;
         let stamp = bridge.inbox().clock().by_wall(time);
         let mut event = json!({ "number": self.next, "time_ns": stamp.0 });

@@ -65,7 +65,7 @@ struct Announced {
 struct Offer {
     hash: String,
     /// The hash and the content of the last text received. It stays in use until the text of the new hash has arrived.
-    said: Option<(String, Draft)>,
+    received_draft: Option<(String, Draft)>,
     asked: Option<(Time, Receiver<Vec<u8>>)>,
     /// Since when the instance of the part is gone.
     gone: Option<Time>,
@@ -73,7 +73,7 @@ struct Offer {
 
 impl Offer {
     fn is_known(&self) -> bool {
-        self.said.as_ref().is_some_and(|(hash, _)| *hash == self.hash)
+        self.received_draft.as_ref().is_some_and(|(hash, _)| *hash == self.hash)
     }
 }
 
@@ -155,15 +155,15 @@ impl Federation {
                 }
             }
             (Presence::Alive(_), None) if is_room => {
-                let offer = Offer { hash: hash.to_owned(), said: None, asked: None, gone: None };
+                let offer = Offer { hash: hash.to_owned(), received_draft: None, asked: None, gone: None };
                 self.offers.insert(name.to_owned(), offer);
             }
             (Presence::Alive(_), None) => {
-                let is_told = std::mem::replace(&mut self.is_full, true);
+                let is_reported = std::mem::replace(&mut self.is_full, true);
                 let why = format!(
                     "there are more than {MOST_PARTS} parts; {name} and further ones are not looked at"
                 );
-                return (!is_told).then_some(("refused", why));
+                return (!is_reported).then_some(("refused", why));
             }
             (Presence::Gone(_), Some(offer)) if offer.hash == hash => offer.gone = Some(now),
             (Presence::Gone(_), _) => {}
@@ -183,7 +183,7 @@ impl Federation {
                         notes.push(("refused", format!("the part {name} is not joined: {why}")));
                         Draft::default()
                     });
-                    offer.said = Some((offer.hash.clone(), draft));
+                    offer.received_draft = Some((offer.hash.clone(), draft));
                     self.has_changed = true;
                 }
                 None if offer.asked.as_ref().is_none_or(|(at, _)| now - *at >= PATIENCE) => {
@@ -234,17 +234,17 @@ impl Announced {
 /// Serves the part of a model from now on, and announces it.
 fn announced(instance: &str, healer: &Healer, bridge: &mut dyn Bridge) -> Result<Announced, RuntimeError> {
     let text: Arc<Mutex<String>> = Arc::default();
-    let told = text.clone();
-    let tell = move |question: Question| {
+    let described = text.clone();
+    let respond = move |question: Question| {
         // Only a query gets the text, because it is long.
         if !question.is_addressed {
             return;
         }
-        let text = told.lock().unwrap_or_else(PoisonError::into_inner).clone();
+        let text = described.lock().unwrap_or_else(PoisonError::into_inner).clone();
         question.answer(text.into());
     };
     let name = format!("{PARTS}/{instance}/{}", healer.name());
-    bridge.serve(&name, &format!("{name}/answer"), Arc::new(tell)).context("announcing what is known")?;
+    bridge.serve(&name, &format!("{name}/answer"), Arc::new(respond)).context("announcing what is known")?;
     let mut announced = Announced { text, hash: String::new(), _token: None };
     announced.announce(instance, healer, bridge)?;
     Ok(announced)

@@ -56,7 +56,7 @@ impl Figures {
     }
 
     /// Counts a message and its handling time.
-    pub(super) fn heard(&mut self, took: Span) {
+    pub(super) fn count_message(&mut self, took: Span) {
         self.messages += 1;
         record(&mut self.work, took);
     }

@@ -50,7 +50,7 @@ pub(super) struct Healer {
     own: Option<Live>,
     engine: Engine,
     /// The knowledge base of the ids in the next output.
-    told: KnowledgeBase,
+    reported_model: KnowledgeBase,
     inputs: Inputs,
     output_options: OutputOptions,
     journal: Option<Journal>,
@@ -77,7 +77,7 @@ pub(super) struct Healer {
     /// Whether the bus tells our own messages from others.
     knows_own: bool,
     /// The signals for which the last message carried an observation; kept only where messages are copied.
-    heard: Vec<SignalId>,
+    observed: Vec<SignalId>,
 }
 
 impl Healer {
@@ -99,7 +99,7 @@ impl Healer {
             live,
             own: None,
             engine: shsa_estimate::node::engine(knowledge.clone(), options),
-            told: knowledge,
+            reported_model: knowledge,
             inputs: Inputs::default(),
             output_options,
             journal: None,
@@ -116,7 +116,7 @@ impl Healer {
             carriers: Carriers::new(),
             takeovers: Vec::new(),
             leaving: Vec::new(),
-            heard: Vec::new(),
+            observed: Vec::new(),
             knows_own: bridge.knows_own(),
         };
         match healer.connect(bridge)?.pop() {
@@ -173,25 +173,25 @@ impl Healer {
     }
 
     /// The knowledge base of the ids in its effects.
-    pub(super) fn told(&self) -> &KnowledgeBase {
-        &self.told
+    pub(super) fn reported_model(&self) -> &KnowledgeBase {
+        &self.reported_model
     }
 
     /// Takes in a message about any of its signals.
-    pub(super) fn hear(&mut self, message: &Message, clock: &Clock) {
-        self.takeovers.iter_mut().for_each(|takeover| takeover.heard(message));
-        let Healer { engine, journal, work, heard, .. } = self;
-        heard.clear();
+    pub(super) fn receive(&mut self, message: &Message, clock: &Clock) {
+        self.takeovers.iter_mut().for_each(|takeover| takeover.note_message(message));
+        let Healer { engine, journal, work, observed, .. } = self;
+        observed.clear();
         self.inputs.read(message, clock, |observation| {
             if !matches!(observation.value, RawValue::Number(value) if value.is_nan()) {
-                heard.push(observation.signal);
+                observed.push(observation.signal);
             }
             tick(engine, journal, work, Ticks::before(observation.received));
             *work = give(engine, journal, Input::Observation(observation));
         });
         let copied = self.outlets.iter_mut().filter_map(Outlet::template);
         let copied = copied.chain(self.takeovers.iter_mut().map(Takeover::template));
-        for template in copied.filter(|template| self.heard.contains(&template.signal())) {
+        for template in copied.filter(|template| self.observed.contains(&template.signal())) {
             if self.engine.verdict(template.signal()) != Verdict::Failed {
                 template.learn(message);
             }
@@ -329,7 +329,7 @@ impl Healer {
                     }
                 }
                 Output::Reloaded(_) => {
-                    self.told = self.engine.knowledge().clone();
+                    self.reported_model = self.engine.knowledge().clone();
                     for (topic, error) in self.connect(bridge)? {
                         self.notes.push_back(("trouble", format!("subscribing to {topic}: {error}")));
                     }
@@ -346,7 +346,7 @@ impl Healer {
             // A refused candidate does not change the source.
             return;
         }
-        let needs = self.told.needs().enumerate();
+        let needs = self.reported_model.needs().enumerate();
         for (id, _) in needs.filter(|(id, need)| {
             Some(need.variable) == event.variable && event.need.is_none_or(|need| need == *id)
         }) {

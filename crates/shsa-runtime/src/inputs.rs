@@ -107,7 +107,7 @@ impl Inputs {
         }
         let Bundle { reader, signals, .. } = bundle;
         let ends = &mut self.ends;
-        let mut tell = |signal: SignalId, reading: Result<Reading, Unreadable>| {
+        let mut take = |signal: SignalId, reading: Result<Reading, Unreadable>| {
             let (value, stamp) = match reading {
                 Ok(Reading { value, stamp }) => (value, stamp),
                 Err(because) => {
@@ -130,11 +130,11 @@ impl Inputs {
             // Within one process a topic carries the value itself.
             Payload::Value(value) => {
                 let reading = |value: &RawValue| Reading { value: value.clone(), stamp: None };
-                signals.iter().for_each(|signal| tell(*signal, Ok(reading(value))));
+                signals.iter().for_each(|signal| take(*signal, Ok(reading(value))));
             }
             Payload::Bytes(_) => reader.read(message, |field, reading| {
                 if let Some(signal) = signals.get(field) {
-                    tell(*signal, reading);
+                    take(*signal, reading);
                 }
             }),
         }
@@ -176,25 +176,25 @@ signals:
     /// The observations of a message: signal, stamp, value.
     fn read(knowledge: &KnowledgeBase, inputs: &mut Inputs, topic: &str, payload: &str) -> String {
         let payload = Payload::Bytes(payload.to_owned().into());
-        told(knowledge, inputs, &Message::new(topic.into(), Time(70), payload))
+        described(knowledge, inputs, &Message::new(topic.into(), Time(70), payload))
     }
 
-    fn told(knowledge: &KnowledgeBase, inputs: &mut Inputs, message: &Message) -> String {
-        let mut told = Vec::new();
+    fn described(knowledge: &KnowledgeBase, inputs: &mut Inputs, message: &Message) -> String {
+        let mut described = Vec::new();
         inputs.read(message, &Clock::manual(), |observation| {
             let name = &knowledge.signals()[observation.signal].name;
             let RawValue::Number(number) = observation.value else { panic!("only numbers") };
-            told.push(format!("{name}@{}={number}", observation.stamp.0));
+            described.push(format!("{name}@{}={number}", observation.stamp.0));
         });
-        told.join(" ")
+        described.join(" ")
     }
 
     #[test]
     fn one_message_may_carry_several_signals() {
         let (knowledge, mut inputs) = inputs();
         assert_eq!(inputs.topics().map(|topic| &**topic).collect::<Vec<_>>(), ["place", "wheels"]);
-        let told = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "right": 2, "at": 1e-7}"#);
-        assert_eq!(told, "left@100=1.5 right@70=2");
+        let described = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "right": 2, "at": 1e-7}"#);
+        assert_eq!(described, "left@100=1.5 right@70=2");
         assert_eq!(read(&knowledge, &mut inputs, "elsewhere", "1"), "");
     }
 
@@ -204,11 +204,11 @@ signals:
         let payload = Payload::Bytes(r#"{"left": 1, "right": 2, "at": 1e-7}"#.into());
         let message = Message::new("wheels".into(), Time(70), payload);
         let substitute = Message { quality: Some(Quality::Substitute), ..message.clone() };
-        assert_eq!(told(&knowledge, &mut inputs, &substitute), "");
+        assert_eq!(described(&knowledge, &mut inputs, &substitute), "");
         let good = Message { quality: Some(Quality::Good), ..message.clone() };
-        assert_eq!(told(&knowledge, &mut inputs, &good), "left@100=1 right@70=2");
+        assert_eq!(described(&knowledge, &mut inputs, &good), "left@100=1 right@70=2");
         let kept = Message { retained: true, ..message };
-        assert_eq!(told(&knowledge, &mut inputs, &kept), "left@100=1");
+        assert_eq!(described(&knowledge, &mut inputs, &kept), "left@100=1");
     }
 
     #[test]
@@ -220,7 +220,7 @@ signals:
         let payload = Payload::Bytes(r#"{"value": 20, "rank": 2}"#.into());
         let mut of = |quality| {
             let message = Message::new("ahead".into(), Time(70), payload.clone());
-            told(&knowledge, &mut inputs, &Message { quality: Some(quality), ..message })
+            described(&knowledge, &mut inputs, &Message { quality: Some(quality), ..message })
         };
         assert_eq!(of(Quality::Good), "speed@70=20 level@70=2");
         assert_eq!(of(Quality::Substitute), "speed@70=20 level@70=2");
@@ -231,8 +231,8 @@ signals:
     #[test]
     fn what_cannot_be_read_is_invalid_and_counted_with_its_reason() {
         let (knowledge, mut inputs) = inputs();
-        let told = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "at": 1e-7}"#);
-        assert_eq!(told, "left@100=1.5 right@70=NaN");
+        let described = read(&knowledge, &mut inputs, "wheels", r#"{"left": 1.5, "at": 1e-7}"#);
+        assert_eq!(described, "left@100=1.5 right@70=NaN");
         assert_eq!(read(&knowledge, &mut inputs, "wheels", "{"), "left@70=NaN right@70=NaN");
         let right = knowledge.signal("right").unwrap();
         let (count, because) = inputs.unreadable(right);
@@ -243,7 +243,7 @@ signals:
     #[test]
     fn a_repetition_is_no_observation_where_only_changes_count() {
         let (knowledge, mut inputs) = inputs();
-        let told = ["3", "3", "4"].map(|payload| read(&knowledge, &mut inputs, "place", payload));
-        assert_eq!(told, ["where@70=3", "", "where@70=4"]);
+        let described = ["3", "3", "4"].map(|payload| read(&knowledge, &mut inputs, "place", payload));
+        assert_eq!(described, ["where@70=3", "", "where@70=4"]);
     }
 }

@@ -81,9 +81,9 @@ impl Journal {
         let (chunks, taken) = sync_channel(WAITING);
         let (writing, written) = sync_channel(0);
         let missing = Arc::<Mutex<Missing>>::default();
-        let told = missing.clone();
+        let described = missing.clone();
         thread::Builder::new().name("journal".into()).spawn(move || {
-            disk.write_all(&taken, &told);
+            disk.write_all(&taken, &described);
             drop(writing);
         })?;
         Ok(Journal { lines: lines(knowledge)?, inputs: 0, head, chunks: Some(chunks), written, missing })

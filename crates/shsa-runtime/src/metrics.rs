@@ -41,7 +41,7 @@ pub(super) fn text(
     let mut registry = Registry::with_prefix("shsa");
     of_run(&mut registry, figures, bridge);
     of_requests(&mut registry, tally, guard);
-    of_telling(&mut registry, log);
+    of_reporting(&mut registry, log);
     of_disk(&mut registry, healers);
     of_signals(&mut registry, healers);
     of_needs(&mut registry, healers, now);
@@ -120,7 +120,7 @@ fn of_requests(registry: &mut Registry, tally: &Tally, guard: &Guard) {
     registry.register("wrong_tokens", "Wrong tokens that were shown", wrong);
 }
 
-fn of_telling(registry: &mut Registry, log: &EventLog) {
+fn of_reporting(registry: &mut Registry, log: &EventLog) {
     let messages = Counters::default();
     for (name, cause, count) in log.not_taken().counts() {
         let labels = vec![("name", name.to_owned()), ("cause", cause.to_owned())];

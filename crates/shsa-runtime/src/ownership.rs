@@ -109,7 +109,7 @@ impl Ownership {
     ///
     /// # Errors
     /// When the need's name cannot be part of a token.
-    pub(super) fn tell(
+    pub(super) fn announce(
         &mut self,
         need: &str,
         ability: Ability,

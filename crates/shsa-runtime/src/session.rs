@@ -79,7 +79,7 @@ impl Session {
     /// As [`Session::turn`].
     pub(super) fn heed(&mut self) -> Result<(), RuntimeError> {
         self.follow_clock();
-        self.hear()?;
+        self.receive()?;
         self.pass()?;
         self.bridge.flush();
         Ok(())
@@ -115,17 +115,17 @@ impl Session {
         self.bridge.inbox().clock().now()
     }
 
-    fn hear(&mut self) -> Result<(), RuntimeError> {
+    fn receive(&mut self) -> Result<(), RuntimeError> {
         let clock = self.clock();
         for _ in 0..BATCH {
             let Some(mut message) = self.bridge.receive() else { return Ok(()) };
             self.mark(&mut message);
             let began = clock.now();
             for healer in &mut self.healers {
-                healer.hear(&message, &clock);
+                healer.receive(&message, &clock);
             }
             self.deliver()?;
-            self.figures.heard(clock.now() - began);
+            self.figures.count_message(clock.now() - began);
         }
         Ok(())
     }
@@ -162,7 +162,7 @@ impl Session {
                     Effect::Decided(event) => {
                         figures.decided(event.kind);
                         reported.doubt = Time::MIN;
-                        entries.push(log.entry(healer.told(), &event));
+                        entries.push(log.entry(healer.reported_model(), &event));
                     }
                     Effect::Noted(kind, because) => {
                         let now = bridge.inbox().clock().now();
@@ -191,7 +191,7 @@ impl Session {
         // A decision is saved before it is reported, so that it survives a crash; values go out before both.
         bridge.flush();
         healers.iter_mut().for_each(Healer::remember);
-        entries.into_iter().for_each(|entry| log.tell(entry, bridge.as_mut()));
+        entries.into_iter().for_each(|entry| log.publish(entry, bridge.as_mut()));
         Ok(())
     }
 
@@ -215,7 +215,7 @@ impl Session {
         if is_news || now >= reported.doubt {
             reported.doubt = Time::MIN;
             for (_, outlet) in healers.iter().flat_map(Healer::outlets) {
-                if let Err(error) = ownership.tell(outlet.topic(), outlet.ability(now), bridge.as_ref()) {
+                if let Err(error) = ownership.announce(outlet.topic(), outlet.ability(now), bridge.as_ref()) {
                     log.undelivered(outlet.topic(), &error, bridge.as_mut());
                 }
             }

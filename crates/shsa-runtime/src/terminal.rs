@@ -147,9 +147,9 @@ mod tests {
         // One line may be with the writing thread.
         let lost = terminal.lost();
         assert!((499..=500).contains(&lost), "{lost}");
-        let told = terminal.news(Time(0)).unwrap();
+        let described = terminal.news(Time(0)).unwrap();
         assert_eq!(
-            told,
+            described,
             format!("standard output is not read: {lost} lines were not written; the run goes on")
         );
         assert_eq!(terminal.news(Time(0)), None);
@@ -166,9 +166,9 @@ mod tests {
         while terminal.shared.closed.get().is_none() && Instant::now() < end {
             thread::sleep(Duration::from_millis(1));
         }
-        let told = terminal.news(Time(0)).unwrap();
+        let described = terminal.news(Time(0)).unwrap();
         assert_eq!(
-            told,
+            described,
             "standard output is closed (broken pipe): 1 lines were not written; the run goes on"
         );
     }

@@ -129,16 +129,16 @@ impl Bench {
     fn lose_the_wheel(&mut self) {
         self.say("robot/wheel", 5.0);
         self.say("robot/radar", 5.0);
-        self.hear("healed/speed", "5");
+        self.await_message("healed/speed", "5");
         self.order(r#"{"order": "forbid", "signal": "wheel"}"#);
         self.say("robot/radar", 6.0);
-        self.hear("healed/speed", "6");
-        self.hear("shsa/model/events", "\"kind\":\"silenced\"");
+        self.await_message("healed/speed", "6");
+        self.await_message("shsa/model/events", "\"kind\":\"silenced\"");
     }
 
     /// Waits for the next message with this topic and these words.
     #[track_caller]
-    fn hear(&mut self, topic: &str, words: &str) -> Message {
+    fn await_message(&mut self, topic: &str, words: &str) -> Message {
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
             let Some(message) = self.listener.receive() else {
@@ -184,7 +184,7 @@ fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
         bench.say("robot/wheel", 5.0);
         // The other need is still served.
         bench.say("robot/baro", f64::from(at));
-        bench.hear("healed/height", &at.to_string());
+        bench.await_message("healed/height", &at.to_string());
     }
     let state = bench.state();
     assert_eq!(state["undelivered"]["healed/speed"]["refused"]["count"], 25, "{state}");
@@ -193,7 +193,7 @@ fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
     assert_eq!(needs["speed"]["unwritten"], "refused: no such name");
     bench.refusals.lock().unwrap().clear();
     bench.say("robot/wheel", 6.0);
-    bench.hear("healed/speed", "6");
+    bench.await_message("healed/speed", "6");
     let needs = bench.state()["models"]["model"]["needs"].clone();
     assert_eq!((&needs["speed"]["quality"], &needs["speed"]["unwritten"]), (&"Good".into(), &Value::Null));
 }
@@ -202,12 +202,15 @@ fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
 fn a_refusal_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
     let mut bench = Bench::new(&[("healed/speed", BridgeError::Refused("no such name".into()))]);
     bench.say("robot/wheel", 5.0);
-    bench.hear("shsa/model/events", "a message on healed/speed was not sent: refused: no such name");
+    bench.await_message("shsa/model/events", "a message on healed/speed was not sent: refused: no such name");
     for _ in 0..9 {
         bench.say("robot/wheel", 5.0);
         sleep(Duration::from_millis(5));
     }
-    bench.hear("shsa/model/events", "10 messages on healed/speed were not sent: refused: no such name");
+    bench.await_message(
+        "shsa/model/events",
+        "10 messages on healed/speed were not sent: refused: no such name",
+    );
 }
 
 #[test]
@@ -215,10 +218,10 @@ fn a_value_that_was_lost_on_its_way_is_sent_again() {
     let lost = BridgeError::Lost("nobody there".into());
     let mut bench = Bench::new(&[("healed/speed", lost)]);
     bench.say("robot/wheel", 5.0);
-    bench.hear("shsa/model/events", "a message on healed/speed was not sent: connection lost");
+    bench.await_message("shsa/model/events", "a message on healed/speed was not sent: connection lost");
     bench.refusals.lock().unwrap().clear();
     // No further observation is needed.
-    bench.hear("healed/speed", "5");
+    bench.await_message("healed/speed", "5");
     assert_eq!(bench.state()["models"]["model"]["needs"]["speed"]["quality"], "Good");
 }
 
@@ -228,8 +231,8 @@ fn a_run_whose_events_nobody_takes_goes_on() {
     let of_status = ("shsa/model/need/speed", refused.clone());
     let mut bench = Bench::new(&[("shsa/model/events", refused.clone()), of_status]);
     bench.say("robot/wheel", 5.0);
-    bench.hear("healed/speed", "5");
-    bench.hear("shsa/model/need/height", "Bad");
+    bench.await_message("healed/speed", "5");
+    bench.await_message("shsa/model/need/height", "Bad");
     let state = bench.state();
     assert!(state["undelivered"]["shsa/model/events"]["refused"]["count"].as_u64() >= Some(1), "{state}");
     assert!(state["undelivered"]["shsa/model/need/speed"]["refused"]["count"].as_u64() >= Some(1), "{state}");
@@ -255,9 +258,9 @@ fn a_model_that_does_not_fit_the_bus_is_refused_and_the_run_goes_on() {
     assert!(why.contains("wire the need as a gate"), "{why}");
     // The bus refuses the topic.
     bench.change("signals: { optic: { variable: speed, source: REFUSED } }").unwrap();
-    bench.hear("shsa/model/events", "subscribing to REFUSED: refused: no such name");
+    bench.await_message("shsa/model/events", "subscribing to REFUSED: refused: no such name");
     bench.say("robot/wheel", 5.0);
-    bench.hear("healed/speed", "5");
+    bench.await_message("healed/speed", "5");
 }
 
 /// The allocations for observations of each signal after the run has been under way for two seconds, between the reports that
@@ -311,10 +314,10 @@ fn a_subscriber_hears_every_decision_and_the_end() {
     let mut events = bench.handle.subscribe();
     bench.say("robot/wheel", 5.0);
     bench.say("robot/radar", 5.0);
-    bench.hear("healed/speed", "5");
+    bench.await_message("healed/speed", "5");
     bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
     bench.say("robot/radar", 6.0);
-    bench.hear("healed/speed", "6");
+    bench.await_message("healed/speed", "6");
     let state = bench.state();
     let kinds: Vec<Value> = std::iter::from_fn(|| events.poll()).map(|event| event["kind"].clone()).collect();
     assert!(kinds.contains(&"ordered".into()) && kinds.contains(&"substituted".into()), "{kinds:?}");

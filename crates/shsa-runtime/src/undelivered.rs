@@ -59,11 +59,11 @@ impl Undelivered {
         let cause = self.causes.entry(key).or_default();
         cause.count += 1;
         cause.because = error.to_string();
-        let told = match cause.swell.rise(1, now)? {
+        let described = match cause.swell.rise(1, now)? {
             1 => format!("a message on {name} was not sent: {error}"),
             count => format!("{count} messages on {name} were not sent: {error}"),
         };
-        Some(told)
+        Some(described)
     }
 
     /// Name, kind of the cause, and number of messages since the beginning.
@@ -152,8 +152,8 @@ mod tests {
     #[test]
     fn a_count_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
         let mut swell = Swell::default();
-        let told: Vec<u64> = (0..2_000).filter_map(|at| swell.rise(1, Time(at))).collect();
-        assert_eq!(told, [1, 10, 100, 1_000]);
+        let described: Vec<u64> = (0..2_000).filter_map(|at| swell.rise(1, Time(at))).collect();
+        assert_eq!(described, [1, 10, 100, 1_000]);
         assert_eq!(swell.rise(0, Time(0)), None);
         assert_eq!(swell.rise(30_000, Time(0)), Some(32_000));
         // After a quiet time, the count begins anew.

@@ -117,7 +117,7 @@ fn conflicts(healer: &Healer, now: Time) -> Map<String, Value> {
         let names = way.rests_on.iter().map(|signal| knowledge.signals()[signal].name.clone());
         names.collect::<Vec<_>>()
     };
-    let pairs = monitor.restless().filter(|pair| pair.relationship(now) == ResidualState::Conflict);
+    let pairs = monitor.restless().filter(|pair| pair.residual_state(now) == ResidualState::Conflict);
     let rows = pairs.filter_map(|pair| {
         let (one, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
         let words = |way: &WatchedWay| way.computation.way().describe(knowledge);

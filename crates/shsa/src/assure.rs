@@ -145,7 +145,7 @@ fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
     for path in paths {
         let name = path.display().to_string();
         let (certificates, report) = conserts::read(&read(path)?, &name);
-        show::tell_report(&report);
+        show::print_report(&report);
         if !report.ok() {
             return Err(AlreadyReported.into());
         }
@@ -196,7 +196,7 @@ fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {
 /// The text of a file; prints the problem with it.
 fn read(path: &Path) -> anyhow::Result<String> {
     read_text(path, "model").map_err(|report| {
-        show::tell_report(&report);
+        show::print_report(&report);
         AlreadyReported.into()
     })
 }

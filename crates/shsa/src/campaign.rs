@@ -196,7 +196,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let (Some(object), Some(comparison)) = (object.as_object_mut(), &comparison) {
         object.insert("comparison".to_owned(), comparison.to_json());
     }
-    tell(
+    print_results(
         arguments,
         files,
         &Results { campaign: &campaign, object, comparison: comparison.as_ref(), detectable },
@@ -232,8 +232,12 @@ struct Results<'a> {
     detectable: Option<&'a Detectable>,
 }
 
-fn tell(arguments: &Arguments, [json, html, markdown]: Files, told: &Results<'_>) -> anyhow::Result<()> {
-    let Results { campaign, object, comparison, detectable } = told;
+fn print_results(
+    arguments: &Arguments,
+    [json, html, markdown]: Files,
+    found: &Results<'_>,
+) -> anyhow::Result<()> {
+    let Results { campaign, object, comparison, detectable } = found;
     if let Some(mut file) = json {
         writeln!(file, "{object}")?;
         file.flush()?;
@@ -335,9 +339,9 @@ fn patch(live: &mut Live, path: &Path) -> anyhow::Result<()> {
     let name = path.display().to_string();
     let text = std::fs::read_to_string(path).with_context(|| format!("{name} cannot be read"))?;
     match live.change(Written { name: &name, text: &text }) {
-        Ok(report) => show::tell_report(&report),
+        Ok(report) => show::print_report(&report),
         Err(report) => {
-            show::tell_report(&report);
+            show::print_report(&report);
             bail!("{name} has errors");
         }
     }

@@ -62,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let mut warnings = unwatched(knowledge, WatchBudget::default());
         warnings.extend(shortened(requirements::unmet(knowledge)));
         let file = arguments.model.display().to_string();
-        loaded.report.diagnostics.extend(warnings.into_iter().map(|told| Located::warning(&file, told)));
+        loaded.report.diagnostics.extend(warnings.into_iter().map(|errors| Located::warning(&file, errors)));
     }
     let mut output = stdout().lock();
     if arguments.json {
@@ -99,9 +99,9 @@ fn size(knowledge: &KnowledgeBase) -> String {
 
 fn problems(report: &Report) -> String {
     let of = |severity| report.diagnostics.iter().filter(|found| found.severity == severity).count();
-    let told = counted(of(Severity::Error), "error");
+    let errors = counted(of(Severity::Error), "error");
     match of(Severity::Warning) {
-        0 => show::style().paint(Paint::Red, &told),
-        warnings => format!("{}, {}", show::style().paint(Paint::Red, &told), counted(warnings, "warning")),
+        0 => show::style().paint(Paint::Red, &errors),
+        warnings => format!("{}, {}", show::style().paint(Paint::Red, &errors), counted(warnings, "warning")),
     }
 }

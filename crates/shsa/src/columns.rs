@@ -59,7 +59,7 @@ pub(crate) struct About {
     /// Where it is found.
     pub(crate) source: String,
     /// The unit of the header as it is written there.
-    pub(crate) told_unit: Option<String>,
+    pub(crate) declared_unit: Option<String>,
     /// The unit that its name suggests, where the header has none.
     pub(crate) guessed_unit: Option<&'static str>,
 }
@@ -82,8 +82,12 @@ impl ColumnArguments {
     pub(crate) fn read(&self) -> anyhow::Result<Columns> {
         let options = self.reading.options();
         let files = recording::inventory(&self.recordings, &options)?;
-        let mut found =
-            Fields { arguments: self, told: BTreeSet::new(), listed: Vec::new(), left_out: Vec::new() };
+        let mut found = Fields {
+            arguments: self,
+            listed_names: BTreeSet::new(),
+            listed: Vec::new(),
+            left_out: Vec::new(),
+        };
         for topic in files.iter().flat_map(|file| &file.topics) {
             found.of_topic(topic)?;
         }
@@ -152,7 +156,7 @@ struct Listed {
 
 struct Fields<'a> {
     arguments: &'a ColumnArguments,
-    told: BTreeSet<String>,
+    listed_names: BTreeSet<String>,
     listed: Vec<Listed>,
     left_out: Vec<(String, String)>,
 }
@@ -164,7 +168,7 @@ impl Fields<'_> {
             let plain = source(topic, &field.path, None, "");
             let is_key = Some(&field.path) == self.arguments.by.as_ref();
             let is_time = self.arguments.reading.options().time_column.as_ref() == Some(&field.path);
-            if is_key || is_time || !self.told.insert(plain.clone()) {
+            if is_key || is_time || !self.listed_names.insert(plain.clone()) {
                 continue;
             }
             if topic.fields.iter().filter(|it| it.path == field.path).count() > 1 {
@@ -270,7 +274,7 @@ fn named(listed: &[Listed]) -> Vec<About> {
             signal: name.clone(),
             variable: name,
             source: it.source.clone(),
-            told_unit: it.unit.clone(),
+            declared_unit: it.unit.clone(),
             guessed_unit,
         }
     };
@@ -335,7 +339,7 @@ impl Values {
 
 impl Points {
     fn column(self, about: &mut About, kind: String) -> Column {
-        let unit = about.told_unit.as_deref().and_then(unit_of);
+        let unit = about.declared_unit.as_deref().and_then(unit_of);
         let angle = unit.as_ref().filter(|unit| unit.dimension == Dimension::ANGLE);
         let turn = angle.map(|unit| std::f64::consts::TAU / unit.scale);
         let signal = Signal { name: about.signal.clone(), unit, points: self.points };

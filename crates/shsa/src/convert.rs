@@ -142,17 +142,17 @@ fn is_same(one: &Path, other: &Path) -> bool {
 /// The draft, the knowledge base, and the number of elements lost; problems go to standard error.
 fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let name = arguments.file.display().to_string();
-    let text = told(model::read_text(&arguments.file, "model"))?;
-    let source = told(model::read(&text, &name, arguments.from.map(Origin::form)))?;
+    let text = or_report(model::read_text(&arguments.file, "model"))?;
+    let source = or_report(model::read(&text, &name, arguments.from.map(Origin::form)))?;
     let (draft, losses) = (source.draft.clone(), source.losses);
     let loaded = source.build(&text, &name);
-    show::tell_report(&loaded.report);
+    show::print_report(&loaded.report);
     if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyReported.into()) }
 }
 
-fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
+fn or_report<T>(read: Result<T, Report>) -> anyhow::Result<T> {
     read.map_err(|report| {
-        show::tell_report(&report);
+        show::print_report(&report);
         AlreadyReported.into()
     })
 }

@@ -44,13 +44,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 /// A model with its formatted text, if that differs.
 fn changed(model: &Path) -> anyhow::Result<Option<(&Path, String)>> {
-    let text = read_text(model, "model").map_err(|report| told(&report))?;
+    let text = read_text(model, "model").map_err(|report| or_report(&report))?;
     let name = model.display().to_string();
-    let laid_out = layout::laid_out(Written { name: &name, text: &text }).map_err(|report| told(&report))?;
+    let laid_out =
+        layout::laid_out(Written { name: &name, text: &text }).map_err(|report| or_report(&report))?;
     Ok((laid_out != text).then_some((model, laid_out)))
 }
 
-fn told(report: &Report) -> anyhow::Error {
+fn or_report(report: &Report) -> anyhow::Error {
     // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
     AlreadyReported.into()

@@ -32,9 +32,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(Outcome::Done);
     }
     let words = ["shsa"].into_iter().chain(arguments.topic.iter().map(String::as_str)).chain(["--help"]);
-    let Err(told) = crate::Arguments::command().try_get_matches_from(words) else { return Ok(Outcome::Done) };
-    told.print()?;
-    if told.kind() == ErrorKind::DisplayHelp {
+    let Err(described) = crate::Arguments::command().try_get_matches_from(words) else {
+        return Ok(Outcome::Done);
+    };
+    described.print()?;
+    if described.kind() == ErrorKind::DisplayHelp {
         return Ok(Outcome::Done);
     }
     let pages = PAGES.map(|(name, _)| name).join(", ");

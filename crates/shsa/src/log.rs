@@ -106,7 +106,7 @@ impl Log {
     }
 
     /// Whether a decision is written.
-    pub(crate) fn tells(self, decision: &Decision<'_>) -> bool {
+    pub(crate) fn includes(self, decision: &Decision<'_>) -> bool {
         Level::of(decision) <= self.least
     }
 
@@ -180,7 +180,7 @@ fn text_line(at: Time, level: Level, words: &str) -> String {
 ///
 /// # Errors
 /// When no thread can be started.
-pub(crate) fn tell_figures(log: Log, handle: Handle) -> std::io::Result<()> {
+pub(crate) fn print_figures(log: Log, handle: Handle) -> std::io::Result<()> {
     if log.least < Level::Debug {
         return Ok(());
     }

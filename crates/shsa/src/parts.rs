@@ -53,11 +53,11 @@ const ENDINGS: [&str; 3] = ["yaml", "yml", "json"];
 pub(crate) fn join(arguments: &JoinArguments) -> anyhow::Result<Outcome> {
     arguments.output.check(&arguments.models)?;
     let names: Vec<String> = arguments.models.iter().map(|path| path.display().to_string()).collect();
-    let texts = arguments.models.iter().map(|path| told(read_text(path, "model")));
+    let texts = arguments.models.iter().map(|path| or_report(read_text(path, "model")));
     let texts = texts.collect::<anyhow::Result<Vec<_>>>()?;
     let parts: Vec<Written> = names.iter().zip(&texts).map(|(name, text)| Written { name, text }).collect();
-    let (joined, warnings) = told(live::join(&parts))?;
-    show::tell_report(&warnings);
+    let (joined, warnings) = or_report(live::join(&parts))?;
+    show::print_report(&warnings);
     arguments.output.write(joined.draft())
 }
 
@@ -72,9 +72,9 @@ pub(crate) fn part(arguments: &PartArguments) -> anyhow::Result<Outcome> {
     }
 }
 
-fn told<T>(read: Result<T, Report>) -> anyhow::Result<T> {
+fn or_report<T>(read: Result<T, Report>) -> anyhow::Result<T> {
     read.map_err(|report| {
-        show::tell_report(&report);
+        show::print_report(&report);
         AlreadyReported.into()
     })
 }

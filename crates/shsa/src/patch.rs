@@ -33,7 +33,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         (arguments.model.display().to_string(), arguments.patch.display().to_string());
     let model = Written { name: &model_name, text: &model };
     let change = Written { name: &change_name, text: &change };
-    let patched = patch::patched(model, change).map_err(|report| told(&report))?;
+    let patched = patch::patched(model, change).map_err(|report| or_report(&report))?;
     match &arguments.output {
         Some(file) => fs::write(file, patched).with_context(|| format!("writing {}", file.display()))?,
         None => stdout().write_all(patched.as_bytes())?,
@@ -42,10 +42,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn text(path: &Path, what: &str) -> anyhow::Result<String> {
-    read_text(path, what).map_err(|report| told(&report))
+    read_text(path, what).map_err(|report| or_report(&report))
 }
 
-fn told(report: &Report) -> anyhow::Error {
+fn or_report(report: &Report) -> anyhow::Error {
     // If standard error cannot be written, there is nothing left to do.
     let _ = writeln!(stderr(), "{}", report.render(show::colour(stderr().is_terminal())).trim_end());
     AlreadyReported.into()

@@ -208,8 +208,8 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
 /// When a model is invalid, or the bus or the HTTP address cannot be used.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let log = Log::begin(&arguments.log);
-    let is_told = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
-    anyhow::ensure!(is_told || !arguments.join, NO_JOIN);
+    let is_reported = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
+    anyhow::ensure!(is_reported || !arguments.join, NO_JOIN);
     let models = models(&arguments.models)?;
     let options = options(arguments, &models, log)?;
     let has_token = options.token.is_some();
@@ -222,31 +222,31 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let runtime = Runtime::new(models, options, bridge)?;
     if has_token && !bus.is_private() {
-        show::tell(
+        show::notice(
             "the bus is not encrypted: who gives an order over it shows the token to everyone on the network",
         );
     }
     if let Some(address) = arguments.http {
         let address = runtime.serve_http(address, &arguments.http_host)?;
-        show::tell(&format!("state, events and metrics: http://{address}/state"));
-        show::tell(&format!("the page: http://{address}/"));
+        show::notice(&format!("state, events and metrics: http://{address}/state"));
+        show::notice(&format!("the page: http://{address}/"));
     }
     let (handle, stop) = (runtime.handle(), Arc::new(AtomicBool::new(false)));
     let raised = stop.clone();
     service_manager::attend(runtime.handle())?;
-    log::tell_figures(log, runtime.handle())?;
+    log::print_figures(log, runtime.handle())?;
     on_signals([SIGINT, SIGTERM, SIGHUP, SIGXFSZ], move |signal| match signal {
         SIGHUP => reload(&handle),
         // A file beyond its size limit is treated like a full disk: the write fails, and the process goes on.
         SIGXFSZ => {}
         _ => {
-            service_manager::tell("STOPPING=1");
+            service_manager::notify("STOPPING=1");
             raised.store(true, Ordering::Release);
             handle.stop();
         }
     })?;
     if arguments.bus.bus == Address::Memory {
-        show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
+        show::notice("no bus was given: a simulated robot drives about in this process (see --bus)");
         shsa_demo::rover::simulate(&memory, &stop)?;
     }
     Ok(match runtime.run()? {
@@ -259,11 +259,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 /// Orders a reload of the models.
 fn reload(handle: &Handle) {
-    service_manager::tell("RELOADING=1");
+    service_manager::notify("RELOADING=1");
     if let Err(why) = handle.order(Order::Reload) {
         show::warn(format!("the models stay as they are: {why}"));
     }
-    service_manager::tell("READY=1");
+    service_manager::notify("READY=1");
 }
 
 /// The options of the run from the arguments, for these models.
@@ -273,7 +273,7 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
     let wiring = arguments.wiring.as_ref().map(|path| Wiring::load(path, &models)).transpose();
     let wiring = wiring.map_err(|report| {
-        show::tell_report(&report);
+        show::print_report(&report);
         AlreadyReported
     })?;
     let journal = |folder: &PathBuf| JournalOptions {
@@ -303,7 +303,7 @@ fn printer(is_json: bool, log: Log) -> Printer {
         true => Printer::json(stdout()),
         false => Printer::text(stdout(), move |decision| log.decision(decision, || line(decision))),
     };
-    printer.only(move |decision| log.tells(decision))
+    printer.only(move |decision| log.includes(decision))
 }
 
 /// A decision as text.

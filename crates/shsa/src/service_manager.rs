@@ -26,7 +26,7 @@ pub(crate) fn attend(handle: Handle) -> std::io::Result<()> {
     thread::Builder::new().name("watchdog".into()).spawn(move || {
         let mut state = "READY=1\nSTATUS=running";
         while handle.health().is_ok() {
-            tell(state);
+            notify(state);
             state = "WATCHDOG=1";
             let Some(every) = every else { return };
             thread::sleep(Duration::from_micros(every));
@@ -36,7 +36,7 @@ pub(crate) fn attend(handle: Handle) -> std::io::Result<()> {
 }
 
 /// Sends a state; the service manager may be gone.
-pub(crate) fn tell(state: &str) {
+pub(crate) fn notify(state: &str) {
     let Some(path) = env::var_os(SOCKET) else { return };
     let _ = UnixDatagram::unbound().and_then(|socket| match path.to_string_lossy().strip_prefix('@') {
         #[cfg(target_os = "linux")]

@@ -23,7 +23,7 @@ const MOST_NAMES: usize = 20;
 /// When the model has errors.
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
     let loaded = model::load_file(path);
-    tell_report(&loaded.report);
+    print_report(&loaded.report);
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyReported.into()) }
 }
 
@@ -37,21 +37,21 @@ pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
         model::read_text(path, "model").and_then(|text| Live::load(Written { name: &name, text: &text }));
     match loaded {
         Ok((live, report)) => {
-            tell_report(&report);
+            print_report(&report);
             Ok(live)
         }
         Err(report) => {
-            tell_report(&report);
+            print_report(&report);
             Err(AlreadyReported.into())
         }
     }
 }
 
 /// Prints the problems of a model, if there are any; only `shsa check` prints notes.
-pub(crate) fn tell_report(report: &Report) {
+pub(crate) fn print_report(report: &Report) {
     let text = report.without_notes().render(colour(stderr().is_terminal()));
     if !text.is_empty() {
-        tell(text.trim_end());
+        notice(text.trim_end());
     }
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn write(line: &str) {
 }
 
 /// Tells an information.
-pub(crate) fn tell(message: &str) {
+pub(crate) fn notice(message: &str) {
     log(Level::Info, message);
 }
 
@@ -72,7 +72,7 @@ pub(crate) fn warn(message: impl fmt::Display) {
 
 /// Tells what there is to know of recordings that were read: which files are one, and what is the matter with them.
 pub(crate) fn recording(recording: &Recording) {
-    recording.joined.iter().for_each(|joined| tell(joined));
+    recording.joined.iter().for_each(|joined| notice(joined));
     recording.warnings.iter().for_each(warn);
 }
 
@@ -107,7 +107,7 @@ pub(crate) fn style() -> Style {
 pub(crate) fn report_error(error: ReportError) -> anyhow::Error {
     match error {
         ReportError::Moment(report) => {
-            tell_report(&report);
+            print_report(&report);
             AlreadyReported.into()
         }
         other => other.into(),

@@ -29,18 +29,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
         written::ensure_free(path, &[story])?;
         let bytes = std::fs::read(story).with_context(|| format!("cannot read {}", story.display()))?;
-        return told(&load(story)?, Some((path, &provenance(story, &bytes))));
+        return run_story(&load(story)?, Some((path, &provenance(story, &bytes))));
     }
     let mut is_met = true;
     for path in &arguments.stories {
-        is_met &= tell(&load(path)?)?;
+        is_met &= print_story(&load(path)?)?;
     }
     Ok(if is_met { Outcome::Done } else { Outcome::No })
 }
 
 /// Tells a story, and writes the page about it.
-pub(crate) fn told(story: &Story, report: Option<(&Path, &Provenance)>) -> anyhow::Result<Outcome> {
-    let is_met = tell(story)?;
+pub(crate) fn run_story(story: &Story, report: Option<(&Path, &Provenance)>) -> anyhow::Result<Outcome> {
+    let is_met = print_story(story)?;
     if let Some((path, made)) = report {
         let page = story_page(story, made)?;
         std::fs::write(path, page).with_context(|| format!("cannot write {}", path.display()))?;
@@ -52,13 +52,13 @@ fn load(path: &Path) -> anyhow::Result<Story> {
     let loaded = story::load_file(path);
     let report = loaded.report.render(show::colour(stderr().is_terminal()));
     if !report.is_empty() {
-        show::tell(report.trim_end());
+        show::notice(report.trim_end());
     }
     loaded.story.ok_or_else(|| AlreadyReported.into())
 }
 
 /// Runs a story and reports it; returns whether all expectations are met.
-fn tell(story: &Story) -> anyhow::Result<bool> {
+fn print_story(story: &Story) -> anyhow::Result<bool> {
     let outcome = story.run();
     let mut output = stdout().lock();
     writeln!(output, "{}\n{}\n", story.title, story.why.trim_end())?;

@@ -100,8 +100,8 @@ fn every_command_on_files_runs() {
             continue;
         }
         let run = project.run(&words[1..]);
-        let told = String::from_utf8_lossy(&run.stderr);
-        assert!(run.status.success(), "{line}: {:?}\n{told}", run.status);
+        let reported = String::from_utf8_lossy(&run.stderr);
+        assert!(run.status.success(), "{line}: {:?}\n{reported}", run.status);
         count += 1;
     }
     assert!(count >= 9, "{count} commands");
@@ -128,8 +128,8 @@ fn every_command_on_a_bus_runs() {
         }
         let run = project.run(&words[1..]);
         let expected = if bus.is_some() && words[1] != "service" { 1 } else { 0 };
-        let told = String::from_utf8_lossy(&run.stderr);
-        assert_eq!(run.status.code(), Some(expected), "{line}\n{told}");
+        let reported = String::from_utf8_lossy(&run.stderr);
+        assert_eq!(run.status.code(), Some(expected), "{line}\n{reported}");
         count += 1;
     }
     assert!(count >= 4, "{count} commands");

@@ -118,7 +118,10 @@ impl Report {
     }
 
     fn others(&self, faulty: &[&str], kinds: &[&str]) -> BTreeSet<&str> {
-        let told = self.events.iter().filter(|event| kinds.contains(&&*event.kind));
-        told.filter_map(|event| event.signal.as_deref()).filter(|signal| !faulty.contains(signal)).collect()
+        let reported = self.events.iter().filter(|event| kinds.contains(&&*event.kind));
+        reported
+            .filter_map(|event| event.signal.as_deref())
+            .filter(|signal| !faulty.contains(signal))
+            .collect()
     }
 }

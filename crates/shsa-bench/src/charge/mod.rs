@@ -9,7 +9,7 @@ mod methods;
 mod modelled;
 
 use crate::table::{Errors, Table, write_document};
-use crate::{Outcome, tell};
+use crate::{Outcome, notice};
 use cell::Row;
 use circuit::Circuit;
 use methods::{Method, Scenario, run_method};
@@ -71,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut tables = vec![table(&results)];
     match &arguments.model {
         Some(model) => tables.push(modelled::table(model, &arguments.file, &rows, arguments.json)?),
-        None => tell("SKIPPED: the model in the loop: no --model FILE"),
+        None => notice("SKIPPED: the model in the loop: no --model FILE"),
     }
     if !arguments.json {
         tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;

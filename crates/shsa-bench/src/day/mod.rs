@@ -120,12 +120,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 fn measure(folder: &Path, shape: Shape) -> anyhow::Result<Measured> {
     let (model, table) = (folder.join("model.yaml"), folder.join("day.csv"));
     fs::write(&model, data::model(&shape)).with_context(|| format!("cannot write {}", model.display()))?;
-    crate::tell(&format!("writing {} rows ...", shape.rows));
+    crate::notice(&format!("writing {} rows ...", shape.rows));
     File::create(&table)
         .and_then(|file| data::write(file, &shape))
         .with_context(|| format!("cannot write {}", table.display()))?;
     let file_bytes = fs::metadata(&table)?.len() as f64;
-    crate::tell("replaying ...");
+    crate::notice("replaying ...");
     let replayed = replay(folder, &model, &table)?;
     Ok(Measured { shape, file_bytes, replayed })
 }
@@ -134,10 +134,10 @@ fn measure(folder: &Path, shape: Shape) -> anyhow::Result<Measured> {
 fn replay(folder: &Path, model: &Path, table: &Path) -> anyhow::Result<Replayed> {
     let program = crate::program::shsa()?;
     // Standard output goes to a file: nobody reads a pipe while the process is watched, and a full pipe would block it.
-    let told = folder.join("report.json");
+    let report_path = folder.join("report.json");
     let mut command = Command::new(program);
     command.arg("replay").args([model, table]).args(["--json", "--stream"]);
-    command.stdout(File::create(&told)?).stderr(Stdio::inherit());
+    command.stdout(File::create(&report_path)?).stderr(Stdio::inherit());
     let began = Instant::now();
     let mut child = command.spawn().context("cannot start shsa")?;
     let who = child.id().to_string();
@@ -154,7 +154,7 @@ fn replay(folder: &Path, model: &Path, table: &Path) -> anyhow::Result<Replayed>
         bail!("the replay ended with {ended}");
     }
     let report =
-        serde_json::from_str(&fs::read_to_string(&told)?).context("the replay said something else")?;
+        serde_json::from_str(&fs::read_to_string(&report_path)?).context("the replay said something else")?;
     // A process that has just ended reports no memory.
     memory.retain(|(_, bytes)| *bytes > 0.0);
     Ok(Replayed { seconds, memory, report })

@@ -6,7 +6,7 @@ use super::model::{Plan, need, topic, value};
 use super::plain;
 use super::subject::{Manner, Subject};
 use super::times::{Quantiles, Times};
-use super::traffic::{Beat, Ear, Mouth};
+use super::traffic::{Beat, Publisher, Subscriber};
 use serde_json::{Value, json};
 use shsa_bridge::{Message, Outgoing, Quality};
 use shsa_core::time::Time;
@@ -57,8 +57,8 @@ impl Gate {
     }
 
     pub(super) fn lost(&self) -> u64 {
-        let heard = |path: &Path| path.times.count();
-        self.paths.iter().map(|path| self.sent.saturating_sub(heard(path))).sum()
+        let received = |path: &Path| path.times.count();
+        self.paths.iter().map(|path| self.sent.saturating_sub(received(path))).sum()
     }
 
     pub(super) fn to_json(&self) -> Value {
@@ -106,13 +106,13 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
     let _relay = Relay::start(middleware, &ends[1])?;
     let turns = Turns::new(ends.clone().map(|(_, to)| to))?;
     let topics = ends.clone().map(|(_, to)| to);
-    let ear = Ear::new(middleware, "bench-consumer", false, topics, turns, Turns::take)?;
-    let mut mouth = Mouth::new(middleware, "bench-publisher", false)?;
+    let subscriber = Subscriber::new(middleware, "bench-consumer", false, topics, turns, Turns::take)?;
+    let mut publisher = Publisher::new(middleware, "bench-publisher", false)?;
     let mut beat = Beat::new(PERIOD);
     // Waits until everything is connected and the instance has found that its signals agree.
     for at in 0..1_000 {
         beat.wait();
-        say(&mut mouth, &ends, at % 3, at as u32)?;
+        publish_next(&mut publisher, &ends, at % 3, at as u32)?;
     }
     let begin = middleware.clock.now();
     let mut count = 0;
@@ -120,7 +120,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
         for path in 0..PATHS.len() {
             for at in 0..TURN {
                 beat.wait();
-                say(&mut mouth, &ends, path, at)?;
+                publish_next(&mut publisher, &ends, path, at)?;
             }
             // The last messages arrive before the next path begins.
             thread::sleep(Duration::from_millis(20));
@@ -129,34 +129,39 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, is_awake: bool) -> 
         count += u64::from(TURN - SETTLING);
     }
     thread::sleep(Duration::from_millis(500));
-    let inside = Quantiles::told(&subject.state()?["figures"]["latency_us"]);
-    let turns = ear.end()?;
+    let inside = Quantiles::from_state(&subject.state()?["figures"]["latency_us"]);
+    let turns = subscriber.end()?;
     Ok(Gate { kind: middleware.kind, is_awake, sent: count, paths: turns.paths(begin)?, inside })
 }
 
 /// Publishes the next message of a path; on every path, the instance's other signals publish now and then.
-fn say(mouth: &mut Mouth, ends: &[(String, String); 3], path: usize, at: u32) -> anyhow::Result<()> {
+fn publish_next(
+    publisher: &mut Publisher,
+    ends: &[(String, String); 3],
+    path: usize,
+    at: u32,
+) -> anyhow::Result<()> {
     if at.is_multiple_of(OTHERS) {
         for other in [1, 2] {
-            let now = mouth.now();
-            mouth.say(&topic(0, other), value(now))?;
+            let now = publisher.now();
+            publisher.publish_next(&topic(0, other), value(now))?;
         }
         thread::sleep(Duration::from_micros(300));
     }
-    let now = mouth.now();
-    mouth.say(&ends[path].0, value(now))?;
+    let now = publisher.now();
+    publisher.publish_next(&ends[path].0, value(now))?;
     Ok(())
 }
 
 /// The messages that the consumer has received: path, time of publishing, time of reception.
 struct Turns {
     topics: [String; 3],
-    heard: Vec<(usize, Time, Time)>,
+    received: Vec<(usize, Time, Time)>,
 }
 
 impl Turns {
     fn new(topics: [String; 3]) -> anyhow::Result<Turns> {
-        Ok(Turns { topics, heard: Vec::with_capacity(1 << 17) })
+        Ok(Turns { topics, received: Vec::with_capacity(1 << 17) })
     }
 
     /// Takes a message in, unless it is a substitute: while other paths have their turn, the need's source is silent, and a
@@ -166,19 +171,21 @@ impl Turns {
             return;
         }
         let path = self.topics.iter().position(|topic| **topic == *message.topic);
-        self.heard.extend(path.zip(message.stamp).map(|(path, stamp)| (path, stamp, now)));
+        self.received.extend(path.zip(message.stamp).map(|(path, stamp)| (path, stamp, now)));
     }
 
     /// The times of the messages published from `begin` on, turn by turn.
     fn paths(self, begin: Time) -> anyhow::Result<[Path; 3]> {
         let one = |path: usize| -> anyhow::Result<Path> {
-            let heard: Vec<_> =
-                self.heard.iter().filter(|(of, said, _)| *of == path && *said >= begin).collect();
+            let received: Vec<_> =
+                self.received.iter().filter(|(of, sent_at, _)| *of == path && *sent_at >= begin).collect();
             let mut times = Times::new()?;
             let mut best = Quantiles { p50: f64::INFINITY, p99: f64::INFINITY, worst: f64::INFINITY };
-            for turn in heard.chunks(TURN as usize) {
+            for turn in received.chunks(TURN as usize) {
                 let mut of_turn = Times::new()?;
-                turn.iter().skip(SETTLING as usize).for_each(|(_, said, at)| of_turn.record(*at - *said));
+                turn.iter()
+                    .skip(SETTLING as usize)
+                    .for_each(|(_, sent_at, at)| of_turn.record(*at - *sent_at));
                 best = best.least(of_turn.quantiles());
                 times.add(&of_turn);
             }

@@ -122,8 +122,8 @@ fn measure(arguments: &Arguments) -> anyhow::Result<Outcome> {
 impl Found {
     fn add(&mut self, arguments: &Arguments, kind: Kind, part: Part) -> anyhow::Result<()> {
         let middleware = Middleware::start(kind)?;
-        crate::tell(&format!("{}, {part:?} ...", kind.name()).to_lowercase());
-        let told = |line: Value| match arguments.json {
+        crate::notice(&format!("{}, {part:?} ...", kind.name()).to_lowercase());
+        let print = |line: Value| match arguments.json {
             true => writeln!(stdout().lock(), "{line}"),
             false => Ok(()),
         };
@@ -133,23 +133,23 @@ impl Found {
                 match Awake::keep() {
                     Ok(_awake) => self.gates.push(gate::measure(&middleware, arguments.seconds, true)?),
                     Err(why) => {
-                        crate::tell(&format!("processors may not be kept awake ({why}): not measured"))
+                        crate::notice(&format!("processors may not be kept awake ({why}): not measured"))
                     }
                 }
                 self.gates
                     .iter()
                     .filter(|gate| gate.kind == kind)
-                    .try_for_each(|gate| told(gate.to_json()))?;
+                    .try_for_each(|gate| print(gate.to_json()))?;
             }
             Part::Reaction => {
                 for reaction in reaction::measure(&middleware, arguments.faults as usize)? {
-                    told(reaction.to_json())?;
+                    print(reaction.to_json())?;
                     self.reactions.push(reaction);
                 }
             }
             Part::Throughput => {
                 for step in throughput::climb(&middleware, arguments.seconds / 10.0)? {
-                    told(step.to_json())?;
+                    print(step.to_json())?;
                     self.throughputs.push(step);
                 }
             }

@@ -4,7 +4,7 @@ use super::middleware::{Kind, Middleware};
 use super::model::{LIE, Plan, name, need, topic, value};
 use super::subject::{EVENTS, Manner, Subject};
 use super::times::Times;
-use super::traffic::{Beat, Ear, Mouth};
+use super::traffic::{Beat, Publisher, Subscriber};
 use serde_json::{Value, json};
 use shsa_bridge::{Message, Payload, Quality};
 use shsa_core::observation::RawValue;
@@ -130,12 +130,12 @@ pub(super) fn measure(middleware: &Middleware, faults: usize) -> anyhow::Result<
     let _subject = Subject::start(middleware, &PLAN, manner)?;
     let log = Log { served: PLAN.needs().map(|need| (need, Vec::new())).collect(), ..Log::default() };
     let topics = PLAN.needs().chain([EVENTS.to_owned()]);
-    let ear = Ear::new(middleware, "bench-consumer", false, topics, log, Log::take)?;
-    let mouth = Mouth::new(middleware, "bench-publisher", false)?;
-    let mut stage = Stage { mouth, broken: vec![None; VARIABLES], faults: Vec::new() };
+    let subscriber = Subscriber::new(middleware, "bench-consumer", false, topics, log, Log::take)?;
+    let publisher = Publisher::new(middleware, "bench-publisher", false)?;
+    let mut stage = Stage { publisher, broken: vec![None; VARIABLES], faults: Vec::new() };
     stage.play(cycles)?;
     std::thread::sleep(Duration::from_millis(500));
-    let log = ear.end()?;
+    let log = subscriber.end()?;
     Ok([
         stage.judged(middleware.kind, Break::Lies, &log)?,
         stage.judged(middleware.kind, Break::Silent, &log)?,
@@ -152,7 +152,7 @@ fn broken(ms: u64, cycles: u64, variable: usize) -> Option<Break> {
 
 /// The sensors and their present faults.
 struct Stage {
-    mouth: Mouth,
+    publisher: Publisher,
     broken: Vec<Option<(Break, Time)>>,
     faults: Vec<Fault>,
 }
@@ -177,7 +177,7 @@ impl Stage {
 
     /// Publishes one signal's value, with its present fault.
     fn turn(&mut self, wrong: Option<Break>, variable: usize, signal: usize) -> anyhow::Result<()> {
-        let now = self.mouth.now();
+        let now = self.publisher.now();
         if signal == 0 {
             match (wrong, self.broken[variable]) {
                 (Some(how), None) => self.broken[variable] = Some((how, now)),
@@ -193,7 +193,7 @@ impl Stage {
             Some(Break::Lies) => LIE,
             None => 0.0,
         };
-        self.mouth.say(&topic(variable, signal), value(now) + lie)?;
+        self.publisher.publish_next(&topic(variable, signal), value(now) + lie)?;
         Ok(())
     }
 

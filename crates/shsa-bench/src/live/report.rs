@@ -84,7 +84,7 @@ fn rate_rows(found: &Found) -> Vec<Vec<String>> {
     let row = |step: &Throughput| {
         vec![
             step.kind.name().to_owned(),
-            format!("{:.0}", step.said_rate),
+            format!("{:.0}", step.input_rate),
             step.tally.lost().to_string(),
             format!("{:.2}", step.cores()),
             seconds(step.each_s()),
@@ -230,7 +230,7 @@ fn rate_section(found: &Found) -> String {
     }
     let highest = |kind: super::Kind| {
         let of = found.throughputs.iter().filter(|step| step.kind == kind && step.tally.lost() == 0);
-        of.map(|step| step.said_rate).fold(f64::NAN, f64::max)
+        of.map(|step| step.input_rate).fold(f64::NAN, f64::max)
     };
     let mut kinds: Vec<super::Kind> = found.throughputs.iter().map(|step| step.kind).collect();
     kinds.dedup();
@@ -284,10 +284,10 @@ fn sentences(soak: &Soak) -> Vec<String> {
             "{:.0} s at {:.0} messages a second over {}: {} said, {} heard, {} published, {} consumed; lost: {}; decisions: {}; \
              {:.2} cores.",
             soak.seconds,
-            soak.tally.said as f64 / soak.seconds,
+            soak.tally.published_inputs as f64 / soak.seconds,
             soak.kind.name(),
-            soak.tally.said,
-            soak.tally.heard,
+            soak.tally.published_inputs,
+            soak.tally.received,
             soak.tally.published,
             soak.tally.consumed,
             soak.tally.lost(),

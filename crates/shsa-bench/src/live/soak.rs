@@ -3,9 +3,9 @@
 use super::middleware::{Kind, Middleware};
 use super::model::Plan;
 use super::subject::{Manner, Subject};
-use super::throughput::{PLAN, Tally, Voices, connected, settled};
+use super::throughput::{PLAN, Publishers, Tally, connected, settled};
 use super::times::{Quantiles, Times};
-use super::traffic::{Ear, Mouth};
+use super::traffic::{Publisher, Subscriber};
 use serde_json::{Value, json};
 use shsa_bridge::Message;
 use shsa_core::time::Time;
@@ -107,7 +107,7 @@ impl Slope {
 }
 
 /// The latencies seen by the consumer, by window.
-struct Heard {
+struct Arrivals {
     /// The time at which the run began; messages stamped before it only test the connection.
     began: Arc<OnceLock<Time>>,
     /// The length of a window in seconds.
@@ -115,7 +115,7 @@ struct Heard {
     times: Vec<Times>,
 }
 
-impl Heard {
+impl Arrivals {
     fn take(&mut self, message: &Message, now: Time) {
         let Some(stamp) = message.stamp else { return };
         let Some(since) =
@@ -142,11 +142,12 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
     let width = seconds / windows as f64;
     let times = (0..windows).map(|_| Times::new()).collect::<anyhow::Result<Vec<_>>>()?;
     let begin = Arc::new(OnceLock::new());
-    let heard = Heard { began: begin.clone(), width, times };
-    let ear = Ear::new(middleware, "bench-consumer", false, plan.needs(), heard, Heard::take)?;
-    let mut voices = Voices::new(Mouth::new(middleware, "bench-publisher", false)?, plan);
-    connected(&mut voices, &subject, &ear)?;
-    let before = settled(&voices, &subject, &ear)?;
+    let arrivals = Arrivals { began: begin.clone(), width, times };
+    let subscriber =
+        Subscriber::new(middleware, "bench-consumer", false, plan.needs(), arrivals, Arrivals::take)?;
+    let mut publishers = Publishers::new(Publisher::new(middleware, "bench-publisher", false)?, plan);
+    connected(&mut publishers, &subject, &subscriber)?;
+    let before = settled(&publishers, &subject, &subscriber)?;
     let processor_began = subject.processor_seconds();
     let began = *begin.get_or_init(|| middleware.clock.now());
     let mut memory = Vec::with_capacity(windows);
@@ -155,18 +156,18 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
         let looks = (width.ceil() as u32).clamp(1, 10);
         let mut sum = 0.0;
         for _ in 0..looks {
-            voices.speak(rate, Duration::from_secs_f64(width / f64::from(looks)))?;
+            publishers.publish_for(rate, Duration::from_secs_f64(width / f64::from(looks)))?;
             sum += subject.memory_bytes();
         }
         memory.push(sum / f64::from(looks));
         if window % (windows / 10).max(1) == 0 {
-            crate::tell(&format!("{:.0} of {seconds:.0} s ...", width * (window + 1) as f64));
+            crate::notice(&format!("{:.0} of {seconds:.0} s ...", width * (window + 1) as f64));
         }
     }
     let cores = (subject.processor_seconds() - processor_began) / (middleware.clock.now() - began).seconds();
-    let tally = settled(&voices, &subject, &ear)?.since(before);
+    let tally = settled(&publishers, &subject, &subscriber)?.since(before);
     let state = subject.state()?;
-    let heard = ear.end()?;
+    let arrivals = subscriber.end()?;
     let decisions = state.pointer("/figures/events").and_then(Value::as_object);
     let window = |(at, (memory, times)): (usize, (&f64, &Times))| Window {
         at: (at as f64 + 0.5) * width,
@@ -180,7 +181,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
         tally,
         decisions: decisions.map_or(0, |kinds| kinds.values().filter_map(Value::as_u64).sum()),
         cores,
-        windows: memory.iter().zip(&heard.times).enumerate().map(window).collect(),
+        windows: memory.iter().zip(&arrivals.times).enumerate().map(window).collect(),
     })
 }
 

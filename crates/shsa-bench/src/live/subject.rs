@@ -70,14 +70,14 @@ impl Subject {
         let options = Options { name: NAME.to_owned(), ..Options::default() };
         let runtime = Runtime::new(vec![model], options, bridge)?;
         let handle = runtime.handle();
-        let (place, told) = channel();
+        let (place, started) = channel();
         let thread = thread::Builder::new().name("healer".into()).spawn(move || {
             let _ = place.send(fs::canonicalize("/proc/thread-self").unwrap_or_default());
             if let Err(error) = runtime.run().map_err(anyhow::Error::from) {
                 eprintln!("error: {error:#}");
             }
         })?;
-        let place = told.recv().context("the thread did not start")?;
+        let place = started.recv().context("the thread did not start")?;
         Ok(Subject::Thread { thread: Some(thread), handle, place })
     }
 
@@ -97,14 +97,14 @@ impl Subject {
         let mut child = Process(command.spawn().context("cannot start shsa")?);
         let notes = lines(child.0.stderr.take().context("no standard error")?);
         let end = Instant::now() + PATIENCE;
-        let mut said = Vec::new();
+        let mut other_notes = Vec::new();
         loop {
             let Ok(note) = notes.recv_timeout(end.saturating_duration_since(Instant::now())) else {
-                bail!("the instance said only {said:?}");
+                bail!("the instance said only {other_notes:?}");
             };
             match note.split_once("http://").and_then(|(_, rest)| rest.strip_suffix("/state")) {
                 Some(http) => return Ok(Subject::Process { child, http: http.to_owned() }),
-                None => said.push(note),
+                None => other_notes.push(note),
             }
         }
     }

@@ -3,7 +3,7 @@
 use super::middleware::{Kind, Middleware, PATIENCE};
 use super::model::{Plan, topic, value};
 use super::subject::{Manner, Subject};
-use super::traffic::{Beat, Ear, Mouth};
+use super::traffic::{Beat, Publisher, Subscriber};
 use crate::processor::seconds_of;
 use anyhow::bail;
 use serde_json::{Value, json};
@@ -26,28 +26,32 @@ const LADDER: [u32; 9] = [10_000, 20_000, 30_000, 40_000, 50_000, 70_000, 100_00
 /// Counts of messages at each station of their way.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Tally {
-    pub(super) said: u64,
-    pub(super) heard: u64,
+    pub(super) published_inputs: u64,
+    pub(super) received: u64,
     pub(super) published: u64,
     pub(super) consumed: u64,
 }
 
 impl Tally {
-    fn now<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<Tally> {
+    fn now<S>(
+        publishers: &Publishers,
+        subject: &Subject,
+        subscriber: &Subscriber<S>,
+    ) -> anyhow::Result<Tally> {
         let state = subject.state()?;
         let figure = |name: &str| state.pointer(name).and_then(Value::as_u64).unwrap_or(0);
         Ok(Tally {
-            said: voices.said,
-            heard: figure("/figures/messages"),
+            published_inputs: publishers.published_inputs,
+            received: figure("/figures/messages"),
             published: figure("/figures/publications"),
-            consumed: ear.taken(),
+            consumed: subscriber.taken(),
         })
     }
 
     pub(super) fn since(self, before: Tally) -> Tally {
         Tally {
-            said: self.said - before.said,
-            heard: self.heard - before.heard,
+            published_inputs: self.published_inputs - before.published_inputs,
+            received: self.received - before.received,
             published: self.published - before.published,
             consumed: self.consumed - before.consumed,
         }
@@ -55,14 +59,14 @@ impl Tally {
 
     /// Messages lost before the instance, and after it.
     pub(super) fn lost(self) -> u64 {
-        self.said.saturating_sub(self.heard) + self.published.saturating_sub(self.consumed)
+        self.published_inputs.saturating_sub(self.received) + self.published.saturating_sub(self.consumed)
     }
 
     pub(super) fn to_json(self) -> Value {
-        let Tally { said, heard, published, consumed } = self;
+        let Tally { published_inputs, received, published, consumed } = self;
         json!({
-            "said": said,
-            "heard": heard,
+            "said": published_inputs,
+            "heard": received,
             "published": published,
             "consumed": consumed,
             "lost": self.lost(),
@@ -76,7 +80,7 @@ pub(super) struct Throughput {
     pub(super) kind: Kind,
     /// The rate asked for, and the rate reached, messages a second.
     pub(super) wanted: f64,
-    pub(super) said_rate: f64,
+    pub(super) input_rate: f64,
     pub(super) tally: Tally,
     /// Duration of publishing; processor time of the instance and of the middleware's server meanwhile; seconds.
     pub(super) seconds: f64,
@@ -87,7 +91,7 @@ pub(super) struct Throughput {
 impl Throughput {
     /// Whether the publisher has kept its pace.
     pub(super) fn is_reached(&self) -> bool {
-        self.said_rate > 0.97 * self.wanted
+        self.input_rate > 0.97 * self.wanted
     }
 
     /// Cores that the instance keeps busy.
@@ -97,7 +101,7 @@ impl Throughput {
 
     /// Processor time for one message and all that follows from it, seconds.
     pub(super) fn each_s(&self) -> f64 {
-        self.instance_seconds / self.tally.heard as f64
+        self.instance_seconds / self.tally.received as f64
     }
 
     pub(super) fn to_json(&self) -> Value {
@@ -105,7 +109,7 @@ impl Throughput {
             "part": "throughput",
             "bus": self.kind.name(),
             "wanted_per_s": self.wanted,
-            "said_per_s": self.said_rate,
+            "said_per_s": self.input_rate,
             "messages": self.tally.to_json(),
             "cores": self.cores(),
             "each_s": self.each_s(),
@@ -140,26 +144,26 @@ pub(super) fn measure(middleware: &Middleware, rate: f64, seconds: f64) -> anyho
     let at_most = Duration::from_secs_f64(seconds + 60.0);
     let subject =
         Subject::start(middleware, &plan, Manner { at_most_once: true, on_one_core: true, at_most })?;
-    let ear = Ear::new(middleware, "bench-consumer", true, plan.needs(), (), |(), _, _| ())?;
-    let mut voices = Voices::new(Mouth::new(middleware, "bench-publisher", true)?, plan);
-    connected(&mut voices, &subject, &ear)?;
-    voices.speak(rate.min(10_000.0), WARM_UP)?;
-    let before = settled(&voices, &subject, &ear)?;
+    let subscriber = Subscriber::new(middleware, "bench-consumer", true, plan.needs(), (), |(), _, _| ())?;
+    let mut publishers = Publishers::new(Publisher::new(middleware, "bench-publisher", true)?, plan);
+    connected(&mut publishers, &subject, &subscriber)?;
+    publishers.publish_for(rate.min(10_000.0), WARM_UP)?;
+    let before = settled(&publishers, &subject, &subscriber)?;
     let server = || middleware.server().map_or(0.0, |id| seconds_of(&id.to_string()));
     let (began, instance_began, server_began) = (Instant::now(), subject.processor_seconds(), server());
-    voices.speak(rate, Duration::from_secs_f64(seconds))?;
+    publishers.publish_for(rate, Duration::from_secs_f64(seconds))?;
     let seconds = began.elapsed().as_secs_f64();
-    let tally = settled(&voices, &subject, &ear)?.since(before);
+    let tally = settled(&publishers, &subject, &subscriber)?.since(before);
     let instance_seconds = subject.processor_seconds() - instance_began;
     let server_seconds = server() - server_began;
-    ear.end()?;
-    if let Some(trouble) = voices.mouth.troubles().first() {
-        crate::tell(&format!("warning: the publisher: {trouble}"));
+    subscriber.end()?;
+    if let Some(trouble) = publishers.publisher.troubles().first() {
+        crate::notice(&format!("warning: the publisher: {trouble}"));
     }
     Ok(Throughput {
         kind: middleware.kind,
         wanted: rate,
-        said_rate: tally.said as f64 / seconds,
+        input_rate: tally.published_inputs as f64 / seconds,
         tally,
         seconds,
         instance_seconds,
@@ -171,13 +175,17 @@ pub(super) fn measure(middleware: &Middleware, rate: f64, seconds: f64) -> anyho
 ///
 /// # Errors
 /// When they do not arrive in time.
-pub(super) fn connected<S>(voices: &mut Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<()> {
+pub(super) fn connected<S>(
+    publishers: &mut Publishers,
+    subject: &Subject,
+    subscriber: &Subscriber<S>,
+) -> anyhow::Result<()> {
     let end = Instant::now() + PATIENCE;
     while Instant::now() < end {
-        let before = settled(voices, subject, ear)?;
-        voices.once()?;
+        let before = settled(publishers, subject, subscriber)?;
+        publishers.once()?;
         thread::sleep(Duration::from_millis(100));
-        let round = settled(voices, subject, ear)?.since(before);
+        let round = settled(publishers, subject, subscriber)?.since(before);
         if round.lost() == 0 && round.consumed > 0 {
             return Ok(());
         }
@@ -186,12 +194,16 @@ pub(super) fn connected<S>(voices: &mut Voices, subject: &Subject, ear: &Ear<S>)
 }
 
 /// The counts once no message is on its way any more.
-pub(super) fn settled<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> anyhow::Result<Tally> {
+pub(super) fn settled<S>(
+    publishers: &Publishers,
+    subject: &Subject,
+    subscriber: &Subscriber<S>,
+) -> anyhow::Result<Tally> {
     let end = Instant::now() + ON_THE_WAY;
-    let mut before = Tally::now(voices, subject, ear)?;
+    let mut before = Tally::now(publishers, subject, subscriber)?;
     loop {
         thread::sleep(STILL);
-        let now = Tally::now(voices, subject, ear)?;
+        let now = Tally::now(publishers, subject, subscriber)?;
         if now == before || Instant::now() > end {
             return Ok(now);
         }
@@ -200,25 +212,25 @@ pub(super) fn settled<S>(voices: &Voices, subject: &Subject, ear: &Ear<S>) -> an
 }
 
 /// Publishers of all signals of a plan, which publish in turn.
-pub(super) struct Voices {
-    pub(super) mouth: Mouth,
+pub(super) struct Publishers {
+    pub(super) publisher: Publisher,
     topics: Vec<String>,
     /// The signal whose turn it is.
     next: usize,
-    pub(super) said: u64,
+    pub(super) published_inputs: u64,
 }
 
-impl Voices {
-    pub(super) fn new(mouth: Mouth, plan: Plan) -> Voices {
+impl Publishers {
+    pub(super) fn new(publisher: Publisher, plan: Plan) -> Publishers {
         let topics = plan.all().map(|(variable, signal)| topic(variable, signal)).collect();
-        Voices { mouth, topics, next: 0, said: 0 }
+        Publishers { publisher, topics, next: 0, published_inputs: 0 }
     }
 
     /// Publishes at this rate for this long. Late messages are published later, not left out.
     ///
     /// # Errors
     /// When a message cannot be sent.
-    pub(super) fn speak(&mut self, rate: f64, for_so_long: Duration) -> anyhow::Result<()> {
+    pub(super) fn publish_for(&mut self, rate: f64, for_so_long: Duration) -> anyhow::Result<()> {
         let mut beat = Beat::new(PERIOD);
         let (mut owed, each) = (0.0, rate * PERIOD.as_secs_f64());
         for _ in 0..for_so_long.as_millis() {
@@ -226,7 +238,7 @@ impl Voices {
             owed += each;
             while owed >= 1.0 {
                 owed -= 1.0;
-                self.say()?;
+                self.publish_next()?;
             }
         }
         Ok(())
@@ -234,14 +246,14 @@ impl Voices {
 
     /// Publishes one value of every signal.
     fn once(&mut self) -> anyhow::Result<()> {
-        (0..self.topics.len()).try_for_each(|_| self.say())
+        (0..self.topics.len()).try_for_each(|_| self.publish_next())
     }
 
-    fn say(&mut self) -> anyhow::Result<()> {
-        let now = self.mouth.now();
+    fn publish_next(&mut self) -> anyhow::Result<()> {
+        let now = self.publisher.now();
         if let Some(topic) = self.topics.get(self.next) {
-            self.mouth.say(topic, value(now))?;
-            self.said += 1;
+            self.publisher.publish_next(topic, value(now))?;
+            self.published_inputs += 1;
         }
         self.next = (self.next + 1) % self.topics.len().max(1);
         Ok(())

@@ -53,7 +53,7 @@ impl Quantiles {
     }
 
     /// The quantiles of a state's JSON, which are in microseconds.
-    pub(super) fn told(state: &Value) -> Quantiles {
+    pub(super) fn from_state(state: &Value) -> Quantiles {
         let at = |name: &str| state[name].as_f64().map_or(f64::NAN, |microseconds| microseconds / 1e6);
         Quantiles { p50: at("p50"), p99: at("p99"), worst: at("worst") }
     }

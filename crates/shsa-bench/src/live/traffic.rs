@@ -37,25 +37,25 @@ impl Beat {
 }
 
 /// A publisher of numbers.
-pub(super) struct Mouth {
+pub(super) struct Publisher {
     bridge: Box<dyn Bridge>,
     clock: Clock,
 }
 
-impl Mouth {
+impl Publisher {
     /// # Errors
     /// When the middleware refuses.
-    pub(super) fn new(middleware: &Middleware, name: &str, at_most_once: bool) -> anyhow::Result<Mouth> {
+    pub(super) fn new(middleware: &Middleware, name: &str, at_most_once: bool) -> anyhow::Result<Publisher> {
         let bridge = middleware.join(name, 1, at_most_once)?;
         wait_for_link(bridge.as_ref())?;
-        Ok(Mouth { bridge, clock: middleware.clock.clone() })
+        Ok(Publisher { bridge, clock: middleware.clock.clone() })
     }
 
     /// Publishes a number now; returns the time.
     ///
     /// # Errors
     /// When the number cannot be sent.
-    pub(super) fn say(&mut self, topic: &str, number: f64) -> anyhow::Result<Time> {
+    pub(super) fn publish_next(&mut self, topic: &str, number: f64) -> anyhow::Result<Time> {
         let now = self.clock.now();
         let payload = Payload::Value(RawValue::Number(number));
         self.bridge.publish(Outgoing::new(topic, self.clock.by_wall(now), payload))?;
@@ -74,14 +74,14 @@ impl Mouth {
 }
 
 /// A consumer with a thread of its own.
-pub(super) struct Ear<S> {
+pub(super) struct Subscriber<S> {
     thread: Option<JoinHandle<S>>,
     stop: Arc<AtomicBool>,
     inbox: Inbox,
     taken: Arc<AtomicU64>,
 }
 
-impl<S: Send + 'static> Ear<S> {
+impl<S: Send + 'static> Subscriber<S> {
     /// Receives these topics from now on. Each message goes to `take`, with the time at which it was taken from the inbox.
     ///
     /// # Errors
@@ -93,7 +93,7 @@ impl<S: Send + 'static> Ear<S> {
         topics: impl IntoIterator<Item = String>,
         mut state: S,
         take: impl Fn(&mut S, &Message, Time) + Send + 'static,
-    ) -> anyhow::Result<Ear<S>> {
+    ) -> anyhow::Result<Subscriber<S>> {
         let mut bridge = middleware.join(name, QUEUE, at_most_once)?;
         wait_for_link(bridge.as_ref())?;
         for topic in topics {
@@ -113,7 +113,7 @@ impl<S: Send + 'static> Ear<S> {
             }
             state
         })?;
-        Ok(Ear { thread: Some(thread), stop, inbox, taken })
+        Ok(Subscriber { thread: Some(thread), stop, inbox, taken })
     }
 
     /// Ends the thread; returns its state.
@@ -128,7 +128,7 @@ impl<S: Send + 'static> Ear<S> {
     }
 }
 
-impl<S> Ear<S> {
+impl<S> Subscriber<S> {
     /// How many messages the consumer has taken.
     pub(super) fn taken(&self) -> u64 {
         self.taken.load(Ordering::Acquire)
@@ -140,7 +140,7 @@ impl<S> Ear<S> {
     }
 }
 
-impl<S> Drop for Ear<S> {
+impl<S> Drop for Subscriber<S> {
     fn drop(&mut self) {
         self.ask_to_end();
     }

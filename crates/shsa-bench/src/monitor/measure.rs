@@ -78,8 +78,8 @@ pub(super) fn thesis_mode(case: &str, system: &System, turn_s: f64) -> Measured 
     let count = ways.len();
     let mut run = ThesisRun::new(&system.knowledge, ways, ThesisOptions::default());
     let step = |cycle: i64| {
-        for voice in &system.voices {
-            run.observe(&system.knowledge, &system.observation(voice, cycle));
+        for sender in &system.senders {
+            run.observe(&system.knowledge, &system.observation(sender, cycle));
         }
         black_box(run.step(Time((cycle + 1) * system.cycle.0)));
     };
@@ -97,7 +97,7 @@ fn turns(system: &System, turn_s: f64, mut run: impl FnMut(i64)) -> Measured {
     };
     (0..(WARM_UP_S / cycle_s).ceil() as u64).for_each(|_| next());
     // A batch has so many cycles that reading the clock does not matter.
-    let batch = (2_000 / system.voices.len()).max(1);
+    let batch = (2_000 / system.senders.len()).max(1);
     let mut turn = || {
         let (watch, mut cycles) = (Stopwatch::start(), 0);
         while watch.seconds() < turn_s {
@@ -112,7 +112,7 @@ fn turns(system: &System, turn_s: f64, mut run: impl FnMut(i64)) -> Measured {
         case: String::new(),
         ways: 0,
         pairs: 0,
-        observations: cycles * system.voices.len(),
+        observations: cycles * system.senders.len(),
         seconds: each_s * cycles as f64,
         data_seconds: cycle_s * cycles as f64,
     }

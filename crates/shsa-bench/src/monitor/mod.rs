@@ -57,23 +57,23 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn measure(arguments: &Arguments) -> anyhow::Result<Found> {
-    let told = |measured: Measured| -> anyhow::Result<Measured> {
+    let show = |measured: Measured| -> anyhow::Result<Measured> {
         match arguments.json {
             true => writeln!(stdout().lock(), "{}", measured.to_json())?,
-            false => crate::tell(&format!("{} ...", measured.case)),
+            false => crate::notice(&format!("{} ...", measured.case)),
         }
         Ok(measured)
     };
     let turn = arguments.turn;
     let generic = model::generic()?;
     let cases = vec![
-        told(default_mode("generic", &generic, turn))?,
-        told(thesis_mode("generic, thesis mode", &generic, turn))?,
-        told(default_mode("plant", &model::plant()?, turn))?,
-        told(default_mode("plant, computed", &model::computed_plant()?, turn))?,
-        told(default_mode("scan and image row", &model::scans()?, turn))?,
+        show(default_mode("generic", &generic, turn))?,
+        show(thesis_mode("generic, thesis mode", &generic, turn))?,
+        show(default_mode("plant", &model::plant()?, turn))?,
+        show(default_mode("plant, computed", &model::computed_plant()?, turn))?,
+        show(default_mode("scan and image row", &model::scans()?, turn))?,
     ];
-    let crowd = |&ways: &usize| told(default_mode("one variable", &model::crowd(ways)?, turn));
+    let crowd = |&ways: &usize| show(default_mode("one variable", &model::crowd(ways)?, turn));
     let crowds = CROWDS.iter().map(crowd).collect::<anyhow::Result<_>>()?;
     let rivals = if arguments.rtlola { Rival::measure(turn)? } else { Vec::new() };
     for rival in rivals.iter().filter(|_| arguments.json) {

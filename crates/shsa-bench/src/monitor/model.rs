@@ -25,13 +25,13 @@ pub(super) struct System {
     /// How long a cycle takes.
     pub(super) cycle: Span,
     /// The signals in the order in which they publish within a cycle, with their vector length (`None`: a number).
-    pub(super) voices: Vec<Voice>,
+    pub(super) senders: Vec<Sender>,
     number: fn(SignalId, i64) -> f64,
 }
 
 /// One signal of a cycle.
 #[derive(Clone, Copy)]
-pub(super) struct Voice {
+pub(super) struct Sender {
     pub(super) signal: SignalId,
     at: Span,
     length: Option<usize>,
@@ -39,19 +39,19 @@ pub(super) struct Voice {
 
 impl System {
     /// The observation of one signal in a cycle.
-    pub(super) fn observation(&self, voice: &Voice, cycle: i64) -> Observation {
-        let stamp = Time(cycle * self.cycle.0) + voice.at;
-        let number = (self.number)(voice.signal, cycle);
-        let value = match voice.length {
+    pub(super) fn observation(&self, sender: &Sender, cycle: i64) -> Observation {
+        let stamp = Time(cycle * self.cycle.0) + sender.at;
+        let number = (self.number)(sender.signal, cycle);
+        let value = match sender.length {
             None => RawValue::Number(number),
             Some(length) => RawValue::Vector((0..length).map(|at| number + (at % 64) as f64 * 0.1).collect()),
         };
-        Observation { signal: voice.signal, stamp, received: stamp, value }
+        Observation { signal: sender.signal, stamp, received: stamp, value }
     }
 
     /// All inputs of a cycle.
     pub(super) fn inputs(&self, cycle: i64) -> impl Iterator<Item = Input> + '_ {
-        self.voices.iter().map(move |voice| Input::Observation(self.observation(voice, cycle)))
+        self.senders.iter().map(move |sender| Input::Observation(self.observation(sender, cycle)))
     }
 }
 
@@ -145,26 +145,26 @@ pub(super) fn scans() -> anyhow::Result<System> {
         }],
         ..Draft::default()
     };
-    let voice = |at: usize| (Span::from_millis(4 * at as i64), SCAN.get(at).copied());
-    system(&draft, SECOND / SCAN_RATE_HZ, voice, |_, cycle| wave(cycle))
+    let sender = |at: usize| (Span::from_millis(4 * at as i64), SCAN.get(at).copied());
+    system(&draft, SECOND / SCAN_RATE_HZ, sender, |_, cycle| wave(cycle))
 }
 
 fn system(
     draft: &Draft,
     cycle: i64,
-    voice: impl Fn(usize) -> (Span, Option<usize>),
+    sender: impl Fn(usize) -> (Span, Option<usize>),
     number: fn(SignalId, i64) -> f64,
 ) -> anyhow::Result<System> {
     let (knowledge, problems) = build(draft);
     if let Some(problem) = problems.first() {
         anyhow::bail!("a model to measure is wrong: {}", problem.message);
     }
-    let voices = knowledge.signals().ids().enumerate();
-    let voices = voices.map(|(number, signal)| {
-        let (at, length) = voice(number);
-        Voice { signal, at, length }
+    let senders = knowledge.signals().ids().enumerate();
+    let senders = senders.map(|(number, signal)| {
+        let (at, length) = sender(number);
+        Sender { signal, at, length }
     });
-    Ok(System { voices: voices.collect(), knowledge, cycle: Span(cycle), number })
+    Ok(System { senders: senders.collect(), knowledge, cycle: Span(cycle), number })
 }
 
 fn usize_of(signal: SignalId) -> usize {

@@ -9,7 +9,7 @@ mod methods;
 mod husky;
 
 use crate::table::{Table, write_document};
-use crate::{Outcome, tell};
+use crate::{Outcome, notice};
 use methods::{Error, Method};
 use serde_json::json;
 use simulated::{DEVICES, SECONDS, Scenario};
@@ -67,7 +67,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     ];
     match &arguments.husky {
         Some(file) => tables.push(husky::table(file, arguments.json)?),
-        None => tell("SKIPPED: the recorded rover: no --husky FILE"),
+        None => notice("SKIPPED: the recorded rover: no --husky FILE"),
     }
     if !arguments.json {
         tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;

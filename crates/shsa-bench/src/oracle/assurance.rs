@@ -49,7 +49,7 @@ impl<'a> Composed<'a> {
         for (id, facts) in self.facts.values() {
             let truth = match (facts.range, facts.measured) {
                 (Some(_), measured) => self.measured(*id, facts, measured)?,
-                (None, _) => said(facts.value),
+                (None, _) => truth_of(facts.value),
             };
             evaluation.set(&self.system, *id, truth);
         }
@@ -64,7 +64,7 @@ impl<'a> Composed<'a> {
                     self.facts.get(name.as_str()).with_context(|| format!("no evidence {name}"))?;
                 let truth = match facts.range {
                     Some(_) => self.measured(*id, facts, serde_json::from_value(value.clone())?)?,
-                    None => said(serde_json::from_value(value.clone())?),
+                    None => truth_of(serde_json::from_value(value.clone())?),
                 };
                 changes.push((*id, truth));
             }
@@ -191,7 +191,7 @@ impl<'a> Composed<'a> {
     }
 }
 
-fn said(value: Option<bool>) -> Truth {
+fn truth_of(value: Option<bool>) -> Truth {
     value.map_or(Truth::Unknown, Truth::from)
 }
 

@@ -120,7 +120,7 @@ impl<'a> File<'a> {
     fn compare(&self, compared: &mut Compared) {
         let topics = match self.topics() {
             Ok(topics) => topics,
-            Err(problem) => return compared.answer(vec![self.said(&format!("{problem:#}"))]),
+            Err(problem) => return compared.answer(vec![self.located(&format!("{problem:#}"))]),
         };
         for key in COUNTS {
             for (name, count) in self.expected[key].as_object().into_iter().flatten() {
@@ -140,11 +140,12 @@ impl<'a> File<'a> {
         for (name, expected) in self.expected["fields"].as_object().into_iter().flatten() {
             let differences = self.field(&topics, name, expected);
             let differences = differences.unwrap_or_else(|problem| vec![format!("{problem:#}")]);
-            compared.answer(differences.into_iter().map(|it| self.said(&format!("{name}: {it}"))).collect());
+            compared
+                .answer(differences.into_iter().map(|it| self.located(&format!("{name}: {it}"))).collect());
         }
     }
 
-    fn said(&self, what: &str) -> String {
+    fn located(&self, what: &str) -> String {
         format!("{}: {what}", self.path.display())
     }
 
@@ -156,7 +157,7 @@ impl<'a> File<'a> {
 
     fn number(&self, compared: &mut Compared, what: &str, found: f64, expected: &Value) {
         let is_equal = expected.as_f64().is_some_and(|expected| is_near(found, expected));
-        let difference = (!is_equal).then(|| self.said(&format!("{what}: {found} instead of {expected}")));
+        let difference = (!is_equal).then(|| self.located(&format!("{what}: {found} instead of {expected}")));
         compared.answer(difference.into_iter().collect());
     }
 
@@ -291,15 +292,15 @@ fn places(topics: &[TopicInfo], name: &str) -> Vec<Place> {
             || topic.name == bare;
         is_called && own.contains(tags)
     };
-    let mut fitting: Vec<&TopicInfo> = topics.iter().filter(fits).collect();
+    let mut matching: Vec<&TopicInfo> = topics.iter().filter(fits).collect();
     // Of several devices, other readers take the first.
     let first = format!("{bare}[0]");
-    if fitting.iter().any(|topic| topic.source == first) {
-        fitting.retain(|topic| topic.source == first);
+    if matching.iter().any(|topic| topic.source == first) {
+        matching.retain(|topic| topic.source == first);
     }
     // A series that was declared again with more fields is one topic.
-    fitting.dedup_by(|one, other| one.source == other.source);
-    fitting.into_iter().map(|topic| place(topic, nmea_field(topic, field))).collect()
+    matching.dedup_by(|one, other| one.source == other.source);
+    matching.into_iter().map(|topic| place(topic, nmea_field(topic, field))).collect()
 }
 
 /// The places of a column, or of a path that ends within the value.

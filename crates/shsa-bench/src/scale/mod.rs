@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     sizes.dedup();
     let mut all = Vec::new();
     for size in sizes {
-        crate::tell(&format!("{size} relations ..."));
+        crate::notice(&format!("{size} relations ..."));
         let measured = in_a_process(size, arguments.seed)?;
         if arguments.json {
             writeln!(stdout().lock(), "{}", measured.to_json())?;

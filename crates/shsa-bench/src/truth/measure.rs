@@ -39,7 +39,7 @@ pub(super) struct Measured {
     /// The reason why no patch would be written.
     pub(super) refused: Option<String>,
     pub(super) hours: f64,
-    pub(super) told: Verdicts,
+    pub(super) verdicts: Verdicts,
     /// The event of each signal that was wrongly suspected or failed.
     pub(super) false_alarms: Vec<Value>,
     /// Whether the promise is not refuted: the lower 95 % bound of the rate does not exceed the promised rate.
@@ -91,9 +91,10 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
     let (knowledge, _) = build(&found.draft);
     let watched: Vec<Healthy> = (0..hours).map(|it| plant.session(WATCHED + it, 3600.0)).collect();
     let stretches = watched.iter().flat_map(|it| it.session.stretches()).map(Vec::as_slice);
-    let told = Verdicts::over(&knowledge, stretches);
-    let false_alarms = if told.alarms > 0 { false_alarms(&plant, &knowledge, &watched) } else { Vec::new() };
-    let holds = fewest_expected(told.alarms) / hours as f64 <= promised;
+    let verdicts = Verdicts::over(&knowledge, stretches);
+    let false_alarms =
+        if verdicts.alarms > 0 { false_alarms(&plant, &knowledge, &watched) } else { Vec::new() };
+    let holds = fewest_expected(verdicts.alarms) / hours as f64 <= promised;
     let steps = steps(&plant, &knowledge, &watched, promised);
     Some(Measured {
         plant: number,
@@ -102,7 +103,7 @@ pub(super) fn measure(number: u64, recorded: Recorded, hours: u64, promised: f64
         factor: found.promise.factor,
         refused: found.refusal(),
         hours: hours as f64,
-        told,
+        verdicts,
         false_alarms,
         holds,
         steps,
@@ -169,8 +170,8 @@ fn steps(plant: &Plant, knowledge: &KnowledgeBase, watched: &[Healthy], promised
 
 /// The smallest step that the engine detects in both directions and at each onset.
 fn smallest(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, first: f64) -> Option<f64> {
-    let is_told = |step: f64| onsets(all).all(|onset| is_told(knowledge, all, signal, step, onset));
-    bisected(first, |step| is_told(step) && is_told(-step))
+    let is_detected = |step: f64| onsets(all).all(|onset| is_detected(knowledge, all, signal, step, onset));
+    bisected(first, |step| is_detected(step) && is_detected(-step))
 }
 
 /// The smallest size for which a condition holds, to a sixteenth.
@@ -199,7 +200,13 @@ fn onsets(all: &[Observation]) -> impl Iterator<Item = Time> {
     (0..ONSETS as i64).map(move |at| first + Span(lasts.0 * (at + 1) / (ONSETS as i64 + 1)))
 }
 
-fn is_told(knowledge: &KnowledgeBase, all: &[Observation], signal: usize, step: f64, onset: Time) -> bool {
+fn is_detected(
+    knowledge: &KnowledgeBase,
+    all: &[Observation],
+    signal: usize,
+    step: f64,
+    onset: Time,
+) -> bool {
     let within = Span::from_seconds(WITHIN_S);
     let from = all.partition_point(|it| it.received < onset - Span::from_seconds(BEFORE_S));
     let to = all.partition_point(|it| it.received < onset + within);

@@ -115,10 +115,10 @@ mod tests {
         let found = all(&arguments).unwrap();
         assert!(found.len() >= 2, "{found:?}");
         for one in &found {
-            assert!(one.told.failed == 0 && one.told.alarms <= 2, "{one:?}");
+            assert!(one.verdicts.failed == 0 && one.verdicts.alarms <= 2, "{one:?}");
         }
-        let again = measure(9_001, Recorded::Hour, 4, 0.5).map(|it| (it.told, it.factor.to_bits()));
+        let again = measure(9_001, Recorded::Hour, 4, 0.5).map(|it| (it.verdicts, it.factor.to_bits()));
         let first = found.iter().find(|it| it.plant == 9_001 && it.recorded == Recorded::Hour);
-        assert_eq!(again, first.map(|it| (it.told, it.factor.to_bits())));
+        assert_eq!(again, first.map(|it| (it.verdicts, it.factor.to_bits())));
     }
 }

@@ -32,9 +32,9 @@ impl Summary {
             calibrations: written.len(),
             refused: own().count() - written.len(),
             hours: written.iter().map(|it| it.hours).sum(),
-            alarms: sum(|it| it.told.alarms),
-            suspected: sum(|it| it.told.suspected),
-            failed: sum(|it| it.told.failed),
+            alarms: sum(|it| it.verdicts.alarms),
+            suspected: sum(|it| it.verdicts.suspected),
+            failed: sum(|it| it.verdicts.failed),
             holds: sum(|it| usize::from(it.holds)),
             quick: median(written.iter().flat_map(|it| &it.steps).map(|it| it.0)),
             lasting: median(written.iter().flat_map(|it| &it.steps).map(|it| it.1)),
@@ -113,8 +113,8 @@ pub(super) fn lines(all: &[Measured], promise: f64) -> String {
     let one = |it: &Measured| {
         json!({
             "plant": it.plant, "recorded": it.recorded.name(), "signals": it.signals, "factor": it.factor,
-            "refused": it.refused, "hours": it.hours, "alarms": it.told.alarms, "suspected": it.told.suspected,
-            "failed": it.told.failed, "false_alarms": it.false_alarms, "holds": it.holds, "holds_by": fewest_expected(it.told.alarms) / it.hours,
+            "refused": it.refused, "hours": it.hours, "alarms": it.verdicts.alarms, "suspected": it.verdicts.suspected,
+            "failed": it.verdicts.failed, "false_alarms": it.false_alarms, "holds": it.holds, "holds_by": fewest_expected(it.verdicts.alarms) / it.hours,
             "steps": it.steps, "seconds": it.seconds,
         })
         .to_string()

@@ -71,8 +71,8 @@ fn the_case_studies_are_planned_and_looked_up() {
 #[test]
 fn the_document_names_its_command_and_keeps_the_results() {
     let folder = Folder::new();
-    let told = folder.ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs", 0).stdout;
-    assert!(told.contains("First answer") && told.contains("ex2 b2 d18"), "{told}");
+    let output = folder.ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs", 0).stdout;
+    assert!(output.contains("First answer") && output.contains("ex2 b2 d18"), "{output}");
     let document = folder.read("docs/thesis.md");
     assert!(
         document.contains("`shsa-bench thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs`")

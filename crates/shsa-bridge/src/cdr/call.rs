@@ -34,10 +34,11 @@ fn message(content: &[u8]) -> Bytes {
 /// The text of a failed call, or that the bytes are no such response.
 pub fn outcome(response: &[u8]) -> Result<String, String> {
     let body = Body::cdr(response).map_err(|problem| problem.to_string())?;
-    let said = body.text(1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
+    let answer_text =
+        body.text(1).map_or(String::new(), |(text, _)| String::from_utf8_lossy(text).into_owned());
     match body.bytes.first() {
-        Some(1) => Ok(said),
-        Some(0) => Err(if said.is_empty() { "the service says no".to_owned() } else { said }),
+        Some(1) => Ok(answer_text),
+        Some(0) => Err(if answer_text.is_empty() { "the service says no".to_owned() } else { answer_text }),
         _ => Err(format!("a response of {} bytes does not say whether it was done", response.len())),
     }
 }

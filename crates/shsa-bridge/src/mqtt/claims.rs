@@ -56,7 +56,7 @@ struct State {
 
 struct Other {
     claims: BTreeSet<Arc<str>>,
-    heard: Uptime,
+    last_seen: Uptime,
 }
 
 /// A subscription to the names that match a pattern.
@@ -104,7 +104,7 @@ impl Claims {
         self.change(|state| {
             state.own.insert(name.clone());
             if state.is_informed {
-                state.tell(&Presence::Alive(name.clone()));
+                state.notify(&Presence::Alive(name.clone()));
             }
         });
         Ok(Some(Box::new(Held { claims: self.clone(), name })))
@@ -119,7 +119,7 @@ impl Claims {
         let watch = Watch { pattern: pattern.to_owned(), changes };
         let others = state.others.values().flat_map(|other| &other.claims);
         let own = state.own.iter().filter(|_| state.is_informed);
-        others.chain(own).for_each(|name| watch.tell(&Presence::Alive(name.clone())));
+        others.chain(own).for_each(|name| watch.notify(&Presence::Alive(name.clone())));
         state.watches.push(watch);
         drop(state);
         let claims = Arc::downgrade(self);
@@ -160,7 +160,7 @@ impl Claims {
     }
 
     /// The topic and text of the own claims; the text is empty if there are none. `None`: there is no receiver.
-    pub(super) fn said(&self) -> Option<(String, String)> {
+    pub(super) fn own_message(&self) -> Option<(String, String)> {
         let mut state = self.lock();
         if state.own.is_empty() && state.watches.is_empty() {
             return None;
@@ -171,7 +171,7 @@ impl Claims {
     }
 
     /// Takes in a message. Returns whether it is about claims, so that it needs no other reader.
-    pub(super) fn hear(&self, topic: &str, words: &[u8], retained: bool) -> bool {
+    pub(super) fn receive(&self, topic: &str, words: &[u8], retained: bool) -> bool {
         let about = topic.strip_prefix("shsa/").and_then(|topic| topic.split_once('/'));
         let Some((client, kind @ ("claims" | "status"))) = about else { return false };
         let mut state = self.lock();
@@ -181,7 +181,7 @@ impl Claims {
         match kind {
             "claims" if self.client.as_deref() == Some(client) => state.inform(),
             _ if self.client.as_deref() == Some(client) => {}
-            "claims" => state.hear(client, words, retained),
+            "claims" => state.receive(client, words, retained),
             _ => state.meet(client, words == OFFLINE),
         }
         drop(state);
@@ -191,19 +191,19 @@ impl Claims {
 }
 
 impl State {
-    fn tell(&mut self, presence: &Presence) {
-        self.watches.iter().for_each(|watch| watch.tell(presence));
+    fn notify(&mut self, presence: &Presence) {
+        self.watches.iter().for_each(|watch| watch.notify(presence));
     }
 
     /// The claims of others are known now.
     fn inform(&mut self) {
         if !std::mem::replace(&mut self.is_informed, true) {
             let own = self.own.clone();
-            own.into_iter().for_each(|name| self.tell(&Presence::Alive(name)));
+            own.into_iter().for_each(|name| self.notify(&Presence::Alive(name)));
         }
     }
 
-    fn hear(&mut self, client: &str, words: &[u8], retained: bool) {
+    fn receive(&mut self, client: &str, words: &[u8], retained: bool) {
         // The retained message is older than the client's last will.
         let is_over = retained && self.gone.contains(client);
         let text = std::str::from_utf8(words).ok().filter(|text| text.len() <= LONGEST && !is_over);
@@ -213,14 +213,14 @@ impl State {
         if !is_room {
             return;
         }
-        let other = Other { claims: claims.clone(), heard: Uptime::now() };
+        let other = Other { claims: claims.clone(), last_seen: Uptime::now() };
         let before = match claims.is_empty() {
             true => self.others.remove(client),
             false => self.others.insert(client.to_owned(), other),
         };
         let before = before.map(|other| other.claims).unwrap_or_default();
-        before.difference(&claims).for_each(|name| self.tell(&Presence::Gone(name.clone())));
-        claims.difference(&before).for_each(|name| self.tell(&Presence::Alive(name.clone())));
+        before.difference(&claims).for_each(|name| self.notify(&Presence::Gone(name.clone())));
+        claims.difference(&before).for_each(|name| self.notify(&Presence::Alive(name.clone())));
     }
 
     /// Takes in whether a client is gone.
@@ -237,17 +237,17 @@ impl State {
 
     fn forget(&mut self, client: &str) {
         let claims = self.others.remove(client).map(|other| other.claims).unwrap_or_default();
-        claims.into_iter().for_each(|name| self.tell(&Presence::Gone(name)));
+        claims.into_iter().for_each(|name| self.notify(&Presence::Gone(name)));
     }
 
     /// Ends the claims that have expired.
     fn look(&mut self, now: Uptime) {
         if now.saturating_duration_since(std::mem::replace(&mut self.looked, now)) > ABSENT {
             // Renewals during the absence may still wait.
-            self.others.values_mut().for_each(|other| other.heard = now);
+            self.others.values_mut().for_each(|other| other.last_seen = now);
         }
         let is_over = |(client, other): (&String, &Other)| {
-            (now.saturating_duration_since(other.heard) > EXPIRES).then(|| client.clone())
+            (now.saturating_duration_since(other.last_seen) > EXPIRES).then(|| client.clone())
         };
         let over: Vec<String> = self.others.iter().filter_map(is_over).collect();
         over.iter().for_each(|client| self.forget(client));
@@ -255,7 +255,7 @@ impl State {
 }
 
 impl Watch {
-    fn tell(&self, presence: &Presence) {
+    fn notify(&self, presence: &Presence) {
         let (Presence::Alive(name) | Presence::Gone(name)) = presence;
         if matches(&self.pattern, name) {
             // The receiver may be gone.
@@ -270,7 +270,7 @@ impl Drop for Held {
         self.claims.change(|state| {
             state.own.remove(&name);
             if state.is_informed {
-                state.tell(&Presence::Gone(name));
+                state.notify(&Presence::Gone(name));
             }
         });
     }
@@ -298,12 +298,12 @@ mod tests {
         Claims::new(Some("me".to_owned()), Inbox::new(4, Clock::running()))
     }
 
-    fn told(attendance: &mut Attendance) -> String {
-        let told = std::iter::from_fn(attendance).map(|presence| match presence {
+    fn changes_text(attendance: &mut Attendance) -> String {
+        let changes_text = std::iter::from_fn(attendance).map(|presence| match presence {
             Presence::Alive(name) => format!("+{name}"),
             Presence::Gone(name) => format!("-{name}"),
         });
-        told.collect::<Vec<_>>().join(" ")
+        changes_text.collect::<Vec<_>>().join(" ")
     }
 
     #[test]
@@ -312,36 +312,36 @@ mod tests {
             let claims = claims();
             let mut attendance = claims.attendance("a/**").unwrap();
             let _held = claims.attend("a/one").unwrap();
-            assert_eq!(told(&mut attendance), "");
-            claims.said();
-            claims.said();
-            assert_eq!(told(&mut attendance), "");
+            assert_eq!(changes_text(&mut attendance), "");
+            claims.own_message();
+            claims.own_message();
+            assert_eq!(changes_text(&mut attendance), "");
             match is_echoed {
-                true => assert!(claims.hear("shsa/me/claims", b"", false)),
+                true => assert!(claims.receive("shsa/me/claims", b"", false)),
                 false => claims.renew(),
             }
-            assert_eq!(told(&mut attendance), "+a/one");
+            assert_eq!(changes_text(&mut attendance), "+a/one");
         }
         let claims = claims();
-        assert_eq!(claims.said(), None);
+        assert_eq!(claims.own_message(), None);
         let mut attendance = claims.attendance("a/**").unwrap();
-        claims.hear("shsa/me/claims", b"", false);
+        claims.receive("shsa/me/claims", b"", false);
         let held = (claims.attend("a/one").unwrap(), claims.attend("b/two").unwrap());
-        assert_eq!(told(&mut attendance), "+a/one");
-        assert_eq!(claims.said(), Some(("shsa/me/claims".to_owned(), "a/one\nb/two".to_owned())));
+        assert_eq!(changes_text(&mut attendance), "+a/one");
+        assert_eq!(claims.own_message(), Some(("shsa/me/claims".to_owned(), "a/one\nb/two".to_owned())));
         drop(held);
-        assert_eq!(told(&mut attendance), "-a/one");
-        assert_eq!(claims.said(), Some(("shsa/me/claims".to_owned(), String::new())));
+        assert_eq!(changes_text(&mut attendance), "-a/one");
+        assert_eq!(claims.own_message(), Some(("shsa/me/claims".to_owned(), String::new())));
         assert!(claims.attend("a\nb").is_err());
     }
 
     #[test]
     fn others_are_there_while_they_say_so() {
         let claims = claims();
-        assert!(!claims.hear("shsa/one/claims", b"a/x", false), "nobody wants to know");
+        assert!(!claims.receive("shsa/one/claims", b"a/x", false), "nobody wants to know");
         let mut attendance = claims.attendance("a/**").unwrap();
-        assert!(!claims.hear("shsa/one/need/x", b"a/x", false));
-        assert!(claims.hear("shsa/me/claims", b"a/echo", false));
+        assert!(!claims.receive("shsa/one/need/x", b"a/x", false));
+        assert!(claims.receive("shsa/me/claims", b"a/echo", false));
         for (topic, words, is_retained, expected) in [
             ("shsa/one/claims", "a/x\nb/y\na/z", false, "+a/x +a/z"),
             ("shsa/one/claims", "a/x\nb/y\na/z", false, ""),
@@ -352,8 +352,8 @@ mod tests {
             ("shsa/one/status", "online", false, ""),
             ("shsa/one/claims", "", false, "-a/z"),
         ] {
-            assert!(claims.hear(topic, words.as_bytes(), is_retained));
-            assert_eq!(told(&mut attendance), expected, "{topic} {words}");
+            assert!(claims.receive(topic, words.as_bytes(), is_retained));
+            assert_eq!(changes_text(&mut attendance), expected, "{topic} {words}");
         }
     }
 
@@ -361,8 +361,8 @@ mod tests {
     fn claims_that_nobody_renews_are_over_unless_nobody_has_looked() {
         let claims = claims();
         let mut attendance = claims.attendance("a/*").unwrap();
-        claims.hear("shsa/one/claims", b"a/x", false);
-        assert_eq!(told(&mut attendance), "+a/x");
+        claims.receive("shsa/one/claims", b"a/x", false);
+        assert_eq!(changes_text(&mut attendance), "+a/x");
         let began = Uptime::now();
         // A pause: after an absence, claims do not expire at once.
         let mut at = began + 3 * EXPIRES;
@@ -373,7 +373,7 @@ mod tests {
             claims.lock().look(at);
         }
         claims.lock().look(at + RENEWED);
-        assert_eq!(told(&mut attendance), "-a/x");
+        assert_eq!(changes_text(&mut attendance), "-a/x");
     }
 
     #[test]

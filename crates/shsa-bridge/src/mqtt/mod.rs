@@ -48,7 +48,7 @@ pub struct MqttBridge {
     turns: Arc<Turns>,
     version: Version,
     /// The topics of its publications, each with the last provenance.
-    said: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
+    published: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
     /// Whether a publication may wait for the thread that drives the connection.
     has_published: bool,
     thread: Option<JoinHandle<()>>,
@@ -74,8 +74,9 @@ impl MqttBridge {
         let connection = session::run(shared.clone(), options.clone(), turns.clone());
         let thread = Turns::keep(&turns, connection)
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let (version, said) = (options.version, BTreeMap::new());
-        let bridge = MqttBridge { shared, turns, version, said, has_published: false, thread: Some(thread) };
+        let (version, published) = (options.version, BTreeMap::new());
+        let bridge =
+            MqttBridge { shared, turns, version, published, has_published: false, thread: Some(thread) };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -86,13 +87,14 @@ impl MqttBridge {
 impl MqttBridge {
     /// The topic and the provenance, shared with earlier messages that have the same.
     fn names(&mut self, topic: &str, provenance: Option<&Provenance>) -> (Arc<str>, Option<Arc<Provenance>>) {
-        let known = self.said.get_key_value(topic).filter(|(_, said)| said.as_deref() == provenance);
-        if let Some((topic, said)) = known {
-            return (topic.clone(), said.clone());
+        let known =
+            self.published.get_key_value(topic).filter(|(_, published)| published.as_deref() == provenance);
+        if let Some((topic, published)) = known {
+            return (topic.clone(), published.clone());
         }
-        let (topic, said) = (Arc::<str>::from(topic), provenance.cloned().map(Arc::new));
-        self.said.insert(topic.clone(), said.clone());
-        (topic, said)
+        let (topic, published) = (Arc::<str>::from(topic), provenance.cloned().map(Arc::new));
+        self.published.insert(topic.clone(), published.clone());
+        (topic, published)
     }
 }
 

@@ -37,13 +37,14 @@ impl Served {
     /// Passes a message to the server.
     pub(super) fn ask(&self, arrived: Arrived) {
         let Arrived { payload, retained, response_topic, correlation, .. } = arrived;
-        let wish = response_topic.as_deref();
-        let strays = wish.filter(|wish| !may_answer_at(&self.answers, wish));
+        let asked_topic = response_topic.as_deref();
+        let strays = asked_topic.filter(|asked_topic| !may_answer_at(&self.answers, asked_topic));
         let retained =
             retained.then(|| "a retained message is no request: nobody knows how old it is".to_owned());
-        let strays = strays.map(|wish| format!("answers go to {} or below it, not to {wish}", self.answers));
-        let topic = match (&strays, wish) {
-            (None, Some(wish)) => wish.to_owned(),
+        let strays = strays
+            .map(|asked_topic| format!("answers go to {} or below it, not to {asked_topic}", self.answers));
+        let topic = match (&strays, asked_topic) {
+            (None, Some(asked_topic)) => asked_topic.to_owned(),
             _ => self.answers.to_string(),
         };
         let (publish, is_addressed, caller) = (self.publish.clone(), correlation.is_some(), topic.clone());

@@ -207,7 +207,7 @@ impl Shared {
     pub(super) fn stop(&self) {
         let mut state = self.lock();
         state.stopping = true;
-        self.say_gone(&mut state);
+        self.publish_gone(&mut state);
         self.stop.notify_one();
     }
 
@@ -243,7 +243,7 @@ impl Shared {
         };
         state.requests.extend(all.into_iter().map(|topic| (topic, true)));
         self.attempt_ended(&mut state, Ok(()));
-        self.say_here(&mut state);
+        self.publish_here(&mut state);
         state.pump();
     }
 
@@ -289,8 +289,10 @@ impl Shared {
             Happening::Subscribed(number, refusal) => {
                 let mut state = self.lock();
                 let topic = state.numbered.remove(&number).unwrap_or_default();
-                let told = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
-                told.into_iter().for_each(|told| state.trouble(BridgeError::Refused(told)));
+                let trouble_text = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
+                trouble_text
+                    .into_iter()
+                    .for_each(|trouble_text| state.trouble(BridgeError::Refused(trouble_text)));
             }
             Happening::Publishing(number) => {
                 let mut state = self.lock();
@@ -317,11 +319,11 @@ impl Shared {
         let Arrived { topic, payload, retained, duplicate, properties, .. } = arrived;
         let topic = String::from_utf8_lossy(&topic);
         if payload.len() > self.size_limit {
-            let told =
+            let trouble_text =
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
-            return self.lock().trouble(BridgeError::Refused(told));
+            return self.lock().trouble(BridgeError::Refused(trouble_text));
         }
-        let is_claim = self.claims.hear(&topic, &payload, retained);
+        let is_claim = self.claims.receive(&topic, &payload, retained);
         let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);
         let publisher =
             property("publisher").and_then(|id| u128::from_str_radix(id, 16).ok()).map(PublisherId);

@@ -16,9 +16,9 @@ fn field(path: &str, stamp: &str) -> Field {
 
 /// The readings of a payload, one field after the other.
 fn read(reader: &mut Reader, payload: &[u8]) -> String {
-    let mut said = Vec::new();
+    let mut output = Vec::new();
     reader.read_bytes(payload, |_, reading| {
-        said.push(match reading {
+        output.push(match reading {
             Err(unreadable) => format!("? {unreadable}"),
             Ok(Reading { value, stamp }) => {
                 let stamp = stamp.map_or(String::new(), |stamp| format!(" at {}", stamp.0));
@@ -30,7 +30,7 @@ fn read(reader: &mut Reader, payload: &[u8]) -> String {
             }
         });
     });
-    said.join(" | ")
+    output.join(" | ")
 }
 
 #[track_caller]
@@ -336,14 +336,14 @@ proptest! {
         }).collect();
         let fields: Vec<_> = scalars.iter().map(|at| field(at, "")).collect();
         let mut reader = Reader::new(&fields, SIZE_LIMIT).unwrap();
-        let mut told = 0;
+        let mut output = 0;
         reader.read_bytes(text.as_bytes(), |index, reading| {
             let wanted = expected(value.pointer(scalars[index]).unwrap());
             let read = reading.ok().map(|reading| reading.value);
             assert_eq!(format!("{:?}", wanted.map(RawValue::Number)), format!("{read:?}"), "{}", scalars[index]);
-            told += 1;
+            output += 1;
         });
-        prop_assert_eq!(told, scalars.len());
+        prop_assert_eq!(output, scalars.len());
     }
 
     #[test]
@@ -356,16 +356,16 @@ proptest! {
         let text: String = text.into_iter().collect();
         if text.trim_ascii().starts_with(['{', '[', '"']) {
             let mut reader = Reader::new(&[field("", "")], SIZE_LIMIT).unwrap();
-            let said = read(&mut reader, text.as_bytes());
-            prop_assert_eq!(!said.starts_with("? no JSON"), is_json(&text), "{}: {}", text, said);
+            let output = read(&mut reader, text.as_bytes());
+            prop_assert_eq!(!output.starts_with("? no JSON"), is_json(&text), "{}: {}", text, output);
         }
     }
 
     #[test]
     fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let fields = [field("", ""), field("a.b[0]", "t"), field("a[b=c]", "")];
-        let said = read(&mut Reader::new(&fields, 100).unwrap(), &bytes);
-        prop_assert!(said.len() < 600, "{}", said);
+        let output = read(&mut Reader::new(&fields, 100).unwrap(), &bytes);
+        prop_assert!(output.len() < 600, "{}", output);
         let mut writer = Writer::like(fields[1].clone(), 100).unwrap();
         writer.learn(&bytes.into());
         let _written = writer.write(Some(&RawValue::Number(1.0)), Time(0), &Provenance::new(Quality::Good, ""));

@@ -7,7 +7,7 @@
 //! A message of ROS cannot carry its provenance.
 
 mod name;
-mod hearing;
+mod discovery;
 mod outlet;
 
 use crate::cdr::{Writer, type_hash};
@@ -20,7 +20,7 @@ use ::zenoh::bytes::Encoding;
 use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::sample::Sample;
 use bytes::Bytes;
-use hearing::Hearing;
+use discovery::Discovery;
 use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
 use outlet::{Outlet, STRING, type_for};
 use shsa_message::ros::{Types, full_name};
@@ -85,7 +85,7 @@ pub struct Ros2Bridge {
     subscribed: BTreeSet<(String, Option<String>)>,
     /// The names of topics that have a subscription of their own, without the leading slash.
     named: Arc<RwLock<BTreeSet<String>>>,
-    hearing: Hearing,
+    discovery: Discovery,
     is_all: bool,
     entities: u32,
     /// The number of service calls.
@@ -111,7 +111,7 @@ impl Ros2Bridge {
             options: options.clone(),
             subscribed: BTreeSet::new(),
             named: Arc::default(),
-            hearing: Hearing::new(options.wire, inbox),
+            discovery: Discovery::new(options.wire, inbox),
             is_all: false,
             entities: 0,
             calls: 0,
@@ -155,7 +155,7 @@ impl Ros2Bridge {
     /// The outlet of a topic: as advertised, else with the type received under this name, else with a type that fits the payload.
     fn outlet(&mut self, topic: &str, payload: &Payload) -> Result<&mut Outlet, BridgeError> {
         if !self.outlets.contains_key(topic) {
-            match self.hearing.heard(bare(topic)) {
+            match self.discovery.found(bare(topic)) {
                 Some((wire_type, message_type)) => self.open_outlet(topic, &message_type, wire_type, "")?,
                 None => self.advertise(topic, type_for(topic, payload)?)?,
             }
@@ -211,13 +211,14 @@ impl Bridge for Ros2Bridge {
             // A topic of an unknown type is received, but not listed.
             if let Ok(wire_type) = self.wire_type(message_type) {
                 self.announce(Entity::Subscription(topic, &wire_type))?;
-                self.hearing.expect(bare(topic), &wire_type);
+                self.discovery.expect(bare(topic), &wire_type);
             }
         }
         self.named.write().unwrap_or_else(PoisonError::into_inner).insert(bare(topic).to_owned());
-        let (name, hearing): (Arc<str>, _) = (topic.into(), self.hearing.clone());
-        let told = message_type.map(|message_type| Arc::from(full_name(message_type)));
-        let deliver = move |sample: Sample| hearing.deliver(&sample, told.as_ref(), |_| Some(name.clone()));
+        let (name, discovery): (Arc<str>, _) = (topic.into(), self.discovery.clone());
+        let declared_type = message_type.map(|message_type| Arc::from(full_name(message_type)));
+        let deliver =
+            move |sample: Sample| discovery.deliver(&sample, declared_type.as_ref(), |_| Some(name.clone()));
         zenoh::subscribe(&self.connection, key, deliver);
         Ok(())
     }
@@ -230,13 +231,13 @@ impl Bridge for Ros2Bridge {
             Wire::Rmw => pattern(&format!("{}/**", self.options.domain))?,
             Wire::Plain => pattern("**")?,
         };
-        let (named, hearing) = (self.named.clone(), self.hearing.clone());
+        let (named, discovery) = (self.named.clone(), self.discovery.clone());
         let name = move |topic: &str| {
             // A named topic has a subscription of its own.
             let is_named = named.read().unwrap_or_else(PoisonError::into_inner).contains(topic);
             (!is_named).then(|| format!("/{topic}").into())
         };
-        let deliver = move |sample: Sample| hearing.deliver(&sample, None, &name);
+        let deliver = move |sample: Sample| discovery.deliver(&sample, None, &name);
         zenoh::subscribe(&self.connection, key, deliver);
         Ok(())
     }
@@ -247,7 +248,7 @@ impl Bridge for Ros2Bridge {
         if self.outlets.contains_key(topic) {
             return Ok(());
         }
-        let wire_type = match self.hearing.heard(bare(topic)) {
+        let wire_type = match self.discovery.found(bare(topic)) {
             // The name that its other publishers use.
             Some((wire_type, known)) if *known == *full_name(message_type) => wire_type,
             _ => self.wire_type(message_type)?,

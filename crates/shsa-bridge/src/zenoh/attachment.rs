@@ -83,13 +83,14 @@ mod tests {
         let admission = Some(Admission { ground: Ground::Met, level: Some("SIL 2".to_owned()), rank: 2 });
         let provenance = Provenance { admission, ..Provenance::new(Quality::Substitute, "a \"quoted\" way") };
         let bare = Outgoing::new("x", Time(-5), payload.clone());
-        let told = Outgoing { provenance: Some(&provenance), ..Outgoing::new("x", Time(i64::MAX), payload) };
+        let described =
+            Outgoing { provenance: Some(&provenance), ..Outgoing::new("x", Time(i64::MAX), payload) };
         let id = PublisherId(0xabc);
         let beside = |stamp, quality| Beside { stamp: Some(Time(stamp)), publisher: Some(id), quality };
         assert_eq!(read(&write(&bare, id)), beside(-5, None));
-        assert_eq!(read(&write(&told, id)), beside(i64::MAX, Some(Quality::Substitute)));
+        assert_eq!(read(&write(&described, id)), beside(i64::MAX, Some(Quality::Substitute)));
         assert_eq!(
-            String::from_utf8(write(&told, id)).unwrap(),
+            String::from_utf8(write(&described, id)).unwrap(),
             r#"{"stamp_ns":9223372036854775807,"publisher":"abc","quality":"UncertainSubstituteValue","status":1083244544,"source":"a \"quoted\" way","admitted":"met","level":"SIL 2","rank":2}"#
         );
     }

@@ -91,7 +91,7 @@ fn watch(
     changes: Sender<Presence>,
     inbox: Inbox,
 ) {
-    let tell = move |sample: Sample| {
+    let on_sample = move |sample: Sample| {
         let name = Arc::from(sample.key_expr().as_str());
         let change = match sample.kind() {
             SampleKind::Put => Presence::Alive(name),
@@ -102,7 +102,7 @@ fn watch(
         inbox.wake();
     };
     // Fails only if the session is closed.
-    let _ = subscriber.callback(tell).background().wait();
+    let _ = subscriber.callback(on_sample).background().wait();
 }
 
 impl From<Watch> for Attendance {

@@ -61,7 +61,7 @@ pub(crate) fn ask(
     take: Taker,
 ) -> Result<(), BridgeError> {
     let (key, inbox, take) = (key_of(name)?, inbox.clone(), Mutex::new(Some(take)));
-    let heard = move |reply: Reply| {
+    let on_reply = move |reply: Reply| {
         let Ok(sample) = reply.result() else { return };
         if sample.payload().len() > longest {
             return;
@@ -75,7 +75,7 @@ pub(crate) fn ask(
     connection.when_open(move |session| {
         let query = session.get(key).timeout(ANSWER_MAX).allowed_destination(Locality::Remote);
         // Fails only if the session is closed.
-        let _ = query.callback(heard).wait();
+        let _ = query.callback(on_reply).wait();
     });
     Ok(())
 }

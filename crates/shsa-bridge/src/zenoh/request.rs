@@ -49,8 +49,8 @@ fn read(reply: Reply) -> Result<Bytes, BridgeError> {
     match reply.into_result() {
         Ok(sample) => Ok(super::bytes_of(&sample)),
         Err(error) => {
-            let said = error.payload().to_bytes();
-            Err(BridgeError::Refused(String::from_utf8_lossy(&said).into_owned()))
+            let refusal = error.payload().to_bytes();
+            Err(BridgeError::Refused(String::from_utf8_lossy(&refusal).into_owned()))
         }
     }
 }

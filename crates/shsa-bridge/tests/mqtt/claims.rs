@@ -67,18 +67,18 @@ fn a_claim_is_kept_by_the_broker_for_seconds_only_and_taken_back_at_the_end() {
     let claims = |name: &str, is_wanted: &dyn Fn(&Value) -> bool| {
         let mut other = client(&python, &broker, name);
         other.order(&json!({"subscribe": "shsa/one/claims"}));
-        let mut heard = Value::Null;
+        let mut received = Value::Null;
         until("the claims", || {
-            heard = other.next_with("topic");
-            is_wanted(&heard)
+            received = other.next_with("topic");
+            is_wanted(&received)
         });
-        heard
+        received
     };
     let both: String = "a/first\nb/second".bytes().map(|byte| format!("{byte:02x}")).collect();
-    let kept = claims("early", &|heard| heard["retain"] == true && heard["hex"] == json!(both));
+    let kept = claims("early", &|received| received["retain"] == true && received["hex"] == json!(both));
     let expiry = kept["expiry"].as_u64().unwrap();
     assert!((1..=8).contains(&expiry), "{kept}");
-    let again = claims("renewed", &|heard| heard["retain"] == false);
+    let again = claims("renewed", &|received| received["retain"] == false);
     assert_eq!((&again["hex"], &again["expiry"]), (&json!(both), &json!(8)));
     let mut other = client(&python, &broker, "late");
     other.order(&json!({"subscribe": "shsa/one/claims"}));

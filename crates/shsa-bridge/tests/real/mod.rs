@@ -20,7 +20,7 @@ pub(crate) struct Script {
     orders: ChildStdin,
     answers: Receiver<Value>,
     /// Its output before an order was done.
-    said: VecDeque<Value>,
+    stated: VecDeque<Value>,
 }
 
 /// The Python of the virtual environment that `cargo xtask test` makes; prints SKIPPED and returns `None` if there is none.
@@ -71,7 +71,7 @@ impl Script {
                 }
             }
         });
-        let mut script = Script { child, orders, answers, said: VecDeque::new() };
+        let mut script = Script { child, orders, answers, stated: VecDeque::new() };
         script.next_with("ready");
         script
     }
@@ -86,22 +86,22 @@ impl Script {
     #[track_caller]
     pub(crate) fn order(&mut self, order: &Value) {
         writeln!(self.orders, "{order}").expect("the script reads");
-        let mut said = VecDeque::new();
+        let mut stated = VecDeque::new();
         let end = Instant::now() + PATIENCE;
         loop {
             let answer = self.take(end).unwrap_or_else(|why| panic!("the script never said 'done': {why}"));
             if answer.get("done").is_some() {
                 break;
             }
-            said.push_back(answer);
+            stated.push_back(answer);
         }
-        self.said = said;
+        self.stated = stated;
     }
 
     /// Its next output, at the latest at `end`.
     fn take(&mut self, end: Instant) -> Result<Value, RecvTimeoutError> {
-        let said = self.said.pop_front();
-        said.map_or_else(|| self.answers.recv_timeout(end.saturating_duration_since(Instant::now())), Ok)
+        let stated = self.stated.pop_front();
+        stated.map_or_else(|| self.answers.recv_timeout(end.saturating_duration_since(Instant::now())), Ok)
     }
 
     /// Gives an order, and returns the output with this key before the order is done.

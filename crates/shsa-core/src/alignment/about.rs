@@ -73,7 +73,8 @@ impl History {
     #[inline(never)]
     fn about_any(&self, moment: Validity, reach: Reach) -> Known {
         if reach.stands {
-            self.standing(moment, reach.max_rate).map_or(Known::Never, |reading| Known::Value(reading.value))
+            self.held_reading(moment, reach.max_rate)
+                .map_or(Known::Never, |reading| Known::Value(reading.value))
         } else if reach.max_rate > 0.0 {
             self.within_reach(moment, reach)
         } else {
@@ -85,7 +86,7 @@ impl History {
     /// of change since it was said. `None` before the first one. Complexity: O(samples newer than the moment, and those that
     /// overlap it).
     #[must_use]
-    pub fn standing(&self, moment: Validity, max_rate: f64) -> Option<Reading> {
+    pub fn held_reading(&self, moment: Validity, max_rate: f64) -> Option<Reading> {
         let mut value = Interval::EMPTY;
         for sample in self.newest_first().skip_while(|sample| sample.validity.from > moment.to) {
             let age = (moment.to - sample.validity.from).max(Span::ZERO);

@@ -169,10 +169,10 @@ impl Away {
     fn is_over(&self, reading: Sample, pace: Pace) -> bool {
         let grown = pace.reach(self.last, reading);
         // Twice the reach, as the remaining offset may have changed as well.
-        let is_telling = 2.0 * grown < self.least;
+        let is_conclusive = 2.0 * grown < self.least;
         let is_possible = || self.last.value.widened(grown).overlaps(reading.value);
         let is_undone = || self.offset.contains(0.0) && 0.5 * self.offset.width() < self.about;
-        is_telling && is_possible() || is_undone()
+        is_conclusive && is_possible() || is_undone()
     }
 }
 

@@ -181,7 +181,7 @@ impl History {
             return Some(Reading { value, gap: Span::ZERO });
         }
         if reach.stands {
-            return self.standing(moment, reach.max_rate);
+            return self.held_reading(moment, reach.max_rate);
         }
         let (gap, value) = match self.newest(0)? {
             newest if newest.validity.to < moment.from => (moment.from - newest.validity.to, newest.value),

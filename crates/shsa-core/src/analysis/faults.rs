@@ -43,9 +43,10 @@ impl Faults {
 
     /// All components that a fault is isolable from, signals and then relations, in file order.
     pub fn isolable_components_from(&self, component: Component) -> impl Iterator<Item = Component> + '_ {
-        let told = self.isolability(component);
-        self.components()
-            .filter(move |&other| other != component && told.is_some_and(|told| told.is_isolable_from(other)))
+        let shown = self.isolability(component);
+        self.components().filter(move |&other| {
+            other != component && shown.is_some_and(|shown| shown.is_isolable_from(other))
+        })
     }
 
     /// All signals, then all relations, in file order.

@@ -82,8 +82,8 @@ pub(super) fn gaps(knowledge: &KnowledgeBase, basis: &Basis, faults: &Faults) ->
     if isolability.stop != StopReason::Complete {
         return Vec::new();
     }
-    let untold = untold(knowledge, &structure, &isolability, faults);
-    if untold.is_empty() {
+    let missed = missed(knowledge, &structure, &isolability, faults);
+    if missed.is_empty() {
         return Vec::new();
     }
     let sets = structure.overdetermined_sets(SET_LIMITS);
@@ -100,7 +100,7 @@ pub(super) fn gaps(knowledge: &KnowledgeBase, basis: &Basis, faults: &Faults) ->
         let obstacles = residuals.obstacles(fault, from);
         Gap { fault, from, obstacles }
     };
-    untold.into_iter().map(gap).collect()
+    missed.into_iter().map(gap).collect()
 }
 
 /// The equation of a component whose faults are considered.
@@ -119,33 +119,34 @@ fn equation(knowledge: &KnowledgeBase, structure: &Structure, component: Compone
 }
 
 /// The faults that the structure could detect, and the pairs of faults that it could isolate, where the comparisons do not.
-fn untold(
+fn missed(
     knowledge: &KnowledgeBase,
     structure: &Structure,
     isolability: &Isolability,
     faults: &Faults,
 ) -> Vec<(Component, Option<Component>)> {
     let of = |component| equation(knowledge, structure, component);
-    let mut untold = Vec::new();
+    let mut missed = Vec::new();
     for fault in faults.components() {
-        let (Some(own), Some(told)) = (of(fault), faults.isolability(fault)) else { continue };
+        let (Some(own), Some(shown)) = (of(fault), faults.isolability(fault)) else { continue };
         if !isolability.is_detectable(own) {
             continue;
         }
-        if told.shown_by == 0 {
-            untold.push((fault, None));
+        if shown.shown_by == 0 {
+            missed.push((fault, None));
             continue;
         }
-        let signals = told.signals.iter().map(Component::Signal);
-        let suspects = signals.chain(told.relations.iter().map(Component::Relation));
-        let is_told = |other: &Component| of(*other).is_some_and(|other| isolability.is_isolable(own, other));
-        untold.extend(suspects.filter(is_told).map(|other| (fault, Some(other))));
-        if untold.len() >= MOST_GAPS {
+        let signals = shown.signals.iter().map(Component::Signal);
+        let suspects = signals.chain(shown.relations.iter().map(Component::Relation));
+        let could_isolate =
+            |other: &Component| of(*other).is_some_and(|other| isolability.is_isolable(own, other));
+        missed.extend(suspects.filter(could_isolate).map(|other| (fault, Some(other))));
+        if missed.len() >= MOST_GAPS {
             break;
         }
     }
-    untold.truncate(MOST_GAPS);
-    untold
+    missed.truncate(MOST_GAPS);
+    missed
 }
 
 /// Searches residuals.
@@ -168,10 +169,10 @@ impl Residuals<'_> {
         let of = |component| equation(self.knowledge, self.structure, component);
         let Some(with) = of(fault) else { return Vec::new() };
         let without = from.and_then(of);
-        let tells =
+        let shows =
             |set: &EquationSet| set.contains(with) && without.is_none_or(|other| !set.contains(other));
         let places: Vec<usize> =
-            self.sets.iter().enumerate().filter(|(_, set)| tells(set)).map(|(at, _)| at).collect();
+            self.sets.iter().enumerate().filter(|(_, set)| shows(set)).map(|(at, _)| at).collect();
         let mut best: Option<Solving> = None;
         for at in places {
             if let Some(found) = self.solved(at)

@@ -186,10 +186,10 @@ impl Candidacy {
     fn while_fails(&self, knowledge: &KnowledgeBase, contract: ContractId, watched: &Watched) -> Assessment {
         let composition = &self.composition;
         let is_it = |of: ContractId, it: &Watched| {
-            let is_told = it.source == EvidenceSource::Told;
+            let is_attested = it.source == EvidenceSource::Told;
             let is_alike =
                 (it.source, it.within, it.max_age) == (watched.source, watched.within, watched.max_age);
-            is_alike && (!is_told || (of, &it.name) == (contract, &watched.name))
+            is_alike && (!is_attested || (of, &it.name) == (contract, &watched.name))
         };
         let failing: Vec<EvidenceId> =
             composition.evidence(knowledge).filter(|(_, of, it)| is_it(*of, it)).map(|(id, ..)| id).collect();

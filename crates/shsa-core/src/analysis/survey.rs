@@ -81,12 +81,12 @@ impl Survey {
         let inexact = |tolerance: &&Tolerance| !tolerance.exact;
         let needs = self.needs.iter().filter(inexact).count();
         let variables = self.variables.iter().flatten().filter(inexact).count();
-        let told = [
+        let counts = [
             (unwatched > 0).then_some(Limited::Ways { variables: unwatched }),
             (skipped > 0).then_some(Limited::Skipped { variables: skipped }),
             (needs > 0).then_some(Limited::Needs { needs }),
             (variables > 0).then_some(Limited::Variables { variables }),
         ];
-        told.into_iter().flatten().collect()
+        counts.into_iter().flatten().collect()
     }
 }

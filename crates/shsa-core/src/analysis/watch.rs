@@ -57,14 +57,14 @@ pub(super) fn watched(
 
 /// The faults that more ways would detect or isolate and the comparisons of all variables do not; undetected faults first.
 fn hidden(knowledge: &KnowledgeBase, faults: &Faults, reach: Vec<(SignalId, SignalSet)>) -> Vec<Hidden> {
-    let untold = |(signal, within_reach): (SignalId, SignalSet)| {
+    let hidden_fault = |(signal, within_reach): (SignalId, SignalSet)| {
         let within_reach = knowledge.with_same(within_reach);
         let undetected = !faults.is_detectable(signal);
         let suspects = faults.suspects(signal).iter();
         let taken_for: SignalSet = suspects.filter(|suspect| !within_reach.contains(*suspect)).collect();
         (undetected || !taken_for.is_empty()).then_some(Hidden { signal, undetected, taken_for })
     };
-    let mut hidden: Vec<Hidden> = reach.into_iter().filter_map(untold).collect();
+    let mut hidden: Vec<Hidden> = reach.into_iter().filter_map(hidden_fault).collect();
     hidden.sort_by_key(|hidden| (!hidden.undetected, hidden.signal));
     hidden
 }

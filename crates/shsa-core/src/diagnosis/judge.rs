@@ -308,7 +308,7 @@ impl Judge {
     pub fn verdict(&self, signal: SignalId, evidence: &impl EvidenceView, now: Time) -> Verdict {
         let witnessed = || {
             evidence.pairs_of(signal).any(|pair| {
-                pair.relationship(now) == ResidualState::Agree
+                pair.residual_state(now) == ResidualState::Agree
                     && self.bears_witness(evidence, pair, Component::Signal(signal))
             })
         };
@@ -385,7 +385,7 @@ struct Review<'e, T> {
 }
 
 /// The current value of a signal, SI; `None` when it is no number, or the component is no signal.
-fn said(evidence: &impl EvidenceView, component: Component) -> Option<Interval> {
+fn latest_value(evidence: &impl EvidenceView, component: Component) -> Option<Interval> {
     let Component::Signal(signal) = component else { return None };
-    evidence.said(signal)
+    evidence.latest_value(signal)
 }

@@ -23,8 +23,8 @@ use alloc::vec::Vec;
 pub(super) struct Contracts {
     pub(super) assurance: Assurance,
     /// Signals with an observation since evidence was last read, and whether each signal has one.
-    spoken: Vec<SignalId>,
-    has_spoken: IdVec<SignalId, bool>,
+    updated: Vec<SignalId>,
+    is_updated: IdVec<SignalId, bool>,
     /// Evidence from operators.
     pub(super) attested: Attested,
 }
@@ -36,16 +36,16 @@ impl Contracts {
         let count = knowledge.signals().len();
         Some(Box::new(Contracts {
             assurance,
-            spoken: Vec::with_capacity(count),
-            has_spoken: IdVec::filled(count, |_| false),
+            updated: Vec::with_capacity(count),
+            is_updated: IdVec::filled(count, |_| false),
             attested: Attested::new(),
         }))
     }
 
     /// Notes an observation of a signal.
-    pub(super) fn hear(&mut self, signal: SignalId) {
-        if !core::mem::replace(&mut self.has_spoken[signal], true) {
-            self.spoken.push(signal);
+    pub(super) fn note_value(&mut self, signal: SignalId) {
+        if !core::mem::replace(&mut self.is_updated[signal], true) {
+            self.updated.push(signal);
         }
     }
 }
@@ -55,16 +55,16 @@ impl Engine {
     pub(super) fn follow_evidence(&mut self, now: Time) -> bool {
         let Engine { contracts, knowledge, monitor, judge, providers, outputs, .. } = self;
         let Some(contracts) = contracts else { return false };
-        let has_spoken = |signal| contracts.has_spoken[signal];
+        let is_updated = |signal| contracts.is_updated[signal];
         let mut has_changed = false;
         for provider in providers.iter_mut() {
             let (is_changed, event) =
-                provider.follow_evidence(&has_spoken, knowledge, monitor, judge, &contracts.attested, now);
+                provider.follow_evidence(&is_updated, knowledge, monitor, judge, &contracts.attested, now);
             has_changed |= is_changed;
             outputs.extend(event.map(Output::Event));
         }
-        let Contracts { spoken, has_spoken, .. } = &mut **contracts;
-        spoken.drain(..).for_each(|signal| has_spoken[signal] = false);
+        let Contracts { updated, is_updated, .. } = &mut **contracts;
+        updated.drain(..).for_each(|signal| is_updated[signal] = false);
         has_changed
     }
 
@@ -98,7 +98,7 @@ impl Engine {
         }
         let reason =
             Reason::ContractOverridden { need: String::from(name), lasts, because: String::from(because) };
-        self.tell_overridden(need, reason.clone(), now);
+        self.report_overridden(need, reason.clone(), now);
         Ok(Some(reason))
     }
 
@@ -132,12 +132,12 @@ impl Engine {
         if was_overridden {
             self.providers[need].set_aside(None, now);
             let name = String::from(self.knowledge.need_name(need));
-            self.tell_overridden(need, Reason::OverrideOver { need: name }, now);
+            self.report_overridden(need, Reason::OverrideOver { need: name }, now);
         }
         was_overridden
     }
 
-    fn tell_overridden(&mut self, need: NeedId, reason: Reason, now: Time) {
+    fn report_overridden(&mut self, need: NeedId, reason: Reason, now: Time) {
         let variable = Some(self.knowledge.needs()[need].variable);
         let event = Event::new(now, EventKind::Refused, variable, reason.into());
         self.outputs.push_back(Output::Event(Event { need: Some(need), ..event }));
@@ -170,23 +170,24 @@ impl Engine {
 
     /// The orders of operators about contracts that are in force.
     pub(super) fn orders_about_contracts(&self) -> impl Iterator<Item = Order> + '_ {
-        let told = self.contracts.iter().flat_map(|contracts| &contracts.attested);
-        let told = told.map(|(evidence, holds)| Order::Attest { evidence: evidence.clone(), holds: *holds });
+        let attested_orders = self.contracts.iter().flat_map(|contracts| &contracts.attested);
+        let attested_orders = attested_orders
+            .map(|(evidence, holds)| Order::Attest { evidence: evidence.clone(), holds: *holds });
         let now = self.now.unwrap_or_default();
         let overridden = self.providers.enumerate().filter_map(move |(need, provider)| {
             let Override { until, because } = provider.overridden()?.clone();
             let need = self.knowledge.needs()[need].signal.clone();
             Some(Order::Override { need, lasts: (until - now).max(Span::ZERO), because })
         });
-        told.chain(overridden)
+        attested_orders.chain(overridden)
     }
 }
 
 /// The names of the evidence that an operator can give.
 fn attestable(knowledge: &KnowledgeBase) -> Vec<String> {
     let of = |contract: &Contract| {
-        let told = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);
-        told.map(|it| format!("{}/{}", contract.name, it.name)).collect::<Vec<_>>()
+        let attested_orders = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);
+        attested_orders.map(|it| format!("{}/{}", contract.name, it.name)).collect::<Vec<_>>()
     };
     knowledge.contracts().rows().iter().flat_map(of).collect()
 }

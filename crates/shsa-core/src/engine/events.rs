@@ -137,14 +137,14 @@ pub(super) struct Scene<'a> {
 impl Scene<'_> {
     /// Whether a pair is in conflict, and accuses a component.
     fn is_against(&self, pair: &Residual, about: Component) -> bool {
-        pair.relationship(self.now) == ResidualState::Conflict
+        pair.residual_state(self.now) == ResidualState::Conflict
             && self.judge.speaks_against(self.monitor, pair, about)
     }
 
     /// The pairs that speak against a component; where failures explain each of them, all its pairs in conflict.
     fn against(&self, about: Component) -> Vec<&Residual> {
         let is_conflict = |pair: &&Residual| {
-            rests_on(self.monitor, pair, about) && pair.relationship(self.now) == ResidualState::Conflict
+            rests_on(self.monitor, pair, about) && pair.residual_state(self.now) == ResidualState::Conflict
         };
         let all: Vec<&Residual> = self.monitor.residuals().iter().filter(is_conflict).collect();
         let open: Vec<&Residual> = all.iter().copied().filter(|pair| self.is_against(pair, about)).collect();
@@ -233,11 +233,11 @@ fn accused(scene: &Scene<'_>, kind: EventKind, blame: &Blame, why: Reasons) -> E
 }
 
 /// Probabilities below this are not reported.
-const LEAST_TOLD: f64 = 0.0005;
+const LEAST_REPORTED: f64 = 0.0005;
 
 fn probability(knowledge: &KnowledgeBase, blame: &Blame) -> Reason {
     match (blame.probability.map(Probability), &blame.next) {
-        (Some(own), Some((next, other))) if *other >= LEAST_TOLD => Reason::ProbabilityAndNext {
+        (Some(own), Some((next, other))) if *other >= LEAST_REPORTED => Reason::ProbabilityAndNext {
             own,
             next: Subject::of(knowledge, *next),
             other: Probability(*other),
@@ -330,7 +330,7 @@ fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Residual, n
     let (way, other) = (monitor.way(pair.way)?, monitor.way(pair.other)?);
     let variable = way.variable();
     let named = [way, other].map(|way| way.computation.way().describe(knowledge));
-    if pair.window.relationship(now) != ResidualState::Conflict {
+    if pair.window.residual_state(now) != ResidualState::Conflict {
         return Some(together(knowledge, variable, pair, named));
     }
     let last = pair.disagreement?;

@@ -49,7 +49,7 @@ pub struct Comparison {
     /// The signals that the two rest on.
     pub signals: SignalSet,
     /// What the recent comparisons say.
-    pub relationship: ResidualState,
+    pub residual_state: ResidualState,
     /// How many of the recent comparisons disagree, and how many there are.
     pub counts: (u32, u32),
     /// The tendency of the comparisons where each of them agrees, and the mean excess of `own`, SI.
@@ -70,13 +70,13 @@ impl Comparison {
     /// Whether the comparison accuses the signal: its ways disagree, and no other failed signal explains that.
     #[must_use]
     pub fn is_conflict(&self) -> bool {
-        self.relationship == ResidualState::Conflict && self.explained_by.is_empty()
+        self.residual_state == ResidualState::Conflict && self.explained_by.is_empty()
     }
 
     /// Whether the comparison supports the signal.
     #[must_use]
     pub fn is_support(&self) -> bool {
-        self.relationship == ResidualState::Agree && self.bears_witness && self.explained_by.is_empty()
+        self.residual_state == ResidualState::Agree && self.bears_witness && self.explained_by.is_empty()
     }
 }
 
@@ -176,10 +176,10 @@ impl Engine {
         let (own, other) = if is_slow { (slow_side, fast_side) } else { (fast_side, slow_side) };
         let is_sized = if is_slow { slow } else { fast }.is_sized_by(signal);
         let failed = |other: &SignalId| *other != signal && self.judge.is_discounted(*other);
-        let relationship = pair.relationship(at);
+        let residual_state = pair.residual_state(at);
         let counts = pair.window.counts();
-        let disagrees = counts.0 > 0 && relationship != ResidualState::Unknown;
-        let is_together = pair.window.relationship(at) != relationship;
+        let disagrees = counts.0 > 0 && residual_state != ResidualState::Unknown;
+        let is_together = pair.window.residual_state(at) != residual_state;
         let ahead = if is_slow { pair.trend.mean() } else { -pair.trend.mean() };
         Some(Comparison {
             pair: number,
@@ -188,7 +188,7 @@ impl Engine {
             own,
             other,
             signals: pair.signals.clone(),
-            relationship,
+            residual_state,
             counts,
             together: is_together.then(|| (pair.trend.tendency(), ahead)),
             onset: (disagrees || is_together).then(|| pair.onset(at)),
@@ -224,7 +224,7 @@ impl Engine {
             comparison.is_conflict() && !comparison.signals.contains(rival)
         };
         let (supported, others): (Vec<_>, Vec<_>) = others.into_iter().partition(Comparison::is_support);
-        let is_without_result = |comparison: &Comparison| comparison.relationship == ResidualState::Unknown;
+        let is_without_result = |comparison: &Comparison| comparison.residual_state == ResidualState::Unknown;
         Rival {
             signal: rival,
             verdict: self.judge.verdict(rival, &self.monitor, at),

@@ -80,7 +80,7 @@ impl Instruments<'_> {
     /// of its variable.
     pub(super) fn read(&self, contract: ContractId, watched: &Watched, way: &Way) -> Reading {
         match watched.source {
-            EvidenceSource::Told => self.told(contract, watched),
+            EvidenceSource::Told => self.attested_reading(contract, watched),
             EvidenceSource::Signal(signal, Measure::Verdict) => Reading::lasting(self.verdict(signal)),
             EvidenceSource::Source(Measure::Verdict) => Reading::lasting(self.verdict_of(way)),
             EvidenceSource::Signal(signal, measure) => self.judged(watched, self.of_signal(signal, measure)),
@@ -95,12 +95,13 @@ impl Instruments<'_> {
         }
     }
 
-    fn told(&self, contract: ContractId, watched: &Watched) -> Reading {
+    fn attested_reading(&self, contract: ContractId, watched: &Watched) -> Reading {
         let contract = self.knowledge.contracts().rows()[contract].name.as_str();
         // Names of signals may hold a slash, those of evidence do not.
         let is_it = |name: &String| name.rsplit_once('/') == Some((contract, watched.name.as_str()));
-        let said = self.attested.into_iter().flatten().find(|(name, _)| is_it(name)).map(|(_, said)| *said);
-        said.map_or(Reading::UNKNOWN, |said| Reading::lasting(said.into()))
+        let holds =
+            self.attested.into_iter().flatten().find(|(name, _)| is_it(name)).map(|(_, holds)| *holds);
+        holds.map_or(Reading::UNKNOWN, |holds| Reading::lasting(holds.into()))
     }
 
     fn verdict(&self, signal: SignalId) -> Truth {

@@ -247,7 +247,7 @@ impl Engine {
         if self.providers.find(need).is_none() {
             return;
         }
-        self.providers[need].hear(&self.knowledge, self.monitor.ports(), report);
+        self.providers[need].take_report(&self.knowledge, self.monitor.ports(), report);
         self.settle();
     }
 
@@ -284,18 +284,18 @@ impl Engine {
             return;
         }
         if let Some(contracts) = &mut self.contracts {
-            contracts.hear(observation.signal);
+            contracts.note_value(observation.signal);
         }
         for provider in self.providers.iter_mut() {
             provider.observe(&self.knowledge, observation);
         }
         if !self.awaited_after_restart.is_empty() {
-            self.hear_first(observation.signal, now);
+            self.observe_first(observation.signal, now);
         }
     }
 
     /// A signal has given a value while some that were accused before a restart have not.
-    fn hear_first(&mut self, signal: SignalId, now: Time) {
+    fn observe_first(&mut self, signal: SignalId, now: Time) {
         let witness = self.knowledge.witness(signal);
         let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
         if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {

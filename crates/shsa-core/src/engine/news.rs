@@ -24,12 +24,12 @@ impl Engine {
         for Finding { signal, fault } in findings {
             let Some(fault) = fault else { continue };
             let absence = self.monitor.timeouts().absence(*signal);
-            let is_told = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
+            let is_reported = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
             if self.judge.fail_by_detector(*signal, now) {
                 let event = events::fault(&self.knowledge, *signal, fault, now);
                 self.accusations
                     .insert(Component::Signal(*signal), events::accusation(&self.knowledge, &event));
-                self.outputs.extend((!is_told).then_some(Output::Event(event)));
+                self.outputs.extend((!is_reported).then_some(Output::Event(event)));
             }
         }
         !findings.is_empty()

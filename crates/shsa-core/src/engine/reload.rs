@@ -56,7 +56,7 @@ impl Engine {
             let event = events::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
-        self.inherit_charges(old.accusations, lineage);
+        self.inherit_accusations(old.accusations, lineage);
         self.keep_orders(&orders, Span::ZERO, now);
         let (providers, outputs, situation) = self.situation(now, None);
         let change = Succession { old: &old.knowledge, lineage, inheritance: &inheritance, situation };
@@ -73,7 +73,7 @@ impl Engine {
         }
     }
     /// Accusations stand as long as their verdicts do.
-    fn inherit_charges(&mut self, old: BTreeMap<Component, Accusation>, lineage: &Lineage) {
+    fn inherit_accusations(&mut self, old: BTreeMap<Component, Accusation>, lineage: &Lineage) {
         let same = |component: Component| match component {
             Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
             Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),

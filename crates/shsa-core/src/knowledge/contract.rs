@@ -116,12 +116,12 @@ pub enum Condition {
 
 impl Condition {
     /// Visits every leaf, as often as it occurs.
-    pub fn leaves(&self, tell: &mut dyn FnMut(&Condition)) {
+    pub fn leaves(&self, visit: &mut dyn FnMut(&Condition)) {
         match self {
             Condition::All(parts) | Condition::Any(parts) | Condition::AtLeast(_, parts) => {
-                parts.iter().for_each(|part| part.leaves(tell));
+                parts.iter().for_each(|part| part.leaves(visit));
             }
-            leaf => tell(leaf),
+            leaf => visit(leaf),
         }
     }
 }

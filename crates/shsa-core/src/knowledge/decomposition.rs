@@ -103,7 +103,7 @@ pub fn level_of_pair(scales: &Scales, one: Level, other: Level) -> Option<Level>
 /// Time: linear in the signals of all causes.
 #[must_use]
 pub fn in_common(knowledge: &KnowledgeBase, one: &SignalSet, other: &SignalSet) -> Vec<Common> {
-    let (one, other) = (grounds(knowledge, one), grounds(knowledge, other));
+    let (one, other) = (signals_and_origins(knowledge, one), signals_and_origins(knowledge, other));
     let shares = |cause: &Cause, set: &SignalSet| cause.signals.iter().any(|&signal| set.contains(signal));
     let signals = one.iter().filter(|&signal| other.contains(signal)).map(Common::Signal);
     let causes = knowledge.causes().enumerate();
@@ -135,7 +135,7 @@ pub fn dependence(
 }
 
 /// The signals and all their origins, one signal for each measurement.
-fn grounds(knowledge: &KnowledgeBase, signals: &SignalSet) -> SignalSet {
+fn signals_and_origins(knowledge: &KnowledgeBase, signals: &SignalSet) -> SignalSet {
     let mut all = signals.clone();
     signals.iter().for_each(|signal| all.extend(&knowledge.origins(signal)));
     knowledge.as_witnesses(all)

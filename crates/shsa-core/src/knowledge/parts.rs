@@ -114,12 +114,12 @@ fn about_variables(draft: &Draft, wanted: &BTreeSet<&str>) -> Vec<(Section, usiz
 }
 
 /// Visits every name that an element refers to, with its possible sections.
-fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMut(Section, &'d str)) {
+fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut visit: impl FnMut(Section, &'d str)) {
     let mut formula = |text: &'d Text| {
         for word in text.text.split(|c: char| !c.is_alphanumeric() && c != '_') {
-            tell(Section::Variables, word);
-            tell(Section::Constants, word);
-            tell(Section::Functions, word);
+            visit(Section::Variables, word);
+            visit(Section::Constants, word);
+            visit(Section::Functions, word);
         }
     };
     match section {
@@ -134,15 +134,15 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
                 }
             }
             relation.condition.iter().chain(relation.directions.iter().flatten()).for_each(formula);
-            tell(Section::Contracts, &relation.name.text);
-            tell(Section::Contracts, HEALER);
+            visit(Section::Contracts, &relation.name.text);
+            visit(Section::Contracts, HEALER);
         }
         Section::Signals => {
             let Some(signal) = draft.signals.get(at) else { return };
-            signal.variable.iter().for_each(|name| tell(Section::Variables, &name.text));
-            signal.variable.iter().for_each(|name| tell(Section::Constants, &name.text));
-            signal.derived_from.iter().for_each(|name| tell(Section::Signals, &name.text));
-            tell(Section::Contracts, &signal.name.text);
+            signal.variable.iter().for_each(|name| visit(Section::Variables, &name.text));
+            signal.variable.iter().for_each(|name| visit(Section::Constants, &name.text));
+            signal.derived_from.iter().for_each(|name| visit(Section::Signals, &name.text));
+            visit(Section::Contracts, &signal.name.text);
         }
         Section::Fusions => {
             let Some(fusion) = draft.fusions.get(at) else { return };
@@ -152,31 +152,33 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut tell: impl FnMu
             outputs.chain(states).chain(inputs).flatten().for_each(&mut formula);
             fusion.states.iter().for_each(|it| formula(&it.name));
             fusion.inputs.iter().for_each(|it| formula(&it.name));
-            fusion.inputs.iter().for_each(|it| tell(Section::Signals, &it.name.text));
-            fusion.controls.iter().for_each(|(_, signal)| tell(Section::Signals, &signal.text));
+            fusion.inputs.iter().for_each(|it| visit(Section::Signals, &it.name.text));
+            fusion.controls.iter().for_each(|(_, signal)| visit(Section::Signals, &signal.text));
         }
         Section::Needs => {
             let Some(need) = draft.needs.get(at) else { return };
-            tell(Section::Variables, &need.variable.text);
-            tell(Section::Constants, &need.variable.text);
-            need.signal.iter().chain([&need.variable]).for_each(|name| tell(Section::Contracts, &name.text));
+            visit(Section::Variables, &need.variable.text);
+            visit(Section::Constants, &need.variable.text);
+            need.signal.iter().chain([&need.variable]).for_each(|name| visit(Section::Contracts, &name.text));
         }
-        Section::Platform => draft.platform.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell)),
+        Section::Platform => {
+            draft.platform.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut visit))
+        }
         Section::Contracts => {
-            draft.contracts.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut tell))
+            draft.contracts.iter().skip(at).take(1).for_each(|it| of_contract(it, &mut visit))
         }
     }
 }
 
 /// Visits the names of a contract: its subject, its platform, the parties of its demands, and the observed signals.
-fn of_contract<'d>(contract: &'d ContractDraft, mut tell: impl FnMut(Section, &'d str)) {
+fn of_contract<'d>(contract: &'d ContractDraft, mut visit: impl FnMut(Section, &'d str)) {
     let asked = contract.asks.iter().filter_map(|asked| asked.of.as_ref());
     let observed = contract.evidence.iter().flat_map(|(_, text)| text.text.split([' ', ',']));
     let names = asked.chain([&contract.name]).chain(&contract.runs_on).map(|name| name.text.as_str());
     for name in names.chain(observed) {
         [Section::Relations, Section::Signals, Section::Needs, Section::Platform]
             .into_iter()
-            .for_each(|section| tell(section, name));
+            .for_each(|section| visit(section, name));
     }
 }
 
@@ -292,8 +294,8 @@ impl Ledger {
 
     /// A variable may be described in pieces.
     fn merge(&mut self, known: &mut VariableDraft, other: &VariableDraft) {
-        let both_speak = |one: &str, other: &str| !one.is_empty() && !other.is_empty();
-        let clashes = different(&variable_fields(known), &variable_fields(other), both_speak);
+        let both_given = |one: &str, other: &str| !one.is_empty() && !other.is_empty();
+        let clashes = different(&variable_fields(known), &variable_fields(other), both_given);
         self.note(Section::Variables, &known.name, &other.name, &clashes);
         let VariableDraft { unit, shape, range, max_rate, wraps, properties, .. } = other.clone();
         known.unit = known.unit.take().or(unit);
@@ -309,7 +311,7 @@ impl Ledger {
     fn rate(&mut self, one: &UtilityDraft, other: &UtilityDraft) {
         let clashes = different(&utility_fields(one), &utility_fields(other), |_, _| true);
         if !clashes.is_empty() {
-            let message = format!("two parts rate differently: {}", told(&clashes));
+            let message = format!("two parts rate differently: {}", described(&clashes));
             self.found.push(Contradiction { place: place(other), earlier: place(one), message });
         }
     }
@@ -319,12 +321,12 @@ impl Ledger {
             return;
         }
         let (what, name) = (section.singular(), &known.text);
-        let message = format!("two parts describe {what} `{name}` differently: {}", told(clashes));
+        let message = format!("two parts describe {what} `{name}` differently: {}", described(clashes));
         self.found.push(Contradiction { place: other.place, earlier: known.place, message });
     }
 }
 
-fn told(clashes: &[Clash]) -> String {
+fn described(clashes: &[Clash]) -> String {
     let shown = |words: &str| if words.is_empty() { "nothing".to_string() } else { format!("`{words}`") };
     let clash = |(key, one, other): &Clash| format!("{key}: {} and {}", shown(one), shown(other));
     clashes.iter().map(clash).collect::<Vec<_>>().join("; ")

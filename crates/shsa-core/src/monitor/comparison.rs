@@ -56,7 +56,7 @@ impl Round<'_> {
                     Known::Never => continue,
                 },
             };
-            self.consensus.hear(number as usize, &known);
+            self.consensus.add_value(number as usize, &known);
             if !is_of_moment {
                 // Means are expensive, and the consensus needs them again when all ways have a value.
                 pair.known = Some((validity, known));
@@ -143,10 +143,10 @@ impl Round<'_> {
                 Some(other.measure(value, sample.value))
             };
             if let Some(known) = remembered.map(|(_, known)| known).or_else(again) {
-                self.consensus.hear(number as usize, &known);
+                self.consensus.add_value(number as usize, &known);
             }
         }
-        self.consensus.rate_heard(way, measured, self.now);
+        self.consensus.rate_values(way, measured, self.now);
     }
 }
 

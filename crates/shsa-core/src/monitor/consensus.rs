@@ -34,7 +34,7 @@ struct Seat {
 
 /// The value of a way at the present moment.
 #[derive(Clone, Copy, Debug)]
-struct Heard {
+struct PresentValue {
     seat: Seat,
     measured: Measured,
     /// Whether the value agrees with the consensus, once there is one.
@@ -51,7 +51,7 @@ pub(super) struct Consensus {
     own: Vec<Seat>,
     /// For each pair, the seat of the other way in the comparisons of the pair's way; `None` where no rating follows.
     others: Vec<Option<Seat>>,
-    heard: Vec<Heard>,
+    present_values: Vec<PresentValue>,
     /// The present votes, as bits, and their bounds.
     present: u64,
     lows: Vec<f64>,
@@ -99,7 +99,7 @@ impl Consensus {
             records: ways.iter().map(record).collect(),
             own,
             others,
-            heard: Vec::with_capacity(most),
+            present_values: Vec::with_capacity(most),
             present: 0,
             lows: Vec::with_capacity(most.min(MOST_VOTES)),
             highs: Vec::with_capacity(most.min(MOST_VOTES)),
@@ -116,7 +116,7 @@ impl Consensus {
 
     /// Takes the value of the other way of a pair.
     #[inline]
-    pub(super) fn hear(&mut self, pair: usize, known: &Measured) {
+    pub(super) fn add_value(&mut self, pair: usize, known: &Measured) {
         if let Some(&Some(seat)) = self.others.get(pair)
             && known.value.is_bounded()
         {
@@ -126,7 +126,7 @@ impl Consensus {
 
     #[inline]
     fn take(&mut self, seat: Seat, measured: &Measured) {
-        self.heard.push(Heard { seat, measured: *measured, agrees: false });
+        self.present_values.push(PresentValue { seat, measured: *measured, agrees: false });
         if seat.vote != 0 {
             self.present |= seat.vote;
             self.lows.push(measured.value.lo());
@@ -137,7 +137,7 @@ impl Consensus {
     /// Clears the values of the moment.
     #[inline]
     fn clear(&mut self) {
-        self.heard.clear();
+        self.present_values.clear();
         self.lows.clear();
         self.highs.clear();
         self.present = 0;
@@ -149,8 +149,8 @@ impl Consensus {
         if let Some(record) = self.records.get_mut(way.0 as usize) {
             record.deliver(now);
         }
-        if !self.heard.is_empty() {
-            self.settle_heard(way, value, now);
+        if !self.present_values.is_empty() {
+            self.settle_values(way, value, now);
         }
     }
 
@@ -164,13 +164,13 @@ impl Consensus {
     }
 
     /// Rates an earlier output for which all other values are known now.
-    pub(super) fn rate_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
-        if !self.heard.is_empty() {
-            self.settle_heard(way, value, now);
+    pub(super) fn rate_values(&mut self, way: WayIndex, value: &Measured, now: Time) {
+        if !self.present_values.is_empty() {
+            self.settle_values(way, value, now);
         }
     }
 
-    fn settle_heard(&mut self, way: WayIndex, value: &Measured, now: Time) {
+    fn settle_values(&mut self, way: WayIndex, value: &Measured, now: Time) {
         if let Some(&seat) = self.own.get(way.0 as usize).filter(|_| value.value.is_bounded()) {
             self.take(seat, value);
             self.rate(now);
@@ -180,15 +180,18 @@ impl Consensus {
 
     /// Rates the values of the moment by their consensus.
     fn rate(&mut self, now: Time) {
-        let Consensus { heard, present, lows, highs, records, .. } = self;
-        let is_told = present.count_ones() > 2;
-        let counts = |seat: &Seat| seat.independent & *present != 0 && (is_told || !seat.has_majorities);
-        if !heard.iter().any(|heard| counts(&heard.seat)) {
+        let Consensus { present_values, present, lows, highs, records, .. } = self;
+        let has_majority = present.count_ones() > 2;
+        let counts = |seat: &Seat| seat.independent & *present != 0 && (has_majority || !seat.has_majorities);
+        if !present_values.iter().any(|present_values| counts(&present_values.seat)) {
             return;
         }
         let votes = lows.len();
-        let consensus = consensus(lows, highs).filter(|(agreed, _)| 2 * supporters(heard, *agreed) > votes);
-        for Heard { seat, measured, agrees } in heard.iter().filter(|heard| counts(&heard.seat)) {
+        let consensus =
+            consensus(lows, highs).filter(|(agreed, _)| 2 * supporters(present_values, *agreed) > votes);
+        for PresentValue { seat, measured, agrees } in
+            present_values.iter().filter(|present_values| counts(&present_values.seat))
+        {
             let Some(record) = records.get_mut(seat.way.0 as usize) else { continue };
             let distance = consensus.map(|(_, middle)| (measured.middle() - middle).abs());
             record.compare(*agrees && distance.is_some(), distance, measured.width(), now);
@@ -252,10 +255,10 @@ fn seats(ways: &[WatchedWay], members: &[WayIndex]) -> Vec<Seat> {
 fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]) {
     for (way, own) in ways.iter().zip(own) {
         let places = || way.triggers.iter().map(|&pair| pair as usize);
-        let heard =
+        let present_values =
             || core::iter::once(*own).chain(places().filter_map(|at| others.get(at).copied().flatten()));
-        let votes = heard().filter(|seat| seat.vote != 0).count();
-        if votes <= 2 && heard().all(|seat| seat.has_majorities) {
+        let votes = present_values().filter(|seat| seat.vote != 0).count();
+        if votes <= 2 && present_values().all(|seat| seat.has_majorities) {
             for at in places() {
                 others.get_mut(at).into_iter().for_each(|seat| *seat = None);
             }
@@ -264,9 +267,9 @@ fn leave_out_idle(ways: &[WatchedWay], own: &[Seat], others: &mut [Option<Seat>]
 }
 
 /// Notes which values overlap a possible consensus; returns how many votes they are.
-fn supporters(heard: &mut [Heard], agreed: Interval) -> usize {
+fn supporters(present_values: &mut [PresentValue], agreed: Interval) -> usize {
     let mut count = 0;
-    for Heard { seat, measured, agrees } in heard {
+    for PresentValue { seat, measured, agrees } in present_values {
         *agrees = measured.value.overlaps(agreed);
         count += usize::from(*agrees && seat.vote != 0);
     }

@@ -115,7 +115,7 @@ impl Monitor {
             Acceptance::OutOfRange(_) => Some(Absence::OutOfRange),
             _ => None,
         };
-        let change = self.timeouts.hear(signal, wrong, now);
+        let change = self.timeouts.observe_message(signal, wrong, now);
         let (kept, repeated) = (reception.acceptance.is_kept(), reception.acceptance == Acceptance::Repeated);
         if kept {
             if let Some(newest) = port.newest() {
@@ -143,7 +143,7 @@ impl Monitor {
         let signal = observation.signal;
         let reception = self.ports[signal].drop_misdated(description, observation, misdated, now);
         self.detectors.observe(signal, &reception, now);
-        Observed { kept: false, repeated: false, change: self.timeouts.hear(signal, None, now) }
+        Observed { kept: false, repeated: false, change: self.timeouts.observe_message(signal, None, now) }
     }
 
     /// Looks for signals that have become silent.
@@ -231,7 +231,7 @@ impl Monitor {
     /// The symptom of an accused signal: frozen, or the most frequent character of its pairs in conflict that `counts` accepts.
     #[must_use]
     pub fn symptom(&self, signal: SignalId, now: Time, counts: impl Fn(&Residual) -> bool) -> Symptom {
-        let against = |pair: &&Residual| pair.relationship(now) == ResidualState::Conflict && counts(pair);
+        let against = |pair: &&Residual| pair.residual_state(now) == ResidualState::Conflict && counts(pair);
         let conflicts = || self.pairs_of(signal).filter(against);
         let Some(onset) = conflicts().map(|pair| pair.onset(now)).min() else { return Symptom::Inconsistent };
         if self.frozen[signal].is_still_since(onset, now) {
@@ -256,7 +256,8 @@ impl Monitor {
             let is_own = self.way(pair.way)?.rests_on.contains(signal);
             Some(if is_own { late } else { Span::ZERO - late })
         };
-        let against = self.pairs_of(signal).filter(|pair| pair.relationship(now) == ResidualState::Conflict);
+        let against =
+            self.pairs_of(signal).filter(|pair| pair.residual_state(now) == ResidualState::Conflict);
         against.into_iter().find_map(skew)
     }
 

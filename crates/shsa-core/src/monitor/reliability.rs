@@ -210,17 +210,17 @@ mod tests {
         ) {
             let mut record = Reliability::new(None, Memory(TENTH.times(memory)));
             let mut now = at(0);
-            let mut told = Vec::new();
+            let mut ratings = Vec::new();
             for &(wait, agrees, distance) in &past {
                 now = now + TENTH.times(wait);
                 record.compare(agrees, distance, 2.0, now);
-                told.push((now, agrees, distance));
+                ratings.push((now, agrees, distance));
             }
             let weight = |time: Time| (-(now - time).seconds() / TENTH.times(memory).seconds()).exp();
-            let all: f64 = told.iter().map(|told| weight(told.0)).sum();
-            let agreed: f64 = told.iter().filter(|told| told.1).map(|told| weight(told.0)).sum();
-            let measured: f64 = told.iter().filter(|told| told.2.is_some()).map(|told| weight(told.0)).sum();
-            let distance: f64 = told.iter().map(|told| weight(told.0) * told.2.unwrap_or(0.0)).sum();
+            let all: f64 = ratings.iter().map(|ratings| weight(ratings.0)).sum();
+            let agreed: f64 = ratings.iter().filter(|ratings| ratings.1).map(|ratings| weight(ratings.0)).sum();
+            let measured: f64 = ratings.iter().filter(|ratings| ratings.2.is_some()).map(|ratings| weight(ratings.0)).sum();
+            let distance: f64 = ratings.iter().map(|ratings| weight(ratings.0) * ratings.2.unwrap_or(0.0)).sum();
             let figures = record.figures(now);
             match figures.agreement {
                 Some(share) => prop_assert!((share - agreed / all).abs() < 1e-9 && close(figures.width, 2.0)),

@@ -85,7 +85,7 @@ impl Residual {
         let tendency = self.trend.tendency();
         let is_restless = self.window.is_restless() || tendency != Tendency::Calm;
         ResidualRecord {
-            changed: is_surer || before != together(self.window.said(), tendency),
+            changed: is_surer || before != together(self.window.latest_state(), tendency),
             restless: (was_restless != is_restless).then_some(is_restless),
         }
     }
@@ -106,7 +106,7 @@ impl Residual {
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
         }
-        match self.window.said() {
+        match self.window.latest_state() {
             ResidualState::Agree => self.trend.relax(),
             ResidualState::Conflict => {
                 self.window.note_conflict(now, self.trend.span());
@@ -124,8 +124,8 @@ impl Residual {
 
     /// The present relationship, from single comparisons and their trend.
     #[must_use]
-    pub fn relationship(&self, now: Time) -> ResidualState {
-        together(self.window.relationship(now), self.trend.tendency())
+    pub fn residual_state(&self, now: Time) -> ResidualState {
+        together(self.window.residual_state(now), self.trend.tendency())
     }
 
     /// Whether a recent comparison disagrees, or a trend shows: without these the pair is neither undecided nor in conflict.
@@ -136,14 +136,14 @@ impl Residual {
     /// When the single disagreements began, or when the trend became an alarm.
     #[must_use]
     pub fn onset(&self, now: Time) -> Time {
-        let single = self.window.relationship(now);
-        if single == self.relationship(now) { self.window.onset() } else { self.trend.raised() }
+        let single = self.window.residual_state(now);
+        if single == self.residual_state(now) { self.window.onset() } else { self.trend.raised() }
     }
 
     /// The onset of the first of the recurrent conflicts that led to this one, where there were such; else [`Self::onset`].
     #[must_use]
     pub fn recurs_since(&self, now: Time) -> Time {
-        match self.window.relationship(now) {
+        match self.window.residual_state(now) {
             ResidualState::Conflict => self.window.recurs_since(),
             _ => self.onset(now),
         }

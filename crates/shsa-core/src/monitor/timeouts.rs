@@ -16,9 +16,9 @@ pub enum Absence {
 
 /// When a signal last gave a value.
 #[derive(Clone, Copy, Debug)]
-struct Voice {
+struct Liveness {
     timeout: Option<Span>,
-    heard: Option<Time>,
+    arrived: Option<Time>,
     valid: Option<Time>,
     /// The problem of all messages after the last possible value.
     wrong: Option<Absence>,
@@ -45,7 +45,7 @@ pub struct Change {
 /// The timeouts of all signals.
 #[derive(Clone, Debug)]
 pub struct Timeouts {
-    voices: IdVec<SignalId, Voice>,
+    states: IdVec<SignalId, Liveness>,
     start: Option<Time>,
     /// A lower bound of the next timeout, so that not every observation checks every signal.
     quiet_until: Time,
@@ -55,9 +55,9 @@ impl Timeouts {
     /// Timeouts for the signals of a knowledge base.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Timeouts {
-        let voice = |signal| Voice {
+        let liveness = |signal| Liveness {
             timeout: knowledge.signals()[signal].timeout,
-            heard: None,
+            arrived: None,
             valid: None,
             wrong: None,
             absence: None,
@@ -65,7 +65,7 @@ impl Timeouts {
             since: None,
         };
         Timeouts {
-            voices: IdVec::filled(knowledge.signals().len(), voice),
+            states: IdVec::filled(knowledge.signals().len(), liveness),
             start: None,
             quiet_until: Time::MIN,
         }
@@ -75,62 +75,64 @@ impl Timeouts {
     /// observation of the others begins now.
     pub fn inherit(&mut self, old: &Timeouts, lineage: &Lineage, now: Time) {
         self.start = old.start;
-        self.voices.iter_mut().for_each(|voice| voice.since = Some(now));
-        for (id, before) in old.voices.enumerate() {
+        self.states.iter_mut().for_each(|liveness| liveness.since = Some(now));
+        for (id, before) in old.states.enumerate() {
             let Some(id) = lineage.source(id) else { continue };
-            let timeout = self.voices[id].timeout;
+            let timeout = self.states[id].timeout;
             let absence = before.absence.filter(|_| timeout.is_some());
-            self.voices[id] = Voice { timeout, absence, ..*before };
+            self.states[id] = Liveness { timeout, absence, ..*before };
         }
         let Some(start) = self.start else { return };
-        let present = self.voices.iter().filter(|voice| voice.absence.is_none());
-        self.quiet_until = present.map(|voice| voice.deadline(voice.last(start))).min().unwrap_or(Time::MAX);
+        let present = self.states.iter().filter(|liveness| liveness.absence.is_none());
+        self.quiet_until =
+            present.map(|liveness| liveness.deadline(liveness.last(start))).min().unwrap_or(Time::MAX);
     }
 
     /// Marks a signal as absent before the start; it stays absent until it gives a value.
     pub(super) fn expect_absent(&mut self, signal: SignalId, absence: Absence) {
-        self.voices[signal].absence = Some(absence);
-        self.voices[signal].was_absent = true;
+        self.states[signal].absence = Some(absence);
+        self.states[signal].was_absent = true;
     }
 
     /// Whether a signal has ever given a possible value.
     #[must_use]
     pub fn has_given_value(&self, signal: SignalId) -> bool {
-        self.voices[signal].valid.is_some()
+        self.states[signal].valid.is_some()
     }
 
     /// Notes a message of a signal, with its problem when it has no possible value. Returns the change when the signal was absent
     /// until now.
     // Called for every observation from two places: `inline` alone would not inline it.
     #[inline(always)]
-    pub fn hear(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
+    pub fn observe_message(&mut self, signal: SignalId, wrong: Option<Absence>, now: Time) -> Option<Change> {
         if self.start.is_none() {
             self.start = Some(now);
-            self.quiet_until = self.voices.iter().map(|voice| voice.deadline(now)).min().unwrap_or(Time::MAX);
+            self.quiet_until =
+                self.states.iter().map(|liveness| liveness.deadline(now)).min().unwrap_or(Time::MAX);
         }
-        let voice = &mut self.voices[signal];
-        voice.heard = Some(now);
+        let liveness = &mut self.states[signal];
+        liveness.arrived = Some(now);
         if let Some(wrong) = wrong {
-            if voice.valid == Some(now) {
+            if liveness.valid == Some(now) {
                 return None;
             }
-            let is_all = voice.wrong.is_none_or(|before| before == wrong);
-            voice.wrong = Some(if is_all { wrong } else { Absence::Invalid });
+            let is_all = liveness.wrong.is_none_or(|before| before == wrong);
+            liveness.wrong = Some(if is_all { wrong } else { Absence::Invalid });
             return None;
         }
-        voice.wrong = None;
-        let last_valid = voice.valid.replace(now);
-        voice.absence.take()?;
-        let is_first = last_valid.is_none() && !core::mem::take(&mut voice.was_absent);
+        liveness.wrong = None;
+        let last_valid = liveness.valid.replace(now);
+        liveness.absence.take()?;
+        let is_first = last_valid.is_none() && !core::mem::take(&mut liveness.was_absent);
         // The signal may fall silent again before the bound that was computed without it.
-        self.quiet_until = self.quiet_until.min(voice.deadline(now));
+        self.quiet_until = self.quiet_until.min(liveness.deadline(now));
         Some(Change { signal, absence: None, last_valid, is_first })
     }
 
     /// Why a signal gives no usable value now; `None` when it gives one.
     #[must_use]
     pub fn absence(&self, signal: SignalId) -> Option<Absence> {
-        self.voices[signal].absence
+        self.states[signal].absence
     }
 
     /// When a timeout may run out next; `None` before the first observation.
@@ -146,27 +148,27 @@ impl Timeouts {
             return;
         }
         let mut next = Time::MAX;
-        for signal in self.voices.ids() {
-            let voice = &mut self.voices[signal];
-            if voice.absence.is_some() {
+        for signal in self.states.ids() {
+            let liveness = &mut self.states[signal];
+            if liveness.absence.is_some() {
                 continue;
             }
-            let last = voice.last(start);
-            let deadline = voice.deadline(last);
+            let last = liveness.last(start);
+            let deadline = liveness.deadline(last);
             if now < deadline || deadline == Time::MAX {
                 next = next.min(deadline);
                 continue;
             }
-            let wrong = voice.wrong.unwrap_or(Absence::Invalid);
-            let absence = if voice.spoke_since(last) { wrong } else { Absence::Silent };
-            voice.absence = Some(absence);
-            report(Change { signal, absence: Some(absence), last_valid: voice.valid, is_first: false });
+            let wrong = liveness.wrong.unwrap_or(Absence::Invalid);
+            let absence = if liveness.has_arrived_since(last) { wrong } else { Absence::Silent };
+            liveness.absence = Some(absence);
+            report(Change { signal, absence: Some(absence), last_valid: liveness.valid, is_first: false });
         }
         self.quiet_until = next;
     }
 }
 
-impl Voice {
+impl Liveness {
     /// When the signal last gave a possible value, or when its observation began.
     fn last(&self, start: Time) -> Time {
         self.valid.or(self.since).unwrap_or(start)
@@ -177,7 +179,7 @@ impl Voice {
         self.timeout.map_or(Time::MAX, |timeout| last + timeout + Span(1))
     }
 
-    fn spoke_since(&self, moment: Time) -> bool {
-        self.heard.is_some_and(|heard| heard > moment && self.valid != Some(heard))
+    fn has_arrived_since(&self, moment: Time) -> bool {
+        self.arrived.is_some_and(|arrived| arrived > moment && self.valid != Some(arrived))
     }
 }

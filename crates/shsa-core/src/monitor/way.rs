@@ -111,8 +111,8 @@ impl WatchedWay {
             return self.outputs.newest(0).copied();
         }
         let moment = Validity::at(now);
-        let standing = self.outputs.standing(moment, self.reach.max_rate)?;
-        Some(Sample { validity: moment, value: standing.value })
+        let held_reading = self.outputs.held_reading(moment, self.reach.max_rate)?;
+        Some(Sample { validity: moment, value: held_reading.value })
     }
 
     /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
@@ -174,8 +174,8 @@ impl WatchedWay {
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
         let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
         if self.reach.stands {
-            let standing = self.outputs.standing(stretch, self.reach.max_rate);
-            return Known::or_never(standing.map(|reading| reading.value));
+            let held_reading = self.outputs.held_reading(stretch, self.reach.max_rate);
+            return Known::or_never(held_reading.map(|reading| reading.value));
         }
         let Some(newest) = self.outputs.newest(0) else { return Known::Later };
         let most = Span(usual.0 / 4 * 3);

@@ -164,7 +164,7 @@ impl Window {
             let since = now - last;
             let is_stale = since > self.lifetime;
             if !is_stale {
-                before = self.said();
+                before = self.latest_state();
             }
             if !self.declared {
                 self.period = since.max(Span(1));
@@ -230,16 +230,16 @@ impl Window {
 
     /// The state now.
     #[must_use]
-    pub fn relationship(&self, now: Time) -> ResidualState {
+    pub fn residual_state(&self, now: Time) -> ResidualState {
         match self.last {
             None => ResidualState::Unknown,
             Some(last) if now - last > self.lifetime => ResidualState::Unknown,
-            Some(_) => self.said(),
+            Some(_) => self.latest_state(),
         }
     }
 
     /// The state at the last comparison.
-    pub(super) fn said(&self) -> ResidualState {
+    pub(super) fn latest_state(&self) -> ResidualState {
         match self.bits {
             // The most frequent case, without counting bits.
             0 if !self.recurs => ResidualState::Agree,
@@ -313,12 +313,12 @@ mod tests {
     use super::*;
 
     /// The state of a window of 2 of 4 after these comparisons, one a second: `+` and `-` are disagreements to either side.
-    fn said(comparisons: &str) -> ResidualState {
+    fn latest_state(comparisons: &str) -> ResidualState {
         let mut window = Window::new(Debounce::default(), Some(Span::from_millis(1_000)), Span::ZERO);
         for (second, it) in comparisons.chars().enumerate() {
             window.record(it != '.', it == '+', Time::from_seconds(second as f64));
         }
-        window.said()
+        window.latest_state()
     }
 
     #[test]
@@ -329,7 +329,7 @@ mod tests {
             for (second, it) in comparisons.chars().enumerate() {
                 window.record(it != '.', it == '+', Time::from_seconds(second as f64));
             }
-            (window.said(), window.is_sure())
+            (window.latest_state(), window.is_sure())
         };
         assert_eq!(window("++"), (ResidualState::Conflict, false));
         assert_eq!(window("++."), (ResidualState::Conflict, false));
@@ -341,28 +341,29 @@ mod tests {
     #[test]
     fn what_came_again_and_again_is_over_when_it_comes_no_more() {
         let mut window = Window::new(Debounce::default(), Some(Span::from_millis(1_000)), Span::ZERO);
-        let said = |window: &mut Window, second: i32, disagrees: bool| {
+        let latest_state = |window: &mut Window, second: i32, disagrees: bool| {
             window.record(disagrees, false, Time::from_seconds(f64::from(second)));
-            window.said()
+            window.latest_state()
         };
         for second in 0..400 {
-            said(&mut window, second, second % 3 == 0);
+            latest_state(&mut window, second, second % 3 == 0);
         }
-        let over = (400..1000).find(|&second| said(&mut window, second, false) == ResidualState::Agree);
+        let over =
+            (400..1000).find(|&second| latest_state(&mut window, second, false) == ResidualState::Agree);
         assert!(over.is_some_and(|second| (460..480).contains(&second)), "{over:?}");
     }
 
     #[test]
     fn as_many_disagreements_as_must_be_last() {
         for lasting in ["++", "..--", "++..", ".+.++"] {
-            assert_eq!(said(lasting), ResidualState::Conflict, "{lasting}");
+            assert_eq!(latest_state(lasting), ResidualState::Conflict, "{lasting}");
         }
         for outliers in ["+", "+.+", "-..-", "+-", ".+-."] {
-            assert_eq!(said(outliers), ResidualState::Undecided, "{outliers}");
+            assert_eq!(latest_state(outliers), ResidualState::Undecided, "{outliers}");
         }
         for more in ["+-+", "+.-+", "-+.-"] {
-            assert_eq!(said(more), ResidualState::Conflict, "{more}");
+            assert_eq!(latest_state(more), ResidualState::Conflict, "{more}");
         }
-        assert_eq!(said("++...."), ResidualState::Agree);
+        assert_eq!(latest_state("++...."), ResidualState::Agree);
     }
 }

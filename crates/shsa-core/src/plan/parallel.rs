@@ -61,7 +61,7 @@ impl Part<'_, '_> {
 
 impl Answer {
     fn at(search: &BestFirst, open: &Open) -> Answer {
-        let (weight, order) = open.standing();
+        let (weight, order) = open.rank();
         Answer { weight, order, substitution: search.substitution(open) }
     }
 }

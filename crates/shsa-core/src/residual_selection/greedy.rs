@@ -80,7 +80,7 @@ impl Suspects {
     }
 
     /// The number of ordered pairs of a detectable signal and one that its fault is isolable from, including "no fault".
-    fn told_apart(&self) -> usize {
+    fn isolated_pairs(&self) -> usize {
         Suspects::none(self.0.len()).gained_by(self)
     }
 }
@@ -94,8 +94,8 @@ pub(super) fn suspects(ways: &[FaultSignature]) -> Vec<(SignalId, SignalSet)> {
     let named = |set: &SignalSet| {
         set.iter().filter_map(|at| signals.get(crate::knowledge::Id::index(at)).copied()).collect()
     };
-    let told = signals.iter().zip(found.0.iter());
-    told.filter_map(|(signal, found)| Some((*signal, named(found.as_ref()?)))).collect()
+    let distinguished = signals.iter().zip(found.0.iter());
+    distinguished.filter_map(|(signal, found)| Some((*signal, named(found.as_ref()?)))).collect()
 }
 
 /// Up to `most` of these ways, which are ordered by utility, in the order of the choice. Each is the way with the largest
@@ -109,12 +109,12 @@ pub(super) fn chosen(ways: &[FaultSignature], most: usize) -> Vec<Choice> {
     let mut greedy = Greedy::new(&compact, signals.len());
     while greedy.choices.len() < most && greedy.step() {}
     let choices = greedy.choices;
-    let told = |ways: &mut dyn Iterator<Item = &FaultSignature>| {
+    let distinguished = |ways: &mut dyn Iterator<Item = &FaultSignature>| {
         let ways: Vec<&FaultSignature> = ways.collect();
-        Suspects::of(ways.into_iter(), signals.len()).told_apart()
+        Suspects::of(ways.into_iter(), signals.len()).isolated_pairs()
     };
-    let own = told(&mut choices.iter().filter_map(|choice| compact.get(choice.at)));
-    match own < told(&mut compact.iter().take(most)) {
+    let own = distinguished(&mut choices.iter().filter_map(|choice| compact.get(choice.at)));
+    match own < distinguished(&mut compact.iter().take(most)) {
         true => (0..most.min(ways.len())).map(|at| Choice { at, gain: 0, round: 0 }).collect(),
         false => choices,
     }
@@ -142,13 +142,13 @@ struct Candidate<'e> {
     at: usize,
     fault_signature: &'e FaultSignature,
     /// The suspects by its comparisons with the ways of this round.
-    told: Suspects,
+    distinguished: Suspects,
 }
 
 impl<'e> Greedy<'e> {
     fn new(ways: &'e [FaultSignature], signals: usize) -> Greedy<'e> {
         let candidate =
-            |(at, fault_signature)| Candidate { at, fault_signature, told: Suspects::none(signals) };
+            |(at, fault_signature)| Candidate { at, fault_signature, distinguished: Suspects::none(signals) };
         Greedy {
             signals,
             open: ways.iter().enumerate().map(candidate).collect(),
@@ -166,7 +166,7 @@ impl<'e> Greedy<'e> {
             (place, gain) = self.best().unwrap_or((place, gain));
         }
         let taken = self.open.remove(place);
-        self.round.suspects.extend(&taken.told);
+        self.round.suspects.extend(&taken.distinguished);
         match &mut self.round.common {
             Some(common) => common.intersect(taken.fault_signature.rests_on()),
             none => *none = Some(taken.fault_signature.rests_on().clone()),
@@ -174,14 +174,14 @@ impl<'e> Greedy<'e> {
         self.used.extend(taken.fault_signature.rests_on());
         self.open
             .iter_mut()
-            .for_each(|other| other.told.compare(taken.fault_signature, other.fault_signature));
+            .for_each(|other| other.distinguished.compare(taken.fault_signature, other.fault_signature));
         self.choices.push(Choice { at: taken.at, gain, round: self.round.number });
         true
     }
 
     fn begin_anew(&mut self) {
         let nothing = Suspects::none(self.signals);
-        self.open.iter_mut().for_each(|candidate| candidate.told = nothing.clone());
+        self.open.iter_mut().for_each(|candidate| candidate.distinguished = nothing.clone());
         self.round = Round { number: self.round.number + 1, suspects: nothing, common: None };
     }
 
@@ -202,7 +202,7 @@ impl<'e> Greedy<'e> {
             None => 1 + self.signals - rests_on.len(),
         };
         // Isolating a faulty signal from another signal needs the ways without the other one.
-        self.signals * done_without + self.round.suspects.gained_by(&candidate.told)
+        self.signals * done_without + self.round.suspects.gained_by(&candidate.distinguished)
     }
 }
 
@@ -235,7 +235,7 @@ mod tests {
         ranks(bits, signals).sum()
     }
 
-    fn told(bits: &[u8], signals: u8) -> usize {
+    fn distinguished(bits: &[u8], signals: u8) -> usize {
         ranks(bits, signals).filter(|&rank| rank == 2).count()
     }
 
@@ -267,23 +267,23 @@ mod tests {
         fn the_choice_is_as_good_as_proven(bits in families()) {
             let signals = union(&bits);
             let largest = bits.iter().map(|&way| sum(&[way], signals)).max().unwrap_or(1) as f64;
-            let all = told(&bits, signals);
+            let all = distinguished(&bits, signals);
             let mut fewest = None;
             for most in 2..=bits.len() {
                 let sets = (0..1_u32 << bits.len()).filter(|set| set.count_ones() as usize == most);
                 let choices: Vec<Vec<u8>> = sets.map(|set| some_of(&bits, set)).collect();
                 let own = picked(&bits, most);
                 prop_assert_eq!(own.len(), most);
-                prop_assert!(told(&own, signals) >= told(&bits[..most], signals));
+                prop_assert!(distinguished(&own, signals) >= distinguished(&bits[..most], signals));
                 let best = choices.iter().map(|choice| sum(choice, signals)).max().unwrap_or(0) as f64;
                 let share = 1.0 - (1.0 - 1.0 / most as f64).powi(most as i32);
                 // Either the greedy choice, or the first ways where these isolate more.
-                prop_assert!(sum(&own, signals) as f64 >= share * best || told(&own, signals) == told(&bits[..most], signals));
-                if fewest.is_none() && choices.iter().any(|choice| told(choice, signals) == all) {
+                prop_assert!(sum(&own, signals) as f64 >= share * best || distinguished(&own, signals) == distinguished(&bits[..most], signals));
+                if fewest.is_none() && choices.iter().any(|choice| distinguished(choice, signals) == all) {
                     fewest = Some(most);
                 }
                 let enough = fewest.is_some_and(|fewest| most as f64 >= fewest as f64 * (1.0 + largest.ln()));
-                prop_assert!(!enough || told(&own, signals) == all);
+                prop_assert!(!enough || distinguished(&own, signals) == all);
             }
         }
 
@@ -327,11 +327,11 @@ mod tests {
             let signals = union(&bits);
             for most in 2..8 {
                 let sets = (0..1_u32 << 10).filter(|set| set.count_ones() == most);
-                let highest = sets.map(|set| told(&some_of(&bits, set), signals)).max().unwrap();
-                let reached = told(&picked(&bits, most as usize), signals);
+                let highest = sets.map(|set| distinguished(&some_of(&bits, set), signals)).max().unwrap();
+                let reached = distinguished(&picked(&bits, most as usize), signals);
                 own += reached;
                 best += highest;
-                first += told(&bits[..most as usize], signals);
+                first += distinguished(&bits[..most as usize], signals);
             }
         }
         let (share, of_first) = (own as f64 / best as f64, first as f64 / best as f64);

@@ -302,7 +302,7 @@ impl Isolation<'_> {
         let mut best: Option<(usize, usize, usize)> = None;
         for (at, candidate) in candidates.iter().enumerate() {
             let others = beside.get(&candidate.sink()).into_iter().flatten();
-            let gain = self.told(candidate, others, blamed);
+            let gain = self.distinguished(candidate, others, blamed);
             let steps = candidate.way.substitution.steps.len();
             if gain > 0 && best.is_none_or(|(most, least, _)| gain > most || (gain == most && steps < least))
             {
@@ -316,7 +316,7 @@ impl Isolation<'_> {
         for (at, one) in candidates.iter().enumerate() {
             let after = candidates.iter().enumerate().skip(at + 1).take(MOST_PAIRED);
             for (after, other) in after.filter(|(_, other)| other.sink() == one.sink()) {
-                let gain = self.told(one, core::iter::once(other), blamed);
+                let gain = self.distinguished(one, core::iter::once(other), blamed);
                 if gain > best.as_ref().map_or(0, |(most, _)| *most) {
                     best = Some((gain, Vec::from([at, after])));
                 }
@@ -326,7 +326,7 @@ impl Isolation<'_> {
     }
 
     /// The number of blamed components that the comparisons of a way with others show.
-    fn told<'c>(
+    fn distinguished<'c>(
         &mut self,
         one: &Candidate,
         others: impl Iterator<Item = &'c Candidate>,

@@ -117,7 +117,7 @@ pub fn witnesses(
         Witnesses { ways: candidates, possible, exact, expanded: found.expanded, candidates: Vec::new() };
     if witnesses.ways.len() > most {
         witnesses.expanded += (witnesses.ways.len().min(MOST_SEARCHED) * most) as u64;
-        let kept = told_apart(knowledge, &witnesses.ways, most);
+        let kept = isolated_pairs(knowledge, &witnesses.ways, most);
         witnesses.keep(&kept);
     } else if witnesses.ways.len() < possible {
         witnesses.candidates.clone_from(&witnesses.ways);
@@ -127,7 +127,7 @@ pub fn witnesses(
 
 /// The places of the watched ways: all signals of the variable, and the computed ways that isolate most faults beside the first
 /// of these.
-fn told_apart(knowledge: &KnowledgeBase, ways: &[Way], most: usize) -> BTreeSet<usize> {
+fn isolated_pairs(knowledge: &KnowledgeBase, ways: &[Way], most: usize) -> BTreeSet<usize> {
     let is_direct = |at: &usize| ways.get(*at).is_some_and(|way| way.direct().is_some());
     let (direct, computed): (Vec<usize>, Vec<usize>) = (0..ways.len()).partition(is_direct);
     let mut looked_at: Vec<usize> = direct.iter().copied().take(most).chain(computed).collect();

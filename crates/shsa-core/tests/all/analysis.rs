@@ -185,7 +185,7 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
         let suspects: SignalSet = named.collect();
         assert_eq!(*faults.suspects(signal), suspects);
         assert_eq!(faults.is_detectable(signal), !suspects.is_empty());
-        let told: Vec<SignalId> = knowledge
+        let reported: Vec<SignalId> = knowledge
             .signals()
             .ids()
             .filter(|&other| {
@@ -194,7 +194,7 @@ fn check_suspects(knowledge: &KnowledgeBase, analysis: &Analysis) -> usize {
                 })
             })
             .collect();
-        assert_eq!(faults.isolable_from(signal).collect::<Vec<_>>(), told);
+        assert_eq!(faults.isolable_from(signal).collect::<Vec<_>>(), reported);
     }
     comparisons.pairs().len()
 }
@@ -245,9 +245,9 @@ fn additions_bring_what_a_new_analysis_says() {
                 signals().filter(|&signal| is(&after, signal) && !is(&before, signal)).collect()
             };
             let pairs = |analysis: &Analysis| {
-                let told =
+                let reported =
                     |signal| signals().filter(|&s| analysis.faults.is_isolable_from(signal, s)).count();
-                signals().map(told).sum::<usize>()
+                signals().map(reported).sum::<usize>()
             };
             let case = format!("seed {seed}: {:?}", addition.candidate);
             assert_eq!(addition.detectable, newly(&|a, s| a.faults.is_detectable(s)), "{case}");
@@ -381,14 +381,14 @@ fn a_limit_leaves_a_bound_and_is_told() {
         lines.push(format!("v = line{line}({})", points.join(", ")));
     }
     let knowledge = needing_v(&lines);
-    let told = |steps| {
+    let reported = |steps| {
         let analysis = analyze(&knowledge, Options { steps, ..WITHOUT_ADDITIONS });
         let need = analysis.needs.iter().next().unwrap();
         assert!(!need.exact || !is_known(&knowledge, knowledge.variable("v").unwrap(), &need.cut));
         (need.known, need.survives.unwrap(), need.exact, analysis.limited)
     };
-    assert_eq!(told(1_000_000), (true, 3, true, vec![]));
-    let (known, survives, exact, limited) = told(20);
+    assert_eq!(reported(1_000_000), (true, 3, true, vec![]));
+    let (known, survives, exact, limited) = reported(20);
     assert!(known && survives < 3 && !exact, "{survives} {exact}");
     assert!(limited.contains(&Limited::Needs { needs: 1 }), "{limited:?}");
 }

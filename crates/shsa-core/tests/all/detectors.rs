@@ -329,8 +329,8 @@ fn reasons_have_numbers() {
     let run = Run::of(&regular(jump));
     let range = |value: f64| Range { lo: value - 0.1, hi: value + 0.1, unit: None };
     let failed = run.events(EventKind::Failed);
-    let told: Vec<&Reason> = failed[0].because.iter().collect();
-    let [Reason::TooFast { from, to, within, most }, readings] = told[..] else { panic!("{told:?}") };
+    let reported: Vec<&Reason> = failed[0].because.iter().collect();
+    let [Reason::TooFast { from, to, within, most }, readings] = reported[..] else { panic!("{reported:?}") };
     for (found, expected) in [(from, range(0.003)), (to, range(20.0))] {
         let (lo, hi) = (found.lo - expected.lo, found.hi - expected.hi);
         assert!(lo.abs() < 1e-9 && hi.abs() < 1e-9 && found.unit.is_none(), "{found:?}");

@@ -14,7 +14,7 @@ fn observation(signal: usize, stamp: i64, received: i64, value: RawValue) -> Inp
 }
 
 /// The outputs of the engine; after each input, the number of due ticks is bounded.
-fn said(engine: &mut Engine, inputs: impl IntoIterator<Item = Input>) -> Vec<Output> {
+fn stated(engine: &mut Engine, inputs: impl IntoIterator<Item = Input>) -> Vec<Output> {
     let (mut outputs, mut now) = (Vec::new(), Time::MIN);
     for input in inputs {
         now = now.max(input.time());
@@ -61,7 +61,7 @@ proptest! {
     fn any_inputs_repeat_and_come_to_rest(inputs in inputs(), seconds in 0..3_u32) {
         for system in [crate::models::car(), crate::models::climber(), crate::models::rover()] {
             let inputs = || system.inputs(0, seconds).into_iter().chain(inputs.clone());
-            let run = || said(&mut Engine::new(system.knowledge.clone(), Options::default()), inputs());
+            let run = || stated(&mut Engine::new(system.knowledge.clone(), Options::default()), inputs());
             prop_assert_eq!(format!("{:?}", run()), format!("{:?}", run()));
         }
     }
@@ -113,7 +113,7 @@ fn memory_does_not_grow() {
 fn a_vector_of_a_million_elements_is_no_value() {
     let system = crate::models::rover();
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
-    said(&mut engine, system.inputs(0, 2));
+    stated(&mut engine, system.inputs(0, 2));
     let long = observation(0, 2_000_000_000, 2_000_000_000, RawValue::Vector(vec![1.0; 1_000_000]));
     let counted = allocation_counter::measure(|| engine.handle(long));
     assert!(counted.bytes_max < 1 << 20, "{counted:?}");
@@ -125,7 +125,7 @@ fn memory_is_as_large_as_the_vectors() {
     let counted = allocation_counter::measure(|| {
         let system = crate::models::rover();
         let mut engine = Engine::new(system.knowledge.clone(), Options::default());
-        said(&mut engine, system.inputs(0, 2));
+        stated(&mut engine, system.inputs(0, 2));
     });
     assert!(counted.bytes_max < 1 << 20, "{counted:?}");
 }

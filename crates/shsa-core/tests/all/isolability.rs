@@ -146,7 +146,7 @@ fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
     let analysis = analyze(&knowledge, OPTIONS);
     assert!(analysis.limited.is_empty(), "{case}: {:?}", analysis.limited);
     let gap = |fault, from| analysis.gaps.iter().any(|gap| gap.fault == fault && gap.from == from);
-    let mut told = 0;
+    let mut reported = 0;
     for (at, _) in rows.iter().enumerate() {
         let fault = component(rows, at);
         let found = analysis.faults.isolability(fault).unwrap();
@@ -156,12 +156,12 @@ fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
         assert_eq!(expected && !shows, gap(fault, None), "{} at all", name(fault));
         for other in (0..rows.len()).filter(|&other| other != at) {
             let from = component(rows, other);
-            let (is_told, expected) =
+            let (is_reported, expected) =
                 (found.is_isolable_from(from), is_over(rows, variables, at, Some(other)));
-            assert!(!is_told || expected, "{} from {from:?} against the definition", name(fault));
-            let is_gap = shows && expected && !is_told;
+            assert!(!is_reported || expected, "{} from {from:?} against the definition", name(fault));
+            let is_gap = shows && expected && !is_reported;
             assert_eq!(is_gap, gap(fault, Some(from)), "{} from {from:?}", name(fault));
-            told += usize::from(is_told);
+            reported += usize::from(is_reported);
         }
     }
     for Gap { fault, from, obstacles } in &analysis.gaps {
@@ -172,23 +172,26 @@ fn check(variables: usize, rows: &[Row], case: &str) -> (usize, Analysis) {
             "{case}: {fault:?} from {from:?} of {rows:?}: {obstacles:?}"
         );
     }
-    (told, analysis)
+    (reported, analysis)
 }
 
 #[test]
 fn what_is_told_apart_is_what_the_definition_says_or_a_gap_names_why_not() {
-    let (mut told, mut gaps, mut loops) = (0, 0, 0);
+    let (mut reported, mut gaps, mut loops) = (0, 0, 0);
     for seed in 0..250 {
         for all_directions in [true, false] {
             let (variables, rows) = random(seed, all_directions);
             let (count, analysis) = check(variables, &rows, &format!("seed {seed}, {all_directions}"));
-            told += count;
+            reported += count;
             gaps += analysis.gaps.len();
             let is_loop = |gap: &&Gap| gap.obstacles.iter().any(|it| matches!(it, Obstacle::Loop { .. }));
             loops += analysis.gaps.iter().filter(is_loop).count();
         }
     }
-    assert!(told > 2_000 && gaps > 200 && loops > 80, "too simple: {told} told, {gaps} gaps, {loops} loops");
+    assert!(
+        reported > 2_000 && gaps > 200 && loops > 80,
+        "too simple: {reported} told, {gaps} gaps, {loops} loops"
+    );
 }
 
 /// An engine compares the ways that the analysis uses.
@@ -235,8 +238,8 @@ fn a_loop_is_named() {
     let row = |of: &[usize]| Row { variables: of.to_vec(), solved_for: of.to_vec() };
     // Two equations for x0 and x1 with measured x2 and x3, and a third one that would show a fault.
     let rows = [row(&[0, 1, 2]), row(&[0, 1, 3]), row(&[0, 1, 4]), row(&[2]), row(&[3]), row(&[4])];
-    let (told, analysis) = check(5, &rows, "loop");
-    assert_eq!(told, 0);
+    let (reported, analysis) = check(5, &rows, "loop");
+    assert_eq!(reported, 0);
     let expected = Obstacle::Loop {
         relations: [1, 2].map(RelationId::from_index).to_vec(),
         variables: [0, 1].map(VariableId::from_index).to_vec(),

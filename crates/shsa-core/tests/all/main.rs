@@ -39,7 +39,7 @@ mod assurance;
 mod needs;
 mod under_contract;
 mod switch;
-mod told;
+mod reported;
 mod delegate;
 mod orders;
 mod change;

@@ -10,7 +10,7 @@ use shsa_core::time::Time;
 
 fn check(monitor: &Monitor, now: Time, signals: usize) {
     let is_open = |pair: &&Residual| {
-        matches!(pair.relationship(now), ResidualState::Undecided | ResidualState::Conflict)
+        matches!(pair.residual_state(now), ResidualState::Undecided | ResidualState::Conflict)
             || pair.is_building()
     };
     let key = |pair: &Residual| (pair.way, pair.other);

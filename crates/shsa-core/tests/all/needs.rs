@@ -217,13 +217,13 @@ fn run(sensors: &[Sensor], demands: &[Demand]) {
     let mut stage = Stage::new(knowledge);
     for segment in 0..5_usize {
         let begin = segment as i64 * SEGMENT_MS;
-        let mut said: Vec<(i64, usize)> = Vec::new();
+        let mut stated: Vec<(i64, usize)> = Vec::new();
         for (at, sensor) in sensors.iter().enumerate().filter(|(_, sensor)| segment < sensor.until) {
             let period = 1_000 / sensor.rate_hz;
-            said.extend((0..SEGMENT_MS / period).map(|tick| (begin + tick * period + at as i64, at)));
+            stated.extend((0..SEGMENT_MS / period).map(|tick| (begin + tick * period + at as i64, at)));
         }
-        said.sort_unstable();
-        for (ms, at) in said {
+        stated.sort_unstable();
+        for (ms, at) in stated {
             stage.say(&Sensor::name(at), Time(ms * MS), 3.0);
         }
         let end = Time((begin + SEGMENT_MS - 1) * MS);
@@ -308,7 +308,7 @@ proptest! {
 const LIES_UNTIL: Time = Time(39_950 * MS);
 
 /// Signals of one variable at 10 Hz that follow the truth, a slow sine, with an offset from 20 s to 40 s.
-fn told(offsets: &[f64], change: impl Fn(&mut NeedDraft)) -> Stage {
+fn reported(offsets: &[f64], change: impl Fn(&mut NeedDraft)) -> Stage {
     let sensor = |_| Sensor {
         is_direct: true,
         rate_hz: 10,
@@ -355,7 +355,7 @@ fn check_truth(stage: &Stage) {
 
 #[test]
 fn of_two_that_disagree_the_hull_goes_out_while_it_is_narrow_enough() {
-    let stage = told(&[0.0, 0.8], |need| need.max_width = Some(text("2")));
+    let stage = reported(&[0.0, 0.8], |need| need.max_width = Some(text("2")));
     let hulls = uncertain(&stage);
     assert!(hulls.len() > 100, "{}: {:#?}", hulls.len(), stage.events);
     let is_wide = |it: &&Publication| scalar(it).width() > 0.9 || it.time > LIES_UNTIL;
@@ -369,7 +369,7 @@ fn of_two_that_disagree_the_hull_goes_out_while_it_is_narrow_enough() {
 
 #[test]
 fn a_hull_that_is_too_wide_is_withheld_and_told_with_its_width() {
-    let stage = told(&[0.0, 3.0], |need| need.max_width = Some(text("2")));
+    let stage = reported(&[0.0, 3.0], |need| need.max_width = Some(text("2")));
     // When both agree again and are not trusted yet, the uncertain value is narrow.
     assert!(uncertain(&stage).iter().all(|it| it.time > LIES_UNTIL), "{:#?}", stage.events);
     assert_eq!(stage.count(0, EventKind::Unhealable), 1, "{:#?}", stage.events);
@@ -380,20 +380,20 @@ fn a_hull_that_is_too_wide_is_withheld_and_told_with_its_width() {
 
 #[test]
 fn without_a_width_nothing_uncertain_goes_out_unless_it_is_asked_for() {
-    assert_eq!(uncertain(&told(&[0.0, 0.8], |_| ())).len(), 0);
-    let withheld = told(&[0.0, 0.8], |need| {
+    assert_eq!(uncertain(&reported(&[0.0, 0.8], |_| ())).len(), 0);
+    let withheld = reported(&[0.0, 0.8], |need| {
         need.max_width = Some(text("2"));
         need.when_unsure = Some(text("withhold"));
     });
     assert_eq!(uncertain(&withheld).len(), 0);
-    let stage = told(&[0.0, 30.0], |need| need.when_unsure = Some(text("hull")));
+    let stage = reported(&[0.0, 30.0], |need| need.when_unsure = Some(text("hull")));
     assert!(uncertain(&stage).len() > 100);
     check_truth(&stage);
 }
 
 #[test]
 fn the_last_trusted_value_goes_out_until_it_is_too_old() {
-    let stage = told(&[0.0, 0.8], |need| {
+    let stage = reported(&[0.0, 0.8], |need| {
         need.when_unsure = Some(text("last"));
         need.max_age = Some(text("5 s"));
     });
@@ -406,7 +406,7 @@ fn the_last_trusted_value_goes_out_until_it_is_too_old() {
 
 #[test]
 fn of_three_that_all_disagree_what_enough_of_them_hold_possible_goes_out() {
-    let stage = told(&[0.0, 0.8, -0.9], |need| need.max_width = Some(text("3")));
+    let stage = reported(&[0.0, 0.8, -0.9], |need| need.max_width = Some(text("3")));
     assert!(uncertain(&stage).len() > 50, "{:#?}", stage.events);
     check_truth(&stage);
 }

@@ -66,7 +66,7 @@ fn order(knowledge: &KnowledgeBase, kind: u8, about: usize, need: usize) -> Orde
 struct Stage<'a> {
     knowledge: &'a KnowledgeBase,
     engine: Engine,
-    told: Vec<Output>,
+    reported: Vec<Output>,
 }
 
 impl Stage<'_> {
@@ -89,10 +89,13 @@ impl Stage<'_> {
         });
         assert_eq!(refused.is_some(), done.is_err(), "{order}: {done:?} {refused:?}");
         if let Err(refusal) = done {
-            let told = refused.expect("a refusal");
-            let told: Vec<&Reason> = told.iter().collect();
+            let reported = refused.expect("a refusal");
+            let reported: Vec<&Reason> = reported.iter().collect();
             let why: Vec<&Reason> = refusal.reason.iter().chain(refusal.help.iter()).collect();
-            assert_eq!(told.split_first(), Some((&&Reason::CannotObey { order: order.clone() }, &why[..])));
+            assert_eq!(
+                reported.split_first(),
+                Some((&&Reason::CannotObey { order: order.clone() }, &why[..]))
+            );
             assert_eq!(
                 self.engine.standing_orders(),
                 before.0,
@@ -103,7 +106,7 @@ impl Stage<'_> {
             assert!(self.engine.order(order, at).is_err(), "`{order}` can be given twice");
             while self.engine.poll().is_some() {}
         }
-        self.told.extend(outputs);
+        self.reported.extend(outputs);
         self.check();
     }
 
@@ -132,7 +135,7 @@ impl Stage<'_> {
 
     /// Checks that no source uses a forbidden element, and that no other source replaces a forced one.
     fn check(&mut self) {
-        self.told.extend(core::iter::from_fn(|| self.engine.poll()));
+        self.reported.extend(core::iter::from_fn(|| self.engine.poll()));
         let orders = self.engine.standing_orders();
         for need in self.knowledge.needs().ids() {
             let status = self.engine.need_status(need);
@@ -161,7 +164,7 @@ impl Stage<'_> {
 
 fn run(system: &System, steps: &[Step]) -> Vec<Output> {
     let engine = Engine::new(system.knowledge.clone(), Options::default());
-    let mut stage = Stage { knowledge: &system.knowledge, engine, told: Vec::new() };
+    let mut stage = Stage { knowledge: &system.knowledge, engine, reported: Vec::new() };
     for (second, step) in steps.iter().enumerate() {
         let at = Time(0) + Span::from_millis(1_000 * second as i64);
         match step {
@@ -185,7 +188,7 @@ fn run(system: &System, steps: &[Step]) -> Vec<Output> {
             stage.give(input);
         }
     }
-    stage.told
+    stage.reported
 }
 
 proptest! {

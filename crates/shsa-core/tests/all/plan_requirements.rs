@@ -238,10 +238,10 @@ fn a_pruned_candidate_tells_why() {
         let all = exhaustive(&knowledge, root, &options, LIMITS).substitutions;
         let found: Vec<_> =
             BestFirst::meeting(&knowledge, &graph, root, &options, requirements, LIMITS).collect();
-        let told = all.iter().flat_map(|(s, _)| requirements.shortfalls(&knowledge, &options, s));
-        let told: Vec<Reason> = told.map(|shortfall| shortfall.reason(&knowledge)).collect();
-        assert_eq!(found.len() + told.len(), 2);
-        told
+        let reported = all.iter().flat_map(|(s, _)| requirements.shortfalls(&knowledge, &options, s));
+        let reported: Vec<Reason> = reported.map(|shortfall| shortfall.reason(&knowledge)).collect();
+        assert_eq!(found.len() + reported.len(), 2);
+        reported
     };
     let latency = Requirements { max_latency: Some(Span::from_millis(300)), ..Requirements::default() };
     assert_eq!(why(&latency), [Reason::RestsOnOld { age_s: 0.54, most_s: 0.3 }]);

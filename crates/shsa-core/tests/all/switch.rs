@@ -33,7 +33,7 @@ fn engine() -> Engine {
 }
 
 /// All outputs for the given values: `said` gets the number of the signal, the time in ms, and the right value.
-fn run(said: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
+fn run(stated: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
     let (mut engine, mut outputs) = (engine(), Vec::new());
     for ms in 0..8_000 {
         let now = Time(ms * MS);
@@ -43,7 +43,7 @@ fn run(said: impl Fn(i64, i64, f64) -> Option<f64>) -> Vec<Output> {
         }
         let Some(at) = (0..3).find(|at| ms % PERIOD_MS == at * PERIOD_MS / 3) else { continue };
         let right = 1.0 + (ms % 7) as f64 * 0.001;
-        if let Some(value) = said(at, ms, right).map(RawValue::Number) {
+        if let Some(value) = stated(at, ms, right).map(RawValue::Number) {
             let signal = SignalId::from_index(at as usize);
             engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
             engine.handle(Input::Tick(now));
@@ -107,16 +107,18 @@ fn after_a_silence(source: Option<f64>, others: i64) -> Vec<(i64, Quality)> {
 
 #[test]
 fn who_speaks_first_after_a_silence_of_all_is_good_when_another_one_agrees() {
-    let good = |told: &[(i64, Quality)]| told.iter().find(|told| told.1 == Quality::Good).map(|told| told.0);
+    let good = |reported: &[(i64, Quality)]| {
+        reported.iter().find(|reported| reported.1 == Quality::Good).map(|reported| reported.0)
+    };
     // The source gives a value at 4.059 s, the next signal at 4.488 s.
-    let told = after_a_silence(None, 4_480);
-    assert_eq!(told.first().map(|told| told.1), Some(Quality::Uncertain), "{told:?}");
-    let first = good(&told).unwrap();
-    assert!((4_480..4_700).contains(&first), "{told:?}");
+    let reported = after_a_silence(None, 4_480);
+    assert_eq!(reported.first().map(|reported| reported.1), Some(Quality::Uncertain), "{reported:?}");
+    let first = good(&reported).unwrap();
+    assert!((4_480..4_700).contains(&first), "{reported:?}");
     // Where no other signal can agree, the source is trusted after a second.
-    let told = after_a_silence(None, 9_000);
-    let first = good(&told).unwrap();
-    assert!((5_000..5_300).contains(&first), "{told:?}");
+    let reported = after_a_silence(None, 9_000);
+    let first = good(&reported).unwrap();
+    assert!((5_000..5_300).contains(&first), "{reported:?}");
     // A faulty source is never good.
     assert_eq!(good(&after_a_silence(Some(9.0), 4_480)), None);
 }

@@ -10,12 +10,12 @@ use shsa_core::time::{Span, Time};
 /// An engine and all its outputs.
 struct Driven {
     engine: Engine,
-    said: Vec<String>,
+    output: Vec<String>,
 }
 
 impl Driven {
     fn new(system: &System) -> Driven {
-        Driven { engine: Engine::new(system.knowledge.clone(), Options::default()), said: Vec::new() }
+        Driven { engine: Engine::new(system.knowledge.clone(), Options::default()), output: Vec::new() }
     }
 
     fn pass(&mut self, mut ticks: Ticks) {
@@ -26,7 +26,7 @@ impl Driven {
 
     fn give(&mut self, input: Input) {
         self.engine.handle(input);
-        self.said.extend(core::iter::from_fn(|| self.engine.poll()).map(|it| format!("{it:?}")));
+        self.output.extend(core::iter::from_fn(|| self.engine.poll()).map(|it| format!("{it:?}")));
     }
 }
 
@@ -85,6 +85,6 @@ proptest! {
             }
         }
         live.pass(Ticks::before(end));
-        prop_assert_eq!(recorded.said, live.said);
+        prop_assert_eq!(recorded.output, live.output);
     }
 }

@@ -203,8 +203,8 @@ proptest! {
         let liar = liar % members.len();
         let run = run(&members, liar, fault, is_limited.then_some("0.5"));
         let accused = run.accused();
-        let is_told = accused.contains(&SignalId::from_index(liar));
-        prop_assert!(is_told, "the liar is not told: {:?}", accused);
+        let is_reported = accused.contains(&SignalId::from_index(liar));
+        prop_assert!(is_reported, "the liar is not told: {:?}", accused);
         for event in run.events(EventKind::Failed) {
             prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{:?}", event.because);
         }
@@ -225,8 +225,8 @@ proptest! {
     ) {
         let liar = liar % members.len();
         let run = run_with_restart(&members, liar, 6.0, is_limited.then_some("0.5"), Some(restart));
-        let is_told = run.accused().contains(&SignalId::from_index(liar));
-        prop_assert!(is_told, "the liar is not told: {:?}", run.accused());
+        let is_reported = run.accused().contains(&SignalId::from_index(liar));
+        prop_assert!(is_reported, "the liar is not told: {:?}", run.accused());
         for event in run.events(EventKind::Failed) {
             prop_assert_eq!(event.signal, Some(SignalId::from_index(liar)), "{:?}", event.because);
         }
@@ -282,11 +282,11 @@ fn clock(stamp: impl Fn(i64) -> i64, others: i64) -> Run {
 }
 
 #[track_caller]
-fn is_told(run: &Run, between: std::ops::Range<i64>, restored: bool) {
+fn is_reported(run: &Run, between: std::ops::Range<i64>, restored: bool) {
     let start = 1_700_000_000 * SECOND;
     let failed = run.events(EventKind::Failed);
-    let told: Vec<_> = failed.iter().map(|it| (it.signal.map(Id::index), it.symptom)).collect();
-    assert_eq!(told, [(Some(0), Some(Symptom::WrongClock))], "{failed:?}");
+    let reported: Vec<_> = failed.iter().map(|it| (it.signal.map(Id::index), it.symptom)).collect();
+    assert_eq!(reported, [(Some(0), Some(Symptom::WrongClock))], "{failed:?}");
     let after = (failed[0].time.0 - start) / SECOND;
     assert!(between.contains(&after), "told after {after} s: {:?}", failed[0].because);
     assert_eq!(run.events(EventKind::Restored).len(), usize::from(restored));
@@ -296,20 +296,20 @@ fn is_told(run: &Run, between: std::ops::Range<i64>, restored: bool) {
 fn a_clock_that_is_set_is_told_within_seconds_and_trusted_when_it_is_right_again() {
     for off in [-3600 * SECOND, 3600 * SECOND, -20 * SECOND] {
         let set = |now: i64| now + if (20 * SECOND..60 * SECOND).contains(&now) { off } else { 0 };
-        is_told(&clock(set, 0), 20..26, true);
-        is_told(&clock(|now| now + if now >= 20 * SECOND { off } else { 0 }, 0), 20..26, false);
+        is_reported(&clock(set, 0), 20..26, true);
+        is_reported(&clock(|now| now + if now >= 20 * SECOND { off } else { 0 }, 0), 20..26, false);
     }
 }
 
 #[test]
 fn a_clock_that_is_wrong_from_the_start_is_told_by_the_others() {
-    is_told(&clock(|now| now - 3600 * SECOND, 0), 0..10, false);
+    is_reported(&clock(|now| now - 3600 * SECOND, 0), 0..10, false);
 }
 
 #[test]
 fn stamps_that_stand_still_are_told() {
-    is_told(&clock(|now| now.min(20 * SECOND), 0), 20..32, false);
-    is_told(&clock(|_| -1_700_000_000 * SECOND, 0), 0..12, false);
+    is_reported(&clock(|now| now.min(20 * SECOND), 0), 20..32, false);
+    is_reported(&clock(|_| -1_700_000_000 * SECOND, 0), 0..12, false);
 }
 
 #[test]

@@ -326,12 +326,12 @@ impl Run {
         let now = publication.time;
         let (sure, hoped) = outside.ranks(&sensors[at], at, now);
         let meets = |rank: Option<u32>| rank.is_some_and(|rank| rank >= *demanded);
-        let said = publication.admitted;
-        let told = || format!("{publication:?} from s{at} of {system:#?}, {outside:?}");
+        let stated = publication.admitted;
+        let reported = || format!("{publication:?} from s{at} of {system:#?}, {outside:?}");
         // The level is that of the guarantee, never higher.
-        assert_eq!(said.level.map(|level| level.rank), sure, "{}", told());
+        assert_eq!(stated.level.map(|level| level.rank), sure, "{}", reported());
         let is_overridden = outside.overridden.is_some_and(|until| now < until);
-        let is_right = match said.ground {
+        let is_right = match stated.ground {
             Ground::Undemanded => false,
             Ground::Met => meets(sure),
             Ground::Lapsing => {
@@ -343,8 +343,8 @@ impl Run {
             Ground::Warned => *policy == Policy::Warn && !meets(sure),
             Ground::Overridden => is_overridden && !meets(sure),
         };
-        assert!(is_right, "{}", told());
-        self.grounds.push(said.ground);
+        assert!(is_right, "{}", reported());
+        self.grounds.push(stated.ground);
     }
 
     fn observe(&mut self, at: usize, value: f64) {
@@ -359,8 +359,8 @@ impl Run {
     }
 
     fn order(&mut self, order: Order) {
-        let said = self.engine.order(&order, self.now);
-        match (&order, said) {
+        let stated = self.engine.order(&order, self.now);
+        match (&order, stated) {
             (Order::Attest { evidence, holds }, Ok(())) => {
                 let at: usize = evidence[1..evidence.find('/').unwrap()].parse().unwrap();
                 self.outside.installed[at] = Some(*holds);

@@ -41,8 +41,8 @@ impl LeaveOneOut {
         for fusion in &mut self.without {
             fusion.measure(at, measurement);
         }
-        let heard = self.innovation(measurement.sensor).filter(|(heard_at, _)| *heard_at == at);
-        if let (Some((_, innovation)), Some(window)) = (heard, self.windows.get_mut(measurement.sensor)) {
+        let latest = self.innovation(measurement.sensor).filter(|(taken_at, _)| *taken_at == at);
+        if let (Some((_, innovation)), Some(window)) = (latest, self.windows.get_mut(measurement.sensor)) {
             window.note(innovation);
         }
         self.all.measure(at, measurement)

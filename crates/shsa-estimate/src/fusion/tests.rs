@@ -118,7 +118,7 @@ fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)>
     let (method, gate) = (Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square), Gate::new(0.999, 5));
     let options = Options { gate: Some(gate), unknown_after: Span(1_000_000_000), ..OPTIONS };
     let mut fusion = Fusion::new(Box::new(method.unwrap()), Time(0), 3, 0, options).unwrap();
-    let (mut random, mut told) = (Random::new(seed), Vec::new());
+    let (mut random, mut output) = (Random::new(seed), Vec::new());
     for at in (100..=40_000_i64).step_by(100) {
         let truth = at as f64 / 1000.0 + if at > 20_000 { jump } else { 0.0 };
         let mut noisy = |value: f64, variance: f64| value + variance.sqrt() * random.normal();
@@ -126,9 +126,9 @@ fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)>
         if at % 200 == 0 && (at <= gap || at > 20_000) {
             fusion.measure(millis(at), measured(0, noisy(truth, 0.5)));
         }
-        told.push((at, truth, fusion.estimate(millis(at)).map(|it| it.mean[0])));
+        output.push((at, truth, fusion.estimate(millis(at)).map(|it| it.mean[0])));
     }
-    told
+    output
 }
 
 proptest! {
@@ -186,12 +186,12 @@ fn a_stamp_that_is_a_microsecond_off_moves_next_to_nothing() {
 #[test]
 fn what_became_of_each_measurement_is_counted() {
     let mut fusion = fusion(Some(Gate::new(0.999, 3)));
-    let mut said = |at: i64, value: f64| fusion.measure(millis(at), measured(0, value));
-    assert_eq!(said(4000, 1.0), Verdict::Used);
-    assert_eq!(said(4000, 1.0), Verdict::Duplicate);
-    assert_eq!(said(1000, 1.0), Verdict::TooLate);
-    assert_eq!(said(4100, 99.0), Verdict::Rejected);
-    assert_eq!(said(4100, f64::NAN), Verdict::Rejected);
+    let mut verdict_at = |at: i64, value: f64| fusion.measure(millis(at), measured(0, value));
+    assert_eq!(verdict_at(4000, 1.0), Verdict::Used);
+    assert_eq!(verdict_at(4000, 1.0), Verdict::Duplicate);
+    assert_eq!(verdict_at(1000, 1.0), Verdict::TooLate);
+    assert_eq!(verdict_at(4100, 99.0), Verdict::Rejected);
+    assert_eq!(verdict_at(4100, f64::NAN), Verdict::Rejected);
     fusion.mask(0, true);
     assert_eq!(fusion.measure(millis(4200), measured(0, 1.0)), Verdict::Masked);
     let counts = Counts { used: 1, duplicate: 1, too_late: 1, rejected: 2, masked: 1 };

@@ -65,7 +65,7 @@ impl Inlet {
     }
 
     /// Notes the moment of an observation.
-    pub(super) fn hear(&mut self, at: Time) {
+    pub(super) fn note_arrival(&mut self, at: Time) {
         self.newest = self.newest.max(Some(at));
     }
 

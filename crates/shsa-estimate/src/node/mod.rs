@@ -112,7 +112,7 @@ impl Node {
             self.inlets.get_mut(place).into_iter().for_each(Inlet::refuse_ahead);
             return;
         }
-        self.inlets.get_mut(place).into_iter().for_each(|inlet| inlet.hear(at));
+        self.inlets.get_mut(place).into_iter().for_each(|inlet| inlet.note_arrival(at));
         if self.newest.is_none() {
             self.begin(at);
         }
@@ -225,12 +225,12 @@ impl Node {
 
     /// Notes an unknown estimate: if that lasts while measurements come, the node restarts. A conflict ends before.
     fn look_after(&mut self, newest: Time, received: Time, now: Time) {
-        let hears = received == now && self.has_measured;
+        let receives = received == now && self.has_measured;
         let decided_within = if self.filters.all().is_undecided() { self.reckoned } else { Span::ZERO };
         let lasts = decided_within + self.settings.unknown_after;
         match self.lost_since {
-            None if hears => self.lost_since = Some(now),
-            Some(since) if hears && now - since > lasts => self.begin_anew(newest),
+            None if receives => self.lost_since = Some(now),
+            Some(since) if receives && now - since > lasts => self.begin_anew(newest),
             _ => {}
         }
     }

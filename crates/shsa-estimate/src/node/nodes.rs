@@ -56,7 +56,7 @@ impl Nodes {
     fn wired(mut self, knowledge: &KnowledgeBase) -> Nodes {
         self.roles =
             vec![Vec::new(); if knowledge.fusions().is_empty() { 0 } else { knowledge.signals().len() }];
-        let mut said = 0;
+        let mut total = 0;
         for (node, model) in knowledge.fusions().iter().enumerate() {
             let inputs = model.inputs.iter().map(|input| input.signal).enumerate();
             let inputs = inputs.map(|(place, signal)| (signal, Role::Input(node, place)));
@@ -65,9 +65,9 @@ impl Nodes {
             for (signal, role) in inputs.chain(controls) {
                 self.roles.get_mut(signal.index()).into_iter().for_each(|roles| roles.push(role));
             }
-            said += model.outputs.len() + model.predictions.len();
+            total += model.outputs.len() + model.predictions.len();
         }
-        self.queue.reserve(said);
+        self.queue.reserve(total);
         self
     }
 

@@ -67,8 +67,8 @@ fn the_order_of_files_does_not_matter_and_an_open_bound_is_not_touched() {
 #[track_caller]
 fn check_problems(text: &str, expected: &[&str]) {
     let (_, report) = read(text, "a.yml");
-    let told = report.diagnostics.iter().map(|it| format!("{}:{} {}", it.line, it.column, it.message));
-    assert_eq!(told.collect::<Vec<_>>(), expected);
+    let reported = report.diagnostics.iter().map(|it| format!("{}:{} {}", it.line, it.column, it.message));
+    assert_eq!(reported.collect::<Vec<_>>(), expected);
 }
 
 #[test]

@@ -73,8 +73,8 @@ pub fn argument(argument: &Argument) -> Result<String, TooLarge> {
     }
     let size = (layout.size.0 + 2.0 * MARGIN, layout.size.1 + 2.0 * MARGIN);
     let claim = argument.nodes.first().map_or("", |node| &node.text);
-    let told = format!("Assurance case: {claim}: {}.", words::verdict(argument.state()));
-    Ok(sheet.finish("shsa-case", &RULES, size, "Assurance case", &told))
+    let description = format!("Assurance case: {claim}: {}.", words::verdict(argument.state()));
+    Ok(sheet.finish("shsa-case", &RULES, size, "Assurance case", &description))
 }
 
 /// A link to a supporting node, with its arrowhead there.

@@ -39,7 +39,7 @@ fn variable(graph: &Graph<'_>, id: VariableId) -> String {
     let fill = if graph.is_provided(id) { ", style=filled, fillcolor=\"#dcebf7\"" } else { "" };
     let rings = if variable.constant.is_some() { ", peripheries=2" } else { "" };
     let width = if graph.is_chosen(id) { CHOSEN } else { "" };
-    let (label, tooltip) = (quoted(&label), quoted(&graph.variable_told(id)));
+    let (label, tooltip) = (quoted(&label), quoted(&graph.variable_description(id)));
     format!("  v{} [shape=ellipse, label={label}, tooltip={tooltip}{fill}{rings}{width}];", id.index())
 }
 
@@ -50,7 +50,7 @@ fn relation(graph: &Graph<'_>, id: RelationId) -> String {
         numbers.as_ref().map_or(relation.name.clone(), |numbers| format!("{numbers}: {}", relation.name));
     let style = if relation.formulas.is_empty() { ", style=dashed" } else { "" };
     let width = if numbers.is_some() { CHOSEN } else { "" };
-    let (label, tooltip) = (quoted(&name), quoted(&graph.relation_told(id)));
+    let (label, tooltip) = (quoted(&name), quoted(&graph.relation_description(id)));
     format!("  r{} [shape=box, label={label}, tooltip={tooltip}{style}{width}];", id.index())
 }
 
@@ -71,7 +71,7 @@ fn signal(graph: &Graph<'_>, id: SignalId) -> String {
     let signal = &graph.knowledge.signals()[id];
     let style = if graph.is_lost(id) { ", style=dashed, color=\"#b3261e\"" } else { "" };
     let lost = if graph.is_lost(id) { "lost: " } else { "" };
-    let (label, tooltip) = (quoted(&format!("{lost}{}", signal.name)), quoted(&graph.signal_told(id)));
+    let (label, tooltip) = (quoted(&format!("{lost}{}", signal.name)), quoted(&graph.signal_description(id)));
     let (node, variable) = (id.index(), signal.variable.index());
     format!(
         "  s{node} [shape=note, fontsize=9, label={label}, tooltip={tooltip}{style}];\n  \

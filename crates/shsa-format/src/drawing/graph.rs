@@ -148,7 +148,7 @@ impl<'a> Graph<'a> {
     }
 
     /// The description of a variable, in a few lines.
-    pub(super) fn variable_told(&self, id: VariableId) -> String {
+    pub(super) fn variable_description(&self, id: VariableId) -> String {
         let variable = &self.knowledge.variables()[id];
         let signals: Vec<&str> =
             self.knowledge.carriers(id).iter().map(|&signal| self.name(signal)).collect();
@@ -165,7 +165,7 @@ impl<'a> Graph<'a> {
     }
 
     /// The description of a relation, in a few lines.
-    pub(super) fn relation_told(&self, id: RelationId) -> String {
+    pub(super) fn relation_description(&self, id: RelationId) -> String {
         let relation = &self.knowledge.relations()[id];
         let outputs: Vec<&str> =
             relation.outputs.iter().map(|&output| &*self.knowledge.variables()[output].name).collect();
@@ -182,7 +182,7 @@ impl<'a> Graph<'a> {
     }
 
     /// The description of a signal, in a few lines.
-    pub(super) fn signal_told(&self, id: SignalId) -> String {
+    pub(super) fn signal_description(&self, id: SignalId) -> String {
         let signal = &self.knowledge.signals()[id];
         let derived: Vec<&str> = signal.derived_from.iter().map(|&from| self.name(from)).collect();
         lines([
@@ -190,14 +190,14 @@ impl<'a> Graph<'a> {
             self.is_lost(id).then(|| "lost".to_owned()),
             (!signal.source.is_empty()).then(|| format!("source: {}", signal.source)),
             signal.rate_hz.map(|rate| format!("rate: {} Hz", number(rate))),
-            error_told(signal),
+            error_description(signal),
             (!derived.is_empty()).then(|| format!("derived from: {}", derived.join(", "))),
             properties(&signal.properties),
         ])
     }
 
     /// The description of the whole in one or two sentences.
-    pub(super) fn told(&self) -> String {
+    pub(super) fn description(&self) -> String {
         let knowledge = self.knowledge;
         let counts = [
             (knowledge.variables().len(), "variable"),
@@ -207,12 +207,12 @@ impl<'a> Graph<'a> {
         ];
         let counted =
             counts.map(|(count, what)| format!("{count} {what}{}", if count == 1 { "" } else { "s" }));
-        let mut told = format!("Knowledge base with {}.", counted.join(", "));
+        let mut description = format!("Knowledge base with {}.", counted.join(", "));
         if let Some(chosen) = &self.marks.chosen {
             let steps = chosen.steps.iter().map(|step| &*knowledge.relations()[step.relation].name);
             let steps: Vec<&str> = steps.collect();
             let by = if steps.is_empty() { "its own signals" } else { &steps.join(", ") };
-            told += &format!(" Chosen: {} by {by}.", knowledge.variables()[chosen.sink].name);
+            description += &format!(" Chosen: {} by {by}.", knowledge.variables()[chosen.sink].name);
         }
         let lost: Vec<&str> = knowledge
             .signals()
@@ -221,9 +221,9 @@ impl<'a> Graph<'a> {
             .map(|signal| self.name(signal))
             .collect();
         if !lost.is_empty() {
-            told += &format!(" Lost: {}.", lost.join(", "));
+            description += &format!(" Lost: {}.", lost.join(", "));
         }
-        told
+        description
     }
 
     fn name(&self, signal: SignalId) -> &'a str {
@@ -254,7 +254,7 @@ fn interval(value: Interval, unit: Option<&Unit>) -> String {
     if lo == hi { format!("{lo}{unit}") } else { format!("[{lo}, {hi}]{unit}") }
 }
 
-fn error_told(signal: &Signal) -> Option<String> {
+fn error_description(signal: &Signal) -> Option<String> {
     let error = signal.value_error;
     let size = |si: f64| number(signal.unit.as_ref().map_or(si, |unit| si / unit.scale));
     let unit = signal.unit.as_ref().map(|unit| format!(" {unit}")).unwrap_or_default();
@@ -269,9 +269,9 @@ fn error_told(signal: &Signal) -> Option<String> {
 }
 
 fn properties(properties: &Properties) -> Option<String> {
-    let told: Vec<String> =
+    let description: Vec<String> =
         properties.iter().map(|(name, value)| format!("{name} {}", number(*value))).collect();
-    (!told.is_empty()).then(|| told.join(", "))
+    (!description.is_empty()).then(|| description.join(", "))
 }
 
 fn lines<const N: usize>(lines: [Option<String>; N]) -> String {

@@ -94,8 +94,8 @@ impl Heat {
         let name = self.rows.get(at).map(String::as_str).unwrap_or_default();
         for ((column, title), x) in self.columns.iter().enumerate().zip(places(left, CELL.0)) {
             let value = values.get(column).copied().flatten().filter(|value| !value.is_nan());
-            let told = value.map_or("no value".to_owned(), number);
-            cell(sheet, value, self.full, &format!("{name}, {title}: {told}"), (x, y));
+            let label = value.map_or("no value".to_owned(), number);
+            cell(sheet, value, self.full, &format!("{name}, {title}: {label}"), (x, y));
         }
     }
 

@@ -45,14 +45,14 @@ pub(super) enum Line {
         report_ns: i64,
         need: usize,
         #[serde(flatten)]
-        said: Said,
+        report_form: ReportForm,
     },
 }
 
 /// The report of a process.
 #[derive(Serialize, Deserialize)]
 #[serde(untagged)]
-pub(super) enum Said {
+pub(super) enum ReportForm {
     Value { answer: u64, from_ns: i64, to_ns: i64, value: Computed },
     Nothing { answer: u64 },
     Ready { ready: u64 },
@@ -85,13 +85,13 @@ impl From<Bounds> for Interval {
     }
 }
 
-impl From<&Report> for Said {
-    fn from(report: &Report) -> Said {
+impl From<&Report> for ReportForm {
+    fn from(report: &Report) -> ReportForm {
         match report {
-            Report::Ready { era } => Said::Ready { ready: *era },
-            Report::Gone => Said::Gone { gone: true },
-            Report::Answer { number, result: None } => Said::Nothing { answer: *number },
-            Report::Answer { number, result: Some((value, validity)) } => Said::Value {
+            Report::Ready { era } => ReportForm::Ready { ready: *era },
+            Report::Gone => ReportForm::Gone { gone: true },
+            Report::Answer { number, result: None } => ReportForm::Nothing { answer: *number },
+            Report::Answer { number, result: Some((value, validity)) } => ReportForm::Value {
                 answer: *number,
                 from_ns: validity.from.0,
                 to_ns: validity.to.0,
@@ -106,13 +106,13 @@ impl From<&Report> for Said {
     }
 }
 
-impl From<Said> for Report {
-    fn from(said: Said) -> Report {
-        match said {
-            Said::Ready { ready } => Report::Ready { era: ready },
-            Said::Gone { .. } => Report::Gone,
-            Said::Nothing { answer } => Report::Answer { number: answer, result: None },
-            Said::Value { answer, from_ns, to_ns, value } => {
+impl From<ReportForm> for Report {
+    fn from(report_form: ReportForm) -> Report {
+        match report_form {
+            ReportForm::Ready { ready } => Report::Ready { era: ready },
+            ReportForm::Gone { .. } => Report::Gone,
+            ReportForm::Nothing { answer } => Report::Answer { number: answer, result: None },
+            ReportForm::Value { answer, from_ns, to_ns, value } => {
                 let value = match value {
                     Computed::Scalar(value) => PublishedValue::Scalar(value.into()),
                     Computed::Vector(elements) => {
@@ -215,9 +215,9 @@ impl Line {
                 Input::Restore { time: Time(restore_ns), snapshot: Box::new(snapshot) }
             }
             // The engine ignores a need that the model does not have.
-            Line::Report { report_ns, need, said } => {
+            Line::Report { report_ns, need, report_form } => {
                 let need = NeedId::from_index(need);
-                Input::Report { time: Time(report_ns), need, report: said.into() }
+                Input::Report { time: Time(report_ns), need, report: report_form.into() }
             }
             Line::Observation { signal, time_ns, received_ns, value } => {
                 let known = signals.get(signal);

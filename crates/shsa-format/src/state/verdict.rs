@@ -25,7 +25,8 @@ pub(super) struct VerdictForm {
     /// Whether the signal was the only accused one.
     alone: bool,
     /// Whether its own readings have shown the fault.
-    convicted: bool,
+    #[serde(rename = "convicted")]
+    failed_by_detector: bool,
     /// Whether only comparisons can clear it, and whether it may serve where nothing else is left. Not in earlier versions.
     #[serde(default)]
     contradicted: bool,
@@ -34,10 +35,10 @@ pub(super) struct VerdictForm {
     relapses: u32,
     #[serde(default, skip_serializing_if = "Option::is_none")]
     cleared_ns: Option<i64>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    said: Option<Bounds>,
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    charge: Option<AccusationForm>,
+    #[serde(default, rename = "said", skip_serializing_if = "Option::is_none")]
+    latest_value: Option<Bounds>,
+    #[serde(default, rename = "charge", skip_serializing_if = "Option::is_none")]
+    accusation: Option<AccusationForm>,
     /// The comparisons that have disagreed with it. Not in earlier versions.
     #[serde(default, alias = "grounds", skip_serializing_if = "Vec::is_empty")]
     conflicts: Vec<ConflictForm>,
@@ -77,13 +78,13 @@ impl From<&Remembered> for VerdictForm {
             relation,
             verdict: record.verdict.map(|verdict| name_of(&verdict, &ACCUSING)),
             alone: record.alone,
-            convicted: record.failed_by_detector,
+            failed_by_detector: record.failed_by_detector,
             contradicted: record.contradicted,
             unproven: record.unproven,
             relapses: record.relapses,
             cleared_ns: record.cleared.map(|time| time.0),
-            said: record.said.map(bounds),
-            charge: accusation.as_ref().map(AccusationForm::from),
+            latest_value: record.latest_value.map(bounds),
+            accusation: accusation.as_ref().map(AccusationForm::from),
             conflicts: conflicts.iter().cloned().map(ConflictForm::from).collect(),
         }
     }
@@ -101,14 +102,14 @@ impl VerdictForm {
         let record = Record {
             verdict,
             alone: self.alone,
-            failed_by_detector: self.convicted,
+            failed_by_detector: self.failed_by_detector,
             contradicted: self.contradicted,
             unproven: self.unproven,
             cleared: self.cleared_ns.map(Time),
             relapses: self.relapses,
-            said: self.said.map(|said| interval(said.lo, said.hi)),
+            latest_value: self.latest_value.map(|latest_value| interval(latest_value.lo, latest_value.hi)),
         };
-        let accusation = self.charge.map(AccusationForm::accusation).transpose()?;
+        let accusation = self.accusation.map(AccusationForm::accusation).transpose()?;
         let conflicts = self.conflicts.into_iter().map(ConflictForm::compared).collect();
         Ok(Remembered { subject, record, accusation, conflicts })
     }

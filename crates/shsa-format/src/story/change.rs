@@ -52,7 +52,7 @@ fn cause(of: &KnowledgeBase, cause: CauseId, to: &KnowledgeBase) -> Option<Cause
 }
 
 /// All that a run has said, with the ids of one knowledge base: what speaks of a need that it does not have is left out.
-pub(super) fn said(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Publication>) {
+pub(super) fn in_first_names(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Publication>) {
     let event = |(known, event): (&KnowledgeBase, &Event)| Event {
         signal: event.signal.and_then(|id| signal(known, id, knowledge)),
         variable: event.variable.and_then(|id| variable(known, id, knowledge)),

@@ -75,9 +75,10 @@ impl Definitions {
     }
 
     fn formula(&self, reader: &mut Reader, text: &Text) -> Option<(Formula, Option<Dimension>)> {
-        let expression = parse_expression(&text.text).map_err(|problem| tell(reader, text, problem)).ok()?;
+        let expression =
+            parse_expression(&text.text).map_err(|problem| report(reader, text, problem)).ok()?;
         let checked = check(&expression, self);
-        checked.problems.into_iter().for_each(|problem| tell(reader, text, problem));
+        checked.problems.into_iter().for_each(|problem| report(reader, text, problem));
         let formula = checked.formula?;
         if formula.is_stateful() || formula.shape() != Shape::Scalar {
             let message = "a formula of time gives one number and remembers nothing";
@@ -131,10 +132,10 @@ fn symbol(at: usize) -> Symbol {
 
 fn compile(reader: &mut Reader, text: &Text, formula: &Formula) -> Option<Program> {
     let assignment = Assignment { symbol: RESULT, formula, condition: None };
-    Program::compile(&[assignment]).map_err(|problem| tell(reader, text, problem)).ok()
+    Program::compile(&[assignment]).map_err(|problem| report(reader, text, problem)).ok()
 }
 
-fn tell(reader: &mut Reader, text: &Text, problem: Problem) {
+fn report(reader: &mut Reader, text: &Text, problem: Problem) {
     let Problem { severity, span, message, help } = problem;
     reader.problems.push(Diagnostic { severity, place: text.place, span: Some(span), message, help });
 }

@@ -97,7 +97,7 @@ impl Story {
             seen[at] = self.expectations[at].expectation.look(&self.knowledge, engine);
         };
         let mut run = run::drive(self, &moments, look, |_| ());
-        (run.events, run.publications) = change::said(&run, &self.knowledge);
+        (run.events, run.publications) = change::in_first_names(&run, &self.knowledge);
         run.past.clear();
         let evidence = Evidence { knowledge: &self.knowledge, run: &run, seen };
         let check = |(at, written): (usize, &Written)| {

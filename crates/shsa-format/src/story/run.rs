@@ -26,7 +26,7 @@ pub(super) fn drive(
     let mut stage = Stage {
         story,
         run,
-        heard: 0,
+        seen: 0,
         echoes: Vec::new(),
         moments,
         order,
@@ -49,7 +49,7 @@ struct Stage<'a, L, R> {
     story: &'a Story,
     run: Run,
     /// The number of publications that have become echoes.
-    heard: usize,
+    seen: usize,
     /// Echoes that have not arrived yet.
     echoes: Vec<Observation>,
     moments: &'a [Time],
@@ -121,7 +121,7 @@ where
     /// Makes echoes of the newest publications.
     fn listen(&mut self) {
         let story = self.story;
-        for (known, publication) in self.run.publications_with_models(self.heard) {
+        for (known, publication) in self.run.publications_with_models(self.seen) {
             let need = change::need(known, publication.need, &story.knowledge);
             let of_it = story.trace.echoes.iter().filter(|echo| Some(echo.need) == need);
             let echo = |echo: &Echo| {
@@ -131,7 +131,7 @@ where
             };
             self.echoes.extend(of_it.map(echo));
         }
-        self.heard = self.run.publications.len();
+        self.seen = self.run.publications.len();
     }
 }
 

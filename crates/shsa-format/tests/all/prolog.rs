@@ -41,8 +41,8 @@ fn answers(files: &[PathBuf]) -> Option<BTreeMap<(String, String), Option<Sets>>
             return None;
         }
     };
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(output.status.success() && told.is_empty(), "{told}");
+    let reported = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && reported.is_empty(), "{reported}");
     let mut answers: BTreeMap<(String, String), Option<Sets>> = BTreeMap::new();
     for line in String::from_utf8_lossy(&output.stdout).lines() {
         let mut words = line.split('\t').map(str::to_owned);

@@ -195,25 +195,25 @@ fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
     inputs.iter().for_each(|input| stage.give(input));
     let snapshot = stage.engine.snapshot();
     let accusations = || snapshot.verdicts.iter().filter_map(|it| it.accusation.as_ref());
-    let told: Vec<String> = accusations().map(|it| words::reasons(&it.because)).collect();
-    assert!(!told.is_empty() && told.iter().all(|text| !text.is_empty()), "{told:?}");
+    let reported: Vec<String> = accusations().map(|it| words::reasons(&it.because)).collect();
+    assert!(!reported.is_empty() && reported.iter().all(|text| !text.is_empty()), "{reported:?}");
 
     let mut state: serde_json::Value = serde_json::from_str(&write_state(&snapshot)).unwrap();
     state["state"] = "shsa-state-1".into();
     let verdicts = state["verdicts"].as_array_mut().unwrap();
     let charges = verdicts.iter_mut().filter_map(|verdict| verdict.get_mut("charge"));
-    for (charge, text) in charges.zip(&told) {
+    for (charge, text) in charges.zip(&reported) {
         charge["because"] = text.as_str().into();
     }
     let read = read_state(&state.to_string()).unwrap();
     let engine = restored(&knowledge, &read, snapshot.time);
     let again = engine.snapshot();
     let again: Vec<_> = again.verdicts.iter().filter_map(|it| it.accusation.as_ref()).collect();
-    assert_eq!(again.iter().map(|it| words::reasons(&it.because)).collect::<Vec<_>>(), told);
-    let is_told =
+    assert_eq!(again.iter().map(|it| words::reasons(&it.because)).collect::<Vec<_>>(), reported);
+    let is_reported =
         |because: &Reasons| matches!(because.clauses(), [Clause { reason: Reason::Told { .. }, .. }]);
-    assert!(again.iter().all(|it| is_told(&it.because)), "{again:?}");
-    assert!(!accusations().any(|it| is_told(&it.because)), "the engine tells no words of its own");
+    assert!(again.iter().all(|it| is_reported(&it.because)), "{again:?}");
+    assert!(!accusations().any(|it| is_reported(&it.because)), "the engine tells no words of its own");
 }
 
 /// Earlier versions did not write the comparisons that have disagreed with a component.
@@ -254,8 +254,8 @@ fn what_a_changed_model_does_not_have_is_told_and_dropped() {
     let mut stage = Stage::new(engine, BTreeSet::new());
     stage.listen();
     let refused = stage.events.iter().find(|event| event.kind == EventKind::Refused).expect("a refusal");
-    let told = words::reasons(&refused.because);
-    assert!(told.contains("is forgotten: there is no signal"), "{told}");
+    let reported = words::reasons(&refused.because);
+    assert!(reported.contains("is forgotten: there is no signal"), "{reported}");
 }
 
 #[test]
@@ -282,7 +282,7 @@ fn a_journal_holds_orders_and_what_a_run_goes_on_from() {
     };
     let order = |at: i64, order: Order| Input::Order { time: Time(at), order };
     let need = knowledge.needs().ids().next().expect("a need");
-    let said = |at: i64, report: Report| Input::Report { time: Time(at), need, report };
+    let stated = |at: i64, report: Report| Input::Report { time: Time(at), need, report };
     let (within, open) = (Interval::new(-0.1, 0.3), Interval::new(f64::MAX, f64::INFINITY));
     let valid = Validity { from: Time(1), to: Time(2) };
     let given = vec![
@@ -292,14 +292,14 @@ fn a_journal_holds_orders_and_what_a_run_goes_on_from() {
         order(4, Order::Force { need: "/v".to_owned(), source: "/b".to_owned() }),
         order(5, Order::Clear(Subject::Cause("imu".to_owned()))),
         Input::Tick(Time(6)),
-        said(7, Report::Ready { era: 3 }),
-        said(8, Report::Answer { number: 4, result: Some((PublishedValue::Scalar(within), valid)) }),
-        said(
+        stated(7, Report::Ready { era: 3 }),
+        stated(8, Report::Answer { number: 4, result: Some((PublishedValue::Scalar(within), valid)) }),
+        stated(
             9,
             Report::Answer { number: 5, result: Some((PublishedValue::Vector(vec![within, open]), valid)) },
         ),
-        said(10, Report::Answer { number: 6, result: None }),
-        said(11, Report::Gone),
+        stated(10, Report::Answer { number: 6, result: None }),
+        stated(11, Report::Gone),
     ];
     let mut journal = JournalWriter::new(Vec::new(), &knowledge).expect("a journal");
     given.iter().for_each(|input| journal.record(Given::Input(input)).expect("a line"));

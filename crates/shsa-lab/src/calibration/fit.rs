@@ -222,15 +222,15 @@ impl<'a> Fit<'a> {
         let tried = |factor: f64, noise: Option<f64>| noisy(watched(factor).applied(&limited), noise);
         let mut promise = self.promise(&source, between, &tried)?;
         let chosen = with(promise.factor);
-        let before = told(self.draft, unseen)?;
+        let before = verdicts(self.draft, unseen)?;
         let mut draft = noisy(chosen.applied(&limited), promise.noise);
-        let mut after = told(&draft, unseen)?;
+        let mut after = verdicts(&draft, unseen)?;
         if promise.noise.is_some() && after.alarms > before.alarms {
             // If the noise was different later, it is not declared, so that only bounds accuse; whether the bounds pass the test
             // is their own matter.
             promise.noise = None;
             draft = chosen.applied(&limited);
-            after = told(&draft, unseen)?;
+            after = verdicts(&draft, unseen)?;
         }
         for (pair, gains) in self.pairs.iter_mut().zip(&gains) {
             let given = gains.iter().filter_map(|(at, gain)| Some(gain * chosen.errors[*at]?));
@@ -394,7 +394,7 @@ impl<'a> Fit<'a> {
 }
 
 /// The verdicts of a model about sessions.
-fn told(draft: &Draft, sessions: &[Session]) -> Result<Verdicts, Problem> {
+fn verdicts(draft: &Draft, sessions: &[Session]) -> Result<Verdicts, Problem> {
     let stretches = sessions.iter().flat_map(Session::stretches).map(Vec::as_slice);
     Ok(Verdicts::over(&edit::built(draft)?, stretches))
 }

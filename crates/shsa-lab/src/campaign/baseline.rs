@@ -154,7 +154,7 @@ fn drive<'s>(
     samples: impl Iterator<Item = &'s Sample>,
     first: Time,
     end: Time,
-    mut hear: impl FnMut(&mut Run) -> ControlFlow<()>,
+    mut observe: impl FnMut(&mut Run) -> ControlFlow<()>,
 ) {
     let mut record = |_: Given<'_>| Ok::<(), Infallible>(());
     let mut run = Run::new(knowledge, first);
@@ -167,13 +167,13 @@ fn drive<'s>(
             value: sample.value.clone(),
         });
         let Ok(()) = run.take(&input, &mut record);
-        if hear(&mut run).is_break() {
+        if observe(&mut run).is_break() {
             return;
         }
     }
     let Ok(()) = run.pass_until(end, &mut record);
     let Ok(()) = run.take(&Input::Tick(end), &mut record);
-    let _ = hear(&mut run);
+    let _ = observe(&mut run);
 }
 
 /// Merges both in the order of reception.
@@ -227,14 +227,14 @@ impl<'a> Watch<'a> {
             if event.time < self.fault.from && event.signal == Some(self.signal) {
                 self.measured.accused = event.kind != EventKind::Restored;
             }
-            alarm(&event).into_iter().for_each(|alarm| self.hear(alarm));
+            alarm(&event).into_iter().for_each(|alarm| self.observe(alarm));
         }
         for publication in run.publications.drain(..) {
             self.see(publication.need, publication.time, &publication.value);
         }
     }
 
-    fn hear(&mut self, alarm: Alarm) {
+    fn observe(&mut self, alarm: Alarm) {
         let Alarm { time, kind, signal } = alarm;
         if time < self.fault.from {
             self.measured.early += 1;

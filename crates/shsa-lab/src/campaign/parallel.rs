@@ -29,13 +29,13 @@ impl Progress for () {
 pub(crate) fn on_all_cores<T: Send>(
     count: usize,
     threads: Option<NonZeroUsize>,
-    told: &dyn Progress,
+    progress: &dyn Progress,
     of_what: &'static str,
     work: impl Fn(usize) -> T + Sync,
 ) -> Result<Vec<T>, LabError> {
     let cores = || std::thread::available_parallelism().map_or(1, NonZeroUsize::get);
     let threads = threads.map_or_else(cores, NonZeroUsize::get).min(count);
-    told.begin(count, of_what);
+    progress.begin(count, of_what);
     let next = AtomicUsize::new(0);
     let work = || {
         let mut done = Vec::new();
@@ -45,7 +45,7 @@ pub(crate) fn on_all_cores<T: Send>(
                 return done;
             }
             done.push((number, work(number)));
-            told.step();
+            progress.step();
         }
     };
     let mut done = std::thread::scope(|scope| {
@@ -56,7 +56,7 @@ pub(crate) fn on_all_cores<T: Send>(
         }
         Ok::<_, LabError>(done)
     })?;
-    told.end();
+    progress.end();
     done.sort_unstable_by_key(|(number, _)| *number);
     Ok(done.into_iter().map(|(_, result)| result).collect())
 }

@@ -97,8 +97,8 @@ fn beside_time(pairs: &[(f64, f64)]) -> f64 {
     let columns = [0, 1, 2].map(|power| (0..pairs.len()).map(|row| share(row).powi(power)).collect());
     let left = |target: Vec<f64>| {
         let Some(numbers) = crate::learning::solve(&columns, &target, |_| true) else { return f64::INFINITY };
-        let told = |row: usize| (0..3).map(|it| numbers[it] * columns[it][row]).sum::<f64>();
-        let left: Vec<f64> = target.iter().enumerate().map(|(row, value)| value - told(row)).collect();
+        let predicted = |row: usize| (0..3).map(|it| numbers[it] * columns[it][row]).sum::<f64>();
+        let left: Vec<f64> = target.iter().enumerate().map(|(row, value)| value - predicted(row)).collect();
         winsorised(&left).sqrt()
     };
     left(pairs.iter().map(|it| it.0).collect()).min(left(pairs.iter().map(|it| it.1).collect()))

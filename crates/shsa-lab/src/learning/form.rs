@@ -43,18 +43,18 @@ impl Design {
         let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
         for (row, &time) in clock.times.iter().enumerate().step_by(every) {
             let value = |signal: usize| clock.values[signal].get(row).copied();
-            let told = match shape {
+            let predicted = match shape {
                 Shape::Rate { window_s } => seen.curves[target].at(time - window_s, time),
                 _ => value(target),
             };
-            let (Some(told), Some((fixed, regressors))) = (told, regressors.at(time, value)) else {
+            let (Some(predicted), Some((fixed, regressors))) = (predicted, regressors.at(time, value)) else {
                 continue;
             };
-            if !(told.is_finite() && fixed.is_finite() && regressors.iter().all(|it| it.is_finite())) {
+            if !(predicted.is_finite() && fixed.is_finite() && regressors.iter().all(|it| it.is_finite())) {
                 continue;
             }
             design.parts.push(clock.parts[row]);
-            design.target.push(told);
+            design.target.push(predicted);
             design.fixed.push(fixed);
             design.columns.resize_with(regressors.len(), Vec::new);
             design.columns.iter_mut().zip(regressors).for_each(|(column, it)| column.push(it));
@@ -143,14 +143,14 @@ impl Design {
     /// The differences between the target and the relation.
     fn errors(&self, shape: &Shape, numbers: &[f64]) -> Vec<f64> {
         let row = |row: usize| {
-            let told =
+            let predicted =
                 self.columns.iter().zip(numbers).map(|(column, number)| column[row] * number).sum::<f64>();
-            let told = match (shape, numbers) {
-                (Shape::Saturated, [_, _, low, high]) => told.clamp(*low, *high),
-                (Shape::Norm, _) => told.max(0.0).sqrt(),
-                _ => told,
+            let predicted = match (shape, numbers) {
+                (Shape::Saturated, [_, _, low, high]) => predicted.clamp(*low, *high),
+                (Shape::Norm, _) => predicted.max(0.0).sqrt(),
+                _ => predicted,
             };
-            self.target[row] - self.fixed[row] - told
+            self.target[row] - self.fixed[row] - predicted
         };
         (0..self.target.len()).map(row).collect()
     }
@@ -195,10 +195,10 @@ impl Design {
         let (low, high) = (end(END), end(1.0 - END));
         let is_inside = |row: usize| low <= column[row] && column[row] <= high;
         let Some(numbers) = solve(&self.columns, &self.target, is_inside) else { return f64::INFINITY };
-        let told =
+        let predicted =
             |row: usize| self.columns.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
         let outside = (0..self.target.len()).filter(|row| !is_inside(*row));
-        let left: Vec<f64> = outside.map(|row| self.target[row] - told(row)).collect();
+        let left: Vec<f64> = outside.map(|row| self.target[row] - predicted(row)).collect();
         root_mean_square(&left) / deviation(self.target.iter().copied())
     }
 
@@ -206,10 +206,10 @@ impl Design {
     pub(crate) fn left_by_time(&self) -> f64 {
         let columns = self.time();
         let Some(numbers) = solve(&columns, &self.target, |_| true) else { return 1.0 };
-        let told = |row: usize| {
+        let predicted = |row: usize| {
             columns.iter().zip(&numbers).map(|(column, number)| column[row] * number).sum::<f64>()
         };
-        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - told(row)).collect();
+        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - predicted(row)).collect();
         root_mean_square(&left) / deviation(self.target.iter().copied())
     }
 

@@ -21,8 +21,8 @@ pub fn formula(signals: &[Signal], relation: &Relation, name: &dyn Fn(usize) -> 
         let window_s = relation.window_s.unwrap_or(1.0);
         return format!("{} = {}", name(input), writer.rate(input, relation.target, 1.0 / factor, window_s));
     }
-    let told = writer.of_one(relation, input).unwrap_or_else(|| writer.of_more(relation, input));
-    format!("{} = {told}", writer.amount(relation.target))
+    let predicted = writer.of_one(relation, input).unwrap_or_else(|| writer.of_more(relation, input));
+    format!("{} = {predicted}", writer.amount(relation.target))
 }
 
 struct Writer<'a> {
@@ -220,7 +220,7 @@ impl Writer<'_> {
     fn selected(&self, inputs: &[usize], levels: &[f64], sources: &[usize], factors: &[f64]) -> String {
         let Some(chooser) = inputs.last() else { return String::new() };
         let is_one_source = sources.windows(2).all(|pair| pair[0] == pair[1]);
-        let told = |place: usize| {
+        let predicted = |place: usize| {
             let factor = digits(factors[place]);
             let name = (self.name)(sources[place]);
             match (is_one_source, factor.as_str()) {
@@ -230,10 +230,10 @@ impl Writer<'_> {
             }
         };
         let Some(last) = levels.len().checked_sub(1) else { return String::new() };
-        let mut text = told(last);
+        let mut text = predicted(last);
         for (place, pair) in levels.windows(2).enumerate().rev() {
             let between = self.constant(*chooser, 0.5 * (pair[0] + pair[1]));
-            text = format!("if({} < {between}, {}, {text})", (self.name)(*chooser), told(place));
+            text = format!("if({} < {between}, {}, {text})", (self.name)(*chooser), predicted(place));
         }
         if is_one_source { format!("{text} * {}", (self.name)(sources[0])) } else { text }
     }

@@ -361,8 +361,9 @@ impl Rows {
         let ones = vec![1.0; self.target.len()];
         let used: Vec<Vec<f64>> = chosen.iter().map(|it| columns[*it].clone()).chain([ones]).collect();
         let Some(numbers) = solve(&used, &self.target, |_| true) else { return f64::INFINITY };
-        let told = |row: usize| used.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
-        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - told(row)).collect();
+        let predicted =
+            |row: usize| used.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
+        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - predicted(row)).collect();
         root_mean_square(&left) / self.moves
     }
 

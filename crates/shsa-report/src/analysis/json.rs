@@ -111,7 +111,7 @@ fn signal(report: &Report<'_>, id: SignalId) -> Value {
 /// A relation is faulty when it does not hold.
 fn relation(report: &Report<'_>, id: RelationId) -> Value {
     let (analysis, component) = (report.analysis, Component::Relation(id));
-    let told = analysis.faults.of_relation(id);
+    let described = analysis.faults.of_relation(id);
     let isolable: Vec<&str> =
         analysis.isolable_from(component).map(|other| report.component(other)).collect();
     let in_part: Vec<&str> =
@@ -120,8 +120,8 @@ fn relation(report: &Report<'_>, id: RelationId) -> Value {
     json!({
         "relation": report.component(Component::Relation(id)),
         "prior": prior,
-        "detectable": told.shown_by > 0,
-        "shown_by": told.shown_by,
+        "detectable": described.shown_by > 0,
+        "shown_by": described.shown_by,
         "isolable_from": isolable,
         "isolable_in_part_from": in_part,
         "in_part": report.in_part(component),

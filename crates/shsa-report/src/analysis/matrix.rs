@@ -58,7 +58,7 @@ fn shown(report: &Report<'_>) -> Vec<Component> {
         |signal: SignalId| groups.iter().find(|group| group.contains(signal)).and_then(|g| g.iter().next());
     let mut shown: Vec<Component> = faults.components().collect();
     if shown.len() > MOST {
-        let is_sure = |told: &Isolability| told.signals.len() + told.relations.len() == 1;
+        let is_sure = |described: &Isolability| described.signals.len() + described.relations.len() == 1;
         shown.retain(|&component| !faults.isolability(component).is_some_and(is_sure));
         shown.truncate(MOST);
     }
@@ -71,10 +71,10 @@ fn shown(report: &Report<'_>) -> Vec<Component> {
 
 fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
     let nothing = Isolability::default();
-    let told = report.analysis.faults.isolability(row).unwrap_or(&nothing);
+    let described = report.analysis.faults.isolability(row).unwrap_or(&nothing);
     let (fault, other) = (report.component(row), report.component(column));
-    let count = || counted(told.shown_by as usize, "comparison");
-    let (class, sign, title) = if told.shown_by == 0 {
+    let count = || counted(described.shown_by as usize, "comparison");
+    let (class, sign, title) = if described.shown_by == 0 {
         ("blind", "", format!("No comparison shows a fault in {fault}."))
     } else if row == column {
         (
@@ -85,7 +85,7 @@ fn cell(report: &Report<'_>, row: Component, column: Component) -> String {
         )
     } else if report.analysis.is_isolable_from(row, column) {
         ("told", "", format!("A fault in {fault} is told from one in {other}."))
-    } else if told.is_isolable_from(column) {
+    } else if described.is_isolable_from(column) {
         let why = report.in_part(row).join("; ");
         ("same", "\u{d7}", format!("A fault in {fault} is told from one in {other} only in part: {why}."))
     } else {

@@ -170,11 +170,11 @@ impl<'a> Report<'a> {
 
     /// `0 to 1 for /need`, for each need that would survive more losses.
     fn survives(&self, addition: &Addition) -> Vec<String> {
-        let told = |survives: &shsa_core::analysis::Survives| {
+        let described = |survives: &shsa_core::analysis::Survives| {
             let (now, then) = (losses(&survives.now), losses(&survives.then));
             format!("{now} to {then} for {}", self.need(survives.need))
         };
-        addition.survives.iter().map(told).collect()
+        addition.survives.iter().map(described).collect()
     }
 
     /// Sentences about the method of the analysis.

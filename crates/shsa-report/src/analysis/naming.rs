@@ -84,7 +84,7 @@ impl<'a> Names<'a> {
                 _ => faults.push((*fault, from.iter().copied().collect())),
             }
         }
-        let told = |(fault, others): &(Component, Vec<Component>)| match others.as_slice() {
+        let described = |(fault, others): &(Component, Vec<Component>)| match others.as_slice() {
             [] => format!("{} at all", self.component(*fault)),
             others => {
                 let others: Vec<&str> = others.iter().map(|&other| self.component(other)).collect();
@@ -93,7 +93,7 @@ impl<'a> Names<'a> {
         };
         let line = |(obstacles, faults): (&[Obstacle], Vec<(Component, Vec<Component>)>)| {
             let more = faults.len().saturating_sub(MOST_NAMED);
-            let mut faults: Vec<String> = faults.iter().take(MOST_NAMED).map(told).collect();
+            let mut faults: Vec<String> = faults.iter().take(MOST_NAMED).map(described).collect();
             if more > 0 {
                 faults.push(format!("and {more} more"));
             }

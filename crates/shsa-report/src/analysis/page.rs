@@ -187,7 +187,7 @@ fn yes(is: bool) -> &'static str {
 fn detectable(report: &Report<'_>, component: Component) -> &'static str {
     match report.detectable(component) {
         "in part" => "<span class=\"no\">in part</span>",
-        told => yes(told == "yes"),
+        described => yes(described == "yes"),
     }
 }
 
@@ -214,9 +214,9 @@ fn shown(report: &Report<'_>, signal: SignalId) -> String {
 
 fn comparison(report: &Report<'_>, pair: Comparison) -> String {
     let way = |at: usize| report.analysis.comparisons.ways().get(at);
-    let told = |at: usize| way(at).map(|way| way.describe(report.knowledge)).unwrap_or_default();
+    let described = |at: usize| way(at).map(|way| way.describe(report.knowledge)).unwrap_or_default();
     let variable = way(pair.one).map(|way| report.variable(way.substitution.sink)).unwrap_or_default();
-    format!("{variable}: {} against {}", told(pair.one), told(pair.other))
+    format!("{variable}: {} against {}", described(pair.one), described(pair.other))
 }
 
 fn apart(report: &Report<'_>) -> String {

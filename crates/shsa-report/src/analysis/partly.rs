@@ -23,10 +23,10 @@ impl Report<'_> {
         is_other: impl Fn(&Component) -> bool,
         others: usize,
     ) -> String {
-        let told = self.analysis.isolable_from(component).filter(&is_other).count();
+        let described = self.analysis.isolable_from(component).filter(&is_other).count();
         match self.analysis.isolable_in_part_from(component).filter(&is_other).count() {
-            0 => format!("{told} of {others}"),
-            in_part => format!("{told} of {others}, {in_part} in part"),
+            0 => format!("{described} of {others}"),
+            in_part => format!("{described} of {others}, {in_part} in part"),
         }
     }
 

@@ -59,7 +59,7 @@ fn fused<'r>(
     let observed = observability(report.knowledge, fusion);
     fusion.inputs.iter().enumerate().map(move |(place, input)| {
         let prediction = fusion.predictions.iter().find(|it| it.without == [place]);
-        let told = match prediction.map(|it| it.is_anchored) {
+        let described = match prediction.map(|it| it.is_anchored) {
             Some(false) => style.paint(Paint::Green, "what it measures"),
             Some(true) => "how it changes".to_owned(),
             None => "nothing".to_owned(),
@@ -68,7 +68,7 @@ fn fused<'r>(
         let only: Vec<&str> =
             only.filter_map(|state| fusion.states.get(*state)).map(|it| it.name.as_str()).collect();
         let only = if only.is_empty() { "-".to_owned() } else { only.join(", ") };
-        vec![fusion.name.clone(), report.signal(input.signal).to_owned(), told, only]
+        vec![fusion.name.clone(), report.signal(input.signal).to_owned(), described, only]
     })
 }
 
@@ -113,18 +113,19 @@ fn gaps(report: &Report<'_>, style: Style) -> String {
         return String::new();
     }
     let more = lines.len().saturating_sub(MOST_REASONS);
-    let mut told: Vec<String> = lines.iter().take(MOST_REASONS).map(|line| style.wrapped(line, 2)).collect();
+    let mut described: Vec<String> =
+        lines.iter().take(MOST_REASONS).map(|line| style.wrapped(line, 2)).collect();
     if more > 0 {
-        told.push(style.wrapped(&format!("and {more} more reasons (--json)"), 2));
+        described.push(style.wrapped(&format!("and {more} more reasons (--json)"), 2));
     }
     let head = style.paint(Paint::Bold, "Faults that the structure would tell and no comparison does:");
-    format!("{head}\n{}", told.join("\n"))
+    format!("{head}\n{}", described.join("\n"))
 }
 
 fn detectable(report: &Report<'_>, style: Style, component: Component) -> String {
     match report.detectable(component) {
         "in part" => style.paint(Paint::Yellow, "in part"),
-        told => yes(style, told == "yes"),
+        described => yes(style, described == "yes"),
     }
 }
 
@@ -134,9 +135,9 @@ fn partly(report: &Report<'_>, style: Style) -> String {
     if lines.is_empty() {
         return String::new();
     }
-    let told: Vec<String> = lines.iter().map(|line| style.wrapped(line, 2)).collect();
+    let described: Vec<String> = lines.iter().map(|line| style.wrapped(line, 2)).collect();
     let head = style.paint(Paint::Bold, "Faults that comparisons show only in part:");
-    format!("{head}\n{}", told.join("\n"))
+    format!("{head}\n{}", described.join("\n"))
 }
 
 fn yes(style: Style, is: bool) -> String {
@@ -170,11 +171,11 @@ fn weaknesses(report: &Report<'_>, style: Style) -> String {
         ("Faults that cannot be told apart:", groups.join("; ")),
         ("Signals that nothing replaces:", report.signals(&report.analysis.unhealed()).join(", ")),
     ];
-    let told = lines.iter().filter(|(_, names)| !names.is_empty());
-    let told: Vec<String> = told
+    let described = lines.iter().filter(|(_, names)| !names.is_empty());
+    let described: Vec<String> = described
         .map(|(what, names)| format!("{}\n{}", style.paint(Paint::Bold, what), style.wrapped(names, 2)))
         .collect();
-    told.join("\n")
+    described.join("\n")
 }
 
 fn additions(report: &Report<'_>, style: Style) -> String {
@@ -197,7 +198,7 @@ fn watched(report: &Report<'_>, style: Style) -> String {
     };
     let rows = analysis.watched.iter().map(row).collect();
     let table = style.table(&["watched variable", "ways of knowing", "operations a second"], rows);
-    let told: Vec<String> = analysis
+    let described: Vec<String> = analysis
         .watched
         .iter()
         .filter(|watch| !watch.hidden.is_empty())
@@ -210,11 +211,11 @@ fn watched(report: &Report<'_>, style: Style) -> String {
             style.wrapped(&format!("{name}: {}{more}", hidden.join("; ")), 2)
         })
         .collect();
-    if told.is_empty() {
+    if described.is_empty() {
         return table;
     }
     let head = style.paint(Paint::Bold, "Faults that only more ways would tell (--watch, --watch-cost):");
-    format!("{table}\n\n{head}\n{}", told.join("\n"))
+    format!("{table}\n\n{head}\n{}", described.join("\n"))
 }
 
 fn structure(report: &Report<'_>, style: Style) -> String {

@@ -30,21 +30,21 @@ pub fn unwatched(knowledge: &KnowledgeBase, watch: WatchBudget) -> Vec<String> {
     let options = Options { only_runnable: true, steps: STEPS, addition_steps: 0, watch };
     let Unwatched { watched, gaps, held } = shsa_core::analysis::unwatched(knowledge, options);
     let names = Names::new(knowledge);
-    let mut told: Vec<String> = watched.iter().filter_map(|watch| left_out(&names, watch)).collect();
+    let mut described: Vec<String> = watched.iter().filter_map(|watch| left_out(&names, watch)).collect();
     let is_hidden = |fault: Component| {
         let of = |hidden: &Hidden| Component::Signal(hidden.signal) == fault;
         watched.iter().any(|watch| watch.hidden.iter().any(of))
     };
     let matters = |obstacle: &Obstacle| !matches!(obstacle, Obstacle::NotRun { .. } | Obstacle::NotSearched);
-    let is_told = |gap: &Gap| {
+    let is_shown = |gap: &Gap| {
         let is_signal = matches!(gap.fault, Component::Signal(_));
         is_signal && gap.from.is_none() && gap.obstacles.iter().all(matters) && !is_hidden(gap.fault)
     };
-    let undetected: Vec<Gap> = gaps.into_iter().filter(is_told).collect();
+    let undetected: Vec<Gap> = gaps.into_iter().filter(is_shown).collect();
     let lines = names.by_reason(&undetected);
-    told.extend(lines.into_iter().map(|line| format!("no comparison shows a fault of {line}")));
-    told.extend(held.iter().map(|held| unbounded(knowledge, &names, held)));
-    shortened(told)
+    described.extend(lines.into_iter().map(|line| format!("no comparison shows a fault of {line}")));
+    described.extend(held.iter().map(|held| unbounded(knowledge, &names, held)));
+    shortened(described)
 }
 
 /// The inputs that a variable's substitutes hold without a limit of their change.
@@ -69,7 +69,8 @@ fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
     if watch.hidden.is_empty() {
         return None;
     }
-    let (undetected, untold): (Vec<_>, Vec<_>) = watch.hidden.iter().partition(|hidden| hidden.undetected);
+    let (undetected, not_isolated): (Vec<_>, Vec<_>) =
+        watch.hidden.iter().partition(|hidden| hidden.undetected);
     let listed = |signals: &[&Hidden]| {
         let first: Vec<&str> = signals.iter().take(MOST).map(|hidden| names.signal(hidden.signal)).collect();
         let more = signals.len() - first.len();
@@ -78,14 +79,14 @@ fn left_out(names: &Names<'_>, watch: &Watch) -> Option<String> {
     };
     let of = ways(watch);
     let variable = names.variable(watch.variable);
-    let mut told = format!("{of} ways of knowing {variable} are watched (--watch, --watch-cost)");
+    let mut described = format!("{of} ways of knowing {variable} are watched (--watch, --watch-cost)");
     if !undetected.is_empty() {
-        told.push_str(&format!("; no comparison shows a fault of {}", listed(&undetected)));
+        described.push_str(&format!("; no comparison shows a fault of {}", listed(&undetected)));
     }
-    if !untold.is_empty() {
-        told.push_str(&format!("; not told from others is one of {}", listed(&untold)));
+    if !not_isolated.is_empty() {
+        described.push_str(&format!("; not told from others is one of {}", listed(&not_isolated)));
     }
-    Some(told)
+    Some(described)
 }
 
 /// The first 12 lines, and the number of the others in a line of its own.

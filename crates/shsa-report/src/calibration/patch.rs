@@ -10,8 +10,8 @@ use shsa_lab::campaign::Kind;
 /// The change as YAML: every changed variable, signal and relation in full, below comments with its evidence.
 pub(super) fn text(report: &Report<'_>, style: Style) -> String {
     let mut text = String::new();
-    for told in [report.promised(), report.tested()] {
-        style.wrapped(&told, 0).lines().for_each(|line| text += &format!("# {line}\n"));
+    for description in [report.promised(), report.tested()] {
+        style.wrapped(&description, 0).lines().for_each(|line| text += &format!("# {line}\n"));
     }
     for remark in report.remarks() {
         text += &format!("# {remark}\n");
@@ -88,10 +88,10 @@ fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
         }
         if let Some(smallest) = report.smallest {
             let signal_of_model = &report.knowledge.signals()[signal];
-            let told =
+            let description =
                 |kind: Kind| format!("{} {}", kind.name(), smallest.described(signal_of_model, signal, kind));
-            let told: Vec<String> = smallest.kinds().into_iter().map(told).collect();
-            lines.push(format!("smallest faults that give an alarm: {}", told.join(", ")));
+            let description: Vec<String> = smallest.kinds().into_iter().map(description).collect();
+            lines.push(format!("smallest faults that give an alarm: {}", description.join(", ")));
         }
         let rhythm = &report.found.rhythms[shsa_core::knowledge::Id::index(signal)];
         if let (Some((lo, hi)), Some(fastest), Some(gap)) =

@@ -68,7 +68,7 @@ impl Report<'_> {
 
     /// The results in the test part.
     pub(super) fn tested(&self) -> String {
-        let told =
+        let description =
             |it: Verdicts| format!("{} failed, {} suspected, {} silent", it.failed, it.suspected, it.silent);
         let (found, after) = (self.found, self.found.after);
         let wanted = found.promise.alarms_per_hour;
@@ -83,8 +83,8 @@ impl Report<'_> {
         format!(
             "in the {} h that were not fitted: {} with the fitted model, {} with the model as it is; {} alarms, {says}",
             number(found.unseen_hours),
-            told(after),
-            told(found.before),
+            description(after),
+            description(found.before),
             after.alarms
         )
     }
@@ -299,7 +299,7 @@ impl Report<'_> {
 
     /// Stretches that were not fitted because they look unhealthy.
     pub(super) fn unhealthy(&self) -> Vec<String> {
-        let told = |it: &Stretch| {
+        let description = |it: &Stretch| {
             let names: Vec<&str> = it.signals.iter().map(|signal| self.signal(*signal)).collect();
             let at = |time: Time| number(self.since(it, time));
             format!(
@@ -310,7 +310,7 @@ impl Report<'_> {
                 it.apart / it.usual
             )
         };
-        self.found.unhealthy.iter().map(told).collect()
+        self.found.unhealthy.iter().map(description).collect()
     }
 }
 

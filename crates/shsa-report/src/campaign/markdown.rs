@@ -184,7 +184,7 @@ impl Section<'_> {
         let mut latencies: Vec<f64> = runs.iter().filter_map(|run| self.latency(run)).collect();
         latencies.sort_unstable_by(f64::total_cmp);
         let digits = |it: f64| if it < 10.0 { 2 } else { 1 };
-        let told =
+        let description =
             |latency: Option<&f64>| latency.map_or("-".to_owned(), |it| format!("{it:.*}", digits(*it)));
         let median = latencies.len().checked_sub(1).and_then(|last| latencies.get(last / 2));
         let _ = writeln!(
@@ -197,9 +197,9 @@ impl Section<'_> {
             count(&|run| self.is_isolable(run.1.signal) && run.2.is_isolated()),
             count(&|run| run.2.blamed_other) + below.iter().filter(|run| run.2.blamed_other).count(),
             count(&|run| run.2.blamed_shared) + below.iter().filter(|run| run.2.blamed_shared).count(),
-            told(median),
-            told(latencies.last()),
-            told(runs.iter().filter_map(|run| run.2.latency).max().map(Span::seconds).as_ref()),
+            description(median),
+            description(latencies.last()),
+            description(runs.iter().filter_map(|run| run.2.latency).max().map(Span::seconds).as_ref()),
             runs.iter().map(|run| run.2.early).sum::<usize>(),
         );
     }
@@ -236,9 +236,9 @@ impl Section<'_> {
             }
         }
         let mut text = String::new();
-        let mut told = None;
+        let mut description = None;
         for ((reason, kind), runs) in &groups {
-            if told.replace(*reason) != Some(*reason) {
+            if description.replace(*reason) != Some(*reason) {
                 let _ = writeln!(text, "\n**{}**\n", REASONS.get(*reason).unwrap_or(&""));
             }
             let mut by_signal: BTreeMap<SignalId, usize> = BTreeMap::new();

@@ -63,12 +63,12 @@ pub(super) fn head(campaign: &Campaign<'_>) -> String {
 
 /// Describes when faults begin.
 pub(super) fn onsets(campaign: &Campaign<'_>) -> String {
-    let told = |onset: &Onset| match campaign.baselines.len() {
+    let described = |onset: &Onset| match campaign.baselines.len() {
         1 => format!("{:.1}", onset.at.seconds()),
         _ => format!("{:.1} (session {})", onset.at.seconds(), onset.session + 1),
     };
-    let told: Vec<String> = campaign.grid.onsets.iter().map(told).collect();
-    format!("{} s", told.join(", "))
+    let described: Vec<String> = campaign.grid.onsets.iter().map(described).collect();
+    format!("{} s", described.join(", "))
 }
 
 /// The detected share, and the runs that it does not count.
@@ -208,9 +208,9 @@ fn compared(comparison: &Comparison, style: Style) -> String {
         let cells = [&change.fault, &change.signal, &change.figure, &change.before, &change.now];
         cells.into_iter().cloned().chain([style.paint(paint, word)]).collect()
     };
-    let told: Vec<Vec<String>> = comparison.changes.iter().take(MOST_CHANGES).map(row).collect();
-    if !told.is_empty() {
-        lines.push(style.table(&["fault", "signal", "figure", "before", "now", ""], told));
+    let described: Vec<Vec<String>> = comparison.changes.iter().take(MOST_CHANGES).map(row).collect();
+    if !described.is_empty() {
+        lines.push(style.table(&["fault", "signal", "figure", "before", "now", ""], described));
     }
     if let Some(more) = comparison.changes.len().checked_sub(MOST_CHANGES).filter(|more| *more > 0) {
         lines.push(format!("and {more} more, all of them in the JSON and on the page"));

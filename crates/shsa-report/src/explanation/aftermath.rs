@@ -41,8 +41,9 @@ impl<'a> Explanation<'a> {
         let (run, signal) = (&self.inquiry.run, &self.inquiry.signal);
         let time = self.time();
         let after = self.inquiry.focus.event.map_or(0, |number| number + 1);
-        let told = run.events_with_models().enumerate().skip(after);
-        told.filter(move |(_, (known, event))| event.time >= time && is_about(known, event, signal))
+        let described = run.events_with_models().enumerate().skip(after);
+        described
+            .filter(move |(_, (known, event))| event.time >= time && is_about(known, event, signal))
             .map(|(number, (_, event))| (number, event))
     }
 
@@ -57,7 +58,7 @@ impl<'a> Explanation<'a> {
             return Some(format!("At the end, {time}, it is {verdict}."));
         }
         let left = end.comparisons.iter().filter(|each| {
-            matches!(each.relationship, ResidualState::Conflict | ResidualState::Undecided)
+            matches!(each.residual_state, ResidualState::Conflict | ResidualState::Undecided)
                 && each.explained_by.is_empty()
         });
         let why = match (left.count(), end.clean_since) {
@@ -76,8 +77,8 @@ impl<'a> Explanation<'a> {
     }
 
     pub(super) fn needs(&self) -> Vec<Item> {
-        let told: Vec<(usize, &KnowledgeBase, &Event)> = self.need_events();
-        if told.is_empty() {
+        let described: Vec<(usize, &KnowledgeBase, &Event)> = self.need_events();
+        if described.is_empty() {
             return self.unmoved().into_iter().map(item).collect();
         }
         let shown = |(_, known, event): &(usize, &KnowledgeBase, &Event)| {
@@ -91,7 +92,7 @@ impl<'a> Explanation<'a> {
                 notes: vec![words::reasons(&event.because)],
             }
         };
-        told.iter().take(MOST_LISTED).map(shown).collect()
+        described.iter().take(MOST_LISTED).map(shown).collect()
     }
 
     /// Decisions about needs because of the signal, until the episode ends.
@@ -124,15 +125,16 @@ impl<'a> Explanation<'a> {
                 && event.time < until
                 && event.variable.is_some_and(|variable| touched.contains(&variable))
         };
-        let told = run.events_with_models().enumerate();
-        told.filter(|(_, (_, event))| is_of_it(event))
+        let described = run.events_with_models().enumerate();
+        described
+            .filter(|(_, (_, event))| is_of_it(event))
             .map(|(number, (known, event))| (number, known, event))
             .collect()
     }
 
     fn unmoved(&self) -> Vec<String> {
         let needs = &self.inquiry.focus.needs;
-        let told = needs.iter().take(MOST_LISTED).map(|(need, status)| {
+        let described = needs.iter().take(MOST_LISTED).map(|(need, status)| {
             let name = &self.about.words.knowledge.needs()[*need].signal;
             match &status.source {
                 Some(source) => format!("{name} went on from {}.", words::served_by(source)),
@@ -141,6 +143,6 @@ impl<'a> Explanation<'a> {
         });
         let more = needs.len().saturating_sub(MOST_LISTED);
         let more = (more > 0).then(|| format!("and {}", counted(more, "more need")));
-        if self.about.is_accused() { told.chain(more).collect() } else { Vec::new() }
+        if self.about.is_accused() { described.chain(more).collect() } else { Vec::new() }
     }
 }

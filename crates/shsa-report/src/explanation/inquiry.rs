@@ -59,7 +59,7 @@ impl Onlooker<'_> {
     fn look(&mut self, run: &Run) {
         for number in self.seen..run.events.len() {
             self.seen = number + 1;
-            self.hear(run, number);
+            self.observe(run, number);
         }
         let Question::Signal { name, at: Some(at) } = self.question else { return };
         let at = run.first + *at;
@@ -68,12 +68,12 @@ impl Onlooker<'_> {
         }
     }
 
-    fn hear(&mut self, run: &Run, number: usize) {
+    fn observe(&mut self, run: &Run, number: usize) {
         if *self.question == Question::Decision(number + 1) {
             self.signal = blamed(run, number);
         }
         let (Some(signal), Some(event)) = (&self.signal, run.events.get(number)) else { return };
-        let known = told(run, number);
+        let known = described(run, number);
         if is_about(known, event, signal) || *self.question == Question::Decision(number + 1) {
             self.snapshots.extend(Snapshot::take(run, signal, event.time, Some(number)));
         }
@@ -81,7 +81,7 @@ impl Onlooker<'_> {
 }
 
 /// The knowledge base of an event.
-fn told(run: &Run, number: usize) -> &KnowledgeBase {
+fn described(run: &Run, number: usize) -> &KnowledgeBase {
     run.events_with_models().nth(number).map_or(run.engine.knowledge(), |(known, _)| known)
 }
 

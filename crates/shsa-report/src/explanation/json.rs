@@ -39,7 +39,7 @@ fn decision(number: usize, known: &KnowledgeBase, event: &Event, first: Time) ->
 pub(super) fn object(explanation: &Explanation<'_>) -> Value {
     let (words, evidence, run) =
         (explanation.about.words, explanation.about.evidence, &explanation.inquiry.run);
-    let told = |bearing: Bearing| -> Vec<Value> {
+    let described = |bearing: Bearing| -> Vec<Value> {
         let chosen = evidence.comparisons.iter().filter(|each| Bearing::of(each) == bearing);
         chosen.map(|each| comparison(words, each, evidence.time)).collect()
     };
@@ -62,9 +62,9 @@ pub(super) fn object(explanation: &Explanation<'_>) -> Value {
         "symptom": explanation.about.event.and_then(|event| event.symptom).map(Symptom::name),
         "verdict": event::verdict(evidence.absence, evidence.verdict),
         "because": explanation.about.event.map(|event| words::reasons(&event.because)),
-        "against": told(Bearing::Against),
-        "for": told(Bearing::For),
-        "silent": told(Bearing::None),
+        "against": described(Bearing::Against),
+        "for": described(Bearing::For),
+        "silent": described(Bearing::None),
         "rivals": rivals,
         "would_clear": if explanation.about.is_accused() { explanation.about.would_clear() } else { Vec::new() },
         "probation_s": evidence.probation.seconds(),

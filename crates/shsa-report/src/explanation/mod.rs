@@ -303,7 +303,7 @@ enum Bearing {
 
 impl Bearing {
     fn of(comparison: &Comparison) -> Bearing {
-        match comparison.relationship {
+        match comparison.residual_state {
             _ if !comparison.explained_by.is_empty() => Bearing::None,
             ResidualState::Conflict | ResidualState::Undecided => Bearing::Against,
             ResidualState::Agree if comparison.bears_witness => Bearing::For,

@@ -132,15 +132,15 @@ impl<'a> EvidenceInWords<'a> {
     /// Comparisons of the model that would have distinguished the signal from others, if they had had a result.
     fn without_result(&self, undistinguished: &[&Rival]) -> Vec<String> {
         let of_signal = self.evidence.comparisons.iter().filter(|each| {
-            let is_unknown = each.relationship == ResidualState::Unknown && each.bears_witness;
+            let is_unknown = each.residual_state == ResidualState::Unknown && each.bears_witness;
             is_unknown && !undistinguished.iter().any(|rival| each.signals.contains(rival.signal))
         });
         let of_rivals = undistinguished.iter().flat_map(|rival| &rival.without_result);
-        let told = |each: &Comparison| {
+        let described = |each: &Comparison| {
             let (what, why) = (self.words.comparison(each), self.words.why_silent(each, self.evidence.time));
             format!("A comparison that the model has: {what}; but {why}.")
         };
-        of_signal.chain(of_rivals).take(3).map(told).collect()
+        of_signal.chain(of_rivals).take(3).map(described).collect()
     }
 
     fn variable(&self) -> &'a str {

@@ -42,7 +42,7 @@ impl<'a> Words<'a> {
         let variable = &self.knowledge.variables()[comparison.variable].name;
         let (own, other) = (self.way(&comparison.own), self.way(&comparison.other));
         let values = comparison.disagreed.or(comparison.compared.map(|(own, other, _)| (own, other)));
-        let values = values.filter(|_| comparison.relationship != ResidualState::Unknown);
+        let values = values.filter(|_| comparison.residual_state != ResidualState::Unknown);
         match values {
             Some((one, two)) => {
                 let (one, two) = (self.interval(comparison, one), self.interval(comparison, two));
@@ -66,7 +66,7 @@ impl<'a> Words<'a> {
                 self.together(comparison, tendency, ahead)
             );
         }
-        match comparison.relationship {
+        match comparison.residual_state {
             ResidualState::Unknown => "nothing to compare of late".to_owned(),
             ResidualState::Agree => {
                 let last = comparison
@@ -109,7 +109,7 @@ impl<'a> Words<'a> {
             let failed = self.signals(&comparison.explained_by);
             return format!("it does not count: {failed} is part of it, and has failed or is forbidden");
         }
-        if comparison.relationship == ResidualState::Agree {
+        if comparison.residual_state == ResidualState::Agree {
             return "it agrees, but both rest on the signal: this is no evidence".to_owned();
         }
         let sides = [&comparison.own, &comparison.other];

@@ -27,17 +27,17 @@ pub(super) fn chart(part: &Part<'_>, need: &NeedRecord, variable: &VariableRecor
     };
     let accused = accused(part);
     let rests = |way: &&WayRecord| way.rests_on.iter().any(|signal| accused.contains(&**signal));
-    let heard = || variable.ways.iter().filter(|way| !way.values.is_empty());
+    let received = || variable.ways.iter().filter(|way| !way.values.is_empty());
     let published = Band {
         name: format!("published as {}", need.signal),
         is_accused: false,
         slices: need.values.slices(origin, shown),
     };
     let bands: Vec<Band> = std::iter::once(published)
-        .chain(heard().filter(rests).take(MOST_ACCUSED).map(|way| band(way, true)))
-        .chain(heard().filter(|way| !rests(way)).take(MOST_OTHERS).map(|way| band(way, false)))
+        .chain(received().filter(rests).take(MOST_ACCUSED).map(|way| band(way, true)))
+        .chain(received().filter(|way| !rests(way)).take(MOST_OTHERS).map(|way| band(way, false)))
         .collect();
-    let left_out = heard().count() + variable.more_ways + 1 - bands.len();
+    let left_out = received().count() + variable.more_ways + 1 - bands.len();
     let mut notes = vec!["each place holds the least and the most that was said there".to_owned()];
     if left_out > 0 {
         notes.push(format!("{} of knowing {} not drawn", counted(left_out, "more way"), variable.name));

@@ -41,7 +41,7 @@ impl<'a> CasesOverTime<'a> {
     }
 
     /// The ways of a need whose cases are told: those that have served, or else the best.
-    fn told(case: &NeedCase) -> impl Iterator<Item = &WayCase> {
+    fn described(case: &NeedCase) -> impl Iterator<Item = &WayCase> {
         let any_has_served = case.ways.iter().any(|way| way.has_served);
         let ways = case.ways.iter().enumerate();
         ways.filter(move |(at, way)| way.has_served || !any_has_served && *at == 0).map(|(_, way)| way)
@@ -63,7 +63,7 @@ impl<'a> CasesOverTime<'a> {
     fn modules(&self) -> Vec<Module<'_>> {
         let mut modules = Vec::new();
         for case in &self.recorder.cases.needs {
-            for (at, way) in Self::told(case).enumerate() {
+            for (at, way) in Self::described(case).enumerate() {
                 let number = if at == 0 { String::new() } else { format!("_{}", at + 1) };
                 let name = gsn::identifier(&case.signal) + &number;
                 let stretches = way.courses.iter().map(|course| self.stretches(course)).collect();
@@ -78,8 +78,8 @@ impl<'a> CasesOverTime<'a> {
     pub fn gsn(&self) -> Vec<(String, String)> {
         let module = |Module { need, way, name, stretches }: Module<'_>| {
             let brief = format!("{}, {} by {}, over {} s", self.title, need, way.name, self.duration_s());
-            let told: Vec<String> = stretches.iter().map(|it| gsn::course(it)).collect();
-            let text = gsn::write(&way.argument, &name, &brief, &told);
+            let described: Vec<String> = stretches.iter().map(|it| gsn::course(it)).collect();
+            let text = gsn::write(&way.argument, &name, &brief, &described);
             (name, text)
         };
         self.modules().into_iter().map(module).collect()
@@ -111,13 +111,13 @@ impl<'a> CasesOverTime<'a> {
             });
         let modules = self.modules();
         let way = |way: &WayCase| {
-            let told = modules.iter().find(|module| std::ptr::eq(module.way, way));
+            let described = modules.iter().find(|module| std::ptr::eq(module.way, way));
             json!({
                 "way": way.name,
                 "served": way.has_served,
                 "verdict": words::verdict(way.argument.state()),
                 "over_time": way.courses.first().map(|it| gsn::course_json(&self.stretches(it))),
-                "case": told.map(|it| gsn::json(&it.way.argument, &it.name, &it.stretches)),
+                "case": described.map(|it| gsn::json(&it.way.argument, &it.name, &it.stretches)),
             })
         };
         json!({
@@ -143,8 +143,8 @@ impl<'a> CasesOverTime<'a> {
                 lines.push(format!("  {from} to {to} s: {}, {level}", admitted.ground.name()));
             }
             let ways = case.ways.iter().map(|way| {
-                let told = way.courses.first().map(|it| gsn::course(&self.stretches(it)));
-                vec![way.name.clone(), told.unwrap_or_default()]
+                let described = way.courses.first().map(|it| gsn::course(&self.stretches(it)));
+                vec![way.name.clone(), described.unwrap_or_default()]
             });
             lines.push(shsa_format::text::table(&["way", "over time"], ways.collect()));
         }

@@ -31,25 +31,25 @@ impl Report<'_> {
         }
         parts.push(self.signals_text(style));
         parts.extend(self.ways_text(style));
-        let warning = |told: &String| format!("{} {told}", style.paint(Paint::Yellow, "warning:"));
+        let warning = |described: &String| format!("{} {described}", style.paint(Paint::Yellow, "warning:"));
         let warnings: Vec<String> = self.warnings.iter().map(warning).collect();
         parts.extend((!warnings.is_empty()).then(|| warnings.join("\n")));
         let notes = shortened(self.notes.iter().map(Noted::text).collect());
-        let notes: Vec<String> = notes.iter().map(|told| format!("note: {told}")).collect();
+        let notes: Vec<String> = notes.iter().map(|described| format!("note: {described}")).collect();
         parts.extend((!notes.is_empty()).then(|| notes.join("\n")));
         parts.join("\n\n")
     }
 
     fn events_text(&self, style: Style, at: usize, part: &Part<'_>) -> String {
         let text = |time: Time| format!("{:>9.3} s", part.since(time));
-        let told = part.run.events_with_models();
-        let mut lines: Vec<(Time, String)> = told
+        let described = part.run.events_with_models();
+        let mut lines: Vec<(Time, String)> = described
             .map(|(known, event)| (event.time, event_text(style, &text(event.time), known, event)))
             .collect();
         for (time, file) in part.reloads() {
             let word = style.paint(Paint::Bold, &format!("{:<11}", "reloaded"));
             // Events caused by the change follow it.
-            let at = lines.partition_point(|(told, _)| *told < time);
+            let at = lines.partition_point(|(described, _)| *described < time);
             lines.insert(at, (time, format!("{}  {word} {file}", text(time))));
         }
         let head = self.number(at).map(|number| {

@@ -48,7 +48,7 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
         PublishedValue::Scalar(value) => interval(value),
         PublishedValue::Vector(elements) => elements.iter().map(interval).collect(),
     };
-    let mut told = json!({
+    let mut described = json!({
         "signal": need.signal,
         "time_ns": publication.validity.centre().0,
         "received_ns": publication.time.0,
@@ -56,11 +56,11 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
         "quality": publication.quality.name(),
     });
     let Admitted { ground, level } = publication.admitted;
-    if let (true, Some(told)) = (ground != Ground::Undemanded, told.as_object_mut()) {
-        told.insert("admitted".to_owned(), json!(ground.name()));
+    if let (true, Some(described)) = (ground != Ground::Undemanded, described.as_object_mut()) {
+        described.insert("admitted".to_owned(), json!(ground.name()));
         let written = level.map(|level| knowledge.contracts().scales().written(level));
-        told.insert("level".to_owned(), json!(written));
-        told.insert("rank".to_owned(), json!(level.map_or(0, |level| level.rank + 1)));
+        described.insert("level".to_owned(), json!(written));
+        described.insert("rank".to_owned(), json!(level.map_or(0, |level| level.rank + 1)));
     }
-    told
+    described
 }

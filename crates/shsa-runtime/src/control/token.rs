@@ -17,7 +17,7 @@ const WINDOW: Duration = Duration::from_secs(10);
 /// The number of sources whose wrong tokens are remembered.
 const MOST_SOURCES: usize = 256;
 /// The first wrong tokens of different sources are reported once in this time.
-const TOLD_EVERY: Duration = Duration::from_secs(1);
+const REPORTED_EVERY: Duration = Duration::from_secs(1);
 
 /// Whether users other than the owner and the group may read a file.
 fn is_open_to_all(file: &Path) -> std::io::Result<bool> {
@@ -151,7 +151,7 @@ struct Wrong {
     /// The number of wrong tokens since the start.
     count: u64,
     /// When a wrong token was reported last.
-    told: Option<Instant>,
+    reported: Option<Instant>,
 }
 
 impl Wrong {
@@ -176,11 +176,12 @@ impl Wrong {
         times.push_back(now);
         let (number, seconds) = (times.len(), WINDOW.as_secs());
         let is_news = number == 1 || number == MOST_WRONG;
-        if !is_news || self.told.is_some_and(|at| now.duration_since(at) < TOLD_EVERY && number < MOST_WRONG)
+        if !is_news
+            || self.reported.is_some_and(|at| now.duration_since(at) < REPORTED_EVERY && number < MOST_WRONG)
         {
             return None;
         }
-        self.told = Some(now);
+        self.reported = Some(now);
         Some(match number {
             1 => format!("a wrong token from {source}"),
             _ => format!(
@@ -251,7 +252,7 @@ mod tests {
         (Guard::new(Tokens { view, order }, desk), calls)
     }
 
-    fn told(calls: &Receiver<Call>) -> Vec<String> {
+    fn reported(calls: &Receiver<Call>) -> Vec<String> {
         let news = |call: Call| match call.request {
             Request::Denied(news) => news,
             other => panic!("{other:?}"),
@@ -279,10 +280,10 @@ mod tests {
         assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW / 2), Answer::Later);
         assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "b", start + WINDOW / 2), Answer::Pass);
         assert_eq!(guard.look_at(Role::Order, Some(RIGHT), "a", start + WINDOW), Answer::Pass);
-        let told = told(&calls);
-        assert_eq!(told.len(), 2, "{told:?}");
-        assert_eq!(told[0], "a wrong token from a");
-        assert!(told[1].starts_with("5 wrong tokens from a within 10 s"), "{}", told[1]);
+        let reported = reported(&calls);
+        assert_eq!(reported.len(), 2, "{reported:?}");
+        assert_eq!(reported[0], "a wrong token from a");
+        assert!(reported[1].starts_with("5 wrong tokens from a within 10 s"), "{}", reported[1]);
     }
 
     #[test]
@@ -293,7 +294,7 @@ mod tests {
             assert_eq!(guard.look_at(Role::Order, Some("guess"), &source.to_string(), start), Answer::Wrong);
         }
         assert!(guard.lock().sources.len() <= MOST_SOURCES);
-        assert_eq!((told(&calls).len(), guard.wrong()), (1, 3 * MOST_SOURCES as u64));
+        assert_eq!((reported(&calls).len(), guard.wrong()), (1, 3 * MOST_SOURCES as u64));
     }
 
     #[test]

@@ -29,7 +29,9 @@ impl Joins {
         now: Time,
         notes: &mut Vec<Note>,
     ) {
-        let known = offers.iter().filter_map(|(name, offer)| Some((name.as_str(), &offer.said.as_ref()?.1)));
+        let known = offers
+            .iter()
+            .filter_map(|(name, offer)| Some((name.as_str(), &offer.received_draft.as_ref()?.1)));
         let Settled { whole, brought, refused } = settle(healer.own(), &known.collect());
         let after = entries(&whole);
         if let Err(why) = healer.join(&whole, now) {
@@ -39,13 +41,13 @@ impl Joins {
         let before: BTreeSet<&Entry> = self.brought.values().flatten().collect();
         for (name, entries) in &brought {
             let new = entries.iter().filter(|entry| !before.contains(entry));
-            let text = told(new).map(|new| format!("{new} is known from {name} from now on"));
+            let text = described(new).map(|new| format!("{new} is known from {name} from now on"));
             notes.extend(text.map(|text| ("joined", text)));
         }
         for (name, entries) in &self.brought {
             let lost = entries.iter().filter(|entry| !after.contains(*entry));
-            let text =
-                told(lost).map(|lost| format!("{lost} is not known any more: {name} has gone or changed"));
+            let text = described(lost)
+                .map(|lost| format!("{lost} is not known any more: {name} has gone or changed"));
             notes.extend(text.map(|text| ("parted", text)));
         }
         for (name, why) in refused.iter().filter(|(name, why)| self.refused.get(*name) != Some(why)) {
@@ -56,7 +58,7 @@ impl Joins {
 }
 
 /// `signal gnss, relation steered`, and the number of further entries; `None` if there are none.
-fn told<'e>(entries: impl DoubleEndedIterator<Item = &'e Entry> + Clone) -> Option<String> {
+fn described<'e>(entries: impl DoubleEndedIterator<Item = &'e Entry> + Clone) -> Option<String> {
     const SHOWN: usize = 6;
     let names = entries.clone().rev().take(SHOWN);
     let mut names: Vec<String> =
@@ -194,8 +196,8 @@ needs: { speed: { signal: /speed } }
         );
         // The connecting part comes later by its name.
         let settled = check(&[("a", &far), ("b", &near), ("c", &other)], &["a", "b"], &[]);
-        assert_eq!(told(settled.brought["a"].iter()).unwrap(), "signal tacho");
-        assert_eq!(told(settled.brought["b"].iter()).unwrap(), "relation gear, variable rpm");
+        assert_eq!(described(settled.brought["a"].iter()).unwrap(), "signal tacho");
+        assert_eq!(described(settled.brought["b"].iter()).unwrap(), "relation gear, variable rpm");
         check(&[("a", &far), ("c", &other)], &[], &[]);
     }
 

@@ -32,7 +32,7 @@ impl Network {
         Member { network: self.clone(), id, bus: MemoryBus::new(Clock::manual()).join(1) }
     }
 
-    fn tell(&self, presence: &Presence) {
+    fn announce(&self, presence: &Presence) {
         let (Presence::Alive(name) | Presence::Gone(name)) = presence;
         let mut hall = self.0.lock().unwrap();
         match presence {
@@ -46,7 +46,7 @@ impl Network {
 
 impl Drop for Badge {
     fn drop(&mut self) {
-        self.0.tell(&Presence::Gone(self.1.clone()));
+        self.0.announce(&Presence::Gone(self.1.clone()));
     }
 }
 
@@ -71,7 +71,7 @@ impl Bridge for Member {
     }
     fn attend(&self, name: &str) -> Result<Option<Box<dyn Send>>, BridgeError> {
         let name: Arc<str> = name.into();
-        self.network.tell(&Presence::Alive(name.clone()));
+        self.network.announce(&Presence::Alive(name.clone()));
         Ok(Some(Box::new(Badge(self.network.clone(), name))))
     }
     fn attendance(&self, pattern: &str) -> Result<Option<Attendance>, BridgeError> {
@@ -105,7 +105,7 @@ fn able(network: &Network, names: &[&str]) -> Vec<(Member, Ownership)> {
     };
     let mut members: Vec<_> = names.iter().enumerate().map(member).collect();
     for (member, shares) in &mut members {
-        NEEDS.iter().for_each(|need| shares.tell(need, Ability::Settled, member).unwrap());
+        NEEDS.iter().for_each(|need| shares.announce(need, Ability::Settled, member).unwrap());
     }
     members.iter_mut().for_each(|(_, shares)| drop(shares.follow()));
     members
@@ -136,12 +136,12 @@ fn who_is_gone_is_replaced_and_gets_back_what_it_had() {
     let need = *NEEDS.iter().find(|need| members[1].1.is_ours(need)).unwrap();
     let (member, mut gone) = members.remove(1);
     gone.tokens.clear();
-    let told: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
-    assert!(told.contains(&Handover::Taken { need: key(need).into() }), "{told:?}");
-    gone.tell(need, Ability::Settled, &member).unwrap();
+    let output: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
+    assert!(output.contains(&Handover::Taken { need: key(need).into() }), "{output:?}");
+    gone.announce(need, Ability::Settled, &member).unwrap();
     drop(gone.follow());
-    let told: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
-    assert_eq!(told, [Handover::Given { need: key(need).into(), to: gone.instance.clone() }]);
+    let output: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
+    assert_eq!(output, [Handover::Given { need: key(need).into(), to: gone.instance.clone() }]);
     assert!(gone.is_ours(need));
 }
 
@@ -151,19 +151,19 @@ fn nobody_serves_before_it_can() {
     let member = network.join(7);
     let mut shares = Ownership::new("a", &member).unwrap().unwrap();
     assert!(!shares.is_ours("/n/1"));
-    shares.tell("/n/1", Ability::Able, &member).unwrap();
+    shares.announce("/n/1", Ability::Able, &member).unwrap();
     assert_eq!(shares.follow().1, [Handover::Taken { need: "n/1".into() }]);
     assert_eq!(shares.able("/n/1"), ["a.00000007"]);
     assert!(!shares.is_others("/n/1"));
     // The owner keeps the need while no other instance is able.
-    shares.tell("/n/1", Ability::Unable, &member).unwrap();
+    shares.announce("/n/1", Ability::Unable, &member).unwrap();
     drop(shares.follow());
     assert!(shares.is_ours("/n/1") && shares.able("/n/1").is_empty());
     let other = network.join(8);
     let mut others = Ownership::new("b", &other).unwrap().unwrap();
     drop(others.follow());
     assert!(!others.is_ours("/n/1") && !others.is_others("/n/1"));
-    others.tell("/n/1", Ability::Able, &other).unwrap();
+    others.announce("/n/1", Ability::Able, &other).unwrap();
     drop((others.follow(), shares.follow()));
     assert!(others.is_ours("/n/1") && shares.is_others("/n/1"));
 }
@@ -179,7 +179,7 @@ fn newcomer(network: &Network) -> [(Member, Ownership); 2] {
     let (first, second) =
         if rank(&names[0], "n/1") > rank(&names[1], "n/1") { ("b", "a") } else { ("a", "b") };
     let mut old = join(first, u128::from(first == "b"));
-    old.1.tell("/n/1", Ability::Settled, &old.0).unwrap();
+    old.1.announce("/n/1", Ability::Settled, &old.0).unwrap();
     assert_eq!(old.1.follow().1, [Handover::Taken { need: "n/1".into() }]);
     [old, join(second, u128::from(second == "b"))]
 }
@@ -193,25 +193,25 @@ fn who_has_just_been_started_takes_a_need_when_it_has_proven_itself_or_nobody_el
     let network = Network::default();
     let mut members = newcomer(&network);
     let is_ours = |members: &[(Member, Ownership); 2]| [0, 1].map(|at: usize| members[at].1.is_ours("/n/1"));
-    let tell = |members: &mut [(Member, Ownership); 2], at: usize, ability| {
+    let announce = |members: &mut [(Member, Ownership); 2], at: usize, ability| {
         let (member, shares) = &mut members[at];
-        shares.tell("/n/1", ability, member).unwrap();
+        shares.announce("/n/1", ability, member).unwrap();
         follow(members);
     };
     // The newcomer does not see the other yet: it takes the first token, but is not settled.
-    tell(&mut members, 1, Ability::Able);
+    announce(&mut members, 1, Ability::Able);
     assert_eq!((members[1].1.tokens.len(), is_ours(&members)), (1, [true, false]));
-    tell(&mut members, 1, Ability::Unable);
+    announce(&mut members, 1, Ability::Unable);
     // The newcomer sees the other: it takes no token.
-    tell(&mut members, 1, Ability::Able);
+    announce(&mut members, 1, Ability::Able);
     assert_eq!((members[1].1.tokens.len(), is_ours(&members)), (0, [true, false]));
     // The first member becomes unable.
-    tell(&mut members, 0, Ability::Unable);
-    tell(&mut members, 1, Ability::Able);
+    announce(&mut members, 0, Ability::Unable);
+    announce(&mut members, 1, Ability::Able);
     assert_eq!(is_ours(&members), [false, true]);
     // The first member becomes able again, and is settled.
-    tell(&mut members, 0, Ability::Settled);
+    announce(&mut members, 0, Ability::Settled);
     assert_eq!(is_ours(&members), [true, false]);
-    tell(&mut members, 1, Ability::Settled);
+    announce(&mut members, 1, Ability::Settled);
     assert_eq!(is_ours(&members), [false, true]);
 }

@@ -181,16 +181,16 @@ mod tests {
                 ("writing what it says", &|| std::io::stdout().write_all(b"")),
             ]);
         }
-        let (said, status) = inside("nothing_but_its_pipes_is_within_reach");
+        let (printed, status) = inside("nothing_but_its_pipes_is_within_reach");
         let denied =
             ["a file", "its own memory map", "writing a file", "a folder", "a connection", "listening"];
         for what in denied.into_iter().chain(["a datagram", "a program", "a thread"]) {
-            assert!(said.contains(&format!("tried {what}: PermissionDenied\n")), "{what}: {said}");
+            assert!(printed.contains(&format!("tried {what}: PermissionDenied\n")), "{what}: {printed}");
         }
-        assert!(said.contains("tried more memory than a little: OutOfMemory\n"), "{said}");
-        assert!(said.contains("tried a little memory: done\n"), "{said}");
-        assert!(said.contains("tried writing what it says: done\n"), "{said}");
-        assert_eq!(status.code(), Some(0), "{said}");
+        assert!(printed.contains("tried more memory than a little: OutOfMemory\n"), "{printed}");
+        assert!(printed.contains("tried a little memory: done\n"), "{printed}");
+        assert!(printed.contains("tried writing what it says: done\n"), "{printed}");
+        assert_eq!(status.code(), Some(0), "{printed}");
     }
 
     #[test]
@@ -204,8 +204,8 @@ mod tests {
             println!("took {} MiB", hoard.len());
             std::process::exit(0);
         }
-        let (said, status) = inside("who_takes_more_memory_than_granted_is_ended");
-        assert!(!status.success() && !said.contains("took"), "{said}");
-        assert!(said.contains("memory allocation of"), "{said}");
+        let (printed, status) = inside("who_takes_more_memory_than_granted_is_ended");
+        assert!(!status.success() && !printed.contains("took"), "{printed}");
+        assert!(printed.contains("memory allocation of"), "{printed}");
     }
 }

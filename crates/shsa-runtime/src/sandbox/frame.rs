@@ -45,7 +45,7 @@ pub(super) enum Word {
 
 /// A frame from the process to the run.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Said {
+pub(super) enum Reply {
     Ready,
     Refused(String),
     Answer { number: u64, result: Option<(PublishedValue, Validity)> },
@@ -99,7 +99,7 @@ impl Word {
     }
 }
 
-impl Said {
+impl Reply {
     /// Writes the frame.
     ///
     /// # Errors
@@ -107,12 +107,12 @@ impl Said {
     pub(super) fn write(&self, output: &mut impl Write) -> io::Result<()> {
         let mut bytes = Vec::new();
         framed(&mut bytes, |body| match self {
-            Said::Ready => body.push(b'R'),
-            Said::Refused(why) => {
+            Reply::Ready => body.push(b'R'),
+            Reply::Refused(why) => {
                 body.push(b'E');
                 body.extend(why.as_bytes());
             }
-            Said::Answer { number, result } => {
+            Reply::Answer { number, result } => {
                 body.push(b'A');
                 body.extend(number.to_le_bytes());
                 let Some((value, validity)) = result else { return body.push(0) };
@@ -133,17 +133,17 @@ impl Said {
     ///
     /// # Errors
     /// When the input fails, or is no valid frame.
-    pub(super) fn read(input: &mut impl Read) -> io::Result<Option<Said>> {
+    pub(super) fn read(input: &mut impl Read) -> io::Result<Option<Reply>> {
         let Some(body) = frame(input)? else { return Ok(None) };
-        Said::parse(&body).map(Some).ok_or_else(broken)
+        Reply::parse(&body).map(Some).ok_or_else(broken)
     }
 
-    fn parse(body: &[u8]) -> Option<Said> {
+    fn parse(body: &[u8]) -> Option<Reply> {
         let (kind, rest) = body.split_first()?;
         let mut rest = Rest(rest);
-        let said = match kind {
-            b'R' => Said::Ready,
-            b'E' => return Some(Said::Refused(String::from_utf8_lossy(rest.0).into_owned())),
+        let reply = match kind {
+            b'R' => Reply::Ready,
+            b'E' => return Some(Reply::Refused(String::from_utf8_lossy(rest.0).into_owned())),
             b'A' => {
                 let number = rest.number()?;
                 let shape = rest.byte()?;
@@ -159,11 +159,11 @@ impl Said {
                         Some((value, validity))
                     }
                 };
-                Said::Answer { number, result }
+                Reply::Answer { number, result }
             }
             _ => return None,
         };
-        rest.0.is_empty().then_some(said)
+        rest.0.is_empty().then_some(reply)
     }
 }
 
@@ -274,17 +274,17 @@ mod tests {
 
         let scalar = PublishedValue::Scalar(Interval::new(1.0, 2.0));
         let all = [
-            Said::Ready,
-            Said::Refused("no".into()),
-            Said::Answer { number: 3, result: None },
-            Said::Answer { number: 4, result: Some((scalar, valid(1, 2))) },
-            Said::Answer { number: 5, result: Some((PublishedValue::Vector(list), valid(1, 2))) },
+            Reply::Ready,
+            Reply::Refused("no".into()),
+            Reply::Answer { number: 3, result: None },
+            Reply::Answer { number: 4, result: Some((scalar, valid(1, 2))) },
+            Reply::Answer { number: 5, result: Some((PublishedValue::Vector(list), valid(1, 2))) },
         ];
         let mut bytes = Vec::new();
-        all.iter().for_each(|said| said.write(&mut bytes).unwrap());
+        all.iter().for_each(|reply| reply.write(&mut bytes).unwrap());
         let mut input = bytes.as_slice();
-        for said in &all {
-            assert_eq!(Said::read(&mut input).unwrap().as_ref(), Some(said));
+        for reply in &all {
+            assert_eq!(Reply::read(&mut input).unwrap().as_ref(), Some(reply));
         }
     }
 
@@ -309,7 +309,7 @@ mod tests {
         answer.extend([0; 16]);
         answer.extend(2_u32.to_le_bytes());
         answer.extend([0; 32]);
-        assert!(Said::parse(&answer).is_none());
-        assert!(Said::parse(b"Rx").is_none() && Said::parse(b"?").is_none() && Said::parse(b"").is_none());
+        assert!(Reply::parse(&answer).is_none());
+        assert!(Reply::parse(b"Rx").is_none() && Reply::parse(b"?").is_none() && Reply::parse(b"").is_none());
     }
 }

@@ -140,7 +140,7 @@ impl Workers {
             for consequence in worker.supervise(engine, live, &self.grant, &self.inbox) {
                 match consequence {
                     Consequence::Report(report) => consequences.reports.push((worker.need(), report)),
-                    Consequence::Tell(kind, because) => consequences.notes.push((kind, because)),
+                    Consequence::Note(kind, because) => consequences.notes.push((kind, because)),
                     Consequence::Forbid(relation) => consequences.forbid.push(relation),
                 }
             }

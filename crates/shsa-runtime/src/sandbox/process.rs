@@ -1,7 +1,7 @@
 //! One process, as the run handles it: starts it, sends and receives frames, measures it, ends it.
 
 use super::Grant;
-use super::frame::Said;
+use super::frame::Reply;
 use crate::error::{Context, RuntimeError, unfit};
 use shsa_bridge::Inbox;
 use shsa_core::time::Span;
@@ -19,13 +19,13 @@ const LAST_WORDS: u64 = 4_096;
 pub(super) struct Process {
     child: Child,
     frames: SyncSender<Vec<u8>>,
-    said: Receiver<Said>,
+    reply: Receiver<Reply>,
     errors: Option<ChildStderr>,
 }
 
 /// The news of a process.
 pub(super) enum News {
-    Said(Said),
+    Reply(Reply),
     /// The process has ended, or its output is no valid frame.
     Over,
     Nothing,
@@ -50,20 +50,20 @@ impl Process {
         };
         let errors = child.stderr.take();
         let (frames, given) = sync_channel::<Vec<u8>>(WAITING);
-        let (telling, said) = sync_channel(WAITING);
-        let process = Process { child, frames, said, errors };
+        let (sender, reply) = sync_channel(WAITING);
+        let process = Process { child, frames, reply, errors };
         thread::Builder::new().name("to-process".into()).spawn(move || {
             // The thread that reads the output notices when the process has stopped reading.
             let _ = given.iter().try_for_each(|frame| input.write_all(&frame));
         })?;
         thread::Builder::new().name("of-process".into()).spawn(move || {
-            while let Ok(Some(word)) = Said::read(&mut output) {
-                if telling.send(word).is_err() {
+            while let Ok(Some(word)) = Reply::read(&mut output) {
+                if sender.send(word).is_err() {
                     break;
                 }
                 inbox.wake();
             }
-            drop(telling);
+            drop(sender);
             inbox.wake();
         })?;
         Ok(process)
@@ -81,8 +81,8 @@ impl Process {
 
     /// The next frame of the process.
     pub(super) fn news(&self) -> News {
-        match self.said.try_recv() {
-            Ok(said) => News::Said(said),
+        match self.reply.try_recv() {
+            Ok(reply) => News::Reply(reply),
             Err(TryRecvError::Empty) => News::Nothing,
             Err(TryRecvError::Disconnected) => News::Over,
         }
@@ -157,12 +157,12 @@ mod tests {
     #[test]
     fn endings_are_told_in_words() {
         use std::os::unix::process::ExitStatusExt;
-        let told = |raw: i32, words: &str| ending(ExitStatus::from_raw(raw), words);
-        assert_eq!(told(9, ""), "killed by signal 9");
-        assert_eq!(told(24, ""), "it used more processor time than it is granted");
+        let words_of = |raw: i32, words: &str| ending(ExitStatus::from_raw(raw), words);
+        assert_eq!(words_of(9, ""), "killed by signal 9");
+        assert_eq!(words_of(24, ""), "it used more processor time than it is granted");
         let lack = "memory allocation of 4096 bytes failed";
-        assert_eq!(told(6, lack), format!("it took more memory than it is granted ({lack})"));
-        assert_eq!(told(2 << 8, "error: no\n\n"), "it ended by itself: error: no");
-        assert_eq!(told(0, ""), "it ended by itself with exit status: 0");
+        assert_eq!(words_of(6, lack), format!("it took more memory than it is granted ({lack})"));
+        assert_eq!(words_of(2 << 8, "error: no\n\n"), "it ended by itself: error: no");
+        assert_eq!(words_of(0, ""), "it ended by itself with exit status: 0");
     }
 }

@@ -1,7 +1,7 @@
 //! The process that computes one source of one need: it confines itself, reads tasks and writes answers until its input ends.
 
 use super::confine;
-use super::frame::{Order, Said, Word};
+use super::frame::{Order, Reply, Word};
 use crate::error::{Context, RuntimeError, unfit};
 use shsa_core::computation::{Computation, Computed};
 use shsa_core::engine::PublishedValue;
@@ -26,11 +26,11 @@ pub fn substitute(memory: u64) -> Result<bool, RuntimeError> {
     let mut computation = match prepared {
         Ok(computation) => computation,
         Err(error) => {
-            Said::Refused(error.chain()).write(&mut output)?;
+            Reply::Refused(error.chain()).write(&mut output)?;
             return Ok(false);
         }
     };
-    Said::Ready.write(&mut output)?;
+    Reply::Ready.write(&mut output)?;
     while let Some(word) = Word::read(&mut input)? {
         let Word::Task(task, number, is_past) = word else { return Ok(false) };
         let result = computation.carry_out(&task).map(|(computed, validity)| {
@@ -41,7 +41,7 @@ pub fn substitute(memory: u64) -> Result<bool, RuntimeError> {
             (value, validity)
         });
         if !is_past {
-            Said::Answer { number, result }.write(&mut output)?;
+            Reply::Answer { number, result }.write(&mut output)?;
         }
     }
     Ok(true)

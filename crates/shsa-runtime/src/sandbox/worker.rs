@@ -5,7 +5,7 @@
 //! ```
 
 use super::Grant;
-use super::frame::{Order, Said, Word};
+use super::frame::{Order, Reply, Word};
 use super::process::{News, Process};
 use crate::error::RuntimeError;
 use crate::figures::{histogram, times};
@@ -39,7 +39,7 @@ pub(super) enum Consequence {
     /// Passes a report to the engine.
     Report(Report),
     /// Lets the run report a note.
-    Tell(&'static str, String),
+    Note(&'static str, String),
     /// Forbids a relation whose process fails again and again.
     Forbid(String),
 }
@@ -182,15 +182,15 @@ impl Worker {
             match running.process.news() {
                 News::Nothing => return,
                 News::Over => return self.fail(None, now, grant, consequences),
-                News::Said(Said::Refused(why)) => {
+                News::Reply(Reply::Refused(why)) => {
                     return self.fail(Some(format!("it refuses: {why}")), now, grant, consequences);
                 }
-                News::Said(Said::Ready) => {
+                News::Reply(Reply::Ready) => {
                     running.is_ready = true;
                     record(&mut self.figures.start, now - running.since);
                     consequences.push(Consequence::Report(Report::Ready { era: assignment.era }));
                 }
-                News::Said(Said::Answer { number, result }) => {
+                News::Reply(Reply::Answer { number, result }) => {
                     let Some(at) = running.open.iter().position(|(open, _)| *open == number) else {
                         let why = format!("it answers what it was not asked (task {number})");
                         return self.fail(Some(why), now, grant, consequences);
@@ -263,7 +263,7 @@ impl Worker {
                 WINDOW.seconds(),
                 assignment.relation
             );
-            consequences.push(Consequence::Tell("given_up", because));
+            consequences.push(Consequence::Note("given_up", because));
             consequences.push(Consequence::Forbid(assignment.relation.clone()));
             self.not_before = Time::MAX;
             return;
@@ -281,7 +281,7 @@ impl Worker {
             "process {id} of {source}: {why}; another one is started {next}, until then the engine computes (memory {} MiB)",
             grant.memory >> 20
         );
-        consequences.push(Consequence::Tell("restarted", because));
+        consequences.push(Consequence::Note("restarted", because));
     }
 
     fn start(&mut self, now: Time, grant: &Grant, inbox: &Inbox, consequences: &mut Vec<Consequence>) {
@@ -299,7 +299,7 @@ impl Worker {
             }
             Err(error) => {
                 self.not_before = now + STARTING;
-                consequences.push(Consequence::Tell(
+                consequences.push(Consequence::Note(
                     "restarted",
                     format!("no process for {}: {}", assignment.source, error.chain()),
                 ));

@@ -57,23 +57,23 @@ impl Session {
             return;
         }
         self.reported.next = now + REPORTED_EVERY;
-        self.tell_link(now);
+        self.report_link(now);
         for trouble in self.bridge.troubles() {
             self.log.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());
         }
-        self.tell_absence(now);
-        self.tell_backlogs(now);
-        self.tell_losses(now);
-        self.tell_missing(now);
-        self.tell_compared(now);
-        if let Some(told) = self.log.troubles(now) {
-            self.log.noted(now, "terminal", &told, self.bridge.as_mut());
+        self.report_absence(now);
+        self.report_backlogs(now);
+        self.report_losses(now);
+        self.report_missing(now);
+        self.report_compared(now);
+        if let Some(reported_model) = self.log.troubles(now) {
+            self.log.noted(now, "terminal", &reported_model, self.bridge.as_mut());
         }
         self.reported.reported_states.clear();
         self.reported.doubt = Time::MIN;
     }
 
-    fn tell_link(&mut self, now: Time) {
+    fn report_link(&mut self, now: Time) {
         let (link, outage) = (self.bridge.link(), self.bridge.outage());
         for (kind, because) in self.connection.follow(link, outage, now) {
             self.log.noted(now, kind, &because, self.bridge.as_mut());
@@ -82,7 +82,7 @@ impl Session {
     }
 
     /// Messages that waited on the bus while this process was away may be of any age.
-    fn tell_absence(&mut self, now: Time) {
+    fn report_absence(&mut self, now: Time) {
         let Some(Absence { away, waited }) = self.bridge.inbox().absence() else { return };
         let because = format!(
             "nobody was here for {:.1} s: {waited} messages may have waited; those without a stamp of their own are left aside",
@@ -91,17 +91,17 @@ impl Session {
         self.log.noted(now, "absent", &because, self.bridge.as_mut());
     }
 
-    fn tell_backlogs(&mut self, now: Time) {
+    fn report_backlogs(&mut self, now: Time) {
         for because in self.healers.iter_mut().flat_map(|healer| healer.backlogs(now)) {
             self.log.noted(now, "backlog", &because, self.bridge.as_mut());
         }
     }
 
-    fn tell_losses(&mut self, now: Time) {
+    fn report_losses(&mut self, now: Time) {
         for Losses { topic, dropped } in self.bridge.inbox().losses() {
-            let told = self.reported.losses.insert(topic.clone(), dropped).unwrap_or(0);
-            if dropped > told {
-                let lost = dropped - told;
+            let reported_model = self.reported.losses.insert(topic.clone(), dropped).unwrap_or(0);
+            if dropped > reported_model {
+                let lost = dropped - reported_model;
                 let because =
                     format!("{topic} comes faster than it is read: {lost} messages made room for newer ones");
                 self.log.noted(now, "overload", &because, self.bridge.as_mut());
@@ -109,7 +109,7 @@ impl Session {
         }
     }
 
-    fn tell_missing(&mut self, now: Time) {
+    fn report_missing(&mut self, now: Time) {
         let waiting = self.healers.iter().flat_map(Healer::missing).find(|missing| missing.waits);
         if std::mem::replace(&mut self.reported.waits, waiting.is_some()) != waiting.is_some() {
             let because = match waiting {
@@ -124,18 +124,18 @@ impl Session {
         let (inputs, because) = missing.fold((0, String::new()), |(inputs, because), missing| {
             (inputs + missing.inputs, if missing.inputs > 0 { missing.because } else { because })
         });
-        let told = std::mem::replace(&mut self.reported.missing, inputs);
-        if inputs == told {
+        let reported_model = std::mem::replace(&mut self.reported.missing, inputs);
+        if inputs == reported_model {
             return;
         }
-        let because = format!("{} could not be written: {because}", inputs - told);
+        let because = format!("{} could not be written: {because}", inputs - reported_model);
         self.log.noted(now, "disk", &because, self.bridge.as_mut());
     }
 
     /// Tells once of each comparison that is never or rarely made although there are enough values, and of each residual that
     /// shows a deviation but accuses nobody.
-    fn tell_compared(&mut self, now: Time) {
-        let (next, told) = &mut self.reported.compared;
+    fn report_compared(&mut self, now: Time) {
+        let (next, reported_model) = &mut self.reported.compared;
         if now < *next {
             return;
         }
@@ -151,7 +151,7 @@ impl Session {
         let noted = engines.flat_map(notes).map(|note| ("within_errors", note.name(), note.text()));
         let new: Vec<(&str, String)> = new
             .chain(noted)
-            .filter(|(kind, name, _)| told.insert(format!("{kind} {name}")))
+            .filter(|(kind, name, _)| reported_model.insert(format!("{kind} {name}")))
             .map(|(kind, _, text)| (kind, text))
             .collect();
         for (kind, text) in new {
@@ -164,15 +164,15 @@ impl Session {
         let Session { name, bridge, healers, reported, ownership, log, connection, .. } = self;
         let clock = bridge.inbox().clock().clone();
         reported.reported_states.resize(healers.len(), Vec::new());
-        for (healer, told) in healers.iter().zip(&mut reported.reported_states) {
+        for (healer, reported_model) in healers.iter().zip(&mut reported.reported_states) {
             let reported_states = healer.reported_states(now);
-            if reported_states.clone().eq(told.iter().copied()) {
+            if reported_states.clone().eq(reported_model.iter().copied()) {
                 continue;
             }
             for (at, ((id, outlet), standing)) in healer.outlets().zip(reported_states.clone()).enumerate() {
                 let is_others =
                     ownership.as_ref().is_some_and(|ownership| ownership.is_others(outlet.topic()));
-                if told.get(at) == Some(&standing) || is_others {
+                if reported_model.get(at) == Some(&standing) || is_others {
                     continue;
                 }
                 let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
@@ -185,7 +185,7 @@ impl Session {
                     log.undelivered(&topic, &error, bridge.as_mut());
                 }
             }
-            *told = reported_states.collect();
+            *reported_model = reported_states.collect();
         }
         let last = healers.iter().flat_map(Healer::outlets).map(|(_, outlet)| outlet.lasts_until(now));
         reported.doubt = last.fold(Time::MAX, Time::min);

@@ -70,8 +70,8 @@ impl Session {
         };
         let reply = match done {
             Ok(done) => {
-                let told = format!("{done} (from {caller})");
-                self.log.noted(now, "ordered", &told, self.bridge.as_mut());
+                let reported_model = format!("{done} (from {caller})");
+                self.log.noted(now, "ordered", &reported_model, self.bridge.as_mut());
                 Reply::Json(json!({ "done": done }))
             }
             Err(why) => Reply::Refused(why),

@@ -54,8 +54,8 @@ fn a_source_whose_need_is_removed_is_let_back() {
     let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
     bench.lose_the_wheel();
     bench.change("needs: { speed: null }").unwrap();
-    bench.hear("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
-    bench.hear("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
+    bench.await_message("shsa/model/events", "wheel is let publish robot/wheel again by the command sh (the model has changed, and its name is not taken any more)");
+    bench.await_message("shsa/model/events", "wheel cannot be let publish again: sh ended with status 1");
     // `restore` is repeated until it works, and not after that.
     diary.wait_for("off on on ");
     sleep(Duration::from_millis(500));
@@ -68,7 +68,7 @@ fn a_source_whose_signal_is_renamed_is_let_back() {
     let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
     bench.lose_the_wheel();
     bench.change("signals: { wheel: null, wheel_1: { variable: speed, source: robot/wheel } }").unwrap();
-    bench.hear("shsa/model/events", "the model has changed, and its name is not taken any more");
+    bench.await_message("shsa/model/events", "the model has changed, and its name is not taken any more");
     diary.wait_for("off on on ");
 }
 
@@ -76,21 +76,21 @@ fn a_source_whose_signal_is_renamed_is_let_back() {
 fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
     let diary = Diary::new("stage");
     let mut bench = Bench::wired(TWO, &diary.wiring(), &[]);
-    bench.hear("shsa/model/need/speed", "\"stage\":\"watching\"");
+    bench.await_message("shsa/model/need/speed", "\"stage\":\"watching\"");
     bench.say("robot/wheel", 5.0);
     bench.say("robot/radar", 5.0);
-    bench.hear("healed/speed", "5");
+    bench.await_message("healed/speed", "5");
     bench.order(r#"{"order": "forbid", "signal": "wheel"}"#);
     bench.say("robot/radar", 6.0);
     for stage in ["silencing", "checking", "taken"] {
-        bench.hear("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
+        bench.await_message("shsa/model/need/speed", &format!("\"stage\":\"{stage}\""));
     }
     // The source publishes although it was silenced.
     bench.say("robot/wheel", 5.0);
-    let told = text(&bench.hear("shsa/model/need/speed", "\"stage\":\"waiting\""));
-    let told: Value = serde_json::from_str(&told).unwrap();
+    let output = text(&bench.await_message("shsa/model/need/speed", "\"stage\":\"waiting\""));
+    let output: Value = serde_json::from_str(&output).unwrap();
     assert_eq!(
-        (&told["takeover"]["last"], &told["takeover"]["name"]),
+        (&output["takeover"]["last"], &output["takeover"]["name"]),
         (&"returned".into(), &"robot/wheel".into())
     );
 }

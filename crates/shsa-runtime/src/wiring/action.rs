@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 use std::{env, thread};
 
 /// The most characters of an action's output that are kept.
-const SAID_MAX: usize = 200;
+const OUTPUT_MAX: usize = 200;
 /// How often a program is checked for its end.
 const LOOK: Duration = Duration::from_millis(5);
 /// How long the output of an ended program is awaited: other processes may hold it open.
@@ -37,7 +37,7 @@ impl Job {
         let inbox = bridge.inbox().clone();
         let run = move |inbox: &Inbox| {
             // The receiver may be gone.
-            let _ = sender.send(work.and_then(|work| work()).map(|said| first_line(&said)));
+            let _ = sender.send(work.and_then(|work| work()).map(|printed| first_line(&printed)));
             inbox.wake();
         };
         let thread = thread::Builder::new().name("action".into()).spawn(move || run(&inbox));
@@ -82,11 +82,11 @@ fn prepare(action: &Action, bridge: &mut dyn Bridge) -> Result<Work, String> {
         ActionKind::Publish { topic, payload } => {
             let stamp = bridge.inbox().clock().by_wall(bridge.inbox().clock().now());
             let payload = Payload::Bytes(payload.clone().into());
-            bridge.publish(Outgoing::new(topic, stamp, payload)).map_err(told)?;
+            bridge.publish(Outgoing::new(topic, stamp, payload)).map_err(described)?;
             Ok(Box::new(|| Ok(String::new())))
         }
         ActionKind::Request { to, payload, expect } => {
-            let answer = bridge.request(to, payload.clone().into(), within).map_err(told)?;
+            let answer = bridge.request(to, payload.clone().into(), within).map_err(described)?;
             let expect = expect.clone();
             Ok(answered(answer, move |answer| expected(answer, expect.as_deref())))
         }
@@ -96,34 +96,34 @@ fn prepare(action: &Action, bridge: &mut dyn Bridge) -> Result<Work, String> {
                 Call::Trigger => call::trigger(),
                 Call::ChangeState(transition) => call::change_state(*transition),
             };
-            let answer = bridge.request(name, request, within).map_err(told)?;
+            let answer = bridge.request(name, request, within).map_err(described)?;
             Ok(answered(answer, call::outcome))
         }
         ActionKind::DynamicSecurity { client, enabled } => {
             let command = if *enabled { "enableClient" } else { "disableClient" };
             let request = json!({ "commands": [{ "command": command, "username": client }] });
             let answer =
-                bridge.request(DYNAMIC_SECURITY, request.to_string().into(), within).map_err(told)?;
+                bridge.request(DYNAMIC_SECURITY, request.to_string().into(), within).map_err(described)?;
             Ok(answered(answer, secured))
         }
     }
 }
 
 fn answered(answer: Answer, read: impl FnOnce(&[u8]) -> Outcome + Send + 'static) -> Work {
-    Box::new(move || read(&answer().map_err(told)?))
+    Box::new(move || read(&answer().map_err(described)?))
 }
 
-fn told(error: BridgeError) -> String {
+fn described(error: BridgeError) -> String {
     first_line(&error.to_string())
 }
 
 fn expected(answer: &[u8], expect: Option<&str>) -> Outcome {
-    let said = String::from_utf8_lossy(answer).into_owned();
+    let printed = String::from_utf8_lossy(answer).into_owned();
     match expect {
-        Some(expect) if !said.contains(expect) => {
-            Err(format!("the answer `{}` does not hold `{expect}`", first_line(&said)))
+        Some(expect) if !printed.contains(expect) => {
+            Err(format!("the answer `{}` does not hold `{expect}`", first_line(&printed)))
         }
-        _ => Ok(said),
+        _ => Ok(printed),
     }
 }
 
@@ -154,14 +154,14 @@ fn execute(words: &[String], within: Duration) -> Outcome {
     // The command holds our ends of the pipe.
     drop(command);
     let mut child = child.map_err(|error| failed("cannot be started", error))?;
-    let said = listen(output);
+    let printed = listen(output);
     let ended = wait(&mut child, within).map_err(|error| failed("cannot be waited for", error))?;
-    let said = said.recv_timeout(OUTPUT).unwrap_or_default();
-    let and_said = if said.is_empty() { String::new() } else { format!(": {said}") };
+    let printed = printed.recv_timeout(OUTPUT).unwrap_or_default();
+    let output_suffix = if printed.is_empty() { String::new() } else { format!(": {printed}") };
     match ended {
-        Some(status) if status.success() => Ok(said),
-        Some(status) => Err(format!("{program} ended with {}{and_said}", shown(status))),
-        None => Err(format!("{program} was killed after {:.1} s{and_said}", within.as_secs_f64())),
+        Some(status) if status.success() => Ok(printed),
+        Some(status) => Err(format!("{program} ended with {}{output_suffix}", shown(status))),
+        None => Err(format!("{program} was killed after {:.1} s{output_suffix}", within.as_secs_f64())),
     }
 }
 
@@ -188,22 +188,22 @@ fn wait(child: &mut Child, within: Duration) -> std::io::Result<Option<ExitStatu
 
 /// The first line of an output, as soon as it is there; the rest is read so that no writer blocks.
 fn listen(output: PipeReader) -> Receiver<String> {
-    let (sender, said) = channel();
+    let (sender, printed) = channel();
     thread::spawn(move || {
         let mut output = BufReader::new(output);
         let mut line = Vec::new();
-        let mut begin = output.by_ref().take(4 * SAID_MAX as u64);
+        let mut begin = output.by_ref().take(4 * OUTPUT_MAX as u64);
         while begin.read_until(b'\n', &mut line).is_ok_and(|read| read > 0) && line.trim_ascii().is_empty() {}
         let _ = sender.send(first_line(&String::from_utf8_lossy(&line)));
         let _ = std::io::copy(&mut output, &mut std::io::sink());
     });
-    said
+    printed
 }
 
 /// The first line, cut to a length, without control characters for the terminal.
 fn first_line(text: &str) -> String {
     let line = text.lines().map(str::trim).find(|line| !line.is_empty()).unwrap_or_default();
-    line.chars().take(SAID_MAX).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
+    line.chars().take(OUTPUT_MAX).map(|c| if c.is_control() { '\u{fffd}' } else { c }).collect()
 }
 
 #[cfg(test)]
@@ -237,8 +237,8 @@ mod tests {
 
     #[test]
     fn much_output_is_no_problem_and_is_cut() {
-        let said = run(&["sh", "-c", "head -c 3000000 /dev/zero | tr '\\0' x"], 20_000).unwrap();
-        assert_eq!(said, "x".repeat(SAID_MAX));
+        let printed = run(&["sh", "-c", "head -c 3000000 /dev/zero | tr '\\0' x"], 20_000).unwrap();
+        assert_eq!(printed, "x".repeat(OUTPUT_MAX));
     }
 
     #[test]

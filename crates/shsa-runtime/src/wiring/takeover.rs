@@ -51,7 +51,7 @@ pub(in super::super) struct Takeover {
     /// Whether this instance serves the need.
     is_ours: bool,
     /// The output of the action that silenced the source.
-    said: String,
+    output: String,
     /// Whether an action to silence the source has begun, and the source has neither sent a message nor got its name back since.
     is_silenced: bool,
     /// Whether the source may publish again; until it does, its name is served.
@@ -101,7 +101,7 @@ impl Takeover {
             taken: Time::MIN,
             failures: 0,
             is_ours: true,
-            said: String::new(),
+            output: String::new(),
             is_silenced: false,
             is_released: false,
             is_ordered_back: false,
@@ -176,15 +176,15 @@ impl Takeover {
 
     /// Takes in a message of another publisher. It is the source's unless it is marked as a substitute (of another instance), or
     /// was retained by the broker and may be of any age.
-    pub(in super::super) fn heard(&mut self, message: &Message) {
+    pub(in super::super) fn note_message(&mut self, message: &Message) {
         let is_source = !message.retained && message.quality.is_none_or(|quality| quality == Quality::Good);
         if message.topic != *self.template.topic() || !is_source {
             return;
         }
         match &mut self.stage {
             Stage::Silencing(_) => {}
-            Stage::Checking { heard, count } if message.received > self.since => {
-                *heard = Some(message.received);
+            Stage::Checking { last_message, count } if message.received > self.since => {
+                *last_message = Some(message.received);
                 *count += 1;
             }
             Stage::Checking { .. } => {}
@@ -205,7 +205,7 @@ impl Takeover {
             seconds(pause)
         );
         self.wait(now, pause);
-        self.tell("returned", because);
+        self.report("returned", because);
     }
 
     /// Takes the next possible steps.
@@ -235,9 +235,9 @@ impl Takeover {
             }
             // Without a connection, silence proves nothing.
             Stage::Checking { .. } if bridge.link() != Link::Up => {
-                self.enter(Stage::Checking { heard: None, count: 0 }, now);
+                self.enter(Stage::Checking { last_message: None, count: 0 }, now);
             }
-            Stage::Checking { heard, count } => self.look(*heard, *count, now, source),
+            Stage::Checking { last_message, count } => self.look(*last_message, *count, now, source),
             Stage::Taken => {
                 if let Some(why) = self.reason_to_restore(situation) {
                     self.restore(why, "its name is served", now, bridge);
@@ -262,7 +262,7 @@ impl Takeover {
         self.since = now;
     }
 
-    fn tell(&mut self, kind: &'static str, because: String) {
+    fn report(&mut self, kind: &'static str, because: String) {
         let note = Note { kind, because };
         self.last = Some(note.clone());
         self.notes.push_back(note);
@@ -282,8 +282,8 @@ impl Takeover {
     /// When the next step is due without an event; `None` when only an event can lead on.
     pub(in super::super) fn due(&self, now: Time) -> Option<Time> {
         let due = match &self.stage {
-            Stage::Checking { heard, .. } => {
-                let quiet = heard.unwrap_or(self.since) + self.check;
+            Stage::Checking { last_message, .. } => {
+                let quiet = last_message.unwrap_or(self.since) + self.check;
                 Some(quiet.min(self.since + Span(self.check.0.saturating_mul(PATIENCE))))
             }
             Stage::Taken if self.is_released => None,

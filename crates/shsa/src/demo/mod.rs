@@ -87,9 +87,9 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
         System::Platoon if args.live => live_platoon(args.json),
         _ if args.live => bail!("--live is of the platoon; the rover has --page"),
         System::Rover => rover(args),
-        System::Car => tell_story(args, &stories::car()),
-        System::Stop => tell_story(args, &stories::stop()),
-        System::Platoon => tell_story(args, &stories::platoon()),
+        System::Car => print_story(args, &stories::car()),
+        System::Stop => print_story(args, &stories::stop()),
+        System::Platoon => print_story(args, &stories::platoon()),
     }
 }
 
@@ -104,14 +104,14 @@ fn live_platoon(_: bool) -> anyhow::Result<Outcome> {
 }
 
 /// Tells the story of a system, and writes the page about it.
-fn tell_story(args: &DemoArgs, text: &str) -> anyhow::Result<Outcome> {
+fn print_story(args: &DemoArgs, text: &str) -> anyhow::Result<Outcome> {
     if args.fast || args.without_shsa || args.json || args.page || args.seed != 1 {
         bail!("this demonstration is a story, the same each time: it takes --report only");
     }
     let story = load(text, "story", Path::new(".")).story.context("the story has errors")?;
     let report =
         args.report.as_deref().map(|path| (path, provenance(Path::new("story.yaml"), text.as_bytes())));
-    story::told(&story, report.as_ref().map(|(path, made)| (*path, made)))
+    story::run_story(&story, report.as_ref().map(|(path, made)| (*path, made)))
 }
 
 fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
@@ -126,10 +126,10 @@ fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let start = Instant::now();
     while trial.now() < Trial::END {
         for happening in trial.step()? {
-            tell(&mut screen, trial.now(), &happening)?;
+            print_happening(&mut screen, trial.now(), &happening)?;
         }
         while let Some(message) = trial.receive() {
-            screen.hear(message);
+            screen.receive(message);
         }
         if live && trial.now().0 % FRAME.0 == 0 {
             screen.frame(&trial.view())?;
@@ -143,7 +143,7 @@ fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
     } else {
         let (instead, option) =
             if args.without_shsa { ("healed", "") } else { ("not healed", " --without-shsa") };
-        screen.say(&format!("\n{score}\n{instead}: shsa demo rover{option}\n"))?;
+        screen.print_line(&format!("\n{score}\n{instead}: shsa demo rover{option}\n"))?;
     }
     let crashed = score.collisions() > 0 && !args.without_shsa;
     Ok(if crashed { Outcome::No } else { Outcome::Done })
@@ -154,13 +154,13 @@ fn introduce(screen: &mut Screen, provision: Provision) -> io::Result<()> {
         Provision::LidarAlone => "the lidar alone",
         Provision::Healed => "shsa, from whatever can be trusted",
     };
-    screen.say(&format!(
+    screen.print_line(&format!(
         "A robot drives about a room and stops before obstacles: it needs {NEED},\n\
          the distance of the nearest one, which comes from {by}.\n\n"
     ))
 }
 
-fn tell(screen: &mut Screen, now: Time, happening: &Happening) -> io::Result<()> {
+fn print_happening(screen: &mut Screen, now: Time, happening: &Happening) -> io::Result<()> {
     match happening {
         Happening::FaultBegins(fault) => screen.event(now, "fault", Ink::Bad, &fault.describe()),
         Happening::FaultEnds(fault) => {

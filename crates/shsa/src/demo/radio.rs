@@ -69,7 +69,7 @@ mod tests {
     fn a_cut_link_lets_nothing_through() {
         let far = TcpListener::bind((Ipv4Addr::LOCALHOST, 0)).unwrap();
         let radio = Radio::to(far.local_addr().unwrap().port()).unwrap();
-        let heard = |near: &mut TcpStream| {
+        let received = |near: &mut TcpStream| {
             let (mut end, _) = far.accept().unwrap();
             near.write_all(b"42").unwrap();
             let mut bytes = [0; 2];
@@ -77,10 +77,10 @@ mod tests {
         };
         let connect = || TcpStream::connect((Ipv4Addr::LOCALHOST, radio.port)).unwrap();
         let mut near = connect();
-        assert_eq!(heard(&mut near).unwrap(), *b"42");
+        assert_eq!(received(&mut near).unwrap(), *b"42");
         radio.cut();
         assert_eq!(near.read(&mut [0; 2]).unwrap_or(0), 0);
         radio.restore();
-        assert_eq!(heard(&mut connect()).unwrap(), *b"42");
+        assert_eq!(received(&mut connect()).unwrap(), *b"42");
     }
 }

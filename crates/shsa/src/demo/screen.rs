@@ -60,7 +60,7 @@ impl Screen {
     }
 
     /// Takes in a message of the bus.
-    pub(super) fn hear(&mut self, message: Message) {
+    pub(super) fn receive(&mut self, message: Message) {
         self.seen.insert(message.topic.to_string(), message);
     }
 
@@ -94,11 +94,11 @@ impl Screen {
             let left = if index == 0 { self.paint(&head, ink) } else { " ".repeat(22) };
             out.push_str(&format!("{left}  {line}\x1b[K\n"));
         }
-        self.say(&out)
+        self.print_line(&out)
     }
 
     /// Writes lines as they are.
-    pub(super) fn say(&mut self, text: &str) -> io::Result<()> {
+    pub(super) fn print_line(&mut self, text: &str) -> io::Result<()> {
         if self.quiet {
             return Ok(());
         }

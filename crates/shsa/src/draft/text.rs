@@ -103,8 +103,8 @@ fn variable(read: &Columns, drafted: &Drafted, group: &Group, name: &str) -> Str
     if fastest > 0.0 && !is_choice {
         comments.push(format!("at most {} a second beyond the noise", number(fastest)));
     }
-    match (&unit, &about.told_unit, about.guessed_unit) {
-        (None, Some(told), _) => comments.push(format!("unit: {told}?")),
+    match (&unit, &about.declared_unit, about.guessed_unit) {
+        (None, Some(described), _) => comments.push(format!("unit: {described}?")),
         (None, None, Some(guess)) => comments.push(format!("unit: {guess}? guessed from the name")),
         _ => {}
     }
@@ -228,7 +228,7 @@ fn copies(read: &Columns, drafted: &Drafted, names: &[String]) -> String {
             offset if offset.abs() < facts.tolerance() => String::new(),
             offset => format!(" {} {}", if offset < 0.0 { "-" } else { "+" }, number(offset.abs())),
         };
-        let told = format!("{times}{}{plus}", original.signal);
+        let described = format!("{times}{}{plus}", original.signal);
         let unit = unit(read, column).map_or(String::new(), |it| format!(", unit: {}", unit_text(&it)));
         let offset = match copy.offset / scale(read, column) {
             offset if offset.abs() > facts.tolerance() => format!(", offset: {}", number(-offset)),
@@ -236,7 +236,7 @@ fn copies(read: &Columns, drafted: &Drafted, names: &[String]) -> String {
         };
         let _cannot_fail = writeln!(
             text,
-            "  {}{}: {{ variable: {}, {}{unit}{offset}, rate: {} Hz, value_error: {}, timeout: {}, derived_from: [{}] }}   # all {} values are {told}",
+            "  {}{}: {{ variable: {}, {}{unit}{offset}, rate: {} Hz, value_error: {}, timeout: {}, derived_from: [{}] }}   # all {} values are {described}",
             if is_same { "" } else { "# " },
             quoted_if_needed(&about.signal),
             if is_same { &names[group] } else { &about.variable },

@@ -85,7 +85,7 @@ fn source(arguments: &Arguments, recordings: &[PathBuf], text: Option<&Path>) ->
         if !recordings.is_empty() || arguments.source.changes() {
             bail!("a story is told as it is written; recordings and faults are for models");
         }
-        return told(&arguments.model);
+        return from_story(&arguments.model);
     }
     if recordings.is_empty() {
         match text {
@@ -104,11 +104,11 @@ fn is_story(path: &Path) -> bool {
     keys.next().is_some_and(|line| line.starts_with("story:"))
 }
 
-fn told(path: &Path) -> anyhow::Result<Source> {
+fn from_story(path: &Path) -> anyhow::Result<Source> {
     let loaded = story::load_file(path);
     let report = loaded.report.render(show::colour(stderr().is_terminal()));
     if !report.is_empty() {
-        show::tell(report.trim_end());
+        show::notice(report.trim_end());
     }
     Ok(Source::of_story(&loaded.story.ok_or(AlreadyReported)?))
 }

@@ -39,7 +39,7 @@ pub(crate) struct Arguments {
 /// When a recording cannot be read at all.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let files = recording::inventory(&arguments.recordings, &arguments.reading.options())?;
-    let told = match (arguments.json, arguments.signals) {
+    let output = match (arguments.json, arguments.signals) {
         (true, _) => json::shown(&files),
         (_, true) => signals::drafted(&files),
         _ => text::shown(&files),
@@ -47,6 +47,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if !arguments.json {
         files.iter().flat_map(|file| &file.warnings).for_each(show::warn);
     }
-    writeln!(std::io::stdout().lock(), "{}", told.trim_end())?;
+    writeln!(std::io::stdout().lock(), "{}", output.trim_end())?;
     Ok(if files.iter().any(|file: &FileInfo| file.degraded) { Outcome::Degraded } else { Outcome::Done })
 }

@@ -9,14 +9,14 @@ use std::fmt::Write as _;
 
 pub(super) fn drafted(files: &[FileInfo]) -> String {
     let mut names = BTreeSet::new();
-    let mut told = BTreeSet::new();
+    let mut listed = BTreeSet::new();
     let (mut variables, mut signals) = (String::new(), String::new());
     for topic in files.iter().flat_map(|file| &file.topics) {
         let is_signal = |field: &&FieldInfo| matches!(field.kind, "number" | "list" | "interval");
         for field in topic.fields.iter().filter(is_signal) {
             // Parts of a split recording have the same topics.
             let source = source(topic, field);
-            if !told.insert(source.clone()) {
+            if !listed.insert(source.clone()) {
                 continue;
             }
             let name = unique(&variable(&topic.source, &field.path), &mut names);
@@ -53,7 +53,7 @@ fn about(topic: &TopicInfo, field: &FieldInfo) -> String {
         shape.into_iter().chain(known.map(|unit| format!("unit: {}", quoted(unit)))).collect();
     let guess = match (known, &field.unit) {
         (Some(_), _) => String::new(),
-        (None, Some(told)) => format!("   # unit: {told}?"),
+        (None, Some(listed)) => format!("   # unit: {listed}?"),
         (None, None) => {
             let guessed = unit(&field.path, &topic.name);
             guessed.map_or("   # unit: ?".to_owned(), |unit| format!("   # unit: {unit}?"))

@@ -131,13 +131,14 @@ fn seen(signal: &Signal) -> Option<(String, f64, f64)> {
 
 /// The model with a change.
 fn changed(subject: &Subject, change: &str) -> anyhow::Result<Live> {
-    let told = |report: shsa_format::model::Report| {
+    let described = |report: shsa_format::model::Report| {
         let first = report.without_notes().render(false);
         anyhow::anyhow!("{}", first.lines().next().unwrap_or("the model refuses it"))
     };
-    let (mut live, _) = Live::load(Written { name: &subject.model, text: &subject.text }).map_err(told)?;
+    let (mut live, _) =
+        Live::load(Written { name: &subject.model, text: &subject.text }).map_err(described)?;
     if !change.is_empty() {
-        live.change(Written { name: "relation", text: change }).map_err(told)?;
+        live.change(Written { name: "relation", text: change }).map_err(described)?;
     }
     Ok(live)
 }

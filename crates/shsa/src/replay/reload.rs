@@ -52,12 +52,12 @@ pub(super) fn stages(mut live: Live, reloads: &[Reload]) -> anyhow::Result<(Vec<
         let text = std::fs::read_to_string(&reload.path).with_context(|| format!("{name} cannot be read"))?;
         match live.change(Written { name: &name, text: &text }) {
             Ok(report) => {
-                show::tell_report(&report);
+                show::print_report(&report);
                 let knowledge = live.knowledge().clone();
                 stages.push(Stage { at: reload.at, knowledge, change: Some((name, text)) });
             }
             Err(report) => {
-                show::tell_report(&report);
+                show::print_report(&report);
                 show::warn(format_args!("{name} has errors: the model before it goes on"));
                 is_refused = true;
             }

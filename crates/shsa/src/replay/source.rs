@@ -161,7 +161,7 @@ fn read_recordings(
     });
     recording.cut(cuts).iter().for_each(show::warn);
     only(&mut recording, arguments.session)?;
-    tell_idle(&recording, &targets, arguments);
+    report_idle(&recording, &targets, arguments);
     let longest = recording.sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
     let stages = reload::until(stages, longest);
     let missing =
@@ -220,7 +220,7 @@ fn broken(
 }
 
 /// Tells which faults change nothing.
-fn tell_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceArguments) {
+fn report_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceArguments) {
     for (fault, targets) in arguments.inject.iter().zip(targets) {
         let strikes = |(session, samples): (&Session, &[Sample])| {
             targets.iter().any(|&(target, _)| strikes(fault, samples, target, session.origin))

@@ -1,6 +1,6 @@
 //! Which signals of a model were received, and why others were not.
 
-use super::heard::Heard;
+use super::topic_record::TopicRecord;
 use shsa_bridge::{Clock, Message, Quality};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 use shsa_core::observation::RawValue;
@@ -73,9 +73,9 @@ impl Matched {
 
     /// The names of the signals that a field carries. A message without encoding has no fields, and carries all signals of its
     /// topic.
-    pub(super) fn carried(&self, topic: &str, heard: &Heard, path: &str) -> Vec<&str> {
+    pub(super) fn carried(&self, topic: &str, topic_record: &TopicRecord, path: &str) -> Vec<&str> {
         let path = Path::parse(path).unwrap_or_default();
-        let is_field = |end: &End| heard.is_value() || end.path.steps == path.steps;
+        let is_field = |end: &End| topic_record.is_value() || end.path.steps == path.steps;
         let is_it = |(_, end): &(SignalId, &End)| *end.topic == *topic && is_field(end);
         self.signals().filter(is_it).map(|(id, _)| &*self.knowledge.signals()[id].name).collect()
     }
@@ -83,7 +83,7 @@ impl Matched {
     /// The signals that no message carried.
     pub(super) fn missing<'a>(
         &'a self,
-        topics: &'a BTreeMap<Arc<str>, Heard>,
+        topics: &'a BTreeMap<Arc<str>, TopicRecord>,
     ) -> impl Iterator<Item = Missing<'a>> + 'a {
         self.signals().filter(|(id, _)| self.good(*id) == 0).map(|(id, end)| Missing {
             signal: &self.knowledge.signals()[id].name,
@@ -92,9 +92,9 @@ impl Matched {
         })
     }
 
-    fn because(&self, id: SignalId, end: &End, topics: &BTreeMap<Arc<str>, Heard>) -> String {
-        if let Some(heard) = topics.get(&end.topic) {
-            return self.inputs.unreadable(id).1.unwrap_or_else(|| not_observed(heard));
+    fn because(&self, id: SignalId, end: &End, topics: &BTreeMap<Arc<str>, TopicRecord>) -> String {
+        if let Some(topic_record) = topics.get(&end.topic) {
+            return self.inputs.unreadable(id).1.unwrap_or_else(|| not_observed(topic_record));
         }
         let near = nearest(&end.topic, topics.keys().map(|topic| &**topic));
         let meant = near.map_or(String::new(), |near| format!("; did you mean {near}?"));
@@ -103,9 +103,9 @@ impl Matched {
 }
 
 /// Why readable messages are no observations.
-fn not_observed(heard: &Heard) -> String {
-    match heard.quality {
-        _ if heard.count == 0 => "only messages that the bus had kept, of unknown age".to_owned(),
+fn not_observed(topic_record: &TopicRecord) -> String {
+    match topic_record.quality {
+        _ if topic_record.count == 0 => "only messages that the bus had kept, of unknown age".to_owned(),
         Some(quality) if quality != Quality::Good => format!("its publisher says {quality}: no evidence"),
         _ => "no message meets its condition".to_owned(),
     }

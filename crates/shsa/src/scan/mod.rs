@@ -2,7 +2,7 @@
 //!
 //! `bus -> inbox -> Heard, topic by topic -> text, JSON, or the draft of a model`
 
-mod heard;
+mod topic_record;
 mod matched;
 pub(crate) mod draft;
 mod json;
@@ -11,7 +11,6 @@ pub(crate) mod text;
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;
 use crate::show;
-use heard::Heard;
 use matched::Matched;
 use shsa_bridge::Address;
 use shsa_bridge::memory::MemoryBus;
@@ -24,6 +23,7 @@ use std::path::PathBuf;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
+use topic_record::TopicRecord;
 
 /// Arguments of `shsa scan`.
 #[derive(clap::Args)]
@@ -50,7 +50,7 @@ pub(crate) struct Arguments {
 struct Scan {
     bus: String,
     seconds: f64,
-    topics: BTreeMap<Arc<str>, Heard>,
+    topics: BTreeMap<Arc<str>, TopicRecord>,
     matched: Option<Matched>,
 }
 
@@ -71,7 +71,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let stop = Arc::new(AtomicBool::new(false));
     if arguments.bus.bus == Address::Memory {
-        show::tell("no bus was given: a simulated robot drives about in this process (see --bus)");
+        show::notice("no bus was given: a simulated robot drives about in this process (see --bus)");
         shsa_demo::rover::simulate(&memory, &stop)?;
     }
     let duration = Duration::from_nanos(arguments.duration.0.unsigned_abs());
@@ -82,18 +82,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         matched,
     };
     scan.listen(bridge.as_mut(), duration);
-    scan.topics.values_mut().for_each(Heard::finish);
+    scan.topics.values_mut().for_each(TopicRecord::finish);
     stop.store(true, Ordering::Release);
     if let (true, Link::Down(reason)) = (scan.topics.is_empty(), bridge.link()) {
         return Ok(show::unreachable(&arguments.bus.bus, &reason));
     }
-    tell_losses(bridge.as_mut());
-    let told = match (arguments.json, arguments.draft) {
+    print_losses(bridge.as_mut());
+    let output = match (arguments.json, arguments.draft) {
         (true, _) => json::shown(&scan),
         (_, true) => draft::drafted(&scan),
         _ => text::shown(&scan),
     };
-    writeln!(std::io::stdout().lock(), "{}", told.trim_end())?;
+    writeln!(std::io::stdout().lock(), "{}", output.trim_end())?;
     let is_missing =
         scan.matched.as_ref().is_some_and(|matched| matched.missing(&scan.topics).next().is_some());
     Ok(if scan.topics.is_empty() || is_missing { Outcome::No } else { Outcome::Done })
@@ -119,7 +119,7 @@ impl Scan {
 }
 
 /// Tells messages that were lost or refused.
-fn tell_losses(bridge: &mut dyn Bridge) {
+fn print_losses(bridge: &mut dyn Bridge) {
     for losses in bridge.inbox().losses() {
         let (topic, dropped) = (losses.topic, losses.dropped);
         show::warn(format_args!(

@@ -1,8 +1,8 @@
 //! The results of a scan as text.
 
 use super::Scan;
-use super::heard::Heard;
 use super::matched::Matched;
+use super::topic_record::TopicRecord;
 use crate::show;
 use shsa_bridge::payload::{Content, Leaf};
 use shsa_core::observation::RawValue;
@@ -31,40 +31,41 @@ fn table(scan: &Scan) -> String {
     let mut head = vec!["topic and field", "form", "messages", "rate", "longest gap", "last value"];
     head.extend(scan.matched.as_ref().map(|_| "signal"));
     let mut rows = Vec::new();
-    for (topic, heard) in &scan.topics {
+    for (topic, topic_record) in &scan.topics {
         let signals = |path: &str| {
             scan.matched
                 .as_ref()
-                .map(|matched| matched.carried(topic, heard, path).join(", "))
+                .map(|matched| matched.carried(topic, topic_record, path).join(", "))
                 .unwrap_or_default()
         };
-        let single = heard.fields.first().filter(|leaf| heard.fields.len() == 1 && leaf.path.is_empty());
-        let value = single.map_or_else(|| problem(heard), |leaf| content(&leaf.content));
-        let mut row = of_topic(topic, heard);
+        let single =
+            topic_record.fields.first().filter(|leaf| topic_record.fields.len() == 1 && leaf.path.is_empty());
+        let value = single.map_or_else(|| problem(topic_record), |leaf| content(&leaf.content));
+        let mut row = of_topic(topic, topic_record);
         row.extend([value, single.map_or(String::new(), |_| signals(""))]);
         rows.push(row);
         if single.is_none() {
-            let fields = heard.fields.iter().take(FIELDS_MAX);
+            let fields = topic_record.fields.iter().take(FIELDS_MAX);
             rows.extend(fields.map(|leaf| of_field(leaf, signals(&leaf.path))));
-            let more = heard.fields.len().saturating_sub(FIELDS_MAX);
+            let more = topic_record.fields.len().saturating_sub(FIELDS_MAX);
             rows.extend((more > 0).then(|| vec![format!("  .. and {more} more")]));
         }
     }
     show::style().table(&head, rows)
 }
 
-fn of_topic(topic: &str, heard: &Heard) -> Vec<String> {
+fn of_topic(topic: &str, topic_record: &TopicRecord) -> Vec<String> {
     let nothing = || "-".to_owned();
-    let messages = match heard.kept {
-        0 => heard.count.to_string(),
-        kept => format!("{} + {kept} kept", heard.count),
+    let messages = match topic_record.kept {
+        0 => topic_record.count.to_string(),
+        kept => format!("{} + {kept} kept", topic_record.count),
     };
     vec![
         topic.to_owned(),
-        heard.form(),
+        topic_record.form(),
         messages,
-        heard.rate_hz().map_or_else(nothing, rate),
-        heard.longest_gap_s().map_or_else(nothing, seconds),
+        topic_record.rate_hz().map_or_else(nothing, rate),
+        topic_record.longest_gap_s().map_or_else(nothing, seconds),
     ]
 }
 
@@ -78,8 +79,8 @@ fn of_field(leaf: &Leaf, signals: String) -> Vec<String> {
     row
 }
 
-fn problem(heard: &Heard) -> String {
-    let unreadable = heard.unreadable.as_ref().filter(|_| heard.fields.is_empty());
+fn problem(topic_record: &TopicRecord) -> String {
+    let unreadable = topic_record.unreadable.as_ref().filter(|_| topic_record.fields.is_empty());
     unreadable.map_or(String::new(), |unreadable| show::style().paint(Paint::Yellow, &unreadable.to_string()))
 }
 
@@ -121,10 +122,10 @@ fn number(value: f64) -> String {
 fn rates(scan: &Scan, matched: &Matched) -> Option<String> {
     let differs = matched.signals().filter_map(|(id, end)| {
         let signal = &matched.knowledge.signals()[id];
-        let (heard, declared) = (scan.topics.get(&end.topic)?.rate_hz()?, signal.rate_hz?);
-        let is_near = (heard / declared - 1.0).abs() <= 0.2;
+        let (topic_record, declared) = (scan.topics.get(&end.topic)?.rate_hz()?, signal.rate_hz?);
+        let is_near = (topic_record / declared - 1.0).abs() <= 0.2;
         (!is_near && matched.good(id) > 0)
-            .then(|| vec![format!("  {}", signal.name), rate(declared), rate(heard)])
+            .then(|| vec![format!("  {}", signal.name), rate(declared), rate(topic_record)])
     });
     let rows: Vec<_> = differs.collect();
     (!rows.is_empty()).then(|| show::style().table(&["Other rates than declared", "model", "heard"], rows))

@@ -105,7 +105,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let formulas =
         Formulas::read(&arguments.program, counts.0, counts.1, &arguments.vector).map_err(|problems| {
-            show::tell(problems.trim_end());
+            show::notice(problems.trim_end());
             AlreadyReported
         })?;
     let mut formulas = formulas;

@@ -67,7 +67,7 @@ impl Ports {
     }
 
     /// Takes a message in; returns the time of its newest value, by our clock. A value older than the latest one is ignored.
-    pub(super) fn hear(&mut self, message: &Message, clock: &Clock) -> Option<Time> {
+    pub(super) fn receive(&mut self, message: &Message, clock: &Clock) -> Option<Time> {
         let (reader, places) = self.topics.get_mut(&message.topic)?;
         let (ports, unreadable, because) = (&mut self.ports, &mut self.unreadable, &mut self.because);
         let mut newest = None;
@@ -121,7 +121,7 @@ impl Ports {
     /// The worst quality given by a publisher: the results are no better.
     pub(super) fn quality(&self) -> Quality {
         let rank = |quality: &Quality| Quality::ALL.iter().position(|known| known == quality);
-        let told = self.ports.iter().filter_map(|port| port.latest.as_ref()?.2);
-        told.max_by_key(rank).unwrap_or(Quality::Good)
+        let qualities = self.ports.iter().filter_map(|port| port.latest.as_ref()?.2);
+        qualities.max_by_key(rank).unwrap_or(Quality::Good)
     }
 }

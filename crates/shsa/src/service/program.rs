@@ -257,18 +257,18 @@ fn bracketed(text: &str) -> String {
 
 /// Problems, shown under the text.
 fn shown(text: &str, problems: &[Problem]) -> String {
-    let mut told = String::new();
+    let mut quality = String::new();
     for problem in problems {
         let width = |range: std::ops::Range<usize>| text.get(range).map_or(1, |part| part.chars().count());
         let (from, to) = (problem.span.start.min(text.len()), problem.span.end.min(text.len()));
         let blank = " ".repeat(width(0..from));
         let mark = "^".repeat(width(from..to).max(1));
-        let _ = writeln!(told, "error: {}\n  | {text}\n  | {blank}{mark}", bracketed(&problem.message));
+        let _ = writeln!(quality, "error: {}\n  | {text}\n  | {blank}{mark}", bracketed(&problem.message));
         if let Some(help) = &problem.help {
-            let _ = writeln!(told, "  = help: {}", bracketed(help));
+            let _ = writeln!(quality, "  = help: {}", bracketed(help));
         }
     }
-    told
+    quality
 }
 
 #[cfg(test)]

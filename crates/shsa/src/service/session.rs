@@ -43,7 +43,7 @@ pub(super) struct Watch {
     /// The newest time of a value.
     at: Option<Time>,
     down_since: Option<Time>,
-    told: Option<Time>,
+    reported: Option<Time>,
     is_shedding: bool,
 }
 
@@ -58,14 +58,14 @@ impl Session {
             Pace::Any | Pace::All => None,
         };
         let outcome = loop {
-            self.hear()?;
+            self.receive()?;
             if let Some(beat) = &mut beat {
                 self.keep_time(beat)?;
             }
             if let Some(unreachable) = self.look_after_the_bus() {
                 break unreachable;
             }
-            self.tell_figures();
+            self.print_figures();
             // Messages that arrived before the end are still processed.
             if self.is_over() && (self.bridge.inbox().is_empty() || self.until.is_some()) {
                 break self.end();
@@ -73,7 +73,7 @@ impl Session {
             self.rest(beat.as_ref().map(Beat::next));
         };
         if self.stats.is_some() {
-            self.tell();
+            self.report_figures();
         }
         Ok(outcome)
     }
@@ -98,14 +98,14 @@ impl Session {
         self.bridge.inbox().clock().now()
     }
 
-    fn hear(&mut self) -> anyhow::Result<()> {
+    fn receive(&mut self) -> anyhow::Result<()> {
         let clock = self.clock();
         // Stamps read before a step of the clock is followed would be wrong by the whole step.
         let _step = clock.follow();
         // Only messages that wait now, so that a flood cannot delay the check of the time.
         for _ in 0..self.bridge.inbox().len() {
             let Some(message) = self.bridge.receive() else { break };
-            let Some(stamp) = self.ports.hear(&message, &clock) else { continue };
+            let Some(stamp) = self.ports.receive(&message, &clock) else { continue };
             let at = self.watch.at.map_or(stamp, |before| before.max(stamp));
             self.watch.at = Some(at);
             let is_due = match self.pace {
@@ -162,7 +162,7 @@ impl Session {
         let now = self.now();
         let Link::Down(why) = self.bridge.link() else {
             if self.watch.down_since.take().is_some() {
-                show::tell(&format!("{} is reached", self.bus));
+                show::notice(&format!("{} is reached", self.bus));
             }
             return None;
         };
@@ -177,24 +177,24 @@ impl Session {
         None
     }
 
-    fn tell_figures(&mut self) {
+    fn print_figures(&mut self) {
         let now = self.now();
         let Some(every) = self.stats else { return };
-        let last = *self.watch.told.get_or_insert(now);
+        let last = *self.watch.reported.get_or_insert(now);
         if now - last >= every {
-            self.watch.told = Some(now);
-            self.tell();
+            self.watch.reported = Some(now);
+            self.report_figures();
         }
     }
 
-    fn tell(&mut self) {
+    fn report_figures(&mut self) {
         let unreadable = match (&self.ports.because, self.ports.unreadable) {
             (Some(because), count) => format!("; unreadable {count}, the last one: {because}"),
             (None, _) => String::new(),
         };
         let dropped = self.bridge.inbox().dropped();
         let troubles: String = self.bridge.troubles().iter().map(|trouble| format!("; {trouble}")).collect();
-        show::tell(&format!("{}; dropped {dropped}{unreadable}{troubles}", self.figures));
+        show::notice(&format!("{}; dropped {dropped}{unreadable}{troubles}", self.figures));
     }
 
     fn rest(&self, next: Option<Time>) {

@@ -33,7 +33,7 @@ struct Line {
 pub(super) struct Pipes {
     inbox: Inbox,
     broken: Arc<AtomicU64>,
-    told: u64,
+    reported: u64,
 }
 
 impl Pipes {
@@ -44,7 +44,7 @@ impl Pipes {
     /// When no thread can be started.
     pub(super) fn open(inbox: Inbox, stop: Arc<AtomicBool>, topics: BTreeSet<Arc<str>>) -> io::Result<Pipes> {
         let broken = Arc::new(AtomicU64::new(0));
-        let pipes = Pipes { inbox: inbox.clone(), broken: broken.clone(), told: 0 };
+        let pipes = Pipes { inbox: inbox.clone(), broken: broken.clone(), reported: 0 };
         thread::Builder::new().name("stdin".into()).spawn(move || {
             let mut input = io::stdin().lock();
             let mut line = Vec::new();
@@ -111,8 +111,9 @@ impl Bridge for Pipes {
 
     fn troubles(&mut self) -> Vec<BridgeError> {
         let broken = self.broken.load(Ordering::Relaxed);
-        let new = broken - std::mem::replace(&mut self.told, broken);
-        let told = || BridgeError::Configuration(format!("{new} lines of standard input are no messages"));
-        (new > 0).then(told).into_iter().collect()
+        let new = broken - std::mem::replace(&mut self.reported, broken);
+        let reported =
+            || BridgeError::Configuration(format!("{new} lines of standard input are no messages"));
+        (new > 0).then(reported).into_iter().collect()
     }
 }

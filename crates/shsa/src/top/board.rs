@@ -14,14 +14,14 @@ pub(super) struct Board {
     head: Value,
     models: BTreeMap<String, BTreeMap<String, Map<String, Value>>>,
     decisions: VecDeque<Value>,
-    heard: Option<Instant>,
+    received: Option<Instant>,
 }
 
 impl Board {
     /// Puts the rows of a part in their places. A row that is null is gone.
     pub(super) fn take(&mut self, part: Part) {
         let Part { is_whole, mut content } = part;
-        self.heard = Some(Instant::now());
+        self.received = Some(Instant::now());
         if is_whole {
             self.models.clear();
             self.decisions.clear();
@@ -52,7 +52,7 @@ impl Board {
 
     /// The time since the last part.
     pub(super) fn age(&self) -> Option<Duration> {
-        self.heard.map(|heard| heard.elapsed())
+        self.received.map(|received| received.elapsed())
     }
 
     /// Whether the losses that each need survives are there; an instance computes them beside its work.

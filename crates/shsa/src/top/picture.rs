@@ -115,7 +115,7 @@ impl Picture<'_> {
 
     fn decisions(&self) -> Vec<String> {
         let Picture { board, style } = self;
-        let told = |event: &Value| {
+        let described = |event: &Value| {
             let subject =
                 ["signal", "relation", "need", "variable"].iter().find_map(|key| event[key].as_str());
             let kind = word(&event["kind"]);
@@ -126,7 +126,7 @@ impl Picture<'_> {
             };
             vec![clock(&event["time_ns"]), kind, subject.unwrap_or("-").to_owned(), word(&event["because"])]
         };
-        let rows: Vec<Vec<String>> = board.decisions().map(told).collect();
+        let rows: Vec<Vec<String>> = board.decisions().map(described).collect();
         if rows.is_empty() {
             return vec!["No decision yet.".to_owned()];
         }

@@ -47,9 +47,9 @@ fn a_broker_that_is_killed_costs_nothing_that_it_had_confirmed() {
     let state = run.until("all that was kept has come", |state| counted(state) >= KEPT);
     run.stop();
 
-    let heard = numbers(&journal.join("chaos.jsonl"));
-    let lost = (0..KEPT).filter(|number| !heard.contains(number)).count();
-    assert_eq!(lost, 0, "{heard:?}");
+    let received = numbers(&journal.join("chaos.jsonl"));
+    let lost = (0..KEPT).filter(|number| !received.contains(number)).count();
+    assert_eq!(lost, 0, "{received:?}");
     let recovery = back.at - restarted;
     assert!(recovery < 5.0, "{recovery}");
     let twice = counted(&state) - KEPT;

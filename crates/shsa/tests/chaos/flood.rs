@@ -45,8 +45,8 @@ fn a_flood_of_one_signal_does_not_delay_the_healing_of_others() {
     let dropped = state["dropped"]["chaos/wheel_3"].as_u64().unwrap_or(0);
     wait(1.5);
     let (_, events) = run.get("/events");
-    let is_told = events.as_array().unwrap().iter().any(|event| event["kind"] == "overload");
-    assert_eq!(is_told, dropped > 0, "{state}");
+    let is_reported = events.as_array().unwrap().iter().any(|event| event["kind"] == "overload");
+    assert_eq!(is_reported, dropped > 0, "{state}");
     SCENARIO.seen(&format!(
         "{:.0} messages a second were sent; from the first false value to the first substitute {}, without the flood {}; of \
          {sent} messages {} were heard, {dropped} dropped{}",
@@ -54,7 +54,7 @@ fn a_flood_of_one_signal_does_not_delay_the_healing_of_others() {
         shown(wild),
         shown(calm),
         ours - dropped,
-        if is_told { " and told" } else { "" },
+        if is_reported { " and told" } else { "" },
     ));
 }
 
@@ -71,8 +71,8 @@ fn reaction(run: &Running, plant: &mut Plant) -> f64 {
 fn taken(state: &Value) -> u64 {
     let signal = &state["models"]["chaos"]["signals"]["wheel_3"];
     let kinds = ["accepted", "dropped", "late", "out_of_order", "invalid", "out_of_range"];
-    let heard: u64 = kinds.iter().map(|kind| signal[*kind].as_u64().unwrap()).sum();
-    heard + state["dropped"]["chaos/wheel_3"].as_u64().unwrap_or(0)
+    let received: u64 = kinds.iter().map(|kind| signal[*kind].as_u64().unwrap()).sum();
+    received + state["dropped"]["chaos/wheel_3"].as_u64().unwrap_or(0)
 }
 
 /// The state after everything sent has arrived, and how many messages of the flood are accounted for.

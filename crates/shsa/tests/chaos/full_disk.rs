@@ -57,7 +57,7 @@ fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
     }
     let recovered = plant.now() - freed;
     wait(2.5);
-    let heard = run.get("/state").1["figures"]["messages"].as_u64().unwrap();
+    let received = run.get("/state").1["figures"]["messages"].as_u64().unwrap();
     wait(1.5);
     let (_, events) = run.get("/events");
     let missing: u64 = events.as_array().unwrap().iter().filter_map(missing).sum();
@@ -69,11 +69,11 @@ fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
     assert!(text.starts_with(&older), "what was written before is there");
     assert!(is_whole(&text), "{}", &text[text.len() - 200..]);
     let written = text.lines().filter(|line| line.contains("\"signal\"")).count() as u64;
-    assert!(written >= heard, "{written} written, {heard} heard");
+    assert!(written >= received, "{written} written, {received} heard");
     // Saving the state failed once.
     assert_eq!(missing, 1, "{events}");
     SCENARIO.seen(&format!(
-        "longest gap {}; first substitute {} after the first false value; all {heard} messages are in the journal, which is one \
+        "longest gap {}; first substitute {} after the first false value; all {received} messages are in the journal, which is one \
          whole file; the state was whole all the time, and saved {} after there was space; told: `disk` when it was full and when \
          what had waited was written",
         shown(gap),

@@ -100,9 +100,9 @@ fn a_newcomer_takes_a_need_when_it_knows_who_lies_over_mqtt() {
         let bytes = (0..hex.len()).step_by(2).map(|at| u8::from_str_radix(&hex[at..at + 2], 16).unwrap());
         String::from_utf8(bytes.collect()).unwrap()
     };
-    let said = text(&claims);
-    assert!(said.lines().any(|line| line.starts_with("shsa/healer/first.")), "{said}");
-    assert!(said.lines().any(|line| line.starts_with("shsa/settled/first.")), "{said}");
+    let output = text(&claims);
+    assert!(output.lines().any(|line| line.starts_with("shsa/healer/first.")), "{output}");
+    assert!(output.lines().any(|line| line.starts_with("shsa/settled/first.")), "{output}");
     last.stop();
     while !text(&visitor.next_with("topic")).is_empty() {}
 }

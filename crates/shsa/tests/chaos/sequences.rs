@@ -56,22 +56,22 @@ fn every_random_sequence_of_faults_ends_well() {
     let ended = ended.into_inner().unwrap();
     let failed: Vec<u64> = ended.iter().filter(|(_, end)| end.is_none()).map(|(seed, _)| *seed).collect();
     assert!(failed.is_empty(), "{} of {} sequences failed: {failed:?}", failed.len(), ended.len());
-    let told: Vec<&Told> = ended.iter().filter_map(|(_, told)| told.as_ref()).collect();
-    let sum = |of: fn(&Told) -> usize| told.iter().map(|told| of(told)).sum::<usize>();
-    let slowest = told.iter().filter_map(|told| told.judgement.recovery).fold(0.0, f64::max);
+    let output: Vec<&Told> = ended.iter().filter_map(|(_, output)| output.as_ref()).collect();
+    let sum = |of: fn(&Told) -> usize| output.iter().map(|output| of(output)).sum::<usize>();
+    let slowest = output.iter().filter_map(|output| output.judgement.recovery).fold(0.0, f64::max);
     SCENARIO.seen(&format!(
         "seeds {} to {}: {} faults; of {} values at the consumer no `Good` one was wrong or of before, {} of who stood in; served again at the latest \
          {} after the last fault; {} of {} decisions came again when the journals were replayed (all, where there was no hole); the broker took \
          {} at most",
         seeds.start(),
         seeds.end(),
-        sum(|told| told.faults),
-        sum(|told| told.judgement.values),
-        sum(|told| told.judgement.wrong_substitutes.len()),
+        sum(|output| output.faults),
+        sum(|output| output.judgement.values),
+        sum(|output| output.judgement.wrong_substitutes.len()),
         shown(slowest),
-        sum(|told| told.replayed),
-        sum(|told| told.decisions),
-        shown(told.iter().map(|told| told.judgement.slowest).fold(0.0, f64::max)),
+        sum(|output| output.replayed),
+        sum(|output| output.decisions),
+        shown(output.iter().map(|output| output.judgement.slowest).fold(0.0, f64::max)),
     ));
 }
 

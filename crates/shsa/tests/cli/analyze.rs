@@ -69,7 +69,7 @@ fn the_tank_as_json() {
 
 #[test]
 fn the_tank_as_text() {
-    let told = tank::folder().ends("analyze tank.yaml", 0).stdout;
+    let reported = tank::folder().ends("analyze tank.yaml", 0).stdout;
     let expected = "\
 signal     carries   detectable  isolable  substitutable  tolerates  its loss takes
 /level     level     yes         2 of 2    yes            2
@@ -103,7 +103,7 @@ underdetermined part               -
 minimal overdetermined sets (MSO)  3
 minimal test supports (MTES)       3
 ";
-    assert_eq!(told, expected);
+    assert_eq!(reported, expected);
 }
 
 #[test]
@@ -166,9 +166,9 @@ needs: { b: { signal: /b, max_age: 1 s } }
         (&answer["needs"][0]["single_points"], &answer["without_formula"]),
         (&json!(["s"]), &json!(["r"]))
     );
-    let told = folder.ends("analyze m.yaml", 0).stdout;
+    let reported = folder.ends("analyze m.yaml", 0).stdout;
     assert!(
-        told.ends_with(
+        reported.ends_with(
             "1 relation has no formula and counts as if it had one (not so with --only-runnable).\n"
         )
     );
@@ -228,13 +228,13 @@ fn what_the_budget_leaves_out_is_told() {
     // With two ways, a difference is detected but not isolated, and the two others are not compared.
     assert_eq!(watched("--watch-cost 200"), (json!(2), json!(4), 4));
     assert_eq!(watched("--watch-cost 0"), (json!(0), json!(4), 4));
-    let told = folder.ends("analyze m.yaml --watch-cost 400", 0).stdout;
+    let reported = folder.ends("analyze m.yaml --watch-cost 400", 0).stdout;
     assert!(
-        told.contains(
+        reported.contains(
             "Faults that only more ways would tell (--watch, --watch-cost):\n  x: d does not show\n"
         )
     );
-    assert!(told.contains("x                 3 of 4"), "{told}");
+    assert!(reported.contains("x                 3 of 4"), "{reported}");
     folder.refuses("analyze m.yaml --watch 1", &["from 2 on"]);
     let html = "analyze m.yaml --watch-cost 400 --html page.html";
     folder.ends(html, 0);
@@ -247,8 +247,11 @@ fn signals_from_one_source_are_a_note_of_check_only() {
     let answer = folder.json("check m.yaml", 0);
     let note = &answer["diagnostics"][0];
     assert_eq!((&note["severity"], &note["line"]), (&json!("note"), &json!(8)));
-    let told = folder.ends("check m.yaml", 0).stdout;
-    assert!(told.starts_with("note: `e` has the same source as `d`: it bears no witness for it\n"), "{told}");
+    let reported = folder.ends("check m.yaml", 0).stdout;
+    assert!(
+        reported.starts_with("note: `e` has the same source as `d`: it bears no witness for it\n"),
+        "{reported}"
+    );
     assert_eq!(folder.ends("analyze m.yaml", 0).stderr, "");
 }
 
@@ -281,8 +284,8 @@ fn the_page_stands_alone_and_names_are_only_shown() {
         }
         assert_eq!(page.matches("</style>").count(), page.matches("<style>").count());
         assert_eq!(page.matches("<td").count(), page.matches("</td>").count());
-        for told in ["Isolable from", "What would help most", "class=\"matrix\"", "<svg"] {
-            assert!(page.contains(told), "{model}: {told}");
+        for reported in ["Isolable from", "What would help most", "class=\"matrix\"", "<svg"] {
+            assert!(page.contains(reported), "{model}: {reported}");
         }
     }
 }
@@ -333,15 +336,15 @@ fn a_huge_model_is_analysed_in_part_and_that_is_told() {
         command.args(["-c", &line]).current_dir(folder.path(".")).output().unwrap()
     };
     let analysed = run("analyze huge.yaml --additions 0");
-    let told = String::from_utf8_lossy(&analysed.stderr);
-    assert!(analysed.status.success(), "{:?} {told}", analysed.status);
+    let reported = String::from_utf8_lossy(&analysed.stderr);
+    assert!(analysed.status.success(), "{:?} {reported}", analysed.status);
     let expected =
         "100000 signals, more than 4000 (--signals): the last 96000 are left out, as if they were not there";
-    assert!(told.contains(expected), "{told}");
+    assert!(reported.contains(expected), "{reported}");
     let checked = run("check huge.yaml");
-    let told = String::from_utf8_lossy(&checked.stdout);
-    assert!(checked.status.success(), "{:?} {told}", checked.status);
-    assert!(told.contains("which faults no comparison shows was not looked for"), "{told}");
+    let reported = String::from_utf8_lossy(&checked.stdout);
+    assert!(checked.status.success(), "{:?} {reported}", checked.status);
+    assert!(reported.contains("which faults no comparison shows was not looked for"), "{reported}");
 }
 
 #[test]

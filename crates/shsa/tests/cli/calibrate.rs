@@ -114,13 +114,13 @@ fn what_is_written_changes_the_model_and_finds_smaller_faults() {
 #[test]
 fn the_page_has_what_the_text_says_and_the_patch() {
     let folder = folder();
-    let told = folder.ends("calibrate m.yaml drive.csv --html page.html --patch patch.yaml", 0).stdout;
+    let output = folder.ends("calibrate m.yaml drive.csv --html page.html --patch patch.yaml", 0).stdout;
     let page = folder.read("page.html");
     assert!(page.starts_with("<!DOCTYPE html>") && !page.contains("<script"), "{page}");
     for words in ["What was fitted", "Comparisons", "going", "value_error", " h that were not fitted"] {
         assert!(page.contains(words), "no '{words}'");
     }
-    assert!(told.contains(" h that were not fitted"), "{told}");
+    assert!(output.contains(" h that were not fitted"), "{output}");
 }
 
 #[test]
@@ -129,11 +129,11 @@ fn a_relation_that_does_not_hold_is_told() {
     // The relation's error is so wide that it accuses nobody.
     let wrong = MODEL.replace("derivative(way, 2 s)", "3 * derivative(way, 20 s)");
     folder.write("wrong.yaml", wrong.replace("error: 5 m/s", "error: 80 m/s"));
-    let told = folder.ends("calibrate wrong.yaml drive.csv", 0).stdout;
-    assert!(told.contains("going of d and a: not shown to hold"), "{told}");
-    let told = folder.ends("calibrate m.yaml drive.csv", 0).stdout;
-    assert!(!told.contains("not shown to hold"), "{told}");
-    assert!(told.contains("of the spread is left"), "{told}");
+    let output = folder.ends("calibrate wrong.yaml drive.csv", 0).stdout;
+    assert!(output.contains("going of d and a: not shown to hold"), "{output}");
+    let output = folder.ends("calibrate m.yaml drive.csv", 0).stdout;
+    assert!(!output.contains("not shown to hold"), "{output}");
+    assert!(output.contains("of the spread is left"), "{output}");
 }
 
 #[test]

@@ -19,14 +19,15 @@ fn page() -> String {
 
 /// The stretches of the strip in a row: what, from and to in seconds.
 fn stretches(row: &str) -> Vec<(String, f64, f64)> {
-    let told = row.split("<title>").skip(1).map(|rest| rest.split_once("</title>").unwrap().0);
-    told.map(|told| {
-        let (what, times) = told.rsplit_once(": ").unwrap();
-        let (from, to) = times.split_once(" to ").unwrap();
-        let seconds = |text: &str| text.strip_suffix(" s").unwrap().parse().unwrap();
-        (what.to_owned(), seconds(from), seconds(to))
-    })
-    .collect()
+    let output = row.split("<title>").skip(1).map(|rest| rest.split_once("</title>").unwrap().0);
+    output
+        .map(|output| {
+            let (what, times) = output.rsplit_once(": ").unwrap();
+            let (from, to) = times.split_once(" to ").unwrap();
+            let seconds = |text: &str| text.strip_suffix(" s").unwrap().parse().unwrap();
+            (what.to_owned(), seconds(from), seconds(to))
+        })
+        .collect()
 }
 
 /// The stretches of one verdict, rounded to whole seconds.
@@ -50,8 +51,8 @@ fn each_claim_tells_how_it_stood() {
     // Every node is accounted for all the time.
     for row in case.split("<tr>").skip(1) {
         let all = stretches(row);
-        let told: f64 = all.iter().map(|(_, from, to)| to - from).sum();
-        assert!((told - 60.0).abs() < 0.5, "{told} s of 60 s: {row}");
+        let output: f64 = all.iter().map(|(_, from, to)| to - from).sum();
+        assert!((output - 60.0).abs() < 0.5, "{output} s of 60 s: {row}");
     }
     assert!(assurance.contains("<svg") && !page.contains("<script"));
 }
@@ -77,8 +78,8 @@ fn demonstrations_are_told_with_their_cases() {
         ("stop", "/sonar/nearest, /camera/nearest by together"),
         ("platoon", "asil_b of /leader/speed"),
     ] {
-        let told = folder.ends(&format!("demo {name} --report {name}.html"), 0).stdout;
-        assert!(!told.contains("NO ") && told.contains("refused"), "{told}");
+        let output = folder.ends(&format!("demo {name} --report {name}.html"), 0).stdout;
+        assert!(!output.contains("NO ") && output.contains("refused"), "{output}");
         let page = folder.read(&format!("{name}.html"));
         assert!(between(&page, "<h2>Assurance</h2>", "</section>").contains(words), "{name}: no {words}");
     }
@@ -94,11 +95,15 @@ fn a_case_over_a_recording_is_told_as_json_gsn_and_text() {
         gives: { right: { level: SIL 2, when: fresh } } } }\n";
     folder.write("certified.yaml", crate::tank::MODEL.to_owned() + contracts);
     let over = "assure certified.yaml --over run.csv --inject drop:/level@20s..";
-    let told = folder.json(over, 1);
-    let need = &told["needs"][0];
-    assert_eq!((&told["given"], &need["admissions"][0]["level"]), (&false.into(), &"SIL 2".into()), "{told}");
+    let output = folder.json(over, 1);
+    let need = &output["needs"][0];
+    assert_eq!(
+        (&output["given"], &need["admissions"][0]["level"]),
+        (&false.into(), &"SIL 2".into()),
+        "{output}"
+    );
     let way = need["ways"].as_array().unwrap().iter().find(|way| way["way"] == "/level").unwrap();
-    assert_eq!(way["served"], true, "{told}");
+    assert_eq!(way["served"], true, "{output}");
     let nodes = way["case"].as_array().unwrap();
     // Evidence that does not hold at the end is a claim without support.
     let evidence = nodes.iter().find(|node| node["supported_by"].as_array().unwrap().is_empty()).unwrap();
@@ -111,7 +116,7 @@ fn a_case_over_a_recording_is_told_as_json_gsn_and_text() {
         assert_eq!(begins, ends[..ends.len() - 1], "a gap: {node}");
         let lost = stretches.iter().find(|it| it["verdict"] == "refused").unwrap();
         assert!((21.0..23.0).contains(&number(&lost["from_s"])), "{node}");
-        assert_eq!(lost["to_s"], told["duration_s"], "{node}");
+        assert_eq!(lost["to_s"], output["duration_s"], "{node}");
     }
     let module = folder.ends(&format!("{over} --format gsn"), 1).stdout;
     let case = crate::gsn::check(&module);

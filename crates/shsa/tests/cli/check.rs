@@ -15,9 +15,9 @@ signals:
 #[test]
 fn a_right_model_is_ok() {
     let folder = tank::folder();
-    let told = folder.ends("check tank.yaml", 0);
-    assert_eq!(told.stdout, "tank.yaml: ok: 3 variables, 2 relations, 3 signals, 1 need\n");
-    assert_eq!(told.stderr, "");
+    let output = folder.ends("check tank.yaml", 0);
+    assert_eq!(output.stdout, "tank.yaml: ok: 3 variables, 2 relations, 3 signals, 1 need\n");
+    assert_eq!(output.stderr, "");
     let answer = folder.json("check tank.yaml", 0);
     let expected = r#"{"ok":true,"variables":3,"relations":2,"signals":3,"needs":1,"diagnostics":[]}"#;
     assert_eq!(answer.to_string(), expected);
@@ -26,11 +26,11 @@ fn a_right_model_is_ok() {
 #[test]
 fn problems_have_places_and_help() {
     let folder = Folder::with(&[("bad.yaml", TYPOS.as_bytes())]);
-    let told = folder.ends("check bad.yaml", 2).stdout;
+    let output = folder.ends("check bad.yaml", 2).stdout;
     for words in ["bad.yaml:3:12", "did you mean `unit`?", "bad.yaml:6:23", "did you mean `level`?"] {
-        assert!(told.contains(words), "no '{words}' in {told}");
+        assert!(output.contains(words), "no '{words}' in {output}");
     }
-    assert!(told.ends_with("\n\nbad.yaml: 2 errors\n"), "{told}");
+    assert!(output.ends_with("\n\nbad.yaml: 2 errors\n"), "{output}");
 }
 
 #[test]
@@ -50,8 +50,11 @@ fn warnings_do_not_make_a_model_bad() {
     let model =
         tank::MODEL.replace("  volume:   { unit: l }", "  volume:   { unit: l }\n  spare:    { unit: m }");
     let folder = Folder::with(&[("tank.yaml", model.as_bytes())]);
-    let told = folder.ends("check tank.yaml", 0).stdout;
-    assert!(told.contains("warning: nothing uses `spare`") && told.contains("tank.yaml: ok: 4"), "{told}");
+    let output = folder.ends("check tank.yaml", 0).stdout;
+    assert!(
+        output.contains("warning: nothing uses `spare`") && output.contains("tank.yaml: ok: 4"),
+        "{output}"
+    );
     let answer = folder.json("check tank.yaml", 0);
     assert_eq!(answer["diagnostics"][0]["severity"], "warning");
 }
@@ -133,8 +136,8 @@ fn what_is_no_model_is_told() {
         ("folder", "cannot read the model"),
         ("nothing.yaml", "cannot read the model"),
     ] {
-        let told = folder.ends(&format!("check {file}"), 2).stdout;
-        assert!(told.contains(words) && told.ends_with(&format!("{file}: 1 error\n")), "{told}");
+        let output = folder.ends(&format!("check {file}"), 2).stdout;
+        assert!(output.contains(words) && output.ends_with(&format!("{file}: 1 error\n")), "{output}");
         let answer = folder.json(&format!("check {file}"), 2);
         assert_eq!(answer["diagnostics"].as_array().unwrap().len(), 1);
     }
@@ -145,12 +148,12 @@ fn a_need_that_nothing_meets_is_told_beforehand() {
     let needs = "needs:\n  v:\n    - { signal: /all, max_age: 1 s }\n    - { signal: /fast, min_rate: 20 Hz }\n    - { signal: /safe, integrity: B }\n";
     let model = "shsa: 1\nvariables: { v: { unit: m } }\nsignals:\n  a: { variable: v, rate: 10 Hz, value_error: 0.2 }\n";
     let folder = Folder::with(&[("model.yaml", format!("{model}{needs}").as_bytes())]);
-    let told = folder.ends("check model.yaml", 0).stdout;
+    let output = folder.ends("check model.yaml", 0).stdout;
     assert!(
-        told.contains("nothing meets what the need /fast demands: signals of v come 10 times a second"),
-        "{told}"
+        output.contains("nothing meets what the need /fast demands: signals of v come 10 times a second"),
+        "{output}"
     );
-    assert!(told.contains("the need /safe demands") && !told.contains("/all"), "{told}");
+    assert!(output.contains("the need /safe demands") && !output.contains("/all"), "{output}");
 }
 
 #[test]
@@ -164,9 +167,9 @@ fn an_input_that_stands_without_a_limit_is_told() {
     };
     let folder = Folder::new();
     folder.write("m.yaml", model(""));
-    let told = folder.ends("check m.yaml", 0).stdout;
+    let output = folder.ends("check m.yaml", 0).stdout;
     let words = "warning: substitutes of power hold /u between two values as if nothing changed: give voltage a `max_rate`";
-    assert!(told.starts_with(words), "{told}");
+    assert!(output.starts_with(words), "{output}");
     folder.write("m.yaml", model(", max_rate: 2 V/s"));
     assert!(!folder.ends("check m.yaml", 0).stdout.contains("warning"));
 }

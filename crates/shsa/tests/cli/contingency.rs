@@ -77,7 +77,7 @@ fn a_pair_that_nothing_heals() {
 
 #[test]
 fn text_is_a_table_a_variable() {
-    let told = folder().ends("plan m.yaml --contingency", 0).stdout;
+    let output = folder().ends("plan m.yaml --contingency", 0).stdout;
     let expected = "\
 flow: now (its own signal) from meter, utility 1.000000
 lost   takes over  from   utility   change
@@ -91,9 +91,9 @@ valve  nothing
 nothing heals the loss of  needed for
 valve                      valve
 ";
-    assert_eq!(told, expected);
-    let told = folder().ends("plan tank.yaml --contingency", 0).stdout;
-    assert!(told.ends_with("\n\nevery loss of one signal is healed\n"), "{told}");
+    assert_eq!(output, expected);
+    let output = folder().ends("plan tank.yaml --contingency", 0).stdout;
+    assert!(output.ends_with("\n\nevery loss of one signal is healed\n"), "{output}");
 }
 
 #[test]
@@ -105,8 +105,8 @@ fn what_cannot_be_asked() {
     folder.refuses("plan m.yaml flw --contingency", &["did you mean 'flow'?"]);
     folder.write("bare.yaml", "shsa: 1\nvariables: { a: {} }\n");
     folder.refuses("plan bare.yaml --contingency", &["no needs", "name a variable"]);
-    let told = folder.ends("plan bare.yaml a --contingency", 0).stdout;
-    assert!(told.starts_with("a: nothing can provide it now\n"), "{told}");
+    let output = folder.ends("plan bare.yaml a --contingency", 0).stdout;
+    assert!(output.starts_with("a: nothing can provide it now\n"), "{output}");
 }
 
 /// What serves the first need when each piece of evidence fails: its source and level, or `-`.
@@ -166,14 +166,14 @@ fn what_each_piece_of_evidence_would_take_away() {
     assert_eq!(after_failures(&folder.json("plan stop.yaml --contingency", 0)), expected("-"));
     assert_eq!(under("warn"), expected("/lidar/nearest, SIL 2 (warned)"));
     assert_eq!(under("degrade"), expected("/lidar/nearest, SIL 2 (degraded)"));
-    let told = folder.ends("plan stop.yaml dmin --contingency", 0).stdout;
+    let output = folder.ends("plan stop.yaml dmin --contingency", 0).stdout;
     let expected = "
 dmin by contract: now /lidar/nearest, SIL 2
 evidence that fails      serves then                                  level
 spare of computer        nothing
 fresh of /lidar/nearest  /sonar/nearest, /camera/nearest by together  SIL 2
 ";
-    assert!(told.contains(expected), "{told}");
+    assert!(output.contains(expected), "{output}");
 }
 
 /// A variable with two stand-ins: the values of one are wide, those of the other old.

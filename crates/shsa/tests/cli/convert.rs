@@ -24,11 +24,12 @@ fn a_model_comes_back_from_every_form() {
 
 #[test]
 fn what_a_form_cannot_say_is_told() {
-    let told = tank::folder().ends("convert tank.yaml --to prolog", 3);
+    let output = tank::folder().ends("convert tank.yaml --to prolog", 3);
     assert!(
-        told.stdout.starts_with("% Relations") && told.stderr.contains("warning: lost: the unit of variable"),
+        output.stdout.starts_with("% Relations")
+            && output.stderr.contains("warning: lost: the unit of variable"),
         "{}",
-        told.stderr
+        output.stderr
     );
 }
 
@@ -44,10 +45,10 @@ fn facts_are_a_model_for_every_command() {
     assert!(yaml.contains("by_weight: { equation: level = weight / (area * 9810), for: [level] }"), "{yaml}");
     let plan = folder.json("plan tank.pl level", 0);
     assert_eq!(plan["substitutions"][0]["relations"][0], "by_weight");
-    let told = folder.ends("convert broken.pl", 2).stderr;
-    assert!(told.contains("broken.pl:1:21") && told.contains("write it small, or in quotes"), "{told}");
-    let told = folder.ends("convert not.txt --from prolog", 2).stderr;
-    assert!(told.contains("this clause does not end"), "{told}");
+    let output = folder.ends("convert broken.pl", 2).stderr;
+    assert!(output.contains("broken.pl:1:21") && output.contains("write it small, or in quotes"), "{output}");
+    let output = folder.ends("convert not.txt --from prolog", 2).stderr;
+    assert!(output.contains("this clause does not end"), "{output}");
 }
 
 #[test]

@@ -78,8 +78,8 @@ fn help_fits_the_screen() {
 
 #[test]
 fn the_version_is_told() {
-    let told = Folder::new().ends("--version", 0).stdout;
-    assert_eq!(told, concat!("shsa ", env!("CARGO_PKG_VERSION"), "\n"));
+    let reported = Folder::new().ends("--version", 0).stdout;
+    assert_eq!(reported, concat!("shsa ", env!("CARGO_PKG_VERSION"), "\n"));
 }
 
 #[test]

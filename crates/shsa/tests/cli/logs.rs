@@ -33,9 +33,9 @@ fn levels(output: &str) -> Vec<(String, String)> {
 #[test]
 fn every_line_has_its_time_and_level_as_json() {
     let ended = run("--log-format json");
-    let told = levels(&ended.stdout);
-    let has = |kind: &str, level: &str| told.contains(&(kind.to_owned(), level.to_owned()));
-    assert!(has("silent", "warning") && has("unhealable", "error"), "{told:?}");
+    let reported = levels(&ended.stdout);
+    let has = |kind: &str, level: &str| reported.contains(&(kind.to_owned(), level.to_owned()));
+    assert!(has("silent", "warning") && has("unhealable", "error"), "{reported:?}");
     let notes = levels(&ended.stderr);
     assert!(notes.contains(&("note".to_owned(), "info".to_owned())), "{notes:?}");
 }

@@ -48,7 +48,7 @@ fn thesis_mode_names_the_way() {
 #[test]
 fn text_has_a_head_rows_and_a_sum() {
     let folder = tank::folder();
-    let told =
+    let output =
         folder.ends("monitor tank.yaml level --observations run.jsonl --mode thesis --period 10s", 0).stdout;
     let expected = "\
 level is known in 3 ways:
@@ -60,11 +60,11 @@ Errors: how far a way is from each other one, summed in m.
         time     way 0     way 1     way 2
      0.000 s     0.000     0.000     0.000
 ";
-    assert!(told.starts_with(expected), "{told}");
-    assert!(told.contains("way 0 failed\n"), "{told}");
-    assert!(told.ends_with("\n6 steps\nway 0 (/level) failed in 3 of them\n"), "{told}");
-    let told = folder.ends("monitor tank.yaml level --observations run.jsonl", 0).stdout;
-    assert!(told.contains("/level failed\n") && told.contains("\n59 steps\n"), "{told}");
+    assert!(output.starts_with(expected), "{output}");
+    assert!(output.contains("way 0 failed\n"), "{output}");
+    assert!(output.ends_with("\n6 steps\nway 0 (/level) failed in 3 of them\n"), "{output}");
+    let output = folder.ends("monitor tank.yaml level --observations run.jsonl", 0).stdout;
+    assert!(output.contains("/level failed\n") && output.contains("\n59 steps\n"), "{output}");
 }
 
 #[test]

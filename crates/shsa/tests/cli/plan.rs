@@ -83,14 +83,14 @@ signals: { s1: { variable: b }, s2: { variable: c } }
 
 #[test]
 fn text_is_a_table() {
-    let told = tank::folder().ends("plan tank.yaml level --all", 0).stdout;
+    let output = tank::folder().ends("plan tank.yaml level --all", 0).stdout;
     let expected = "\
 utility   relations         from       formula (in SI units)
 1.000000  (its own signal)  /level     level
 1.000000  hydrostatic       /pressure  pressure / 9810
 ";
-    assert!(told.starts_with(expected), "{told}");
-    assert!(told.contains("\n\n3 substitutions (complete, "), "{told}");
+    assert!(output.starts_with(expected), "{output}");
+    assert!(output.contains("\n\n3 substitutions (complete, "), "{output}");
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn excluded_signals_are_not_used() {
 #[test]
 fn no_substitution_is_the_answer_no() {
     let folder = tank::folder();
-    let told = folder.ends("plan tank.yaml volume --exclude /volume", 1).stdout;
-    assert!(told.starts_with("nothing can provide volume (complete, "), "{told}");
+    let output = folder.ends("plan tank.yaml volume --exclude /volume", 1).stdout;
+    assert!(output.starts_with("nothing can provide volume (complete, "), "{output}");
     let answer = folder.json("plan tank.yaml volume --exclude /volume", 1);
     assert_eq!(answer["substitutions"], serde_json::json!([]));
     assert_eq!(answer["stop"], "complete");
@@ -113,12 +113,12 @@ fn no_substitution_is_the_answer_no() {
 #[test]
 fn a_limit_that_ends_the_search_is_told() {
     let folder = tank::folder();
-    let told = folder.ends("plan tank.yaml level --all --limit 0", 0).stdout;
+    let output = folder.ends("plan tank.yaml level --all --limit 0", 0).stdout;
     assert!(
-        told.ends_with(
+        output.ends_with(
             "1 substitution (limit of expansions, 0 decisions; what is missing is worth at most 1.000000)\n"
         ),
-        "{told}"
+        "{output}"
     );
     let answer = folder.json("plan tank.yaml level --all --limit 0", 0);
     assert_eq!((&answer["stop"], &answer["bound"]), (&"limit of expansions".into(), &1.0.into()));
@@ -174,18 +174,18 @@ fn what_falls_short_is_not_given_and_tells_why() {
         (relations("substitutions"), answer["refused"].to_string())
     };
     assert_eq!(ask("", 0), (vec!["rate".to_owned(), "rolling".to_owned()], "[]".to_owned()));
-    let told = |flags: &str, left: &str, because: &str| {
+    let output = |flags: &str, left: &str, because: &str| {
         let (found, refused) = ask(flags, 0);
         assert_eq!(found, [left], "{flags}");
         assert!(refused.contains(because), "{flags}: {refused}");
     };
-    told("--for-need", "rolling", "it rests on values 0.54 s old, more than 0.3 s");
-    told("--max-latency 100ms", "rolling", "0.54 s old, more than 0.1 s");
-    told("--max-width 0.3", "rate", "its values are at least 0.4");
-    told("--min-rate 10", "rolling", "signals of position come 1 times a second, not 10");
-    told("--integrity B", "rolling", "signals of position have integrity none, not B");
-    told("--independent-of /wheel", "rate", "which is not independent of the suspects");
-    told("--exclude-relation rate", "rolling", "rate may not be used");
+    output("--for-need", "rolling", "it rests on values 0.54 s old, more than 0.3 s");
+    output("--max-latency 100ms", "rolling", "0.54 s old, more than 0.1 s");
+    output("--max-width 0.3", "rate", "its values are at least 0.4");
+    output("--min-rate 10", "rolling", "signals of position come 1 times a second, not 10");
+    output("--integrity B", "rolling", "signals of position have integrity none, not B");
+    output("--independent-of /wheel", "rate", "which is not independent of the suspects");
+    output("--exclude-relation rate", "rolling", "rate may not be used");
     assert_eq!(ask("--integrity C", 1).0.len(), 0);
     let (_, refused) = ask("--max-width 0.3 --exclude /gnss", 1);
     assert!(refused.contains(r#""because":["no signal of position may be used"]"#), "{refused}");

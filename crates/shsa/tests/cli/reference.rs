@@ -141,16 +141,16 @@ fn fields_of_events() {
         found.extend(event.as_object().unwrap().keys().cloned());
     }
     found.remove("time_s");
-    let told: BTreeSet<String> =
+    let output: BTreeSet<String> =
         Document::read("events.md").section("Fields").named("field").into_iter().collect();
-    assert!(found.is_subset(&told), "{found:?}");
-    let of_replay: BTreeSet<String> = described::told("replay")
+    assert!(found.is_subset(&output), "{found:?}");
+    let of_replay: BTreeSet<String> = described::output("replay")
         .into_iter()
         .filter(|(path, _)| path.len() == 3 && path[0] == "events")
         .map(|(path, _)| path[2].clone())
         .filter(|name| name != "time_s" && name != "session")
         .collect();
-    assert_eq!(told, of_replay);
+    assert_eq!(output, of_replay);
 }
 
 /// The exit statuses of the commands are those of `docs/json.md`.
@@ -159,8 +159,8 @@ fn exit_statuses() {
     let folder = tank::folder();
     folder.write("cut.jsonl", &tank::json_lines()[..500]);
     let rows = Document::read("json.md").section("Exit statuses").rows("status");
-    let told: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
-    assert_eq!(told, ["0", "1", "2", "3", "4"]);
+    let output: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
+    assert_eq!(output, ["0", "1", "2", "3", "4"]);
     folder.ends("check tank.yaml", 0);
     folder.ends("plan tank.yaml pressure --exclude /level --exclude /pressure --exclude /volume", 1);
     folder.ends("check none.yaml", 2);

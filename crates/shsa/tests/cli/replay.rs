@@ -93,8 +93,8 @@ signals:
     let warning = warning.as_str().unwrap();
     assert!(warning.starts_with("x: ") && warning.contains("were never compared"), "{warning}");
     assert!(warning.contains("a") && warning.ends_with("(0 times of 60)"), "{warning}");
-    let told = folder.ends("replay m.yaml a.csv b.csv c.csv", 0).stdout;
-    assert!(told.contains(&format!("warning: {warning}")), "{told}");
+    let output = folder.ends("replay m.yaml a.csv b.csv c.csv", 0).stdout;
+    assert!(output.contains(&format!("warning: {warning}")), "{output}");
     // There is no warning when every declared comparison is made.
     assert_eq!(tank::folder().json("replay tank.yaml run.csv", 0)["warnings"], json!([]));
 }
@@ -260,8 +260,8 @@ fn an_unmet_need_is_the_answer_no() {
     let report = folder.json(&format!("replay tank.yaml run.csv {drops}"), 1);
     assert_eq!(report["needs"]["level"]["met"], false);
     assert!(kinds(&report).contains(&("unhealable", "level")), "{report}");
-    let told = folder.ends(&format!("replay tank.yaml run.csv {drops}"), 1).stdout;
-    assert!(told.contains("\nlevel  no "), "{told}");
+    let output = folder.ends(&format!("replay tank.yaml run.csv {drops}"), 1).stdout;
+    assert!(output.contains("\nlevel  no "), "{output}");
 }
 
 #[test]
@@ -321,9 +321,9 @@ fn cut_recordings_give_what_they_hold() {
 
 #[test]
 fn text_tells_events_needs_and_signals() {
-    let told = tank::folder().ends("replay tank.yaml run.csv", 0).stdout;
-    let blocks: Vec<&str> = told.trim_end().split("\n\n").collect();
-    let [sum, events, needs, signals, ways] = blocks[..] else { panic!("{told}") };
+    let output = tank::folder().ends("replay tank.yaml run.csv", 0).stdout;
+    let blocks: Vec<&str> = output.trim_end().split("\n\n").collect();
+    let [sum, events, needs, signals, ways] = blocks[..] else { panic!("{output}") };
     assert!(sum.starts_with("180 observations over 59.0 s, replayed in "), "{sum}");
     assert!(events.contains("  failed      /level\n             /pressure by hydrostatic says "), "{events}");
     assert!(events.contains("  substituted level <- /pressure by hydrostatic\n"), "{events}");

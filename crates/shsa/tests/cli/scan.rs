@@ -10,14 +10,14 @@ fn the_simulated_robot_is_heard_and_matched() {
     let folder = Folder::with(&[("rover.yaml", ROVER.as_bytes())]);
     let ended = folder.run("scan rover.yaml --for 1500ms --json");
     assert_eq!(ended.status, 0, "{}", ended.stderr);
-    let told: Value = serde_json::from_str(&ended.stdout).unwrap();
+    let output: Value = serde_json::from_str(&ended.stdout).unwrap();
     let topics: Vec<&str> =
-        told["topics"].as_array().unwrap().iter().map(|it| it["topic"].as_str().unwrap()).collect();
+        output["topics"].as_array().unwrap().iter().map(|it| it["topic"].as_str().unwrap()).collect();
     assert_eq!(topics, ["/depth/image", "/lidar/scan", "/odom/speed", "/sonar/ranges"]);
-    let rate = told["topics"][2]["rate_hz"].as_f64().unwrap();
+    let rate = output["topics"][2]["rate_hz"].as_f64().unwrap();
     assert!((10.0..30.0).contains(&rate), "{rate}");
-    assert_eq!(told["topics"][0]["fields"][0]["kind"], "list");
-    for signal in told["signals"].as_array().unwrap() {
+    assert_eq!(output["topics"][0]["fields"][0]["kind"], "list");
+    for signal in output["signals"].as_array().unwrap() {
         assert_eq!(signal["missing"], Value::Null, "{signal}");
     }
 }

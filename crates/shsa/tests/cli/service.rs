@@ -29,7 +29,7 @@ impl Service {
         writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
     }
 
-    fn hear(&mut self) -> Value {
+    fn receive(&mut self) -> Value {
         let mut line = String::new();
         self.output.read_line(&mut line).unwrap();
         serde_json::from_str(&line).unwrap_or_else(|error| panic!("{error}: {line:?}"))
@@ -40,8 +40,8 @@ impl Service {
         drop(self.input.take());
         let rest: Vec<String> = (&mut self.output).lines().map(Result::unwrap).collect();
         let output = self.child.wait_with_output().unwrap();
-        let told = rest.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
-        (told, output.status.code().unwrap_or(-1), String::from_utf8(output.stderr).unwrap())
+        let reported = rest.iter().map(|line| serde_json::from_str(line).unwrap()).collect();
+        (reported, output.status.code().unwrap_or(-1), String::from_utf8(output.stderr).unwrap())
     }
 }
 
@@ -58,11 +58,11 @@ fn listing_1_1_of_the_thesis_adds_two_numbers() {
     service.say("/input1", json!({"data": 1.5}), 1.0);
     service.say("/elsewhere", json!(7), 1.0);
     service.say("/input2", json!({"data": 2}), 1.1);
-    let sum = service.hear();
+    let sum = service.receive();
     assert_eq!((&sum["topic"], &sum["payload"]), (&json!("/output"), &json!({"data": 3.5})));
     assert_eq!((&sum["stamp_ns"], &sum["quality"]), (&json!(1_100_000_000_i64), &json!("Good")));
     service.say("/input1", json!({"data": -2.0}), 1.2);
-    assert_eq!(service.hear()["payload"], json!({"data": 0}));
+    assert_eq!(service.receive()["payload"], json!({"data": 0}));
     let (rest, status, errors) = service.end();
     assert_eq!((rest.len(), status, errors.as_str()), (0, 0, ""));
 }
@@ -79,8 +79,8 @@ fn a_complete_set_is_waited_for_where_that_is_asked() {
     ] {
         service.say(topic, json!({ "data": number }), stamp);
     }
-    let (told, status, _) = service.end();
-    assert_eq!(payloads(&told), [&json!({"data": 12}), &json!({"data": 23})]);
+    let (reported, status, _) = service.end();
+    assert_eq!(payloads(&reported), [&json!({"data": 12}), &json!({"data": 23})]);
     assert_eq!(status, 0);
 }
 
@@ -93,9 +93,9 @@ fn several_outputs_lists_and_changes() {
         service.say("/scan", json!({ "ranges": scan, "frame": "lidar" }), stamp);
         service.say("/step", json!(step), stamp);
     }
-    let (told, ..) = service.end();
+    let (reported, ..) = service.end();
     let found: Vec<(&str, f64)> =
-        told.iter().map(|it| (it["topic"].as_str().unwrap(), it["payload"].as_f64().unwrap())).collect();
+        reported.iter().map(|it| (it["topic"].as_str().unwrap(), it["payload"].as_f64().unwrap())).collect();
     // A change needs two values.
     assert_eq!(found, [("/nearest", 2.0), ("/nearest", 6.5), ("/change", 4.0)]);
 }
@@ -108,8 +108,8 @@ fn garbage_is_counted_and_nothing_is_made_of_it() {
     service.say("/input2", json!({"other": 2}), 1.0);
     writeln!(service.input.as_mut().unwrap(), "{{\"topic\": 5}}\nnonsense\n").unwrap();
     service.say("/input2", json!({"data": 4}), 1.0);
-    let (told, status, errors) = service.end();
-    assert_eq!((payloads(&told), status), (vec![&json!({"data": 5})], 0));
+    let (reported, status, errors) = service.end();
+    assert_eq!((payloads(&reported), status), (vec![&json!({"data": 5})], 0));
     for part in ["evaluated 1, published 1", "unreadable 2", "2 lines of standard input are no messages"] {
         assert!(errors.contains(part), "{errors}");
     }
@@ -122,11 +122,11 @@ fn a_value_that_is_too_old_is_none() {
     let mut line = json!({ "topic": "/a", "payload": 1 }).to_string();
     line.push('\n');
     service.input.as_mut().unwrap().write_all(line.as_bytes()).unwrap();
-    assert_eq!(service.hear()["payload"], json!(1));
+    assert_eq!(service.receive()["payload"], json!(1));
     std::thread::sleep(Duration::from_millis(400));
-    let (told, status, _) = service.end();
+    let (reported, status, _) = service.end();
     // At most one output for each period in which the input was fresh.
-    assert!((1..=8).contains(&told.len()), "{}", told.len());
+    assert!((1..=8).contains(&reported.len()), "{}", reported.len());
     assert_eq!(status, 0);
 }
 
@@ -135,7 +135,7 @@ fn it_ends_with_a_signal_and_with_its_time() {
     let mut service = Service::start(&SUM);
     service.say("/input1", json!({"data": 1}), 1.0);
     service.say("/input2", json!({"data": 2}), 1.0);
-    assert_eq!(service.hear()["payload"], json!({"data": 3}));
+    assert_eq!(service.receive()["payload"], json!({"data": 3}));
     let id = service.child.id().to_string();
     assert!(Command::new("kill").args(["-TERM", &id]).status().unwrap().success());
     assert_eq!(service.child.wait().unwrap().code(), Some(0));
@@ -148,8 +148,8 @@ fn it_ends_with_a_signal_and_with_its_time() {
 /// Checks arguments that are refused before any work, with these words on standard error.
 #[track_caller]
 fn check_refused(arguments: &[&str], words: &[&str]) {
-    let (told, status, errors) = Service::start(arguments).end();
-    assert_eq!((told.len(), status), (0, 2), "{errors}");
+    let (reported, status, errors) = Service::start(arguments).end();
+    assert_eq!((reported.len(), status), (0, 2), "{errors}");
     words.iter().for_each(|word| assert!(errors.contains(word), "{errors}"));
 }
 

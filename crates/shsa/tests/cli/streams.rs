@@ -57,11 +57,11 @@ fn a_reader_that_stops_is_no_error() {
             folder.command(command).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();
         let mut line = String::new();
         BufReader::with_capacity(16, child.stdout.take().unwrap()).read_line(&mut line).unwrap();
-        let mut told = String::new();
-        child.stderr.take().unwrap().read_to_string(&mut told).unwrap();
+        let mut reported = String::new();
+        child.stderr.take().unwrap().read_to_string(&mut reported).unwrap();
         let status = child.wait().unwrap();
         assert!(!line.is_empty());
-        assert_eq!((told.as_str(), status.code()), ("", Some(0)), "{command}");
+        assert_eq!((reported.as_str(), status.code()), ("", Some(0)), "{command}");
     }
 }
 

@@ -28,10 +28,10 @@ fn found<'a>(answer: &'a Value, name: &str) -> (bool, BTreeSet<&'a str>) {
 #[track_caller]
 fn check(answer: &Value, expected: &[(&str, &[&str])]) {
     for (fault, taken_for) in expected {
-        let (detectable, told) = found(answer, fault);
+        let (detectable, output) = found(answer, fault);
         assert!(detectable, "{fault} does not show");
         let all = expected.iter().map(|(fault, _)| *fault);
-        let taken: Vec<&str> = all.filter(|other| !told.contains(other)).collect();
+        let taken: Vec<&str> = all.filter(|other| !output.contains(other)).collect();
         assert_eq!(taken, *taken_for, "{fault}");
     }
 }
@@ -97,9 +97,9 @@ fn three_tanks_leak() {
     ]
     .into();
     let gaps = answer["gaps"].as_array().unwrap().iter();
-    let told: BTreeSet<(&str, &str)> =
+    let output: BTreeSet<(&str, &str)> =
         gaps.map(|gap| (gap["fault"].as_str().unwrap(), gap["from"].as_str().unwrap())).collect();
-    assert_eq!(pairs, told);
+    assert_eq!(pairs, output);
 }
 
 /// The speed is measured; to isolate the current from it, the speed is eliminated.
@@ -171,14 +171,14 @@ signals:
         };
         assert!(variables.len() > 1 && variables.iter().all(is_unmeasured), "{obstacle}");
     }
-    let told = folder.ends("analyze m.yaml --additions 0", 0).stdout;
+    let output = folder.ends("analyze m.yaml --additions 0", 0).stdout;
     for words in [
         "Faults that the structure would tell and no comparison does:",
         "sensor_a at all",
         "solved together",
         "algebraic",
     ] {
-        assert!(told.contains(words), "no '{words}' in {told}");
+        assert!(output.contains(words), "no '{words}' in {output}");
     }
 }
 
@@ -200,9 +200,9 @@ signals:
     );
     let named = gap(&answer, "pump", &Value::Null);
     assert_eq!(named["obstacles"][0]["relations"], json!(["change", "display"]));
-    let told =
+    let output =
         "change and display would have to be solved together for level and rate (a differential equation)";
-    assert_eq!(named["because"], told);
+    assert_eq!(named["because"], output);
 }
 
 /// Of four disturbances, two pairs cannot be told apart.

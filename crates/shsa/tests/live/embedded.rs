@@ -113,7 +113,7 @@ fn its_journal_replays_to_the_same_decisions() {
     run.decision("ordered");
     run.decision("substituted");
     run.until("more has come", |state| state["figures"]["messages"].as_u64() > Some(200));
-    let (_, told) = run.get("/events");
+    let (_, reported) = run.get("/events");
     assert_eq!(run.stop().code(), Some(0));
 
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/rover.yaml");
@@ -127,7 +127,7 @@ fn its_journal_replays_to_the_same_decisions() {
         let events = events.as_array().unwrap().iter().filter(|event| event["kind"] != "ordered");
         events.map(|event| event["because"].as_str().unwrap().to_owned()).collect::<Vec<_>>()
     };
-    assert_eq!(because(&report["events"]), because(&told));
+    assert_eq!(because(&report["events"]), because(&reported));
 }
 
 /// Two needs of the same distance; only the lidar is exact enough for the second one. Without the lidar, the sonar serves one

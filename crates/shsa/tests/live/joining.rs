@@ -133,8 +133,8 @@ fn joining_is_refused_where_the_bus_does_not_tell_who_is_there() {
             .args(["run", "--http", "off", "--for", "1 s", "--join", "--bus", bus])
             .output()
             .unwrap();
-        let said = String::from_utf8_lossy(&run.stderr);
-        assert!(!run.status.success() && said.contains("--join is not possible on this bus"), "{said}");
-        assert!(said.contains("zenoh://") && said.contains("shsa join"), "{said}");
+        let stated = String::from_utf8_lossy(&run.stderr);
+        assert!(!run.status.success() && stated.contains("--join is not possible on this bus"), "{stated}");
+        assert!(stated.contains("zenoh://") && stated.contains("shsa join"), "{stated}");
     }
 }

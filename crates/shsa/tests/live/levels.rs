@@ -47,7 +47,7 @@ fn level(object: &Value) -> Value {
     json!([object["admitted"], object["level"], object["rank"]])
 }
 
-fn heard(message: &Value) -> Heard {
+fn received(message: &Value) -> Heard {
     let name = message.get("topic").or(message.get("key")).and_then(Value::as_str).unwrap();
     let payload: Value = serde_json::from_str(&text(&message["hex"])).unwrap();
     let beside = match message.get("properties") {
@@ -66,11 +66,11 @@ fn wait_for(consumer: &mut Script, what: &str, is_it: impl Fn(&Heard) -> bool) {
     let mut last = None;
     while Instant::now() < end {
         let Some(message) = consumer.poll("hex", Duration::from_secs(5)) else { continue };
-        let heard = heard(&message);
-        if is_it(&heard) {
+        let received = received(&message);
+        if is_it(&received) {
             return;
         }
-        last = Some(heard);
+        last = Some(received);
     }
     panic!("never came: {what}; last {last:?}");
 }

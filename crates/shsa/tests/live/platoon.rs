@@ -119,17 +119,17 @@ fn the_demonstration_degrades_with_radar_and_link_and_ends_as_it_began() {
         .args(["demo", "platoon", "--live", "--json"])
         .output()
         .unwrap();
-    let told: serde_json::Value = serde_json::from_slice(&output.stdout)
+    let reported: serde_json::Value = serde_json::from_slice(&output.stdout)
         .unwrap_or_else(|_| panic!("{}", String::from_utf8_lossy(&output.stderr)));
-    assert_eq!(told["as_before"], true, "{told}");
-    let [radar, cut, back, works] = told["happenings"].as_array().unwrap().as_slice() else {
-        panic!("{told}")
+    assert_eq!(reported["as_before"], true, "{reported}");
+    let [radar, cut, back, works] = reported["happenings"].as_array().unwrap().as_slice() else {
+        panic!("{reported}")
     };
     assert_eq!(
         (&radar["leader"]["level"], &radar["follower"]["level"]),
         (&json!("ASIL A"), &json!("ASIL A")),
-        "{told}"
+        "{reported}"
     );
-    assert_eq!(cut["follower"]["source"], "/follower/speed, /follower/radar by seen", "{told}");
-    assert_eq!((&back["leader"], &works["leader"]["level"]), (&json!(null), &json!("ASIL B")), "{told}");
+    assert_eq!(cut["follower"]["source"], "/follower/speed, /follower/radar by seen", "{reported}");
+    assert_eq!((&back["leader"], &works["leader"]["level"]), (&json!(null), &json!("ASIL B")), "{reported}");
 }

@@ -122,7 +122,7 @@ fn a_real_prometheus_reads_them() {
     let order = r#"{"order": "forbid", "signal": "/lidar/scan"}"#;
     assert_eq!(run.order(Some(TOKEN), order).0, 200);
     until("the alert is there", "/api/v1/alerts", &|data| {
-        let is_told = |alert: &Value| alert["labels"]["alertname"] == "ShsaNeedSubstituted";
-        data["alerts"].as_array().is_some_and(|alerts| alerts.iter().any(is_told))
+        let is_reported = |alert: &Value| alert["labels"]["alertname"] == "ShsaNeedSubstituted";
+        data["alerts"].as_array().is_some_and(|alerts| alerts.iter().any(is_reported))
     });
 }

@@ -19,12 +19,12 @@ fn fields_of_state_health_and_events() {
     run.decision("substituted");
     check("/state", &[run.get("/state").1]);
     check("/health", &[run.get("/health").1]);
-    let mut told: BTreeSet<String> =
+    let mut output: BTreeSet<String> =
         Document::read("events.md").section("Fields").named("field").into_iter().collect();
-    told.extend(["number", "time_ns", "model"].map(str::to_owned));
+    output.extend(["number", "time_ns", "model"].map(str::to_owned));
     let (_, events) = run.get("/events");
     for event in events.as_array().unwrap().iter().filter_map(Value::as_object) {
-        let strange: Vec<&String> = event.keys().filter(|key| !told.contains(*key)).collect();
+        let strange: Vec<&String> = event.keys().filter(|key| !output.contains(*key)).collect();
         assert!(strange.is_empty(), "not described: {strange:?} of {event:?}");
     }
 }

@@ -41,8 +41,8 @@ fn a_token_that_everyone_can_read_is_refused() {
     std::fs::set_permissions(&file, PermissionsExt::from_mode(0o644)).unwrap();
     let ended = Running::ended(["--token-file", file.to_str().unwrap()]);
     assert_eq!(ended.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&ended.stderr);
-    assert!(said.contains("everyone on this machine can read") && said.contains("chmod o-r"), "{said}");
+    let output = String::from_utf8_lossy(&ended.stderr);
+    assert!(output.contains("everyone on this machine can read") && output.contains("chmod o-r"), "{output}");
 }
 
 #[test]

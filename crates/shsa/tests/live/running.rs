@@ -91,12 +91,12 @@ impl Running {
         let output = child.stdout.take().unwrap();
         let (decisions, unread) = if is_read { (lines(output), None) } else { (channel().1, Some(output)) };
         let notes = lines(child.stderr.take().unwrap());
-        let mut said = Vec::new();
+        let mut stated = Vec::new();
         let address = loop {
-            let Ok(note) = notes.recv_timeout(PATIENCE) else { panic!("it said only {said:?}") };
+            let Ok(note) = notes.recv_timeout(PATIENCE) else { panic!("it said only {stated:?}") };
             match note.split_once("http://").and_then(|(_, rest)| rest.strip_suffix("/state")) {
                 Some(address) => break address.to_owned(),
-                None => said.push(note),
+                None => stated.push(note),
             }
         };
         Running { child, address, decisions, _unread: unread }
@@ -217,8 +217,8 @@ impl Running {
     pub(crate) fn stop_and_tell(mut self) -> (ExitStatus, Vec<Value>) {
         self.signal("-TERM");
         let status = self.child.wait().unwrap();
-        let told = self.decisions.iter().map(|line| serde_json::from_str(&line).unwrap());
-        (status, told.collect())
+        let reported = self.decisions.iter().map(|line| serde_json::from_str(&line).unwrap());
+        (status, reported.collect())
     }
 
     /// The id of the process.

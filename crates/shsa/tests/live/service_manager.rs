@@ -54,8 +54,8 @@ fn the_unit_is_one() {
         eprintln!("SKIPPED: there is no systemd-analyze");
         return;
     };
-    let said = String::from_utf8_lossy(&verified.stderr);
+    let stated = String::from_utf8_lossy(&verified.stderr);
     let wrong =
-        said.lines().filter(|line| line.contains("shsa.service") && !line.contains("is not executable"));
+        stated.lines().filter(|line| line.contains("shsa.service") && !line.contains("is not executable"));
     assert_eq!(wrong.collect::<Vec<_>>(), [""; 0]);
 }

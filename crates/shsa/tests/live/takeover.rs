@@ -259,8 +259,8 @@ fn over_mqtt_3_there_is_no_takeover() {
         .arg(format!("mqtt://127.0.0.1:{}?version=3.1.1", broker.port()))
         .output()
         .unwrap();
-    let told = String::from_utf8_lossy(&run.stderr);
-    assert!(!run.status.success() && told.contains("a takeover needs MQTT 5"), "{told}");
+    let reported = String::from_utf8_lossy(&run.stderr);
+    assert!(!run.status.success() && reported.contains("a takeover needs MQTT 5"), "{reported}");
 }
 
 #[test]
@@ -338,8 +338,8 @@ fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
     // The gate's messages have the form of the wheel's, too.
     let gate = json!({ "subscribe": "/healed/speed", "type": "geometry_msgs/msg/TwistStamped", "get": "twist.linear.y" });
     consumer.order(&gate);
-    let heard = consumer.next_with("heard");
-    assert_eq!((&heard["heard"], &heard["value"]), (&json!("/healed/speed"), &json!(0.25)));
+    let received = consumer.next_with("heard");
+    assert_eq!((&received["heard"], &received["value"]), (&json!("/healed/speed"), &json!(0.25)));
     let order =
         |path: &str| json!({ "subscribe": NAME, "type": "geometry_msgs/msg/TwistStamped", "get": path });
     scene.lie();
@@ -347,16 +347,17 @@ fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
     assert!(silenced["because"].as_str().unwrap().contains("the service /robot/wheel/enable"), "{silenced}");
     for (path, expected) in [("header.frame_id", json!("front axle")), ("twist.linear.y", json!(0.25))] {
         consumer.order(&order(path));
-        let heard = real::eventually("a message like the wheel's", || {
-            let heard = consumer.poll("heard", Duration::from_secs(1))?;
-            (heard["heard"] == NAME && heard["value"] == expected).then_some(heard)
+        let received = real::eventually("a message like the wheel's", || {
+            let received = consumer.poll("heard", Duration::from_secs(1))?;
+            (received["heard"] == NAME && received["value"] == expected).then_some(received)
         });
-        assert!(heard["header"].as_i64() > Some(1_000_000_000), "{heard}");
+        assert!(received["header"].as_i64() > Some(1_000_000_000), "{received}");
     }
     consumer.order(&order("twist.linear.x"));
     let speed = real::eventually("a speed", || {
-        let heard = consumer.poll("heard", Duration::from_secs(1)).filter(|heard| heard["heard"] == NAME);
-        heard?["value"].as_f64().filter(|speed| *speed > 1.0)
+        let received =
+            consumer.poll("heard", Duration::from_secs(1)).filter(|received| received["heard"] == NAME);
+        received?["value"].as_f64().filter(|speed| *speed > 1.0)
     });
     assert!((speed - 10.0).abs() < 0.5, "{speed}");
     scene.wheel.order(&json!({ "value": 10.1 }));

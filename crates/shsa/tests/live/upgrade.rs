@@ -42,8 +42,8 @@ fn a_state_of_another_form_is_refused_and_left_as_it_is() {
     fs::write(state.join("rover.json"), &later).unwrap();
     let ended = Running::ended(["--state", state.to_str().unwrap()]);
     assert_eq!(ended.status.code(), Some(2));
-    let said = String::from_utf8_lossy(&ended.stderr).into_owned();
-    assert!(said.contains("shsa-state-9") && said.contains("move it away to begin without"), "{said}");
+    let stated = String::from_utf8_lossy(&ended.stderr).into_owned();
+    assert!(stated.contains("shsa-state-9") && stated.contains("move it away to begin without"), "{stated}");
     assert_eq!(fs::read_to_string(state.join("rover.json")).unwrap(), later);
 }
 

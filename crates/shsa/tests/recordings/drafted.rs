@@ -26,8 +26,8 @@ impl Folder {
             };
         }
         let output = command.output().unwrap();
-        let told = String::from_utf8_lossy(&output.stderr);
-        assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}\n{told}", output.status);
+        let reported = String::from_utf8_lossy(&output.stderr);
+        assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}\n{reported}", output.status);
         String::from_utf8(output.stdout).unwrap()
     }
 }

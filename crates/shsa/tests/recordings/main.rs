@@ -89,8 +89,8 @@ impl Case {
 /// Runs a replay with `--json`; an unmet need (status 1) is a valid answer, too.
 fn report(command: &mut Command) -> Report {
     let output = command.arg("--json").output().unwrap();
-    let told = String::from_utf8_lossy(&output.stderr);
-    assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}\n{told}", output.status);
+    let reported = String::from_utf8_lossy(&output.stderr);
+    assert!(matches!(output.status.code(), Some(0 | 1)), "{command:?}: {}\n{reported}", output.status);
     Report(serde_json::from_slice(&output.stdout).unwrap())
 }
 
@@ -107,8 +107,8 @@ impl Report {
 
     /// Signals with an event of one of these kinds.
     fn signals(&self, kinds: &[&str]) -> BTreeSet<String> {
-        let told = self.events().into_iter().filter(|event| kinds.contains(&&*event.kind));
-        told.filter_map(|event| event.signal).collect()
+        let reported = self.events().into_iter().filter(|event| kinds.contains(&&*event.kind));
+        reported.filter_map(|event| event.signal).collect()
     }
 
     /// Seconds from a time to the first event that names the signal for certain.

@@ -30,7 +30,7 @@ struct System {
     duration_s: f64,
     variables: Vec<Variable>,
     files: Vec<record::File>,
-    signals: Vec<record::Told>,
+    signals: Vec<record::SignalRecord>,
     #[serde(default)]
     hidden: Vec<String>,
     relations: Vec<Planted>,
@@ -47,9 +47,13 @@ struct Planted {
 impl System {
     /// The variables that a relation is about, and whether one of its signals is computed from another.
     fn variables_of(&self, signals: &[Signal], relation: &Relation) -> (BTreeSet<String>, bool) {
-        let told = |signal: usize| self.signals.iter().find(|it| it.name == signals[signal].name);
-        let told: Vec<&record::Told> = relation.signals().into_iter().filter_map(told).collect();
-        (told.iter().map(|it| it.variable.clone()).collect(), told.iter().any(|it| it.copy_of.is_some()))
+        let record_of = |signal: usize| self.signals.iter().find(|it| it.name == signals[signal].name);
+        let records: Vec<&record::SignalRecord> =
+            relation.signals().into_iter().filter_map(record_of).collect();
+        (
+            records.iter().map(|it| it.variable.clone()).collect(),
+            records.iter().any(|it| it.copy_of.is_some()),
+        )
     }
 
     fn can_be_learned(&self, planted: &Planted) -> bool {

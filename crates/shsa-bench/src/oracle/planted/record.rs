@@ -18,7 +18,7 @@ pub(super) struct File {
 
 /// One signal: what it measures and how, or what it is computed from.
 #[derive(Deserialize)]
-pub(super) struct Told {
+pub(super) struct SignalRecord {
     pub(super) name: String,
     pub(super) variable: String,
     file: String,
@@ -48,28 +48,33 @@ enum Noise {
 pub(super) fn signals(system: &System, day: u64) -> anyhow::Result<Vec<Signal>> {
     let made = variables(system, day)?;
     let mut signals: Vec<Signal> = Vec::new();
-    for (number, told) in system.signals.iter().enumerate() {
-        let at = || format!("{} {}", system.id, told.name);
-        let variable = system.variables.iter().find(|it| it.name == told.variable).with_context(at)?;
-        let unit = Unit::parse(told.unit.as_ref().unwrap_or(&variable.unit))
+    for (number, declared) in system.signals.iter().enumerate() {
+        let at = || format!("{} {}", system.id, declared.name);
+        let variable = system.variables.iter().find(|it| it.name == declared.variable).with_context(at)?;
+        let unit = Unit::parse(declared.unit.as_ref().unwrap_or(&variable.unit))
             .map_err(|it| anyhow::anyhow!("{}: {it}", at()))?;
-        let points = match &told.copy_of {
+        let points = match &declared.copy_of {
             Some(of) => {
                 let of = signals.iter().find(|it| it.name == *of).with_context(at)?;
-                of.points.iter().map(|(time, value)| (*time, written(told.by * value + told.plus))).collect()
+                of.points
+                    .iter()
+                    .map(|(time, value)| (*time, written(declared.by * value + declared.plus)))
+                    .collect()
             }
             None => {
-                let values = made.get(&told.variable).with_context(at)?;
-                let times = times(system, &told.file, day).with_context(at)?;
-                let exact =
-                    times.iter().map(|time| read(values, time - told.delay_s) + told.offset).collect();
+                let values = made.get(&declared.variable).with_context(at)?;
+                let times = times(system, &declared.file, day).with_context(at)?;
+                let exact = times
+                    .iter()
+                    .map(|time| read(values, time - declared.delay_s) + declared.offset)
+                    .collect();
                 let chance =
                     Chance::new(system.seed.wrapping_mul(17) + number as u64 * 523 + day * 3301 + 11);
-                let noisy = told.noise.as_ref().with_context(at)?.onto(&times, exact, chance);
+                let noisy = declared.noise.as_ref().with_context(at)?.onto(&times, exact, chance);
                 times.into_iter().zip(noisy.into_iter().map(written)).collect()
             }
         };
-        signals.push(Signal { name: told.name.clone(), unit: Some(unit), points });
+        signals.push(Signal { name: declared.name.clone(), unit: Some(unit), points });
     }
     Ok(signals)
 }

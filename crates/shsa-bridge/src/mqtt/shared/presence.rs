@@ -12,7 +12,7 @@ impl Shared {
         if state.sender.is_some() && !state.wants_everything {
             state.requests.extend(self.claims.topics().map(|topic| (topic, true)));
             // The own claims come back after the claims of others.
-            self.say_claims(&mut state);
+            self.publish_claims(&mut state);
             state.pump();
         }
     }
@@ -26,37 +26,37 @@ impl Shared {
     /// Publishes the own claims.
     pub(in crate::mqtt) fn claim(&self) {
         let mut state = self.lock();
-        self.say_claims(&mut state);
+        self.publish_claims(&mut state);
         state.pump();
     }
 
     /// Publishes that this client is connected, and its claims.
-    pub(super) fn say_here(&self, state: &mut State) {
+    pub(super) fn publish_here(&self, state: &mut State) {
         if let Some(presence) = &self.presence {
-            self.say(state, &presence.topic, presence.here.clone(), None);
+            self.send_kept(state, &presence.topic, presence.here.clone(), None);
         }
-        self.say_claims(state);
+        self.publish_claims(state);
     }
 
     /// Publishes that this client leaves, and ends its claims.
-    pub(super) fn say_gone(&self, state: &mut State) {
+    pub(super) fn publish_gone(&self, state: &mut State) {
         if let Some(presence) = &self.presence {
-            self.say(state, &presence.topic, presence.gone.clone(), None);
+            self.send_kept(state, &presence.topic, presence.gone.clone(), None);
         }
-        if let Some((topic, _)) = self.claims.said() {
-            self.say(state, &topic, Bytes::new(), None);
+        if let Some((topic, _)) = self.claims.own_message() {
+            self.send_kept(state, &topic, Bytes::new(), None);
         }
     }
 
-    fn say_claims(&self, state: &mut State) {
-        let Some((topic, words)) = self.claims.said() else { return };
+    fn publish_claims(&self, state: &mut State) {
+        let Some((topic, words)) = self.claims.own_message() else { return };
         let until = (!words.is_empty()).then(|| Uptime::now() + EXPIRES);
-        self.say(state, &topic, words.into(), until);
+        self.send_kept(state, &topic, words.into(), until);
     }
 
-    fn say(&self, state: &mut State, topic: &str, words: Bytes, until: Option<Uptime>) {
-        let said = Publication::new(topic.into(), words, self.inbox.clock().now());
+    fn send_kept(&self, state: &mut State, topic: &str, words: Bytes, until: Option<Uptime>) {
+        let publication = Publication::new(topic.into(), words, self.inbox.clock().now());
         // With a depth of 1, an earlier text that may not have arrived is replaced.
-        let _older = state.outbox.keep(Publication { retain: true, until, ..said }, 1);
+        let _older = state.outbox.keep(Publication { retain: true, until, ..publication }, 1);
     }
 }

@@ -7,7 +7,7 @@ use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
 use super::evidence_view::EvidenceView;
 use super::recovery::MOST_CONFLICTS;
 use super::verdict::{Blame, Decision, Verdict};
-use super::{Awaited, ComponentState, ConflictPair, Record, Review, said};
+use super::{Awaited, ComponentState, ConflictPair, Record, Review, latest_value};
 use crate::diagnosis::candidates::{Component, explain};
 use crate::monitor::{Residual, ResidualState};
 use crate::time::Span;
@@ -18,7 +18,7 @@ impl<T: EvidenceView> Review<'_, T> {
     /// Accuses the components that the conflicts blame.
     pub(super) fn accuse(&mut self) {
         let Review { evidence, now, .. } = *self;
-        let open = |relationship| self.judge.open_pairs(evidence, now, relationship);
+        let open = |residual_state| self.judge.open_pairs(evidence, now, residual_state);
         let conflicts: Vec<&Residual> = open(ResidualState::Conflict).collect();
         if conflicts.is_empty() {
             return;
@@ -118,7 +118,7 @@ impl<T: EvidenceView> Review<'_, T> {
         let &Dispute { onset, since, gradual, shows } = dispute;
         let latency = |pair: &Residual| if gradual { pair.latency() } else { pair.window.latency() };
         let is_open = |pair: &&Residual| {
-            let may_decide = match pair.relationship(now) {
+            let may_decide = match pair.residual_state(now) {
                 ResidualState::Undecided => true,
                 ResidualState::Agree => {
                     (gradual && pair.is_building()) || pair.is_close() || !pair.window.confirmed_since(onset)
@@ -154,11 +154,12 @@ impl<T: EvidenceView> Review<'_, T> {
             return;
         }
         let relapses = self.judge.relapses(component, self.now);
-        let said = said(self.evidence, component).filter(|_| has_moved(self.evidence, component));
+        let latest_value =
+            latest_value(self.evidence, component).filter(|_| has_moved(self.evidence, component));
         let record = Record {
             verdict: Some(verdict),
             alone: choice.is_none_or(|choice| choice.len() <= 1),
-            said,
+            latest_value,
             relapses,
             cleared: before.record.cleared,
             ..Record::default()

@@ -1,6 +1,6 @@
 //! The residuals of a monitor as comparisons of components, with prior probabilities of their faults.
 
-use super::{Component, ComponentState, EvidenceView, Judge, JudgeOptions, Record, said};
+use super::{Component, ComponentState, EvidenceView, Judge, JudgeOptions, Record, latest_value};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
@@ -222,14 +222,14 @@ impl Judge {
         &'s self,
         evidence: &'m impl EvidenceView,
         now: Time,
-        relationship: ResidualState,
+        residual_state: ResidualState,
     ) -> impl Iterator<Item = &'m Residual> + 's {
-        let disagree = matches!(relationship, ResidualState::Conflict | ResidualState::Undecided);
+        let disagree = matches!(residual_state, ResidualState::Conflict | ResidualState::Undecided);
         let restless = disagree.then(|| evidence.restless());
         let all = (!disagree).then(|| evidence.pairs());
         let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
         pairs.filter(move |pair| {
-            pair.relationship(now) == relationship && !self.is_explained(evidence, pair, None)
+            pair.residual_state(now) == residual_state && !self.is_explained(evidence, pair, None)
         })
     }
 
@@ -268,10 +268,11 @@ impl Judge {
     /// Whether a signal that is suspect or failed, and usually moves, has repeated its value since it was accused.
     #[must_use]
     pub fn stands_still(&self, component: Component, evidence: &impl EvidenceView, now: Time) -> bool {
-        let ComponentState { record: Record { said: before, .. }, accused, .. } = self.state_of(component);
+        let ComponentState { record: Record { latest_value: before, .. }, accused, .. } =
+            self.state_of(component);
         let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
         before.is_some()
-            && before == said(evidence, component)
+            && before == latest_value(evidence, component)
             && matches!(component, Component::Signal(signal) if is_still(signal))
     }
 
@@ -315,7 +316,7 @@ pub(super) fn tells_apart(
     pair: &Residual,
     accused: &BTreeSet<Component>,
 ) -> bool {
-    let agrees = pair.relationship(now) == ResidualState::Agree;
+    let agrees = pair.residual_state(now) == ResidualState::Agree;
     let is_about = |component: &&Component| {
         let (one, other) =
             (relies(evidence, pair.way, **component), relies(evidence, pair.other, **component));
@@ -357,7 +358,7 @@ impl Dispute {
 
 /// Whether a conflict has built up from many comparisons of which each agrees.
 fn is_gradual(conflict: &Residual, now: Time) -> bool {
-    conflict.window.relationship(now) != ResidualState::Conflict
+    conflict.window.residual_state(now) != ResidualState::Conflict
 }
 
 /// Whether one of the ways of a pair rests on one of the components.

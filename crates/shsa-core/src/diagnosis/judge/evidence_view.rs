@@ -23,7 +23,7 @@ pub trait EvidenceView {
     fn frozen(&self, signal: SignalId) -> Frozen;
 
     /// The current value of a signal, SI, when it is a number.
-    fn said(&self, signal: SignalId) -> Option<Interval>;
+    fn latest_value(&self, signal: SignalId) -> Option<Interval>;
 
     /// Whether a signal gives values, and no detector finds a fault in its readings.
     fn is_sound(&self, signal: SignalId) -> bool;
@@ -53,14 +53,14 @@ impl EvidenceView for Monitor {
         self.frozen(signal)
     }
 
-    fn said(&self, signal: SignalId) -> Option<Interval> {
+    fn latest_value(&self, signal: SignalId) -> Option<Interval> {
         self.ports()[signal].newest().map(|sample| sample.value)
     }
 
     fn is_sound(&self, signal: SignalId) -> bool {
         let watch = self.timeouts();
-        let is_heard = watch.absence(signal).is_none() && watch.has_given_value(signal);
-        is_heard && self.detectors().fault(signal).is_none()
+        let is_present = watch.absence(signal).is_none() && watch.has_given_value(signal);
+        is_present && self.detectors().fault(signal).is_none()
     }
 
     fn has_returned(&self, signal: SignalId) -> bool {

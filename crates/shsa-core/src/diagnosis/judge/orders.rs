@@ -29,7 +29,7 @@ pub struct Record {
     pub relapses: u32,
     /// The value with which the signal was accused, SI. While the signal repeats it, an agreement means that the plant has come
     /// back to the value, and the signal is not cleared.
-    pub said: Option<Interval>,
+    pub latest_value: Option<Interval>,
 }
 
 impl Judge {

@@ -191,7 +191,7 @@ impl<T: EvidenceView> Review<'_, T> {
         let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
         // What has jumped is off for as long as it stays there, though its changes are right.
         let has_returned = has_returned(evidence, component);
-        let tells = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
+        let bears_on = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
         let mut found = Counts::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
@@ -204,13 +204,14 @@ impl<T: EvidenceView> Review<'_, T> {
                 found.explained += usize::from(has_accused);
                 continue;
             }
-            match pair.relationship(now) {
+            match pair.residual_state(now) {
                 ResidualState::Unknown => found.silent += usize::from(has_accused),
-                ResidualState::Agree if has_accused && tells(pair) => found.agree += 1,
+                ResidualState::Agree if has_accused && bears_on(pair) => found.agree += 1,
                 ResidualState::Agree if has_accused => found.appeased += 1,
                 ResidualState::Agree => {
-                    found.witnessed |=
-                        has_seen(pair) && tells(pair) && self.judge.bears_witness(evidence, pair, component);
+                    found.witnessed |= has_seen(pair)
+                        && bears_on(pair)
+                        && self.judge.bears_witness(evidence, pair, component);
                 }
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ways)),

@@ -35,11 +35,11 @@ impl Provider {
     }
 
     /// Starts the best source whose signals have all given values, else the best one; returns whether there is one.
-    pub(super) fn start_heard(&mut self, situation: &Situation<'_>) -> bool {
+    pub(super) fn start_with_inputs(&mut self, situation: &Situation<'_>) -> bool {
         let Situation { knowledge, monitor, .. } = *situation;
-        let spoken = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_given_value(signal));
-        let heard = self.sources.ways().find(spoken).cloned();
-        let assured = heard.and_then(|way| self.contracts.admit(way));
+        let has_inputs = |way: &&Way| way.inputs().all(|signal| monitor.timeouts().has_given_value(signal));
+        let found = self.sources.ways().find(has_inputs).cloned();
+        let assured = found.and_then(|way| self.contracts.admit(way));
         let service = assured.and_then(|way| Service::start(knowledge, way, monitor.ports(), None));
         match service {
             Some(_) => {
@@ -133,7 +133,7 @@ impl Provider {
     /// Replaces a source that a change of the model has taken away.
     pub(super) fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
         let Situation { knowledge, now, .. } = change.situation;
-        let is_served = self.start_heard(&change.situation);
+        let is_served = self.start_with_inputs(&change.situation);
         let reason = lost.map(|way| Reasons::from(change.lost_by(way)));
         if !is_served {
             let because = reason.map(|reason| reason.then(Joint::And, Reason::NothingElseTrusted));
@@ -272,11 +272,11 @@ impl Provider {
             let subjects = forbidden.into_iter().map(|component| Subject::of(knowledge, component));
             let by_another = Reason::ForbiddenByAnother { subjects: subjects.collect() };
             let because = only.then(Joint::And, by_another);
-            return self.tell_unserved(knowledge, Some(because), now);
+            return self.report_unserved(knowledge, Some(because), now);
         }
         if let Err(refused) = self.admit_forced(situation) {
             self.take_over(knowledge, None);
-            return self.tell_unserved(knowledge, Some(only.then(Joint::And, refused)), now);
+            return self.report_unserved(knowledge, Some(only.then(Joint::And, refused)), now);
         }
         if self.state.way() != Some(&way) {
             let left = self.source_name(knowledge);
@@ -294,7 +294,7 @@ impl Provider {
             return Some(self.event(knowledge, EventKind::Unhealable, because.then(Joint::And, absent), now));
         }
         let because = self.absent(knowledge, monitor).map(|absent| only.then(Joint::And, absent));
-        self.tell_unserved(knowledge, because, now)
+        self.report_unserved(knowledge, because, now)
     }
 
     /// The signals of the source that give no usable value.
@@ -314,7 +314,7 @@ impl Provider {
         let Situation { knowledge, monitor, now, .. } = *situation;
         let before = self.state.take_unsure();
         let Some(ways) = self.candidates(situation) else {
-            return self.tell_unserved(knowledge, because, now);
+            return self.report_unserved(knowledge, because, now);
         };
         let ports = monitor.ports();
         let unsure = match before {
@@ -373,9 +373,9 @@ impl Provider {
     ) -> Unsure {
         let kind = self.settings.when_unsure;
         // A change of the model repeats no event: values may have been uncertain before the change.
-        let is_told = self.reported.is_uncertain();
+        let is_reported = self.reported.is_uncertain();
         let last = self.last.map(|(_, sample)| sample);
         let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);
-        unsure.following(last, is_told)
+        unsure.following(last, is_reported)
     }
 }

@@ -64,7 +64,7 @@ impl Provider {
     /// is over.
     pub(in super::super) fn follow_evidence(
         &mut self,
-        has_spoken: &dyn Fn(SignalId) -> bool,
+        is_updated: &dyn Fn(SignalId) -> bool,
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
         judge: &Judge,
@@ -77,7 +77,7 @@ impl Provider {
         let instruments = Instruments { knowledge, monitor, judge, attested: Some(attested), now };
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
         let was_overridden = self.contracts.overridden().is_some();
-        let has_changed = self.contracts.follow(has_spoken, &read, now);
+        let has_changed = self.contracts.follow(is_updated, &read, now);
         let is_over = was_overridden && self.contracts.overridden().is_none();
         let event = is_over.then(|| {
             let need = String::from(knowledge.need_name(self.settings.need));
@@ -169,7 +169,7 @@ impl Provider {
 
     /// Reports which preferred sources contracts refuse, once each time; where evidence is unknown, only after the longest age of
     /// a value.
-    pub(super) fn tell_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    pub(super) fn report_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let calm = self.settings.switching.probation;
         let untold = self.contracts.untold(calm, now);
         if untold.is_empty() {
@@ -180,8 +180,8 @@ impl Provider {
         let mut joint = Joint::Namely;
         for refused in untold.iter().take(MOST_NAMED) {
             let source = Reasons::from(Reason::ShortSource { source: refused.way.describe(knowledge) });
-            let told = lacking(source.then(Joint::Namely, verdict(refused)), &refused.lacking);
-            because = because.then(joint, told);
+            let shortfall = lacking(source.then(Joint::Namely, verdict(refused)), &refused.lacking);
+            because = because.then(joint, shortfall);
             joint = Joint::Next;
         }
         if let Some(more) = untold.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {

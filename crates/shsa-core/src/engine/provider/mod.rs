@@ -204,7 +204,7 @@ impl Provider {
 
     /// What serves the need now.
     fn served_by(&self, knowledge: &KnowledgeBase) -> Option<ServedBy> {
-        let unsure = self.state.unsure().filter(|unsure| unsure.is_told());
+        let unsure = self.state.unsure().filter(|unsure| unsure.is_reported());
         let unsure = unsure.map(|unsure| unsure.served_by(knowledge));
         unsure.or_else(|| self.source_name(knowledge).map(ServedBy::Way))
     }
@@ -227,7 +227,7 @@ impl Provider {
     }
 
     /// Reports that the need is not served, once.
-    fn tell_unserved(
+    fn report_unserved(
         &mut self,
         knowledge: &KnowledgeBase,
         because: Option<Reasons>,
@@ -269,7 +269,12 @@ impl Provider {
     }
 
     /// Takes a report of the process that computes the source.
-    pub(super) fn hear(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, report: Report) {
+    pub(super) fn take_report(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        report: Report,
+    ) {
         match report {
             Report::Ready { era } => self.delegate.begin(era, self.delegation().is_some()),
             Report::Answer { number, result } => {
@@ -348,7 +353,7 @@ impl Provider {
     /// Starts a new or redefined need with a source that is trusted.
     pub(super) fn begin(&mut self, change: &Succession<'_>) {
         self.find_sources(&change.situation);
-        self.start_heard(&change.situation);
+        self.start_with_inputs(&change.situation);
     }
 
     /// Goes on from before a restart: from the source that served the need, where that source may still be used. Reports when the
@@ -361,7 +366,7 @@ impl Provider {
         // An older value is no evidence about now: it makes no jump, and no computation continues from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
         self.blend.pass_to(Server::Active { since: self.switched });
-        self.refusals.take_as_told();
+        self.refusals.take_as_reported();
         self.find_sources(situation);
         let described = |way: &Way| Some(way.describe(knowledge)) == before.source.map(Into::into);
         if let Some(forced) = self.forced().cloned() {

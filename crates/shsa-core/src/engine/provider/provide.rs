@@ -17,7 +17,7 @@ use alloc::collections::VecDeque;
 
 /// Reports an event where there is one. Most often there is none, and extending a list by nothing costs more.
 #[inline]
-fn tell(outputs: &mut VecDeque<Output>, event: Option<Event>) {
+fn report(outputs: &mut VecDeque<Output>, event: Option<Event>) {
     if let Some(event) = event {
         outputs.push_back(Output::Event(event));
     }
@@ -35,16 +35,16 @@ impl Provider {
     ) {
         self.started.get_or_insert(now);
         if self.refusals.is_open() {
-            let because = self.refusals.tell(knowledge);
-            tell(outputs, Some(self.event(knowledge, EventKind::Refused, because, now)));
+            let because = self.refusals.report(knowledge);
+            report(outputs, Some(self.event(knowledge, EventKind::Refused, because, now)));
         }
         if self.contracts.is_demanding() {
-            tell(outputs, self.tell_not_admitted(knowledge, now));
+            report(outputs, self.report_not_admitted(knowledge, now));
         }
         self.refusals.follow(&self.settings, monitor, now);
         if !self.sources.is_unrivalled {
             match self.better() {
-                Some(_) => tell(outputs, self.go_back(knowledge, monitor, now)),
+                Some(_) => report(outputs, self.go_back(knowledge, monitor, now)),
                 None => self.sources.is_unrivalled = self.state.serving().is_some() && self.forced.is_none(),
             }
         }
@@ -78,7 +78,7 @@ impl Provider {
             && let Some((sample, way)) = self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
             self.state.end_unsure();
-            tell(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
+            report(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
                 self.publish_sample(knowledge, sample, Server::StandIn(way), admitted, now, outputs);
             }
@@ -114,7 +114,7 @@ impl Provider {
             self.state.serving_mut()?.unfit_since.get_or_insert(now);
             return Some(given);
         }
-        tell(outputs, left);
+        report(outputs, left);
         let given = self.computed(monitor, outputs)?;
         let is_fit = self.settings.is_met_by(&given, now);
         self.state.serving_mut()?.unfit_since = if is_fit { None } else { Some(now) };
@@ -227,9 +227,9 @@ impl Provider {
         if !episode.note_own(&self.settings, now) {
             return None;
         }
-        let told = episode.reported();
+        let last_reported = episode.reported();
         serving.episode = None;
-        let before = monitor.way(told?).map(|way| way.computation.way().describe(knowledge));
+        let before = monitor.way(last_reported?).map(|way| way.computation.way().describe(knowledge));
         let before = before.map_or(Reason::BeforeNothing, |source| Reason::Before { source });
         let because = Reasons::from(Reason::GivesAgain).then(Joint::Next, before);
         Some(self.event(knowledge, EventKind::Restored, because, now))
@@ -246,7 +246,7 @@ impl Provider {
     ) {
         self.state.end_unsure();
         if self.state.serving().is_some_and(|serving| serving.episode.is_some()) {
-            tell(outputs, self.note_own(knowledge, monitor, now));
+            report(outputs, self.note_own(knowledge, monitor, now));
         }
         let server = Server::Active { since: self.switched };
         if let Some(admitted) = self.admitted() {
@@ -281,7 +281,7 @@ impl Provider {
             PublishedValue::Vector(_) => Interval::EMPTY,
         };
         self.statistics.count(self.last.map(|(time, _)| now - time), scalar.width());
-        tell(outputs, self.tell_served(knowledge, now));
+        report(outputs, self.report_served(knowledge, now));
         self.last = Some((now, Sample { validity, value: scalar }));
         let value = match value {
             PublishedValue::Scalar(value) => {
@@ -322,7 +322,7 @@ impl Provider {
     }
 
     /// Reports that the need is served again, or by a trusted source again.
-    fn tell_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    fn report_served(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_certain = self.blend.server() != Some(Server::Unsure) && !self.sources.is_unproven();
         let is_break = self.last.is_none_or(|(last, _)| now - last > self.settings.max_age);
         let because =
@@ -347,19 +347,19 @@ impl Provider {
         let admitted = self.state.unsure().and_then(|unsure| unsure.admitted(&self.contracts));
         if let (Some(Sample { value, validity }), Some(admitted)) = (sample, admitted) {
             self.blend.stop();
-            tell(outputs, self.tell_uncertain(knowledge, now));
+            report(outputs, self.report_uncertain(knowledge, now));
             let given = (PublishedValue::Scalar(value), validity);
             return self.publish(knowledge, given, admitted, now, outputs);
         }
-        tell(outputs, self.tell_nothing_certain(knowledge, now));
-        tell(outputs, self.check_age(knowledge, now));
+        report(outputs, self.report_nothing_certain(knowledge, now));
+        report(outputs, self.check_age(knowledge, now));
     }
 
     /// Reports once that values are uncertain from now on.
-    fn tell_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    fn report_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let is_decided = matches!(self.state, State::Unsure(_));
         let unsure = self.state.unsure_mut()?;
-        let (served_by, reason) = unsure.tell(knowledge, is_decided, self.settings.max_age, now)?;
+        let (served_by, reason) = unsure.report(knowledge, is_decided, self.settings.max_age, now)?;
         self.reported.doubt();
         if self.reported.is_unserved() {
             // The event that the need is served again reports the uncertainty, too.
@@ -370,11 +370,11 @@ impl Provider {
     }
 
     /// Reports when no uncertain value is fit from the beginning, or the last trusted value has become too old.
-    fn tell_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    fn report_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         // While there is a source, `check_age` reports.
         let State::Unsure(unsure) = &mut self.state else { return None };
-        let because = unsure.tell_nothing(knowledge, &self.settings, now)?;
-        self.tell_unserved(knowledge, Some(because), now)
+        let because = unsure.report_nothing(knowledge, &self.settings, now)?;
+        self.report_unserved(knowledge, Some(because), now)
     }
 
     /// Reports when the need has not been served for longer than a value may be old.
@@ -395,6 +395,6 @@ impl Provider {
                 Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
             }
         };
-        self.tell_unserved(knowledge, Some(because), now)
+        self.report_unserved(knowledge, Some(because), now)
     }
 }

@@ -61,7 +61,7 @@ impl Refusals {
     }
 
     /// Marks the open refusals as reported: after a restart they are no news.
-    pub(super) fn take_as_told(&mut self) {
+    pub(super) fn take_as_reported(&mut self) {
         self.reported.append(&mut self.open);
     }
 
@@ -94,7 +94,7 @@ impl Refusals {
     }
 
     /// The reasons for the refusals that no event has reported.
-    pub(super) fn tell(&mut self, knowledge: &KnowledgeBase) -> Reasons {
+    pub(super) fn report(&mut self, knowledge: &KnowledgeBase) -> Reasons {
         let open = core::mem::take(&mut self.open);
         let mut because = Reasons::from(Reason::DemandsMore);
         let mut joint = Joint::Namely;

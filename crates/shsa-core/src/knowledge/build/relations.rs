@@ -370,8 +370,8 @@ fn unsolvable(equation: &Equation, reasons: &[String], names: &Names) -> (&'stat
         let help = "a relation says how variables determine each other";
         return ("this relation holds no variable", help.to_string());
     }
-    let told = reasons.get(..MAX_REASONS.min(reasons.len())).unwrap_or_default().join("; ");
-    ("this relation can be solved for nothing", told)
+    let explained = reasons.get(..MAX_REASONS.min(reasons.len())).unwrap_or_default().join("; ");
+    ("this relation can be solved for nothing", explained)
 }
 
 fn report_constants(problems: &mut Problems, outputs: &[Text], names: &Names) {

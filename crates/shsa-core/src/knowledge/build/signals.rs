@@ -54,7 +54,7 @@ pub(super) fn build(
         signals[id].derived_from = origins;
     }
     report_cycles(problems, &signals, &declared);
-    tell_sources(problems, &mut signals, &declared);
+    report_sources(problems, &mut signals, &declared);
     let mut shares = IdVec::new();
     for declared in declared.iter_mut() {
         shares.push(core::mem::take(&mut declared.shares));
@@ -63,7 +63,7 @@ pub(super) fn build(
 }
 
 /// Notes which signals are derived from others because of their sources.
-fn tell_sources(
+fn report_sources(
     problems: &mut Problems,
     signals: &mut IdVec<SignalId, Signal>,
     declared: &IdVec<SignalId, Declared>,

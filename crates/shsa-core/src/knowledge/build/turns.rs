@@ -21,20 +21,20 @@ pub(super) fn note(problems: &mut Problems, text: &Text, relation: &Relation, na
         let mut found = BTreeSet::new();
         taken_over(formula, names, &mut found);
         let turns: BTreeSet<String> = found.iter().map(|&id| turn(&names.variables.list[id])).collect();
-        let told: Vec<String> =
+        let wrapping: Vec<String> =
             found.iter().map(|&id| format!("`{}`", names.variables.list[id].name)).collect();
-        let (Some(turn), false) = (turns.first(), told.is_empty()) else { continue };
-        let (name, told) = (&described.name, told.join(" and "));
+        let (Some(turn), false) = (turns.first(), wrapping.is_empty()) else { continue };
+        let (name, wrapping) = (&described.name, wrapping.join(" and "));
         let (message, help) = match found.len() {
             1 => (
                 format!(
-                    "`{name}` does not wrap, and is computed from {told}, which does: it steps by whole turns"
+                    "`{name}` does not wrap, and is computed from {wrapping}, which does: it steps by whole turns"
                 ),
-                format!("declare `wraps: {turn}` for `{name}` too, or use `sin` and `cos` of {told}"),
+                format!("declare `wraps: {turn}` for `{name}` too, or use `sin` and `cos` of {wrapping}"),
             ),
             _ => (
                 format!(
-                    "`{name}` does not wrap, and is computed from {told}, which do: their difference is taken the shorter way round"
+                    "`{name}` does not wrap, and is computed from {wrapping}, which do: their difference is taken the shorter way round"
                 ),
                 format!(
                     "declare `wraps: {turn}` for `{name}` too; without it, it is right within half a turn to either side of 0"

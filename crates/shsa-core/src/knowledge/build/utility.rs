@@ -20,7 +20,7 @@ use alloc::string::ToString;
 use alloc::vec::Vec;
 
 /// At most this many elements with a rating out of range are reported.
-const MAX_TOLD: usize = 10;
+const MAX_REPORTED: usize = 10;
 
 /// The utility, as far as it is valid and proven not to rise with additional relations.
 pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge: &KnowledgeBase) -> Utility {
@@ -216,14 +216,14 @@ fn report(
     if found.is_empty() {
         return;
     }
-    let told = found.get(..MAX_TOLD).unwrap_or(&found);
-    let places = places(source, matches!(utility, Utility::Norm), told, knowledge);
-    for problem in told {
+    let reported = found.get(..MAX_REPORTED).unwrap_or(&found);
+    let places = places(source, matches!(utility, Utility::Norm), reported, knowledge);
+    for problem in reported {
         let place = places.get(&problem.element).copied().unwrap_or(at.place);
         problems.error(place, problem.message.clone(), problem.help.clone());
     }
-    if found.len() > MAX_TOLD {
-        let message = format!("the utility of {} more elements is out of range", found.len() - MAX_TOLD);
+    if found.len() > MAX_REPORTED {
+        let message = format!("the utility of {} more elements is out of range", found.len() - MAX_REPORTED);
         problems.error(at, message, "correct the formula, or the properties that it reads");
     }
 }
@@ -232,10 +232,10 @@ fn report(
 fn places(
     source: &mut dyn Source,
     by_cost: bool,
-    told: &[UtilityProblem],
+    reported: &[UtilityProblem],
     knowledge: &KnowledgeBase,
 ) -> BTreeMap<Element, Place> {
-    let elements = || told.iter().map(|problem| problem.element);
+    let elements = || reported.iter().map(|problem| problem.element);
     let named = |element: Element, text: &str| match element {
         Element::Variable(id) => knowledge.variables()[id].name == text,
         Element::Relation(id) => knowledge.relations()[id].name == text,

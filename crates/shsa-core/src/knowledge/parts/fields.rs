@@ -210,6 +210,6 @@ fn terms(terms: &PropertyDrafts) -> String {
 
 /// All texts of a fusion, in order.
 pub(super) fn fusion_fields(draft: &FusionDraft) -> Fields {
-    let said: Vec<String> = draft.words().into_iter().map(|text| text.text).collect();
-    Vec::from([("fusion", said.join(", "))])
+    let stated: Vec<String> = draft.words().into_iter().map(|text| text.text).collect();
+    Vec::from([("fusion", stated.join(", "))])
 }

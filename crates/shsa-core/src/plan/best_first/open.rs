@@ -74,7 +74,7 @@ impl Open {
     }
 
     /// The weight of the present decisions, and the decisions.
-    pub(in super::super) fn standing(&self) -> (Weight, Vec<ChoiceId>) {
+    pub(in super::super) fn rank(&self) -> (Weight, Vec<ChoiceId>) {
         (self.decisions.bound(), self.decisions.decisions())
     }
 

@@ -83,7 +83,7 @@ pub(super) struct Subproblem {
     inputs: Vec<Place>,
     /// The shared relation of each choice, where one exists: its relation may be used for another output at the same time.
     shared_relations: IdVec<ChoiceId, Option<SharedRelation>>,
-    team_count: usize,
+    shared_relation_count: usize,
     /// Relations that may produce another variable of the subproblem, ascending.
     ambiguous: Vec<RelationId>,
     tree: bool,
@@ -99,8 +99,8 @@ impl Subproblem {
             self.drop_useless();
             self.cyclic = self.has_cycle();
         }
-        self.find_teams(view);
-        if self.is_exact() { self.find_best() } else { self.find_hopes() }
+        self.find_shared_relations(view);
+        if self.is_exact() { self.find_best() } else { self.find_lower_bounds() }
     }
 
     /// Clears everything, and keeps the room.
@@ -114,7 +114,7 @@ impl Subproblem {
         nodes.reserve(ROOM);
         choices.reserve(ROOM);
         inputs.reserve(ROOM);
-        (self.scale, self.team_count, self.tree, self.cyclic) = (scale, 0, true, false);
+        (self.scale, self.shared_relation_count, self.tree, self.cyclic) = (scale, 0, true, false);
     }
 
     /// How weights are joined.
@@ -139,7 +139,7 @@ impl Subproblem {
 
     /// The number of shared relations.
     pub(super) fn shared_relations(&self) -> usize {
-        self.team_count
+        self.shared_relation_count
     }
 
     /// Whether some choices make a variable depend on itself.
@@ -149,7 +149,7 @@ impl Subproblem {
 
     /// Whether the best choices of all places together are the best substitution.
     pub(super) fn is_exact(&self) -> bool {
-        self.tree && self.team_count == 0 && self.scale.is_additive()
+        self.tree && self.shared_relation_count == 0 && self.scale.is_additive()
     }
 
     /// All places, the root first.
@@ -257,7 +257,7 @@ impl Subproblem {
     }
 
     /// Numbers the relations that may be used twice in one substitution.
-    fn find_teams(&mut self, view: &View) {
+    fn find_shared_relations(&mut self, view: &View) {
         if self.ambiguous.is_empty() {
             return;
         }
@@ -270,8 +270,8 @@ impl Subproblem {
         let shared = self.ambiguous.iter().filter(|&&relation| !view.graph().is_exclusive(relation));
         let shared_relations: BTreeMap<RelationId, SharedRelation> =
             shared.enumerate().map(|(at, &relation)| (relation, SharedRelation::from_index(at))).collect();
-        self.team_count = shared_relations.len();
-        if self.team_count > 0 {
+        self.shared_relation_count = shared_relations.len();
+        if self.shared_relation_count > 0 {
             let shared_relation = |choice| {
                 self.choices[choice].relation.and_then(|relation| shared_relations.get(&relation).copied())
             };
@@ -305,13 +305,13 @@ impl Subproblem {
     /// places never count the same relation, nor a relation that is decided already, and their sum is a lower bound of the
     /// remaining weight. Where nothing is shared, the bound is exact. A relation that may also serve another output may be
     /// counted there, so it counts as nothing here.
-    fn find_hopes(&mut self) {
+    fn find_lower_bounds(&mut self) {
         let private = if self.tree { IdVec::new() } else { self.private() };
         for place in self.nodes.ids().rev() {
             let lower_bound = |choice| {
                 let own = self.shared_relation(choice).map_or(self.choices[choice].weight, |_| Weight::ZERO);
-                let hoped = |input: &&Place| self.tree || private[**input];
-                let inputs = self.inputs(choice).iter().filter(hoped);
+                let is_private = |input: &&Place| self.tree || private[**input];
+                let inputs = self.inputs(choice).iter().filter(is_private);
                 inputs.fold(own, |all, &input| self.scale.join(all, self.lower_bound(input)))
             };
             let lower_bounds = self.choices(place).map(lower_bound);

@@ -100,7 +100,7 @@ impl Lists {
 }
 
 /// The contents of a knowledge base without its version.
-fn told(knowledge: &KnowledgeBase) -> String {
+fn reported(knowledge: &KnowledgeBase) -> String {
     let variables = knowledge.variables().ids();
     let edges: Vec<_> =
         variables.map(|variable| (knowledge.producers(variable), knowledge.carriers(variable))).collect();
@@ -180,7 +180,7 @@ proptest! {
             }
         }
         let (at_once, _) = build(&lists.draft());
-        prop_assert_eq!(told(model.knowledge()), told(&at_once));
+        prop_assert_eq!(reported(model.knowledge()), reported(&at_once));
         prop_assert_eq!(format!("{:?}", model.draft()), format!("{:?}", lists.draft()));
     }
 
@@ -202,7 +202,7 @@ proptest! {
         }
         let (built, found) = build(model.draft());
         prop_assert!(found.is_empty(), "{:?}", found);
-        prop_assert_eq!(told(model.knowledge()), told(&built));
+        prop_assert_eq!(reported(model.knowledge()), reported(&built));
     }
 }
 

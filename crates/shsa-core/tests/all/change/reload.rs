@@ -65,7 +65,7 @@ struct Stage {
     engine: Engine,
     /// The knowledge base of the next output's ids.
     speaking: KnowledgeBase,
-    said: Vec<(String, String)>,
+    stated: Vec<(String, String)>,
     events: Vec<Event>,
 }
 
@@ -73,7 +73,7 @@ impl Stage {
     fn new(draft: Draft) -> Stage {
         let (model, _) = Model::new(draft).unwrap();
         let engine = Engine::new(model.knowledge().clone(), Options::default());
-        Stage { speaking: model.knowledge().clone(), model, engine, said: Vec::new(), events: Vec::new() }
+        Stage { speaking: model.knowledge().clone(), model, engine, stated: Vec::new(), events: Vec::new() }
     }
 
     fn run(&mut self, rows: &[Row]) {
@@ -125,12 +125,12 @@ impl Stage {
                     (known.variables()[variable].name.clone(), text)
                 }
             };
-            self.said.push((about, text));
+            self.stated.push((about, text));
         }
     }
 
     fn about(&self, names: &[&str]) -> Vec<&(String, String)> {
-        self.said.iter().filter(|(about, _)| names.contains(&about.as_str())).collect()
+        self.stated.iter().filter(|(about, _)| names.contains(&about.as_str())).collect()
     }
 
     fn source(&self, need: usize) -> Option<String> {
@@ -228,7 +228,7 @@ proptest! {
             changed.change(seconds, &[]);
         }
         changed.run(rest);
-        prop_assert_eq!(super::difference(&steady.said, &changed.said), None);
+        prop_assert_eq!(super::difference(&steady.stated, &changed.stated), None);
         let statuses = |stage: &Stage| {
             let needs = stage.engine.knowledge().needs().ids();
             needs.map(|need| format!("{:?}", stage.engine.need_status(need))).collect::<Vec<_>>()

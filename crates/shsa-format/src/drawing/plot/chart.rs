@@ -164,7 +164,7 @@ impl<'a> View<'a> {
             sheet.put(format_args!("<path class=\"shsa-line\"{dashes} d=\"M{line}\"/>"));
         }
         for point in points {
-            let title = escaped(&self.told(series, point));
+            let title = escaped(&self.described(series, point));
             let marker = marker(at, self.x_at(point.x), self.y_at(point.y));
             sheet.put(format_args!(
                 "<path fill=\"currentColor\" d=\"{marker}\"><title>{title}</title></path>"
@@ -174,7 +174,7 @@ impl<'a> View<'a> {
     }
 
     /// A point in words, for its tooltip.
-    fn told(&self, series: &Series, point: &Point) -> String {
+    fn described(&self, series: &Series, point: &Point) -> String {
         let (x, y) = (self.x.written(point.x), self.y.written(point.y));
         let spread = match point.low < point.high {
             true => format!(" ({} to {})", self.y.written(point.low), self.y.written(point.high)),

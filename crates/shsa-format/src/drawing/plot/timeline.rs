@@ -141,14 +141,14 @@ impl Timeline {
 
     fn description(&self) -> String {
         let names: Vec<&str> = self.bands.iter().map(|band| &*band.name).collect();
-        let marks: Vec<String> = self.marks.iter().map(told).collect();
+        let marks: Vec<String> = self.marks.iter().map(described).collect();
         let marks = if marks.is_empty() { String::new() } else { format!(" Marked: {}.", marks.join(", ")) };
         format!("Bands of {} over time: {}.{marks}", self.y.label, names.join(", "))
     }
 }
 
 /// A mark in words: `failed 20.4 s`.
-fn told(mark: &Mark) -> String {
+fn described(mark: &Mark) -> String {
     let time = format!("{:.3}", mark.at);
     let time = time.trim_end_matches('0').trim_end_matches('.');
     format!("{} {time} s", mark.name)
@@ -280,7 +280,7 @@ impl<'a> View<'a> {
         let mut marks: Vec<&Mark> = self.timeline.marks.iter().filter(|mark| self.has_place(mark)).collect();
         marks.sort_by(|one, other| one.at.total_cmp(&other.at));
         for mark in marks {
-            let (x, text) = (self.x_at(mark.at), told(mark));
+            let (x, text) = (self.x_at(mark.at), described(mark));
             let width = width_of(&text, SMALL);
             // At the right end, the name stands left of its line.
             let end = self.left + WIDTH + 20.0;

@@ -118,7 +118,7 @@ impl Block<'_> {
     pub(super) fn draw(&self, sheet: &mut Sheet, graph: &Graph<'_>, (x, y): (f64, f64)) {
         match &self.what {
             What::Variable { id, above, below } => {
-                sheet.put(format_args!("<g><title>{}</title>", escaped(&graph.variable_told(*id))));
+                sheet.put(format_args!("<g><title>{}</title>", escaped(&graph.variable_description(*id))));
                 self.draw_variable(sheet, graph, *id, (x, y));
                 sheet.put(format_args!("</g>"));
                 for (tag, step) in above.iter().zip(1_u32..) {
@@ -133,7 +133,7 @@ impl Block<'_> {
                 }
             }
             What::Relation { id, equation } => {
-                sheet.put(format_args!("<g><title>{}</title>", escaped(&graph.relation_told(*id))));
+                sheet.put(format_args!("<g><title>{}</title>", escaped(&graph.relation_description(*id))));
                 self.draw_relation(sheet, graph, *id, equation.as_deref(), (x, y));
                 sheet.put(format_args!("</g>"));
             }
@@ -219,7 +219,7 @@ impl Tag<'_> {
                     (false, false) => State::Usual,
                 };
                 let left = (middle.0 - self.width() / 2.0, middle.1);
-                signal(sheet, &graph.signal_told(*id), &text, left, state);
+                signal(sheet, &graph.signal_description(*id), &text, left, state);
             }
             Tag::Value(_) | Tag::More(_) => {
                 let (x, y) = (px(middle.0), px(middle.1 + 4.0));

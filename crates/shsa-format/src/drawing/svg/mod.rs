@@ -137,5 +137,5 @@ fn drawn(graph: &Graph<'_>, links: &[Link], blocks: &[Block<'_>], layout: &Layou
     let below = layout.size.1 + 2.0 * MARGIN;
     let (width, height) = legend::draw(&mut sheet, graph, links, layout.size.0, below);
     let size = (width + 2.0 * MARGIN, height + MARGIN);
-    sheet.finish("shsa-graph", &RULES, size, "Knowledge base", &graph.told())
+    sheet.finish("shsa-graph", &RULES, size, "Knowledge base", &graph.description())
 }

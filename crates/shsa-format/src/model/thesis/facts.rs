@@ -48,12 +48,12 @@ pub(super) fn sketch(notes: &mut Notes, text: &str) -> Sketch {
         let help = "facts look like `function(angle, turn, [base, radius]).`";
         reader.notes.error(place, "there is no fact of a knowledge base in this Prolog text", help);
     }
-    tell_passed(reader.notes, &passed);
+    report_passed(reader.notes, &passed);
     reader.sketch
 }
 
 /// One note about all skipped clauses, at the first of them.
-fn tell_passed(notes: &mut Notes, passed: &BTreeMap<&'static str, (usize, Place)>) {
+fn report_passed(notes: &mut Notes, passed: &BTreeMap<&'static str, (usize, Place)>) {
     let Some(place) = passed.values().map(|(_, place)| *place).min() else { return };
     let counted: Vec<String> = passed
         .iter()

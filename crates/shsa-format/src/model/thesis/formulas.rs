@@ -58,7 +58,7 @@ pub(super) fn candidates(
         match both(names, direction, code, plain_angles) {
             Ok((formula, condition)) => {
                 if !plain_angles {
-                    told(notes, direction, code, names, &formula, condition.as_ref());
+                    described(notes, direction, code, names, &formula, condition.as_ref());
                     vectors.extend(formula.vectors.iter().cloned());
                 }
                 let candidate = candidate(names, direction, code, formula, condition);
@@ -125,7 +125,7 @@ fn candidate(
 }
 
 /// Reports inputs that are not read, and a time that is not taken over.
-fn told(
+fn described(
     notes: &mut Notes,
     direction: &Direction,
     code: &Text,

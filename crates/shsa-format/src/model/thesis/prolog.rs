@@ -125,7 +125,7 @@ impl Writer<'_> {
         for group in lost.chunk_by(|one, other| one.0 == other.0) {
             let names: Vec<&str> = group.iter().map(|(_, name)| name.as_str()).collect();
             let why = group.first().map_or("", |(why, _)| why);
-            self.losses.push(format!("the formula of {}: {why}", told("relation", &names)));
+            self.losses.push(format!("the formula of {}: {why}", described("relation", &names)));
         }
     }
 
@@ -170,7 +170,7 @@ impl Writer<'_> {
         let knowledge = self.knowledge;
         let mut lose = |what: &str, kind: &str, names: Vec<&str>| {
             if !names.is_empty() {
-                self.losses.push(format!("{what} of {}", told(kind, &names)));
+                self.losses.push(format!("{what} of {}", described(kind, &names)));
             }
         };
         let variables = knowledge.variables();
@@ -236,7 +236,7 @@ fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
 }
 
 /// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.
-fn told(kind: &str, names: &[&str]) -> String {
+fn described(kind: &str, names: &[&str]) -> String {
     let mut text = format!(
         "{kind}{} {}",
         if names.len() == 1 { "" } else { "s" },

@@ -22,9 +22,9 @@ fn taken(text: &str) -> (String, String) {
 
 #[track_caller]
 fn check_taken(text: &str, expected: &str, problems: &str) {
-    let (found, told) = taken(text);
+    let (found, described) = taken(text);
     assert!(found.trim() == expected.trim(), "found:\n{found}");
-    assert!(told == problems.trim(), "told:\n{told}");
+    assert!(described == problems.trim(), "told:\n{described}");
 }
 
 const PRESS: &str = r#"
@@ -122,7 +122,7 @@ needs:
 
 #[test]
 fn the_yaml_of_the_thesis_comes_over() {
-    let told = "\
+    let described = "\
 2:1 warning: other files of Python are not read
 6:3 warning: the directions of relation `by_strain` have formulas or inputs of their own: it becomes by_strain_force, by_strain_strain
 19:45 warning: this cannot be taken over: the function `lookup` is not known here
@@ -132,7 +132,7 @@ fn the_yaml_of_the_thesis_comes_over() {
 35:38 warning: this is left out: `accuracy: 1.4` makes no sense
 36:33 warning: this is left out: the cost 0.5 of relation `opaque` is below 1
 37:3 warning: 1 `description` value is no number and left out";
-    check_taken(PRESS, PRESS_TAKEN, told);
+    check_taken(PRESS, PRESS_TAKEN, described);
 }
 
 #[test]
@@ -166,10 +166,10 @@ signals:
   /a: { variable: a }
   /b: { variable: b }
 ";
-    let told = "\
+    let described = "\
 6:11 warning: this edge joins two variables, `c` and `a`: it is left out
 7:3 warning: relation `r3` feeds no variable: it is left out";
-    check_taken(text, expected, told);
+    check_taken(text, expected, described);
 }
 
 #[test]
@@ -244,12 +244,12 @@ signals:
 
 #[test]
 fn facts_of_prolog_come_over() {
-    let told = "\
+    let described = "\
 2:1 warning: not taken over: 1 directive, 1 other clause, 1 query clause, 1 rule
 6:37 warning: `oil temperature` cannot be a variable's name in a formula: it becomes `oil_temperature`
 14:1 warning: this cannot be taken over: `try` is a statement: only formulas can be taken over
 20:62 warning: nothing uses `heat`";
-    check_taken(FACTS, FACTS_TAKEN, told);
+    check_taken(FACTS, FACTS_TAKEN, described);
 }
 
 #[test]
@@ -276,8 +276,8 @@ fn wrong_facts_are_placed() {
 
 #[test]
 fn a_cut_or_a_choice_before_the_full_stop_is_no_part_of_it() {
-    let told = "2:1 warning: not taken over: 2 rules";
-    assert_eq!(taken("function(a, r, [b]).\nf(X) :- g(X), !.\nf(X) :- !;g(X).\n").1, told);
+    let described = "2:1 warning: not taken over: 2 rules";
+    assert_eq!(taken("function(a, r, [b]).\nf(X) :- g(X), !.\nf(X) :- !;g(X).\n").1, described);
 }
 
 #[test]

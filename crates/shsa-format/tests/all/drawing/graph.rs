@@ -19,15 +19,15 @@ fn check(name: &str, knowledge: &KnowledgeBase, marks: &Marks) -> super::xml::El
     assert_eq!(text, svg(knowledge, marks).unwrap());
     let root = keep(name, &text);
     let tooltips = root.texts("title");
-    let told = |what: &str, name: &str| {
+    let reported = |what: &str, name: &str| {
         let first = format!("{what} {name}");
         tooltips.iter().filter(|title| title.lines().next() == Some(&first)).count()
     };
     for variable in knowledge.variables() {
-        assert_eq!(told("variable", &variable.name), 1, "{}", variable.name);
+        assert_eq!(reported("variable", &variable.name), 1, "{}", variable.name);
     }
     for relation in knowledge.relations() {
-        assert_eq!(told("relation", &relation.name), 1, "{}", relation.name);
+        assert_eq!(reported("relation", &relation.name), 1, "{}", relation.name);
     }
     root
 }

@@ -65,15 +65,16 @@ impl Document {
     /// That a table names exactly what the code has, each once.
     #[track_caller]
     pub(crate) fn names_exactly<'a>(&self, head: &str, code: impl IntoIterator<Item = &'a str>) {
-        let mut told = self.named(head);
+        let mut output = self.named(head);
         let mut known: Vec<&str> = code.into_iter().collect();
-        let missing: Vec<_> = known.iter().filter(|name| !told.iter().any(|told| told == *name)).collect();
-        let unknown: Vec<_> = told.iter().filter(|told| !known.contains(&told.as_str())).collect();
+        let missing: Vec<_> =
+            known.iter().filter(|name| !output.iter().any(|output| output == *name)).collect();
+        let unknown: Vec<_> = output.iter().filter(|output| !known.contains(&output.as_str())).collect();
         assert!(missing.is_empty(), "{}: not described: {missing:?}", self.name);
         assert!(unknown.is_empty(), "{}: not in the code: {unknown:?}", self.name);
-        told.sort();
+        output.sort();
         known.sort_unstable();
-        assert_eq!(told, known, "{}: described twice", self.name);
+        assert_eq!(output, known, "{}: described twice", self.name);
     }
 }
 

@@ -37,10 +37,10 @@ impl Told {
 fn every_kind_is_described_and_shown_by_its_story() {
     let section = page().section("Kinds");
     section.names_exactly("kind", EventKind::ALL.map(EventKind::name));
-    let mut told = Told::default();
+    let mut output = Told::default();
     for row in section.rows("kind") {
         let (kind, story) = (code(&row[0]).remove(0), linked(&row[3]));
-        assert!(told.of(&story).iter().any(|event| event.kind.name() == kind), "no `{kind}` in {story}");
+        assert!(output.of(&story).iter().any(|event| event.kind.name() == kind), "no `{kind}` in {story}");
     }
 }
 
@@ -48,11 +48,11 @@ fn every_kind_is_described_and_shown_by_its_story() {
 fn every_symptom_is_described_and_shown_by_its_story() {
     let section = page().section("Symptoms");
     section.names_exactly("symptom", Symptom::ALL.map(Symptom::name));
-    let mut told = Told::default();
+    let mut output = Told::default();
     for row in section.rows("symptom") {
         let (symptom, story) = (code(&row[0]).remove(0), linked(&row[3]));
         let is_seen = |event: &Event| event.symptom.is_some_and(|seen| seen.name() == symptom);
-        assert!(told.of(&story).iter().any(is_seen), "no `{symptom}` in {story}");
+        assert!(output.of(&story).iter().any(is_seen), "no `{symptom}` in {story}");
     }
 }
 

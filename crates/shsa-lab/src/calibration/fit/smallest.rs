@@ -37,7 +37,7 @@ pub(super) fn smallest_steps(
     let signals: Vec<SignalId> = knowledge.signals().ids().collect();
     let mut found = IdVec::filled(signals.len(), |_: SignalId| None);
     for chunk in signals.chunks(options.threads.max(1)) {
-        let told: Vec<Option<f64>> = std::thread::scope(|scope| {
+        let detected: Vec<Option<f64>> = std::thread::scope(|scope| {
             let one = |signal: SignalId| {
                 scope.spawn({
                     let tried = &tried;
@@ -47,7 +47,7 @@ pub(super) fn smallest_steps(
             let spawned: Vec<_> = chunk.iter().map(|it| one(*it)).collect();
             spawned.into_iter().map(|it| it.join().ok().flatten()).collect()
         });
-        chunk.iter().zip(told).for_each(|(signal, it)| found[*signal] = it);
+        chunk.iter().zip(detected).for_each(|(signal, it)| found[*signal] = it);
         (options.progress)();
     }
     Ok(found)
@@ -61,11 +61,11 @@ struct Tried<'a> {
 impl Tried<'_> {
     fn smallest(&self, signal: SignalId, first: f64) -> Option<f64> {
         let mut high = first.max(1e-12);
-        let is_told = |step: f64| self.is_told(signal, step) && self.is_told(signal, -step);
+        let is_detected = |step: f64| self.is_detected(signal, step) && self.is_detected(signal, -step);
         (0..DOUBLINGS).find(|_| {
-            let told = is_told(high);
-            high *= if told { 1.0 } else { 2.0 };
-            told
+            let detected = is_detected(high);
+            high *= if detected { 1.0 } else { 2.0 };
+            detected
         })?;
         let mut low = 0.5 * high;
         if high <= first.max(1e-12) {
@@ -73,12 +73,12 @@ impl Tried<'_> {
         }
         for _ in 0..HALVINGS {
             let middle = 0.5 * (low + high);
-            *(if is_told(middle) { &mut high } else { &mut low }) = middle;
+            *(if is_detected(middle) { &mut high } else { &mut low }) = middle;
         }
         Some(high)
     }
 
-    fn is_told(&self, signal: SignalId, step: f64) -> bool {
+    fn is_detected(&self, signal: SignalId, step: f64) -> bool {
         let Some((begin, end)) = self.all.first().zip(self.all.last()) else { return false };
         let lasts = end.received - begin.received;
         // The signal may be slower than declared.
@@ -87,10 +87,10 @@ impl Tried<'_> {
         let period = declared.max(lasts.seconds() / count as f64);
         let within = Span::from_seconds(WITHIN_S.max(WITHIN_PERIODS * period)).min(Span(lasts.0 / 2));
         let onsets = (0..ONSETS).map(|at| begin.received + Span(lasts.0 * (at + 1) / (2 * ONSETS + 1)));
-        onsets.into_iter().all(|onset| self.is_told_at(signal, step, onset, within))
+        onsets.into_iter().all(|onset| self.is_detected_at(signal, step, onset, within))
     }
 
-    fn is_told_at(&self, signal: SignalId, step: f64, onset: Time, within: Span) -> bool {
+    fn is_detected_at(&self, signal: SignalId, step: f64, onset: Time, within: Span) -> bool {
         // Values long before the step have no influence, but the engine must know the usual ones: a run begins some time before
         // the step.
         let to = self.all.partition_point(|it| it.received < onset + within);

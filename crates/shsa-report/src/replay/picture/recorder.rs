@@ -185,7 +185,7 @@ impl Recorder {
         }
         for number in self.events..run.events.len() {
             self.events = number + 1;
-            self.hear(run, number);
+            self.observe(run, number);
         }
         for record in &mut self.variables {
             record.look(run);
@@ -216,7 +216,7 @@ impl Recorder {
         }
     }
 
-    fn hear(&mut self, run: &Run, number: usize) {
+    fn observe(&mut self, run: &Run, number: usize) {
         let Some((known, event)) = run.events_with_models().nth(number) else { return };
         if let Some(need) = event.need {
             let signal = &known.needs()[need].signal;

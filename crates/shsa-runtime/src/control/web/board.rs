@@ -243,10 +243,10 @@ mod tests {
         changed["models"]["m"]["version"] = json!(2);
         changed["models"]["m"]["tables"]["values"].as_object_mut().unwrap().remove("b");
         board.take(changed);
-        let told = rows(&board.part(Some(before)));
+        let rendered = rows(&board.part(Some(before)));
         assert!(
-            told.contains(&"signals/s=null".to_owned()) && told.contains(&"values/b=null".to_owned()),
-            "{told:?}"
+            rendered.contains(&"signals/s=null".to_owned()) && rendered.contains(&"values/b=null".to_owned()),
+            "{rendered:?}"
         );
         assert!(!rows(&board.part(None)).iter().any(|row| row.contains("null")));
     }

@@ -11,7 +11,7 @@ mod structure;
 
 use super::http::{Shared, ask, problem};
 use super::{Reply, Request};
-use crate::bands::{BandsOf, Heard};
+use crate::bands::{BandsOf, LastSent};
 use axum::Json;
 use axum::extract::{Query, State};
 use axum::http::{HeaderMap, StatusCode, Uri, header};
@@ -78,7 +78,7 @@ pub(super) struct OfVariable {
 /// The values of all ways of knowing a variable from now on, as server-sent events.
 pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVariable>) -> Response {
     let OfVariable { model, variable } = asked;
-    let wanted = BandsOf { model, variable, heard: Heard::default() };
+    let wanted = BandsOf { model, variable, last_sent: LastSent::default() };
     // Checks that the variable exists.
     match ask(&shared, Request::Bands(wanted.clone())).await {
         Ok(Reply::Refused(why)) => problem(StatusCode::NOT_FOUND, &why),
@@ -88,13 +88,13 @@ pub(super) async fn bands(State(shared): State<Shared>, Query(asked): Query<OfVa
 }
 
 /// A stream of server-sent events, made part by part until the run ends.
-fn stream<T: Parts>(shared: Shared, told: impl FnOnce(Shared) -> T) -> Response {
+fn stream<T: Parts>(shared: Shared, rendered: impl FnOnce(Shared) -> T) -> Response {
     let Ok(place) = shared.streams.clone().try_acquire_owned() else {
         return problem(StatusCode::SERVICE_UNAVAILABLE, "as many streams as may be are open already");
     };
-    let told = Arc::new(Mutex::new(told(shared)));
-    let parts = tokio_stream::iter(std::iter::repeat(told));
-    let parts = parts.then(|told| async move { told.lock().await.next().await });
+    let rendered = Arc::new(Mutex::new(rendered(shared)));
+    let parts = tokio_stream::iter(std::iter::repeat(rendered));
+    let parts = parts.then(|rendered| async move { rendered.lock().await.next().await });
     let parts = parts.map_while(move |part| {
         // Holds the place for as long as the stream exists.
         let _held = &place;
@@ -158,9 +158,9 @@ impl Parts for Listener {
             sleep(PACE).await;
         }
         let reply = ask(&self.shared, Request::Bands(self.wanted.clone())).await;
-        let Ok(Reply::Json(mut told)) = reply else { return None };
-        self.wanted.heard.follow(&mut told);
-        Some(Event::default().event("bands").data(told.to_string()))
+        let Ok(Reply::Json(mut rendered)) = reply else { return None };
+        self.wanted.last_sent.follow(&mut rendered);
+        Some(Event::default().event("bands").data(rendered.to_string()))
     }
 }
 

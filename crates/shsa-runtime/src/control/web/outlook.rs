@@ -127,17 +127,17 @@ fn of_need(model: &WhatIf, need: NeedId, lost: &[SignalId]) -> Value {
         json!({
             "signal": knowledge.signals()[signal].name,
             "changes": then != now,
-            "then": then.map(|way| told(knowledge, &way)),
+            "then": then.map(|way| rendered(knowledge, &way)),
         })
     });
     json!({
         "variable": knowledge.variables()[knowledge.needs()[need].variable].name,
-        "whole": best(&[]).map(|way| told(knowledge, &way)),
-        "now": now.as_ref().map(|way| told(knowledge, way)),
+        "whole": best(&[]).map(|way| rendered(knowledge, &way)),
+        "now": now.as_ref().map(|way| rendered(knowledge, way)),
         "further": further.collect::<Vec<_>>(),
     })
 }
 
-fn told(knowledge: &KnowledgeBase, (way, utility): &(Way, f64)) -> Value {
+fn rendered(knowledge: &KnowledgeBase, (way, utility): &(Way, f64)) -> Value {
     json!({ "words": way.describe(knowledge), "utility": utility })
 }

@@ -49,29 +49,29 @@ impl Takeover {
 
     pub(super) fn silenced(&mut self, outcome: Outcome, now: Time) {
         match outcome {
-            Ok(said) => {
-                self.said = said;
-                self.enter(Stage::Checking { heard: None, count: 0 }, now);
+            Ok(output) => {
+                self.output = output;
+                self.enter(Stage::Checking { last_message: None, count: 0 }, now);
             }
             Err(why) => self.refuse(&why, now),
         }
     }
 
     /// Takes the name when it has become quiet; waits for the next attempt when it stays loud for too long.
-    pub(super) fn look(&mut self, heard: Option<Time>, count: u64, now: Time, source: &str) {
+    pub(super) fn look(&mut self, last_message: Option<Time>, count: u64, now: Time, source: &str) {
         let action = describe(&self.settings.silence);
-        if now - heard.unwrap_or(self.since) >= self.check {
+        if now - last_message.unwrap_or(self.since) >= self.check {
             self.counts.silenced += 1;
-            let said = if self.said.is_empty() { String::new() } else { format!(" ({})", self.said) };
+            let output = if self.output.is_empty() { String::new() } else { format!(" ({})", self.output) };
             let because = format!(
-                "{} was silenced by {action}{said}, and nobody else was heard under {} for {}: its name is served from {source}",
+                "{} was silenced by {action}{output}, and nobody else was heard under {} for {}: its name is served from {source}",
                 self.signal,
                 self.topic(),
                 seconds(self.check)
             );
             self.enter(Stage::Taken, now);
             self.taken = now;
-            self.tell("silenced", because);
+            self.report("silenced", because);
         } else if now - self.since >= Span(self.check.0.saturating_mul(PATIENCE)) {
             let why =
                 format!("it goes on after {action} ({count} messages in {})", seconds(now - self.since));
@@ -89,7 +89,7 @@ impl Takeover {
             seconds(pause)
         );
         self.wait(now, pause);
-        self.tell("refused", because);
+        self.report("refused", because);
     }
 }
 

@@ -42,7 +42,7 @@ pub(super) enum Stage {
     Silencing(Job),
     /// When the last message under the name came, and how many have come.
     Checking {
-        heard: Option<Time>,
+        last_message: Option<Time>,
         count: u64,
     },
     /// This instance publishes under the name.

@@ -54,7 +54,7 @@ impl Takeover {
                 "{signal} may publish {topic} again ({why}), but there is no action `restore`: let it publish by hand"
             );
             self.is_released = true;
-            return self.tell("returning", because);
+            return self.report("returning", because);
         };
         let because = format!(
             "{signal} is let publish {topic} again by {} ({why}); until it is heard, {meanwhile}",
@@ -62,7 +62,7 @@ impl Takeover {
         );
         let job = Job::begin(action, bridge);
         self.enter(Stage::Restoring(job), now);
-        self.tell("returning", because);
+        self.report("returning", because);
     }
 
     pub(super) fn restored(&mut self, outcome: Outcome, now: Time) {
@@ -73,7 +73,7 @@ impl Takeover {
                 self.counts.refused += 1;
                 self.not_before = now + self.settings.retry;
                 let because = format!("{} cannot be let publish again: {why}", self.signal);
-                self.tell("refused", because);
+                self.report("refused", because);
             }
         }
     }

@@ -14,7 +14,7 @@ fn may_follow(faults: &[Fault], fault: &Fault) -> bool {
         let of_wheels = [before, fault].iter().all(|it| matches!(it.target, Target::Wheel(_)));
         let lies = before.kind.is_a_lie() || fault.kind.is_a_lie();
         match (before.target == fault.target, of_wheels && lies) {
-            (_, true) => heard(faults, before.until, fault.from) >= WITNESSES,
+            (_, true) => received(faults, before.until, fault.from) >= WITNESSES,
             (true, false) => before.until + BREATH < fault.from,
             (false, false) => true,
         }
@@ -22,7 +22,7 @@ fn may_follow(faults: &[Fault], fault: &Fault) -> bool {
 }
 
 /// How long the run received its sensors between two times; negative if the second is before the first.
-fn heard(faults: &[Fault], from: f64, until: f64) -> f64 {
+fn received(faults: &[Fault], from: f64, until: f64) -> f64 {
     let deaf = faults.iter().filter(|fault| matches!(fault.target, Target::Broker | Target::Run));
     // The connection is restored within a second.
     let deaf = deaf.map(|fault| (fault.until.min(until) + 1.0 - fault.from.max(from)).max(0.0));

@@ -34,13 +34,13 @@ pub(super) struct Unsure {
     /// The last value that was trusted, for [`WhenUnsure::Last`].
     trusted: Option<Sample>,
     /// Whether a candidate has given a value since the last published one.
-    is_heard: bool,
+    has_new_input: bool,
     /// Why no trusted source is left; taken when an event reports it.
     reason: Option<Reasons>,
     /// Since when the candidates serve; without a suspect while there still is a source.
     since: Time,
     /// Whether an event has reported that values are uncertain.
-    is_told: bool,
+    is_reported: bool,
     /// The width of the last value, if that was not fit to publish.
     too_wide: Option<f64>,
     /// Buffer for the intervals of a moment.
@@ -71,10 +71,10 @@ impl Unsure {
             kind,
             faults: 1,
             trusted: None,
-            is_heard: true,
+            has_new_input: true,
             reason: because,
             since,
-            is_told: false,
+            is_reported: false,
             too_wide: None,
             present: Vec::with_capacity(candidates.len()),
             candidates,
@@ -82,9 +82,9 @@ impl Unsure {
     }
 
     /// Goes on from the last published value; `is_told` shows whether an event reported this value as uncertain.
-    pub(super) fn following(self, last: Option<Sample>, is_told: bool) -> Unsure {
+    pub(super) fn following(self, last: Option<Sample>, is_reported: bool) -> Unsure {
         let trusted = last.filter(|sample| !sample.value.is_empty());
-        Unsure { trusted, is_told, ..self }
+        Unsure { trusted, is_reported, ..self }
     }
 
     /// Goes on with these ways, which may have changed.
@@ -109,7 +109,7 @@ impl Unsure {
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
         for candidate in &mut self.candidates {
             candidate.service.observe(knowledge, observation);
-            self.is_heard |= candidate.rests_on.contains(observation.signal);
+            self.has_new_input |= candidate.rests_on.contains(observation.signal);
         }
     }
 
@@ -119,8 +119,8 @@ impl Unsure {
     }
 
     /// Whether an event has reported that values are uncertain.
-    pub(super) fn is_told(&self) -> bool {
-        self.is_told
+    pub(super) fn is_reported(&self) -> bool {
+        self.is_reported
     }
 
     /// The admission of a value that rests on all candidates: the weakest ground, at the lowest level.
@@ -153,7 +153,7 @@ impl Unsure {
         now: Time,
     ) -> Option<Sample> {
         let variable = &knowledge.variables()[settings.variable];
-        let mut is_news = core::mem::take(&mut self.is_heard) && self.kind == WhenUnsure::Last;
+        let mut is_news = core::mem::take(&mut self.has_new_input) && self.kind == WhenUnsure::Last;
         for candidate in &mut self.candidates {
             let given = candidate.service.compute(ports, None);
             if let Some((Computed::Scalar(value), validity)) = given
@@ -181,34 +181,34 @@ impl Unsure {
 
     /// What serves and why, when the uncertainty is to be reported: once; at once where nothing is trusted (`is_decided`), else
     /// after `max_age`.
-    pub(super) fn tell(
+    pub(super) fn report(
         &mut self,
         knowledge: &KnowledgeBase,
         is_decided: bool,
         max_age: Span,
         now: Time,
     ) -> Option<(ServedBy, Option<Reasons>)> {
-        if self.is_told || (!is_decided && now - self.since <= max_age) {
+        if self.is_reported || (!is_decided && now - self.since <= max_age) {
             return None;
         }
-        self.is_told = true;
+        self.is_reported = true;
         Some((self.served_by(knowledge), self.reason.take()))
     }
 
     /// Why nothing can be published, when that is to be reported: no value has been fit yet, or the last trusted value has become
     /// too old.
-    pub(super) fn tell_nothing(
+    pub(super) fn report_nothing(
         &mut self,
         knowledge: &KnowledgeBase,
         settings: &Settings,
         now: Time,
     ) -> Option<Reasons> {
         let is_over = self.ends(settings.max_age).is_some_and(|ends| now > ends);
-        let is_too_wide = self.too_wide.is_some() && !self.is_told;
+        let is_too_wide = self.too_wide.is_some() && !self.is_reported;
         if !is_over && !is_too_wide {
             return None;
         }
-        self.is_told &= !is_over;
+        self.is_reported &= !is_over;
         let reason = self.reason.take().unwrap_or_default();
         Some(reason.then(Joint::And, self.why_not(knowledge, settings)))
     }

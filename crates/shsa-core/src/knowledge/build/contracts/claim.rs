@@ -58,7 +58,7 @@ fn of_given(
     };
     let claim = Claim { original, parts: [part, rest] };
     for objection in claim.objections(contracts.scales(), &redundancy) {
-        let (message, help) = told(knowledge, contracts, &claim, &objection);
+        let (message, help) = described(knowledge, contracts, &claim, &objection);
         problems.error(at, format!("this decomposition does not stand: {message}"), help);
     }
 }
@@ -118,7 +118,7 @@ fn shared_by_all(
 }
 
 /// An objection in words, and the help.
-fn told(
+fn described(
     knowledge: &KnowledgeBase,
     contracts: &Contracts,
     claim: &Claim,

@@ -152,11 +152,11 @@ mod tests {
     fn check(text: &str, expected: &str) {
         let leaf =
             |name: &str| ["a", "b", "c", "d"].iter().position(|known| *known == name).map(Condition::Asked);
-        let told = match read(text, &leaf) {
+        let described = match read(text, &leaf) {
             Ok(condition) => written(&condition),
             Err(problem) => problem.to_string(),
         };
-        assert_eq!(told, expected, "{text}");
+        assert_eq!(described, expected, "{text}");
     }
 
     fn written(condition: &Condition) -> String {

@@ -62,24 +62,24 @@ fn phases(are_orders: bool) -> impl Strategy<Value = Vec<Phase>> {
 struct Run<'s> {
     knowledge: &'s KnowledgeBase,
     engine: Engine,
-    told: Vec<Event>,
+    reported: Vec<Event>,
 }
 
 impl Run<'_> {
     fn give(&mut self, input: Input) {
         while let Some(due) = self.engine.next_deadline().filter(|due| *due < input.time()) {
             self.engine.handle(Input::Tick(due));
-            self.hear();
+            self.receive();
         }
         self.engine.handle(input);
-        self.hear();
+        self.receive();
     }
 
-    fn hear(&mut self) {
+    fn receive(&mut self) {
         while let Some(output) = self.engine.poll() {
             if let Output::Event(event) = output {
                 self.check(&event);
-                self.told.push(event);
+                self.reported.push(event);
             }
         }
     }
@@ -91,21 +91,21 @@ impl Run<'_> {
         let silent = |signal: &SignalId| self.engine.absence(*signal).is_some();
         let name = |signal: SignalId| &self.knowledge.signals()[signal].name;
         if let Some(signal) = event.signal.filter(silent) {
-            panic!("{} is restored and silent: {event:?} after {:#?}", name(signal), self.told);
+            panic!("{} is restored and silent: {event:?} after {:#?}", name(signal), self.reported);
         }
         let Some(source) = event.substitution.as_ref().and_then(ServedBy::way) else { return };
         let signals = source.split_once(" by ").map_or(source, |(signals, _)| signals);
         let mut signals = signals.split(", ").filter_map(|name| self.knowledge.signal(name));
         if let Some(signal) = signals.find(silent) {
-            let told = &self.told;
-            panic!("a need is restored to {}, which is silent: {event:?} after {told:#?}", name(signal));
+            let reported = &self.reported;
+            panic!("a need is restored to {}, which is silent: {event:?} after {reported:#?}", name(signal));
         }
     }
 }
 
 fn run(system: &System, phases: &[Phase]) -> Vec<Event> {
     let engine = Engine::new(system.knowledge.clone(), Options::default());
-    let mut run = Run { knowledge: &system.knowledge, engine, told: Vec::new() };
+    let mut run = Run { knowledge: &system.knowledge, engine, reported: Vec::new() };
     let steps: u32 = phases.iter().map(|phase| u32::from(phase.steps)).sum();
     let mut inputs = system.inputs(0, steps / 10 + 1).into_iter().peekable();
     let mut until = Time(0);
@@ -114,7 +114,7 @@ fn run(system: &System, phases: &[Phase]) -> Vec<Event> {
             let snapshot = run.engine.snapshot();
             run.engine = Engine::new(system.knowledge.clone(), Options::default());
             run.engine.restore(&snapshot, until);
-            run.hear();
+            run.receive();
         }
         if let Some((signal, kind)) = phase.order {
             let names: Vec<_> = system.knowledge.signals().iter().map(|signal| signal.name.clone()).collect();
@@ -128,7 +128,7 @@ fn run(system: &System, phases: &[Phase]) -> Vec<Event> {
             };
             // Some orders are refused.
             let _ = run.engine.order(&order, until);
-            run.hear();
+            run.receive();
         }
         until = until + STEP.times(i64::from(phase.steps));
         while let Some(mut input) = inputs.next_if(|input| input.time() < until) {
@@ -152,7 +152,7 @@ fn run(system: &System, phases: &[Phase]) -> Vec<Event> {
         }
         run.give(Input::Tick(until));
     }
-    run.told
+    run.reported
 }
 
 fn system(which: usize) -> System {
@@ -181,7 +181,7 @@ proptest! {
 fn a_need_that_is_tied_to_a_silent_signal_is_not_restored() {
     let system = crate::models::car();
     let engine = Engine::new(system.knowledge.clone(), Options::default());
-    let mut run = Run { knowledge: &system.knowledge, engine, told: Vec::new() };
+    let mut run = Run { knowledge: &system.knowledge, engine, reported: Vec::new() };
     for input in system.inputs(0, 4) {
         let is_silent = |signal| system.knowledge.signals()[signal].name == "wheel_1";
         let is_over = input.time() > Time::from_seconds(1.0);
@@ -189,12 +189,12 @@ fn a_need_that_is_tied_to_a_silent_signal_is_not_restored() {
             run.give(input);
         }
     }
-    run.told.clear();
+    run.reported.clear();
     let need = system.knowledge.needs().iter().next().unwrap().signal.clone();
     let order = Order::Force { need, source: "wheel_1".to_owned() };
     run.engine.order(&order, Time::from_seconds(4.0)).unwrap();
-    run.hear();
+    run.receive();
     let codes = |event: &Event| event.because.iter().map(Reason::code).collect::<Vec<_>>();
-    let told: Vec<_> = run.told.iter().map(|event| (event.kind, codes(event))).collect();
-    assert_eq!(told, [(EventKind::Unhealable, vec!["only-by-order", "before", "inputs-absent"])]);
+    let reported: Vec<_> = run.reported.iter().map(|event| (event.kind, codes(event))).collect();
+    assert_eq!(reported, [(EventKind::Unhealable, vec!["only-by-order", "before", "inputs-absent"])]);
 }

@@ -11,7 +11,7 @@ use std::sync::{Arc, PoisonError, RwLock};
 
 /// Clones share the known types.
 #[derive(Clone, Debug)]
-pub(super) struct Hearing {
+pub(super) struct Discovery {
     wire: Wire,
     inbox: Inbox,
     topics: Arc<RwLock<BTreeMap<String, Known>>>,
@@ -31,9 +31,9 @@ impl Known {
     }
 }
 
-impl Hearing {
-    pub(super) fn new(wire: Wire, inbox: Inbox) -> Hearing {
-        Hearing { wire, inbox, topics: Arc::default() }
+impl Discovery {
+    pub(super) fn new(wire: Wire, inbox: Inbox) -> Discovery {
+        Discovery { wire, inbox, topics: Arc::default() }
     }
 
     /// Sets the type of a topic (without its leading slash), unless it is already known.
@@ -43,7 +43,7 @@ impl Hearing {
     }
 
     /// The type of a topic.
-    pub(super) fn heard(&self, topic: &str) -> Option<(WireType, Arc<str>)> {
+    pub(super) fn found(&self, topic: &str) -> Option<(WireType, Arc<str>)> {
         let topics = self.topics.read().unwrap_or_else(PoisonError::into_inner);
         topics.get(topic).map(|known| (known.wire_type.clone(), known.message_type.clone()))
     }
@@ -54,12 +54,12 @@ impl Hearing {
     pub(super) fn deliver(
         &self,
         sample: &Sample,
-        told: Option<&Arc<str>>,
+        declared_type: Option<&Arc<str>>,
         name: impl Fn(&str) -> Option<Arc<str>>,
     ) {
         let key = sample.key_expr().as_str();
         let (topic, message_type) = match (self.wire, parts(key)) {
-            (Wire::Plain, _) => (key, told.cloned()),
+            (Wire::Plain, _) => (key, declared_type.cloned()),
             (Wire::Rmw, Some((topic, dds, hash))) => (topic, Some(self.learn(topic, dds, hash))),
             (Wire::Rmw, None) => return,
         };

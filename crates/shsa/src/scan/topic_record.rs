@@ -13,7 +13,7 @@ const PUBLISHERS_MAX: usize = 16;
 
 /// The messages of one topic.
 #[derive(Default)]
-pub(super) struct Heard {
+pub(super) struct TopicRecord {
     /// Messages that were sent during the scan.
     pub(super) count: u64,
     /// Messages that the bus had kept from before.
@@ -31,7 +31,7 @@ pub(super) struct Heard {
     pub(super) last_message: Option<Message>,
 }
 
-impl Heard {
+impl TopicRecord {
     pub(super) fn take(&mut self, message: Message) {
         if message.retained {
             self.kept += 1;
@@ -121,38 +121,47 @@ mod tests {
         Message { retained, ..Message::new("a".into(), Time(milliseconds * 1_000_000), payload) }
     }
 
-    fn heard(messages: &[(i64, &str, bool)]) -> Heard {
-        let mut heard = Heard::default();
-        messages.iter().for_each(|(at, payload, retained)| heard.take(message(*at, payload, *retained)));
-        heard.finish();
-        heard
+    fn topic_record(messages: &[(i64, &str, bool)]) -> TopicRecord {
+        let mut topic_record = TopicRecord::default();
+        messages
+            .iter()
+            .for_each(|(at, payload, retained)| topic_record.take(message(*at, payload, *retained)));
+        topic_record.finish();
+        topic_record
     }
 
     #[test]
     fn rates_and_gaps_are_those_of_what_was_sent_meanwhile() {
-        let heard = heard(&[(0, "1", true), (1000, "2", false), (1100, "3", false), (1300, "4", false)]);
-        assert_eq!((heard.count, heard.kept), (3, 1));
-        assert_eq!((heard.rate_hz().unwrap(), heard.longest_gap_s().unwrap()), (2.0 / 0.3, 0.2));
-        assert_eq!(heard.form(), "number");
+        let topic_record =
+            topic_record(&[(0, "1", true), (1000, "2", false), (1100, "3", false), (1300, "4", false)]);
+        assert_eq!((topic_record.count, topic_record.kept), (3, 1));
+        assert_eq!(
+            (topic_record.rate_hz().unwrap(), topic_record.longest_gap_s().unwrap()),
+            (2.0 / 0.3, 0.2)
+        );
+        assert_eq!(topic_record.form(), "number");
     }
 
     #[test]
     fn one_message_has_no_rate() {
-        let heard = heard(&[(5, "{\"x\": \"on\"}", false)]);
-        assert_eq!((heard.rate_hz(), heard.longest_gap_s(), heard.form()), (None, None, "JSON".to_owned()));
+        let topic_record = topic_record(&[(5, "{\"x\": \"on\"}", false)]);
+        assert_eq!(
+            (topic_record.rate_hz(), topic_record.longest_gap_s(), topic_record.form()),
+            (None, None, "JSON".to_owned())
+        );
     }
 
     #[test]
     fn fields_of_all_messages_are_told_with_their_last_values() {
-        let heard = heard(&[
+        let topic_record = topic_record(&[
             (0, "{\"x\": 1}", false),
             (1, "{\"y\": 2}", false),
             (2, "{\"x\": 3}", false),
             (3, "{", false),
         ]);
         let fields: Vec<String> =
-            heard.fields.iter().map(|leaf| format!("{} {:?}", leaf.path, leaf.content)).collect();
+            topic_record.fields.iter().map(|leaf| format!("{} {:?}", leaf.path, leaf.content)).collect();
         assert_eq!(fields, ["x Value(Number(3.0))", "y Value(Number(2.0))"]);
-        assert!(heard.unreadable.is_some());
+        assert!(topic_record.unreadable.is_some());
     }
 }
