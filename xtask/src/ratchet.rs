@@ -199,7 +199,7 @@ mod tests {
     }
 
     #[test]
-    fn more_is_refused_and_less_is_told() {
+    fn more_is_refused_and_less_is_reported() {
         assert!(compared("car", 106.0, 100.0).1);
         assert!(!compared("car", 104.0, 100.0).1);
         let (line, is_exceeded) = compared("car", 90.0, 100.0);

@@ -258,7 +258,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn what_is_not_beside_the_project_is_told() {
+    fn what_is_not_beside_the_project_is_reported() {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         assert_eq!(absent(&here.join("src")).collect::<Vec<_>>(), BESIDE);
     }

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn a_step_of_the_wall_clock_is_told_once_and_translated() {
+    fn a_step_of_the_wall_clock_is_reported_once_and_translated() {
         let clock = Clock::running();
         assert_eq!(clock.follow(), None);
         let hour = 3_600_000_000_000;

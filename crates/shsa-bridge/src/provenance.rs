@@ -106,7 +106,7 @@ pub struct Admission {
 }
 
 impl Admission {
-    /// What tells it, by name; no level where none is given.
+    /// The properties that carry the level, by name; none without a level.
     #[cfg(feature = "mqtt")]
     pub(crate) fn words(&self) -> impl Iterator<Item = (String, String)> + use<> {
         let Admission { ground, level, rank } = self;
@@ -115,7 +115,7 @@ impl Admission {
         rest.into_iter().chain(level).map(|(name, word)| (name.to_owned(), word))
     }
 
-    /// The members of a JSON object that tell it, each after a comma.
+    /// The members of a JSON object that carry the level, each after a comma.
     pub(crate) fn push_members(&self, text: &mut String) {
         let _cannot_fail = write!(text, r#","admitted":"{}","level":"#, self.ground.name());
         match &self.level {

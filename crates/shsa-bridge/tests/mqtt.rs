@@ -264,7 +264,7 @@ fn others_learn_whether_a_client_is_there() {
 }
 
 #[test]
-fn two_clients_of_one_name_are_told_so() {
+fn two_clients_of_one_name_are_reported() {
     let broker = Broker::start(&[]);
     let bridge = open(&broker.options("healer"));
     let _thief = open(&broker.options("healer"));

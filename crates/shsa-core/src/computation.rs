@@ -219,7 +219,7 @@ impl Computation {
         self.timing
     }
 
-    /// Whether its output stands until the next one, as all does that it is computed from.
+    /// Whether each output of the way holds until the next output: this is so if all its inputs hold.
     #[must_use]
     pub fn stands(&self, knowledge: &KnowledgeBase) -> bool {
         self.trigger.is_some_and(|signal| knowledge.signals()[signal].holds) && !self.is_windowed()

@@ -1,7 +1,7 @@
 //! Two trucks of a platoon, each with an instance of its own: their models, what their sensors measure, and what happens to them.
 //!
-//! The first truck tells its speed, and the level at which it vouches for it; the second keeps its distance by that, or by its own
-//! radar. The caller runs the two instances, and carries what they tell each other.
+//! The first truck publishes its speed with the level that it guarantees. The second truck keeps its distance by this speed, or
+//! by its own radar. The caller runs the two instances, and carries their messages.
 
 /// The model of the truck in front.
 pub const LEADER: &str = include_str!("../models/leader.yaml");

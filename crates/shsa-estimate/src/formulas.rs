@@ -303,7 +303,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_a_model_is_told() {
+    fn what_cannot_be_a_model_is_reported() {
         let error = formulas(&["x"], &["previous(x)"], "x").unwrap_err();
         assert_eq!(
             error.to_string(),

@@ -201,7 +201,7 @@ mod tests {
     use proptest::prelude::*;
 
     #[test]
-    fn zero_pivots_are_no_loss_and_negative_ones_are_told() {
+    fn zero_pivots_are_no_loss_and_negative_ones_are_reported() {
         let mut factors = Factors::new(2);
         let mut p = Matrix::from_row_slice(2, 2, &[0.0, 0.0, 0.0, 4.0]);
         assert_eq!(factors.factor(&p, 2), None);

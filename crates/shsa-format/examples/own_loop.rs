@@ -7,14 +7,12 @@ use shsa_format::{model, words};
 
 const TANK: &str = "
 shsa: 1
-variables:
-  level: { unit: m, range: [0, 10] }
+variables: { level: { unit: m, range: [0, 10] } }
 signals:
   float_1: { variable: level, unit: m, rate: 5 Hz, value_error: 0.05 }
   float_2: { variable: level, unit: m, rate: 5 Hz, value_error: 0.05 }
   float_3: { variable: level, unit: m, rate: 5 Hz, value_error: 0.05 }
-needs:
-  level: { signal: healed_level, max_age: 1 s }
+needs: { level: { signal: healed_level, max_age: 1 s } }
 ";
 
 fn reading(float: &str, second: f64) -> f64 {

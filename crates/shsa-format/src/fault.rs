@@ -318,7 +318,7 @@ mod tests {
     }
 
     #[test]
-    fn bad_faults_are_told() {
+    fn bad_faults_are_reported() {
         refuse("bias:/a", "bias needs an amount");
         refuse("warp=1:/a", "unknown kind 'warp'");
         refuse("bias=1", "no ':'");

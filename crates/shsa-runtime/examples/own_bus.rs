@@ -9,8 +9,7 @@ use std::sync::mpsc::channel;
 
 const CAR: &str = "
 shsa: 1
-variables:
-  speed: { unit: m/s }
+variables: { speed: { unit: m/s } }
 signals:
   wheel: { variable: speed, properties: { accuracy: 0.9 } }
   radar: { variable: speed, properties: { accuracy: 0.8 } }
@@ -36,15 +35,15 @@ pub(crate) fn run() -> Result<(Vec<f64>, Vec<String>), RuntimeError> {
     let (handle, events) = (runtime.handle(), runtime.handle().subscribe());
     let thread = std::thread::spawn(move || runtime.run());
 
-    let say = |topic: &str, speed: f64| {
+    let publish = |topic: &str, speed: f64| {
         let payload = Payload::Value(RawValue::Number(speed));
         inbox.push(Message::new(topic.into(), inbox.clock().now(), payload));
     };
     let mut healed = Vec::new();
-    say("wheel", 5.0);
+    publish("wheel", 5.0);
     healed.extend(sent.recv());
     handle.order(Order::read(r#"{"order": "forbid", "signal": "wheel"}"#).expect("it is an order"))?;
-    say("radar", 6.0);
+    publish("radar", 6.0);
     healed.extend(sent.recv());
     assert_eq!(handle.state()?["models"]["car"]["signals"]["radar"]["accepted"], 1);
     handle.stop();

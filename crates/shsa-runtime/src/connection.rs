@@ -122,7 +122,7 @@ mod tests {
     }
 
     #[test]
-    fn what_was_over_before_anybody_looked_is_told_as_well() {
+    fn what_was_over_before_anybody_looked_is_reported_as_well() {
         let mut connection = Connection::default();
         let described = [
             "disconnected: the bus is gone: cut; trying again",

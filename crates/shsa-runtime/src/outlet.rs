@@ -184,8 +184,8 @@ impl Outlet {
         }
     }
 
-    /// How far it can be served: once there were sound values for the probation, it is known whether the sources agree; who has
-    /// just been started has heard nobody out.
+    /// How far the need can be served. After sound values for the probation it is known whether the sources agree. An instance
+    /// that has just been started does not know this yet.
     pub(super) fn ability(&self, now: Time) -> Ability {
         match self.is_able(now) {
             true if self.is_settled && self.is_sound() => Ability::Settled,

@@ -138,7 +138,7 @@ mod tests {
     }
 
     #[test]
-    fn what_nobody_reads_delays_nobody_and_is_counted_and_told() {
+    fn what_nobody_reads_delays_nobody_and_is_counted_and_reported() {
         let (_keeps_it_shut, gate) = channel::<()>();
         let shut = move || gate.recv().map_err(io::Error::other);
         let mut terminal = Terminal::new(Gate(shut, Arc::default())).unwrap();
@@ -158,7 +158,7 @@ mod tests {
     }
 
     #[test]
-    fn a_closed_output_is_told_with_its_reason() {
+    fn a_closed_output_is_reported_with_its_reason() {
         let closed = || Err(io::Error::from(io::ErrorKind::BrokenPipe));
         let mut terminal = Terminal::new(Gate(closed, Arc::default())).unwrap();
         terminal.write("1".into());

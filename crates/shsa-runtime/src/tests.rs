@@ -177,7 +177,7 @@ fn text(message: &Message) -> String {
 }
 
 #[test]
-fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
+fn what_the_bus_refuses_ends_no_run_and_is_reported_once_with_its_count() {
     let refused = BridgeError::Refused("no such name".into());
     let mut bench = Bench::new(&[("healed/speed", refused)]);
     for at in 0..25_u32 {
@@ -199,7 +199,7 @@ fn what_the_bus_refuses_ends_no_run_and_is_told_once_with_its_count() {
 }
 
 #[test]
-fn a_refusal_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
+fn a_refusal_is_reported_when_it_begins_and_when_it_has_grown_tenfold() {
     let mut bench = Bench::new(&[("healed/speed", BridgeError::Refused("no such name".into()))]);
     bench.say("robot/wheel", 5.0);
     bench.await_message("shsa/model/events", "a message on healed/speed was not sent: refused: no such name");
@@ -327,7 +327,7 @@ fn a_subscriber_hears_every_decision_and_the_end() {
 }
 
 #[test]
-fn who_asks_after_the_end_is_told_that_there_is_no_answer() {
+fn a_question_after_the_end_has_no_answer() {
     let handle = {
         let bench = Bench::new(&[]);
         bench.handle.health().unwrap();

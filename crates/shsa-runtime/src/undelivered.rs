@@ -150,7 +150,7 @@ mod tests {
     use super::*;
 
     #[test]
-    fn a_count_is_told_when_it_begins_and_when_it_has_grown_tenfold() {
+    fn a_count_is_reported_when_it_begins_and_when_it_has_grown_tenfold() {
         let mut swell = Swell::default();
         let described: Vec<u64> = (0..2_000).filter_map(|at| swell.rise(1, Time(at))).collect();
         assert_eq!(described, [1, 10, 100, 1_000]);

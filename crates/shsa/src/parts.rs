@@ -19,7 +19,7 @@ use std::path::{Path, PathBuf};
 Example: shsa join chassis.yaml engine.yaml -o car.yaml"
 )]
 pub(crate) struct JoinArguments {
-    /// The knowledge bases, YAML or JSON; one may name what only another one describes.
+    /// The knowledge bases, YAML or JSON; one part may use a name that only another part describes.
     #[arg(required = true, num_args = 2..)]
     models: Vec<PathBuf>,
     #[command(flatten)]

@@ -1,4 +1,4 @@
-//! Runs the README's commands, and compares its console blocks with the output.
+//! Runs the commands of the README and of the documents, and compares the README's console blocks with the output.
 #![cfg(test)]
 
 #[cfg(feature = "mqtt")]
@@ -26,8 +26,12 @@ fn shown<'a>(readme: &'a str, command: &str) -> Vec<&'a str> {
 
 /// Every command of the README, without the comments behind them.
 fn commands() -> Vec<String> {
-    let readme = readme();
-    let blocks = readme.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
+    commands_of(&readme())
+}
+
+/// Every command in the console blocks of a page, without the comments behind them.
+fn commands_of(page: &str) -> Vec<String> {
+    let blocks = page.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
     let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("$ "));
     lines.map(|line| line.split("  #").next().unwrap_or_default().trim().to_owned()).collect()
 }
@@ -157,4 +161,56 @@ fn the_story_in_the_readme_is_what_the_command_prints() {
         assert!(found, "the README shows a line that the command does not print, or not there:\n{line}");
     }
     assert!(run.status.success());
+}
+
+/// The name and the commands of each page of `docs/`: those that call `shsa`, without the variables that they set before.
+fn commands_of_documents() -> Vec<(String, Vec<Vec<String>>)> {
+    let pages = std::fs::read_dir(format!("{ROOT}/docs")).expect("there are documents");
+    let pages = pages.map(|entry| entry.expect("an entry").path());
+    let pages = pages.filter(|path| path.extension().is_some_and(|it| it == "md"));
+    let read = |path: PathBuf| {
+        let page = std::fs::read_to_string(&path).expect("a page is text");
+        let call = |line: &String| -> Option<Vec<String>> {
+            let mut words = words(line).into_iter().skip_while(|word| word.contains('='));
+            (words.next()? == "shsa").then(|| words.collect())
+        };
+        let name = path.file_stem().expect("a name").to_string_lossy().into_owned();
+        (name, commands_of(&page).iter().filter_map(call).collect())
+    };
+    pages.map(read).collect()
+}
+
+/// `--help` behind the arguments ends a command after it has read them, so live commands need no bus here.
+#[test]
+fn every_command_of_the_documents_has_valid_arguments() {
+    let project = Project::new("arguments");
+    let mut count = 0;
+    for (page, calls) in commands_of_documents() {
+        for call in calls {
+            let run = project.run(&[&call[..], &["--help".to_owned()]].concat());
+            assert!(run.status.success(), "{page}: {call:?}\n{}", String::from_utf8_lossy(&run.stderr));
+            count += 1;
+        }
+    }
+    assert!(count >= 28, "{count} commands");
+}
+
+/// The pages whose commands read recordings: `drive/` stands for any recording.
+#[test]
+fn every_command_of_the_documents_on_recordings_runs() {
+    let project = Project::new("recordings");
+    let drives = ["examples/monday/", "examples/tuesday/"].map(str::to_owned);
+    let mut count = 0;
+    for (page, calls) in commands_of_documents() {
+        for call in calls.iter().filter(|_| ["learning", "recordings"].contains(&&*page)) {
+            let words = call.iter().flat_map(|word| match &**word {
+                "drive/" => drives.to_vec(),
+                _ => vec![word.clone()],
+            });
+            let run = project.run(&words.collect::<Vec<_>>());
+            assert!(run.status.success(), "{page}: {call:?}\n{}", String::from_utf8_lossy(&run.stderr));
+            count += 1;
+        }
+    }
+    assert!(count >= 6, "{count} commands");
 }

@@ -18,7 +18,7 @@ pub(super) enum Arguments {
         kind: Kind,
         /// Its port on this machine.
         port: u16,
-        /// What to hear.
+        /// The topics to subscribe to.
         from: String,
         /// What to say.
         to: String,

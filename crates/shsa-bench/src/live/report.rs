@@ -158,9 +158,10 @@ fn document(arguments: &Arguments, found: &Found) -> String {
         "{TITLE}
 
 Written by `shsa-bench live --bus {buses} --part {parts} --seconds {} --faults {} --out docs`; each measurement is a line in
-`live.jsonl`. Mosquitto (MQTT 5) or a router of Zenoh and `shsa run` are processes of their own on one machine of {} cores, with
-publisher and consumer in another; load average {} at the end. All times are by one clock, from the call that publishes to the
-moment at which the consumer's thread has the message. Other work on the machine shows in every figure: compare within a row.
+`live.jsonl`. The broker (Mosquitto with MQTT 5, or a Zenoh router) and `shsa run` are separate processes on one machine of {} cores.
+Publisher and consumer share a third process. The load average at the end was {}. All times are read from one clock. A time runs from the
+call that publishes a message until the consumer's thread has the message. Other work on the machine affects every figure, so compare
+figures within a row only.
 
 ",
         arguments.seconds,
@@ -184,16 +185,16 @@ fn gate_section(found: &Found) -> String {
     format!(
         "## The gate
 
-Median / 99th percentile of a message at 1 kHz, and two other signals at 100 Hz that it is compared with.
+Median / 99th percentile of the delay of one signal at 1 kHz. The model compares this signal with two others at 100 Hz.
 
 {}
-- *direct*: publisher to consumer. *relay*: through a process that subscribes and publishes again by the same client library,
-  and does nothing else: the transport's own two hops. *gate*: through `shsa run`, the same two hops.
-- *beyond the relay*: gate less relay; wanted: below {} / {}. *best turns*: the same of the best turns of {} messages of each
-  path; other work on the machine only adds. *inside*: from the reception of a message until the value that comes of it is
-  handed to the client library, as `shsa run` tells by itself (`/state`, `/metrics`).
-- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Else each
-  process on the way waits until the machine has woken one for it, a virtual machine longest.
+- *direct*: from publisher to consumer. *relay*: through a process that only subscribes and publishes again with the same client
+  library, so these are the two hops of the transport. *gate*: through `shsa run`, with the same two hops.
+- *beyond the relay*: gate minus relay; the goal is below {} / {}. *best turns*: the same difference for the best turn of {}
+  messages of each path, since other work on the machine only adds time. *inside*: from the reception of a message until the resulting
+  value is handed to the client library, as `shsa run` reports it (`/state`, `/metrics`).
+- *awake*: the processors were kept from sleeping between two messages (`/dev/cpu_dma_latency`, as `cyclictest` does). Without this,
+  each process on the path waits until a sleeping processor has woken up. This takes longest on a virtual machine.
 
 ",
         markdown(&GATE_HEAD, &gate_rows(found)),
@@ -210,13 +211,13 @@ fn reaction_section(found: &Found) -> String {
     format!(
         "## Reaction
 
-From the moment at which the observation that reveals the fault is published until the consumer has the first substitute: both
-hops of the transport are in it (the relay's line above is the transport's own). 20 variables of three signals, each at 50 Hz;
-the source of a need breaks, one after the other.
+The reaction time runs from the publication of the observation that reveals the fault until the consumer has the first substitute. It
+includes both hops of the transport (the column *relay* above). The model has 20 variables with three signals each, at 50 Hz. The
+sources of the needs fail one after the other.
 
 {}
-- *lies*: it is off by {} where errors are 0.1; the first wrong value reveals it. *silent*: it stops; the moment counts at
-  which its deadline passes. *wrong values seen*: by the consumer, during a fault.
+- *lies*: the source is off by {}, where the declared error is 0.1; its first wrong value reveals the fault. *silent*: the source stops
+  publishing; its time-out reveals the fault. *wrong values seen*: the wrong values that the consumer received during a fault.
 
 ",
         markdown(&REACTION_HEAD, &reaction_rows(found)),
@@ -239,13 +240,13 @@ fn rate_section(found: &Found) -> String {
     format!(
         "## Throughput
 
-50 signals of 25 needs, each on a topic of its own; every second message goes through to the consumer. One instance, kept on one
-core; a message that is missing at either end is lost. Wanted: {RATE_GOAL:.0} a second on one core. The highest rate without loss:
-{}.
+25 needs with two signals each, and one topic for each signal. Every second message causes a message to the consumer. One instance runs on
+one core. A message that is missing in the instance or at the consumer is lost. The goal is {RATE_GOAL:.0} messages a second on one core. The highest
+rates without loss: {}.
 
 {}
-- *cores of the instance*: time on a processor in a second, all of its threads; *a message*: the same for one that came in, with
-  all that it led to. The publisher, the consumer and the server run beside it and are not in it.
+- *cores of the instance*: processor time of all threads of the instance in a second. *a message*: processor time for each received
+  message, including all work that follows from it. Publisher, consumer and server are not included.
 
 ",
         best.join(", "),
@@ -281,7 +282,7 @@ fn sentences(soak: &Soak) -> Vec<String> {
     };
     vec![
         format!(
-            "{:.0} s at {:.0} messages a second over {}: {} said, {} heard, {} published, {} consumed; lost: {}; decisions: {}; \
+            "{:.0} s at {:.0} messages a second over {}: {} sent, {} received, {} published, {} consumed; lost: {}; decisions: {}; \
              {:.2} cores.",
             soak.seconds,
             soak.tally.published_inputs as f64 / soak.seconds,
@@ -316,8 +317,8 @@ fn soak_section(arguments: &Arguments, soak: &Soak) -> String {
     format!(
         "{SOAK}
 
-Written by `{}`. The first tenth is the warm-up; slopes are least squares over {} windows, and what
-grows, grows surely and by more than a fiftieth in the run; load average {} at the end.
+Written by `{}`. The first tenth is the warm-up. Slopes are least squares over {} windows. A figure grows if its
+slope is significant and adds more than a fiftieth during the run. The load average at the end was {}.
 
 {list}
 ![memory](live-soak-memory.svg)

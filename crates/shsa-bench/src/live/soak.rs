@@ -1,4 +1,4 @@
-//! A long run at an even rate: tells whether memory grows, messages are lost, latency drifts.
+//! A long run at an even rate: measures whether memory grows, messages are lost, or latency drifts.
 
 use super::middleware::{Kind, Middleware};
 use super::model::Plan;

@@ -98,12 +98,14 @@ fn introduction(arguments: &Arguments) -> String {
         DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
     format!(
         "Written by `shsa-bench navigation --runs {} --husky husky/test1.bag --out docs`.\n\n\
-         A simulated rover drives {SECONDS} s on a smooth way; its position is known. Sensors, with the standard deviation of \
-         their noise in SI units: {}; at 1 to 50 Hz, up to 0.2 s late. In *outliers* one value of twenty is ten deviations off; \
-         in *wheel 1 slips* that wheel is 1 m/s too fast for 30 s; in *no fixes* they are silent as long.\n\n\
-         *Dead reckoning* integrates wheel 1 and gyroscope. The next six know no model: of position they have the fixes, of \
-         speed the last value of each of its three sensors. The filters have one model for all of it, position, heading, \
-         speed and turn rate, and take each value in at its own time. The gate uses 99.99 % of healthy values.",
+         A simulated rover drives for {SECONDS} s along a smooth path, and its true position is known. Its \
+         sensors, with the standard deviation of their noise in SI units: {}. They deliver 1 to 50 values a \
+         second, up to 0.2 s late. In *outliers* one of twenty values is off by ten deviations. In *wheel 1 \
+         slips* this wheel is 1 m/s too fast for 30 s. In *no fixes* both position fixes are silent for 30 s.\n\n\
+         *Dead reckoning* integrates wheel 1 and the gyroscope. The next six methods have no model: they use the \
+         fixes for the position, and the last value of each of the three speed sensors for the speed. The \
+         filters have one model of position, heading, speed and turn rate, and apply each value at its own time. \
+         The gate accepts 99.99 % of healthy values.",
         arguments.runs,
         sensors.join(", "),
     )

@@ -6,19 +6,19 @@ use super::{Arguments, assurance};
 use clap::ValueEnum;
 
 const HEAD: &str = "\
-Graphs are trees: nodes at even depth are variables, at odd depth relations (`b`: children of a node, `d`: depth of the
-leaves, which are provided). `ex1`: complete, nothing else is provided. `ex2`: complete, a variable is provided with a
-probability that rises evenly from 0.2 to 1 at the leaves. `ex3`: as `ex2`, by `b`; `ex3c`: with costs of relations from 1 to
-10. `ex4`: 1 to `b` children a node, evenly, relations usable towards the root only; availability as `ex2`. The root is never
-provided. `rover` and `drivetrain` are the models in `models/`; the steering angle's own signal is lost.
+Graphs are trees. Nodes at even depth are variables, nodes at odd depth are relations; `b` is the number of children of a node,
+and `d` the depth of the leaves, which are provided. In `ex1` the tree is complete, and only the leaves are provided. In `ex2`
+the tree is complete, and the probability that a variable is provided rises evenly from 0.2 to 1 at the leaves. `ex3` is `ex2`
+over `b`, and `ex3c` adds costs of relations from 1 to 10. In `ex4` a node has 1 to `b` children, evenly distributed, relations
+are usable towards the root only, and variables are provided as in `ex2`. The root is never provided. `rover` and `drivetrain`
+are the models in `models/`, without the signal of the steering angle.
 
-Times are for one core, with other work on the machine: compare them within a row. Reading a model and preparing its graph are not
-included. What takes less than a second is run several times, and the fastest turn counts.";
+Times are for one core, with other work on the machine, so compare them within a row only. They do not include reading a model
+and preparing its graph. A search that takes less than a second is run several times, and the fastest run counts.";
 
 const PUBLIC: &str = "\
-*public*: the thesis's own programs, [github.com/dratasich/shsa](https://github.com/dratasich/shsa), with Python 3.11 on two
-shared cores, medians over graphs of their own generators; not of this run. Their first answer need not be the best.
-Their rover is another graph, so it has no row there.";
+*public*: the thesis's own programs, [github.com/dratasich/shsa](https://github.com/dratasich/shsa), with Python 3.11 on two shared cores. Their figures are medians over graphs of their own generators, measured in an earlier run.
+The first answer of these programs need not be the best. The rover of these programs is another graph, so it has no row.";
 
 /// The tables as Markdown, with the command that makes them.
 pub(super) fn markdown(arguments: &Arguments, records: &[Record]) -> String {

@@ -149,10 +149,9 @@ fn first(groups: &[Group]) -> Table {
     };
     Table {
         title: "First answer",
-        note: "Time until the first answer, median / worst over the graphs. best_first and property_guided prove it to be the \
-               best. visit: looks at each node once that can be reached without passing a provided variable (reached), over \
-               flat arrays, and does nothing else. ratio: best_first by visit. These two keep their working memory from one \
-               run to the next, the place of what they give included, so neither allocates; the others begin anew each time.",
+        note: "Time until the first answer, median / worst over the graphs. best_first and property_guided prove that this answer is the best. visit only looks once at each \
+               node that can be reached without passing a provided variable (reached), over flat arrays. ratio: best_first by visit. These two keep their working memory, including that of the answer, from one run to the next, so they \
+               allocate nothing; the other searches start with empty memory each time.",
         head: vec![
             "graph",
             "graphs",
@@ -193,8 +192,7 @@ fn ratios(groups: &[Group]) -> Table {
     };
     Table {
         title: "The best answer beside a visit",
-        note: "The ratio of best_first to visit over all graphs, by how many nodes can be reached: beginning and telling \
-               an answer costs best_first some 50 ns, whatever the graph.",
+        note: "The ratio of best_first to visit over all graphs, by how many nodes can be reached: starting a search and returning an answer costs best_first about 50 ns for every graph.",
         head: vec!["reached", "graphs", "ratio", "at most 5"],
         rows: STEPS.iter().zip(STEPS.iter().skip(1)).filter_map(row).collect(),
     }
@@ -208,8 +206,7 @@ fn all(groups: &[Group]) -> Table {
     };
     Table {
         title: "All answers",
-        note: "Time until all substitutions are found and sorted, median / worst over the first five graphs of a kind. \"n \
-               stopped\": so many searches were ended by the limit, and their times are those until then.",
+        note: "Time until all substitutions are found and sorted, median / worst over the first five graphs of a kind. \"n stopped\": the limit ended n searches; their times are those until that end.",
         head: vec![
             "graph",
             "graphs",
@@ -244,7 +241,7 @@ fn public(groups: &[Group]) -> Table {
     };
     Table {
         title: "Beside the public programs",
-        note: "Medians; those of the public programs are not of this run. \"stopped\": in some graphs the limit ended the search.",
+        note: "Medians; those of the public programs are from an earlier run. \"stopped\": the limit ended the search in some graphs.",
         head: vec![
             "graph",
             "best_first",
@@ -268,8 +265,9 @@ fn quality(groups: &[Group]) -> Table {
     };
     Table {
         title: "Quality of the first answer",
-        note: "In how many graphs it is below the best that any search found; its share of that, mean and worst. Public programs: of \
-               60 other graphs of the kind.",
+        note: "The number of graphs in which the first answer has a lower utility than the best answer of any \
+               search, and the ratio of these utilities, mean and worst. Public programs: for 60 other graphs of \
+               the kind.",
         head: vec![
             "graph",
             "best_first",
@@ -291,7 +289,7 @@ fn work(groups: &[Group]) -> Table {
     };
     Table {
         title: "Decisions",
-        note: "How many decisions the searches take, median over the graphs; \"stopped\": some were ended by the limit.",
+        note: "The number of decisions of the searches, median over the graphs; \"stopped\": the limit ended some searches.",
         head: vec![
             "graph",
             "best_first",

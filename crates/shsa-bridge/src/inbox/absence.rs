@@ -181,7 +181,7 @@ mod tests {
     }
 
     #[test]
-    fn who_comes_back_is_told_so_once_and_soon() {
+    fn an_absence_is_noticed_once_and_soon() {
         let at = |seconds: f64| Time(0) + Span::from_seconds(seconds);
         let mut attendance = Attendance::default();
         attendance.beat(at(0.0));

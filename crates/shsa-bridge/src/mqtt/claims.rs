@@ -49,7 +49,7 @@ struct State {
     /// Whether the claims of others are known: retained claims arrive before the echo of the own ones.
     is_informed: bool,
     /// Whether the own claims were published.
-    is_said: bool,
+    is_published: bool,
     /// When expired claims were last looked for.
     looked: Uptime,
 }
@@ -79,7 +79,7 @@ impl Claims {
             gone: BTreeSet::new(),
             watches: Vec::new(),
             is_informed: false,
-            is_said: false,
+            is_published: false,
             looked: Uptime::now(),
         };
         Arc::new(Claims { client, state: Mutex::new(state), due: Notify::new(), inbox })
@@ -148,11 +148,11 @@ impl Claims {
         self.due.notified().await;
     }
 
-    /// Called before the own claims are published again. If the last publication has not come back, the broker does not let this
-    /// client receive claims: as far as it can know, it is alone.
+    /// Called before the own claims are published again. If the last publication has not come back, the broker does not let
+    /// this client receive claims: as far as this client knows, no other client exists.
     pub(super) fn renew(&self) {
         let mut state = self.lock();
-        if state.is_said {
+        if state.is_published {
             state.inform();
         }
         drop(state);
@@ -165,7 +165,7 @@ impl Claims {
         if state.own.is_empty() && state.watches.is_empty() {
             return None;
         }
-        state.is_said = true;
+        state.is_published = true;
         let own: Vec<&str> = state.own.iter().map(|name| &**name).collect();
         Some((format!("shsa/{}/claims", self.client.as_ref()?), own.join("\n")))
     }
@@ -307,7 +307,7 @@ mod tests {
     }
 
     #[test]
-    fn own_names_are_told_when_the_others_are_known_and_said_until_they_are_dropped() {
+    fn own_names_are_reported_when_the_others_are_known_and_said_until_they_are_dropped() {
         for is_echoed in [true, false] {
             let claims = claims();
             let mut attendance = claims.attendance("a/**").unwrap();

@@ -289,10 +289,8 @@ impl Shared {
             Happening::Subscribed(number, refusal) => {
                 let mut state = self.lock();
                 let topic = state.numbered.remove(&number).unwrap_or_default();
-                let trouble_text = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
-                trouble_text
-                    .into_iter()
-                    .for_each(|trouble_text| state.trouble(BridgeError::Refused(trouble_text)));
+                let text = refusal.map(|reason| format!("the subscription to `{topic}`: {reason}"));
+                text.into_iter().for_each(|text| state.trouble(BridgeError::Refused(text)));
             }
             Happening::Publishing(number) => {
                 let mut state = self.lock();
@@ -319,9 +317,9 @@ impl Shared {
         let Arrived { topic, payload, retained, duplicate, properties, .. } = arrived;
         let topic = String::from_utf8_lossy(&topic);
         if payload.len() > self.size_limit {
-            let trouble_text =
+            let text =
                 format!("a message of {} bytes on `{topic}`, more than {}", payload.len(), self.size_limit);
-            return self.lock().trouble(BridgeError::Refused(trouble_text));
+            return self.lock().trouble(BridgeError::Refused(text));
         }
         let is_claim = self.claims.receive(&topic, &payload, retained);
         let property = |name: &str| properties.iter().find(|(key, _)| key == name).map(|(_, value)| &**value);

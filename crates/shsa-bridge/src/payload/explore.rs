@@ -224,7 +224,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_are_told_with_their_paths() {
+    fn fields_are_reported_with_their_paths() {
         check("21.5", &[": Value(Number(21.5))"]);
         check(" open\n", &[": Text(\"open\")"]);
         check("[1, null]", &[": Value(Vector([1.0, NaN]))"]);

@@ -49,8 +49,8 @@ impl Discovery {
     }
 
     /// Runs in Zenoh's threads: only the key and the attachment are decoded here, the rest by the reader, or in its place while
-    /// it sleeps. `name` gives the name of a topic without its leading slash, or `None` if nobody wants it; `told` is the type if
-    /// the key does not tell it.
+    /// it sleeps. `name` gives the name of a topic without its leading slash, or `None` if nobody wants it; `declared_type` is
+    /// the type if the key does not contain it.
     pub(super) fn deliver(
         &self,
         sample: &Sample,

@@ -82,9 +82,9 @@ impl History {
         }
     }
 
-    /// What stands at a moment: the last value before it, and all that may have followed it by its end, each grown by the rate
-    /// of change since it was said. `None` before the first one. Complexity: O(samples newer than the moment, and those that
-    /// overlap it).
+    /// What stands at a moment: the last value before it, and all that may have followed it by its end, each widened by the
+    /// rate of change since its own time. `None` before the first one. Complexity: O(samples newer than the moment, and those
+    /// that overlap it).
     #[must_use]
     pub fn held_reading(&self, moment: Validity, max_rate: f64) -> Option<Reading> {
         let mut value = Interval::EMPTY;

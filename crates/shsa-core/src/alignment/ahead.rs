@@ -1,8 +1,8 @@
 //! The estimate of a history's value after its newest sample.
 //!
-//! Several predictors compete: the latest value, and lines through the last 2, 4 and 8 samples (least squares). The one that has
-//! predicted the recent samples best, each from those before it, predicts the next value, and is as wrong as it was of late.
-//! A. P. Dawid, "Statistical theory: the prequential approach", 1984, doi:10.2307/2981683.
+//! Several predictors compete: the latest value, and lines through the last 2, 4 and 8 samples (least squares). The model that
+//! has predicted the recent samples best, each sample from those before it, predicts the next value. Its recent error is the
+//! uncertainty of the prediction. A. P. Dawid, "Statistical theory: the prequential approach", 1984, doi:10.2307/2981683.
 
 use super::history::History;
 use crate::interval::Interval;

@@ -239,7 +239,8 @@ impl Port {
         }
     }
 
-    /// Whether a reading repeats the standing value before the next answer is due: then it is no evidence about its own moment.
+    /// Whether a reading repeats the standing value before the next answer is due: then the reading is no evidence about its
+    /// own moment.
     fn is_repeated(&self, signal: &Signal, sample: Sample) -> bool {
         let since = self.scalars.newest(0).filter(|newest| newest.value == sample.value);
         let since = since.map(|newest| sample.validity.to - newest.validity.to);

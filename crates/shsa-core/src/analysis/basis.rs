@@ -16,9 +16,9 @@ pub(super) struct Basis {
 }
 
 impl Basis {
-    /// Relations that go on from a variable's own last value are always excluded: such a way has nothing new about its own
-    /// variable, and cannot run for another one. [`Options::only_runnable`] also excludes relations without a formula, except
-    /// those from `assumed` on.
+    /// Relations that go on from a variable's own last value are always excluded: such a way has no new information about its
+    /// own variable, and cannot run for another variable. [`Options::only_runnable`] also excludes relations without a formula,
+    /// except those from `assumed` on.
     pub(super) fn new(knowledge: &KnowledgeBase, options: Options, assumed: RelationId) -> Basis {
         let remembers = |id: RelationId| {
             let formulas = &knowledge.relations()[id].formulas;

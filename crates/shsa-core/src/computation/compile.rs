@@ -8,8 +8,8 @@ use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
 
-/// The input that makes a way compute. One whose values stand is that only where all do, as it is known at the moments of the
-/// others.
+/// The input that makes a way compute. An input whose values hold drives a way only where all inputs hold, because its value is
+/// known at the moments of the other inputs.
 pub(super) fn trigger(knowledge: &KnowledgeBase, way: &Way, goes_before: Precedence) -> Option<SignalId> {
     let stands = |signal: SignalId| knowledge.signals()[signal].holds;
     way.inputs().reduce(|best, next| match (stands(best), stands(next)) {

@@ -39,7 +39,8 @@ pub(super) struct Input {
     stands: bool,
     /// What is taken for the value after the latest one.
     access: Access,
-    /// Whether its observations are the moments at which the way is evaluated, and it is read as it was observed there.
+    /// Whether the observations of this input set the moments at which the way is evaluated; the input is then read at its own
+    /// moments.
     pub(super) is_trigger: bool,
 }
 

@@ -243,7 +243,7 @@ fn compared(slow: &WatchedWay, fast: &WatchedWay) -> Option<(Interval, Interval,
 }
 
 impl Rival {
-    /// Whether this rival is part of every conflict of the accused, so that nothing tells the two apart.
+    /// Whether this rival is part of every conflict of the accused, so that nothing distinguishes the two.
     #[must_use]
     pub fn explains_all(&self) -> bool {
         self.not_in.is_empty()

@@ -181,7 +181,7 @@ impl ReadySources {
 #[derive(Debug)]
 struct Demands {
     requirements: Requirements,
-    /// Elements that fall short on their own: for the need, they are as good as lost.
+    /// Elements that fall short on their own: for the need, these signals count as lost.
     barred: Lost,
 }
 

@@ -72,7 +72,7 @@ impl Engine {
             provider.begin(&change);
         }
     }
-    /// Accusations stand as long as their verdicts do.
+    /// An accusation remains as long as its verdict.
     fn inherit_accusations(&mut self, old: BTreeMap<Component, Accusation>, lineage: &Lineage) {
         let same = |component: Component| match component {
             Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),

@@ -58,7 +58,7 @@ impl Lineage {
         self.sources.find(old).copied().flatten()
     }
 
-    /// The signal whose observations still mean what they meant: of the same name, source, variable, unit, scaling,
+    /// The signal whose observations have the same meaning as before: of the same name, source, variable, unit, scaling,
     /// errors, delay and possible values, standing as long. Its rate, timeout, other limits and properties may differ.
     #[must_use]
     pub fn signal(&self, old: SignalId) -> Option<SignalId> {

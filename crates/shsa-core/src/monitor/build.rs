@@ -122,10 +122,10 @@ pub const ALL_PAIRS: usize = 32;
 /// enough to outvote it, and no two faults share many of them.
 pub const PARTNERS: [usize; 6] = [1, 2, 3, 5, 8, 13];
 
-/// The pairs to compare: all pairs of each variable with few ways; some pairs where there are [many](ALL_PAIRS). The same signals
-/// and relations are compared only once: in the first variable in which the values tell most. No way is left out. Two ways that rest on the same signals are
-/// compared only where one of them has a relation with a declared prior probability of a fault: the comparison is about that
-/// relation.
+/// The pairs to compare: all pairs of each variable with few ways; some pairs where there are [many](ALL_PAIRS). The same
+/// signals and relations are compared only once: in the first variable with the tightest bounds. No way is left out. Two ways
+/// that rest on the same signals are compared only where one of them has a relation with a declared prior probability of a
+/// fault: the comparison is about that relation.
 ///
 /// Returns places in `ways`, the smaller one first,
 /// ascending. Complexity: O(p log p) for p pairs, which are at most `16 n` for n ways.
@@ -304,8 +304,9 @@ fn evidence(one: &Way, other: &Way) -> (Vec<RelationId>, Vec<SignalId>) {
 
 /// Sorts two ways, the slower one first: comparisons are made at its moments.
 ///
-/// The slower way is the one whose outputs are means over a longer time, or are rarer. Of equals it is the one with the larger
-/// lag, as the other one has delivered by then; else the later one in file order, as the other value of its row is known then.
+/// The slower way is the one whose outputs are means over a longer time, or are rarer. Of ways with equal rates, it is the way
+/// with the larger lag, because the other way has delivered by then; else the later way in file order, because the other value
+/// of its row is known then.
 fn by_slowness<'w>(
     one: (usize, &'w WatchedWay),
     other: (usize, &'w WatchedWay),

@@ -115,8 +115,8 @@ impl WatchedWay {
         Some(Sample { validity: moment, value: held_reading.value })
     }
 
-    /// The same as its newest output says it, where that is certainly the nearest one and no other turn: as most often, and with
-    /// the middle and the width that are known.
+    /// The same for the newest output, where this output is certainly the nearest one and the variable does not wrap. This is
+    /// the most frequent case, and its middle and width are already computed.
     // Once for every observation or comparison, from two places: by a hint alone it would be called.
     #[inline(always)]
     pub(super) fn newest_about(&self, moment: Validity) -> Option<Measured> {

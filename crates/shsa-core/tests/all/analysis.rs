@@ -374,7 +374,7 @@ fn ways_are_not_listed() {
 /// The lines of the projective plane of order 3: every two meet, and no three points meet all of them. So the simple bound is 1
 /// and the truth is 4 (a line).
 #[test]
-fn a_limit_leaves_a_bound_and_is_told() {
+fn a_limit_leaves_a_bound_and_is_reported() {
     let mut lines: Vec<String> = (0..13).map(|point| format!("!p{point}")).collect();
     for line in 0..13 {
         let points = [0, 1, 3, 9].map(|at| format!("p{}", (line + at) % 13));

@@ -368,7 +368,7 @@ fn of_two_that_disagree_the_hull_goes_out_while_it_is_narrow_enough() {
 }
 
 #[test]
-fn a_hull_that_is_too_wide_is_withheld_and_told_with_its_width() {
+fn a_hull_that_is_too_wide_is_withheld_and_reported_with_its_width() {
     let stage = reported(&[0.0, 3.0], |need| need.max_width = Some(text("2")));
     // When both agree again and are not trusted yet, the uncertain value is narrow.
     assert!(uncertain(&stage).iter().all(|it| it.time > LIES_UNTIL), "{:#?}", stage.events);

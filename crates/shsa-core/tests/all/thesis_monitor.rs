@@ -191,7 +191,7 @@ fn a_relation_whose_constraint_does_not_hold_gives_nothing() {
 }
 
 #[test]
-fn too_many_combinations_are_told() {
+fn too_many_combinations_are_reported() {
     let mut draft = own_model();
     draft.variables.push(variable("b"));
     draft.relations.push(relation("sum", "x = a + b", "x"));

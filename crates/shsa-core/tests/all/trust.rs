@@ -293,7 +293,7 @@ fn is_reported(run: &Run, between: std::ops::Range<i64>, restored: bool) {
 }
 
 #[test]
-fn a_clock_that_is_set_is_told_within_seconds_and_trusted_when_it_is_right_again() {
+fn a_clock_that_is_set_is_reported_within_seconds_and_trusted_when_it_is_right_again() {
     for off in [-3600 * SECOND, 3600 * SECOND, -20 * SECOND] {
         let set = |now: i64| now + if (20 * SECOND..60 * SECOND).contains(&now) { off } else { 0 };
         is_reported(&clock(set, 0), 20..26, true);
@@ -302,12 +302,12 @@ fn a_clock_that_is_set_is_told_within_seconds_and_trusted_when_it_is_right_again
 }
 
 #[test]
-fn a_clock_that_is_wrong_from_the_start_is_told_by_the_others() {
+fn a_clock_that_is_wrong_from_the_start_is_reported_by_the_others() {
     is_reported(&clock(|now| now - 3600 * SECOND, 0), 0..10, false);
 }
 
 #[test]
-fn stamps_that_stand_still_are_told() {
+fn stamps_that_stand_still_are_reported() {
     is_reported(&clock(|now| now.min(20 * SECOND), 0), 20..32, false);
     is_reported(&clock(|_| -1_700_000_000 * SECOND, 0), 0..12, false);
 }

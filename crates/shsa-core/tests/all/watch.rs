@@ -275,7 +275,7 @@ fn the_same_evidence_is_compared_where_it_tells_most() {
 }
 
 #[test]
-fn a_square_that_is_too_large_is_told() {
+fn a_square_that_is_too_large_is_reported() {
     let knowledge = built(&draft(&["v", "z"], &["z = v^2"], &["s0: z", "s1: v", "s2: v"]));
     let mut engine = engine(&knowledge, WatchBudget::default());
     for step in 0..60_i64 {

@@ -32,8 +32,8 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
 
 /// Runs the robot on a bus in real time, in a thread of its own, until `stop` is set. The topics are [`LIDAR`], [`SONAR`],
-/// [`DEPTH`] and [`ODOMETRY`]; the robot drives by what it hears under the name [`NEED`], and stands still without it. Its faults
-/// are those of [`Fault::schedule`], again every minute.
+/// [`DEPTH`] and [`ODOMETRY`]; the robot drives by the values under the name [`NEED`], and stands still without them. Its
+/// faults are those of [`Fault::schedule`], again every minute.
 ///
 /// # Errors
 /// When no thread can be started.

@@ -59,7 +59,7 @@ fn the_huber_estimate_has_the_gradient_zero() {
 }
 
 #[test]
-fn a_spoilt_covariance_is_told_and_healed() {
+fn a_spoilt_covariance_is_reported_and_healed() {
     let mut filter = constant(1, Loss::Square);
     filter.restore(&[0.0, -0.5]);
     assert!(filter.update(&measured(&[1.0]), &[]).healed);

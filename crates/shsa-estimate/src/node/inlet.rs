@@ -36,8 +36,8 @@ impl Inlet {
 
     /// The time of the measurement, its value, and its standard deviation; `None` stands for the model's formula.
     ///
-    /// What the monitor has refused is no measurement, but where it is only late or said again, so that it is counted. A value
-    /// that stands was measured when it was said first.
+    /// A value that the monitor has refused is no measurement. A value that is only late or a duplicate is passed on, so that
+    /// it is counted. A held value was measured at its first occurrence.
     pub(super) fn read(&mut self, input: FusionInput<'_>) -> Option<(Time, f64, Option<f64>)> {
         let FusionInput { observation, is_kept, is_repeated, .. } = input;
         if is_repeated {
@@ -116,7 +116,7 @@ impl Steering {
         Some((at, value))
     }
 
-    /// Whether it has said something of late, or what it has said stands.
+    /// Whether the input has a recent value, or a value that still holds.
     pub(super) fn is_fresh(&self, now: Time, within: Span) -> bool {
         self.last.is_some_and(|(last, _)| self.signal.holds || now - last <= within)
     }

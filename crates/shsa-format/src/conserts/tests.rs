@@ -72,7 +72,7 @@ fn check_problems(text: &str, expected: &[&str]) {
 }
 
 #[test]
-fn what_nothing_defines_is_told_with_its_place() {
+fn what_nothing_defines_is_reported_with_its_place() {
     check_problems(
         &WHEEL.replace("from: Cool", "from: Cold"),
         &["10:30 no evidence, demand or gate `Cold` is defined"],

@@ -51,7 +51,8 @@ fn cause(of: &KnowledgeBase, cause: CauseId, to: &KnowledgeBase) -> Option<Cause
     to.causes().enumerate().find(|(_, cause)| cause.name == *name).map(|(id, _)| id)
 }
 
-/// All that a run has said, with the ids of one knowledge base: what speaks of a need that it does not have is left out.
+/// All events and publications of a run, with the ids of one knowledge base. Those of a need that this knowledge base does not
+/// have are left out.
 pub(super) fn in_first_names(run: &Run, knowledge: &KnowledgeBase) -> (Vec<Event>, Vec<Publication>) {
     let event = |(known, event): (&KnowledgeBase, &Event)| Event {
         signal: event.signal.and_then(|id| signal(known, id, knowledge)),

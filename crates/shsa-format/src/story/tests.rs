@@ -147,7 +147,7 @@ fn refuse(trace: &str, expect: &str, expected: &str) {
 }
 
 #[test]
-fn mistakes_are_told_with_their_places() {
+fn mistakes_are_reported_with_their_places() {
     refuse("{ durations: 5 s }", "[]", "10:8: `duration` is missing");
     refuse("{ duration: 5 }", "[]", "10:20: `5` is no time");
     refuse("{ duration: 5 s, sead: 4 }", "[]", "10:25: unknown key `sead`; did you mean `seed`?");
@@ -198,7 +198,7 @@ fn mistakes_are_told_with_their_places() {
 }
 
 #[test]
-fn a_model_of_its_own_is_told_about_with_its_name() {
+fn problems_of_a_separate_model_name_its_file() {
     let text = "story: s\nwhy: w\nmodel: nowhere.yaml\ntrace: { duration: 1 s }\nexpect: []\n";
     let loaded = load(text, "s.yaml", Path::new("/no/folder"));
     assert!(loaded.story.is_none());
@@ -207,7 +207,7 @@ fn a_model_of_its_own_is_told_about_with_its_name() {
 }
 
 #[test]
-fn problems_of_a_model_are_told_with_their_line_in_the_story() {
+fn problems_of_a_model_are_reported_with_their_line_in_the_story() {
     let text =
         MODEL.replace("variable: room, unit: degC, rate: 1 Hz", "variable: roam, unit: degC, rate: 1 Hz");
     let loaded = load(&format!("{text}trace: {{ duration: 1 s }}\nexpect: []\n"), "s.yaml", Path::new("."));

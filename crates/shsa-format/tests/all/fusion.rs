@@ -236,7 +236,7 @@ fn widest(method: &str) -> (f64, Time) {
 }
 
 #[test]
-fn what_may_be_anywhere_on_the_circle_is_not_told() {
+fn what_may_be_anywhere_on_the_circle_is_not_reported() {
     for method in
         ["marzullo", "schmid", "brooks_iyengar", "confidence", "kalman", "unscented_kalman", "student"]
     {

@@ -82,7 +82,7 @@ properties: { signals: { /a: { accuracy: null, cost: 2 } } }
 }
 
 #[test]
-fn problems_are_told_where_they_come_from() {
+fn problems_are_reported_where_they_come_from() {
     check_wrong(
         "variables: { twice: null }\n",
         &["model.yaml:6:12: `twice` is not defined", "model.yaml:11:3: there is no variable `twice`"],

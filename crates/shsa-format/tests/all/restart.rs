@@ -242,7 +242,7 @@ fn the_comparisons_behind_an_accusation_are_kept_and_may_be_absent() {
 }
 
 #[test]
-fn what_a_changed_model_does_not_have_is_told_and_dropped() {
+fn what_a_changed_model_does_not_have_is_reported_and_dropped() {
     let (knowledge, inputs) = story("01-dead-but-looks-alive");
     let mut stage = Stage::new(Engine::new(knowledge.clone(), Options::default()), BTreeSet::new());
     inputs.iter().for_each(|input| stage.give(input));

@@ -314,6 +314,6 @@ fn what_is_sound_but_for_its_stamps_is_never_accused() {
 }
 
 #[test]
-fn one_that_lies_is_told_and_no_other_has_failed() {
+fn one_that_lies_is_reported_and_no_other_has_failed() {
     check(true, &[false]);
 }

@@ -129,7 +129,7 @@ mod tests {
     }
 
     #[test]
-    fn what_cannot_be_known_is_not_told() {
+    fn what_cannot_be_known_is_not_reported() {
         check(1.5, 0.0, None);
         check(0.0, 0.0, None);
     }

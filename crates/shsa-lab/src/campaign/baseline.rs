@@ -148,7 +148,7 @@ impl<'a> Baseline<'a> {
     }
 }
 
-/// Drives a new engine over samples to the end; `hear` takes the outputs after each input, and may stop the run.
+/// Drives a new engine over samples to the end; `observe` takes the outputs after each input, and may stop the run.
 fn drive<'s>(
     knowledge: &KnowledgeBase,
     samples: impl Iterator<Item = &'s Sample>,

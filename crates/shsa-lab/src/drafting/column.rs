@@ -19,7 +19,7 @@ pub struct Column {
     pub signal: Signal,
     /// The places of the first value of each session after the first one, in order.
     pub breaks: Vec<usize>,
-    /// The name without what numbers it or tells its source: `temperature` of `mote_1_temperature`.
+    /// The name without a number or the name of its source: `temperature` of `mote_1_temperature`.
     pub kind: String,
     /// The turn in the column's unit, for angles.
     pub turn: Option<f64>,

@@ -56,7 +56,7 @@ pub struct Member {
 /// Columns that measure the same.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Group {
-    /// At least one, the first one being what the others are compared with.
+    /// At least one member; the others are compared with the first.
     pub members: Vec<Member>,
 }
 

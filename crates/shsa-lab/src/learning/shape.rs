@@ -158,8 +158,8 @@ impl Relation {
         all
     }
 
-    /// Whether nothing but the recording speaks for it: a line or a curve between quantities of different kinds, unless it is a
-    /// radius that turns an angle into a length.
+    /// Whether only the recording is evidence for the relation: a line or a curve between quantities of different kinds, unless
+    /// it is a radius that turns an angle into a length.
     #[must_use]
     pub fn is_statistical(&self, signals: &[Signal]) -> bool {
         let dimension = |signal: usize| signals[signal].unit.as_ref().map(|unit| unit.dimension);

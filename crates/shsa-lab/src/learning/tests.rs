@@ -108,7 +108,7 @@ fn rates_saturations_and_gears() {
 }
 
 #[test]
-fn a_copy_is_told_and_is_no_witness() {
+fn a_copy_is_reported_and_is_no_witness() {
     let one = signal("one", "m", 0.1, |time| 3.0 * wave(1, time));
     let points = one.points.iter().map(|(time, value)| (*time, 2.0 * value + 1.0)).collect();
     let copy = Signal { name: "copy".to_owned(), points, ..one.clone() };

@@ -9,7 +9,7 @@ use shsa_core::knowledge::{RelationId, SignalId};
 
 /// A number of losses is `null` where no loss can take the variable away, or nothing knows it anyway.
 ///
-/// Each signal lists all signals that it is told from, so signals are made one at a time as they are written.
+/// Each signal lists all signals that its fault is isolable from, so signals are made one at a time as they are written.
 pub(super) struct Object<'r> {
     pub(super) report: &'r Report<'r>,
     /// The number of signals that were left out.

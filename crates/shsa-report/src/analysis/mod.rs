@@ -77,8 +77,8 @@ impl<'a> Report<'a> {
         text::text(self, style)
     }
 
-    /// One object; `left_out` is the number of signals that the model had more than what was analysed. Each signal lists all those
-    /// that it is told from, so they are made one at a time as they are written.
+    /// One object; `left_out` is the number of signals that the model had more than what was analysed. Each signal lists all
+    /// those that its fault is isolable from, so they are made one at a time as they are written.
     pub fn json(&self, left_out: usize) -> impl Serialize + '_ {
         json::Object { report: self, left_out }
     }

@@ -4,7 +4,7 @@ use shsa_core::analysis::{Gap, Obstacle, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 
-/// A component, and the components that it is not told from.
+/// A component, and the components that its fault is not isolable from.
 type Apart = (Component, Vec<Component>);
 
 /// The most faults that are named for one reason.

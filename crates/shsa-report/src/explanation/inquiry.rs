@@ -98,7 +98,7 @@ fn blamed(run: &Run, number: usize) -> Option<String> {
     run.events_with_models().take(number + 1).filter_map(name).last()
 }
 
-/// Drives a run to its end, and answers the question; `progress` hears of every input.
+/// Drives a run to its end, and answers the question; `progress` is called with every input.
 ///
 /// # Errors
 /// When all decisions are asked about, there is no such decision, the run ends before the asked time, or the model lacks the signal

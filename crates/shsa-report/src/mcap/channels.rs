@@ -30,7 +30,7 @@ pub(super) enum Kind {
 }
 
 impl Kind {
-    /// The name of the schema. Foxglove knows its own ones by their names.
+    /// The name of the schema. Foxglove recognises its own schemas by their names.
     fn name(self) -> &'static str {
         match self {
             Kind::Journal => "shsa.Journal",

@@ -40,7 +40,7 @@ impl<'a> CasesOverTime<'a> {
         self.recorder.cases.needs.iter().all(|case| case.ways.iter().any(is_given))
     }
 
-    /// The ways of a need whose cases are told: those that have served, or else the best.
+    /// The ways of a need whose cases are shown: those that have served, or else the best way.
     fn described(case: &NeedCase) -> impl Iterator<Item = &WayCase> {
         let any_has_served = case.ways.iter().any(|way| way.has_served);
         let ways = case.ways.iter().enumerate();
@@ -73,7 +73,7 @@ impl<'a> CasesOverTime<'a> {
         modules
     }
 
-    /// A module of GSN for each told case, with its name.
+    /// A module of GSN for each shown case, with its name.
     #[must_use]
     pub fn gsn(&self) -> Vec<(String, String)> {
         let module = |Module { need, way, name, stretches }: Module<'_>| {

@@ -336,7 +336,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_without_the_words_of_the_request() {
+    fn what_is_wrong_is_reported_without_the_words_of_the_request() {
         for words in [
             r#"{"id": 1, "ask": "the-secret"}"#,
             r#"{"id": 1, "ask": "events", "since": "the-secret"}"#,

@@ -155,7 +155,7 @@ mod tests {
 
     #[cfg(unix)]
     #[test]
-    fn endings_are_told_in_words() {
+    fn endings_are_reported_in_words() {
         use std::os::unix::process::ExitStatusExt;
         let words_of = |raw: i32, words: &str| ending(ExitStatus::from_raw(raw), words);
         assert_eq!(words_of(9, ""), "killed by signal 9");

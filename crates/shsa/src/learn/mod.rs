@@ -28,7 +28,7 @@ limits, the larger or smaller of two, and factors or sources that a mode selects
 first half of the time, forms compete on the next fifth, and the rest tells the error. What is explained as well by a simpler \
 relation or by time alone is not proposed.
 
-A relation whose only ground is that it held in this recording (a constant with a unit that nothing explains) is marked as \
+A relation whose only evidence is this recording (a constant with a unit that nothing explains) is marked as \
 statistical, and commented out in the patch. Without a model, the variables are those of `shsa draft` for the same recordings.")]
 pub(crate) struct Arguments {
     #[command(flatten)]

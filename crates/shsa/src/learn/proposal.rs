@@ -11,7 +11,7 @@ use std::collections::BTreeSet;
 /// What the faults of a model's signals are to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub(super) struct Worth {
-    /// Signals whose fault is detected, is told from that of every other one, and that can be substituted.
+    /// Signals whose fault is detectable, isolable from the fault of every other signal, and substitutable.
     pub(super) detectable: usize,
     pub(super) isolable: usize,
     pub(super) substitutable: usize,

@@ -96,7 +96,7 @@ fn of_worth(worth: Worth) -> Value {
     })
 }
 
-/// The change of the model; what it cannot have, or only statistics speak for, is commented out.
+/// The change of the model; relations that the model cannot have, or with statistical evidence only, are comments.
 pub(super) fn patch(subject: &Subject, proposals: &Proposals) -> String {
     let mut text = format!(
         "# Learned by `shsa learn` for {}. Shares are of the target's spread that stays unexplained, in the fitted, the chosen and the\n\
@@ -105,9 +105,8 @@ pub(super) fn patch(subject: &Subject, proposals: &Proposals) -> String {
     );
     let (active, commented): (Vec<&Proposal>, Vec<&Proposal>) =
         proposals.all.iter().partition(|it| it.is_active());
-    if !active.is_empty() {
-        text += "relations:\n";
-    }
+    // A file of comments only would be no change of a model.
+    text += if active.is_empty() { "relations: {}\n" } else { "relations:\n" };
     for proposal in active {
         text += &format!("  # {}\n{}", evidence(proposal), proposal.entry());
     }

@@ -102,7 +102,8 @@ impl Subject {
     }
 }
 
-/// The values of each signal in the unit of its variable, at the moments of which they tell; sessions follow each other.
+/// The values of each signal in the unit of its variable, at the moments at which they were measured; sessions follow each
+/// other.
 fn series(knowledge: &KnowledgeBase, measured: &[SignalId], recording: &Recording) -> Vec<Vec<(f64, f64)>> {
     let mut series = vec![Vec::new(); measured.len()];
     let mut shift_s = 0.0;

@@ -152,7 +152,7 @@ mod tests {
     }
 
     #[test]
-    fn fields_of_all_messages_are_told_with_their_last_values() {
+    fn fields_of_all_messages_are_reported_with_their_last_values() {
         let topic_record = topic_record(&[
             (0, "{\"x\": 1}", false),
             (1, "{\"y\": 2}", false),

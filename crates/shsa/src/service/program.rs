@@ -320,7 +320,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_wrong_is_told_with_its_place() {
+    fn what_is_wrong_is_reported_with_its_place() {
         let one: &[&[f64]] = &[&[1.0, 2.0]];
         check(
             &["y = x[0] + x[2]"],

@@ -66,7 +66,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     ended
 }
 
-/// Prints one picture, as soon as all of it is there.
+/// Prints one picture as soon as it is complete.
 fn once(address: &str, news: &Receiver<News>) -> anyhow::Result<Outcome> {
     let (mut board, start) = (Board::default(), Instant::now());
     while board.age().is_none() || !board.is_complete() {
@@ -100,7 +100,7 @@ fn unreachable(address: &str, why: &str) -> Outcome {
     Outcome::Unreachable
 }
 
-/// Draws until it is interrupted. What an instance that has gone said last stays, with the reason and its age.
+/// Draws until it is interrupted. The last values of a lost instance stay, with their age and the reason of the loss.
 fn watch(address: &str, news: &Receiver<News>) -> anyhow::Result<Outcome> {
     let (mut board, mut lost) = (Board::default(), Some("no answer yet".to_owned()));
     let mut drawn: Option<Instant> = None;

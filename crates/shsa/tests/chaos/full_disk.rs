@@ -20,7 +20,7 @@ const SCENARIO: Scenario = Scenario {
 const FULL: f64 = 5.0;
 
 #[test]
-fn a_full_disk_delays_nothing_and_costs_only_what_is_told() {
+fn a_full_disk_delays_nothing_and_costs_only_what_is_reported() {
     let Some(python) = real::python() else { return };
     let _turn = beside_others();
     let (broker, folder) = (Broker::start(&[]), Folder::new());

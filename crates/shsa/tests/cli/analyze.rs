@@ -215,7 +215,7 @@ signals:
 ";
 
 #[test]
-fn what_the_budget_leaves_out_is_told() {
+fn what_the_budget_leaves_out_is_reported() {
     let folder = Folder::with(&[("m.yaml", FIVE.as_bytes())]);
     let watched = |flags: &str| {
         let answer = folder.json(&format!("analyze m.yaml {flags}"), 0);
@@ -319,7 +319,7 @@ fn a_thousand_signals_come_back() {
 
 /// A model of 100,000 signals within a memory limit of 768 MiB (`ulimit -v`).
 #[test]
-fn a_huge_model_is_analysed_in_part_and_that_is_told() {
+fn a_huge_model_is_analysed_in_part_and_that_is_reported() {
     const SIGNALS: usize = 100_000;
     let folder = Folder::new();
     let mut text = String::from("shsa: 1\nvariables:\n");

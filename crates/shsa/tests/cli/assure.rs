@@ -63,7 +63,7 @@ fn a_platform_without_time_takes_the_stop_away() {
 }
 
 #[test]
-fn a_moment_that_names_nobody_is_told() {
+fn a_moment_that_names_nobody_is_reported() {
     let folder = folder();
     folder.write("wrong.yaml", "computr: { spare: 5 % }\n/lidar/nearest: { frsh: 3 ms }\n");
     folder.refuses(

@@ -124,7 +124,7 @@ fn the_page_has_what_the_text_says_and_the_patch() {
 }
 
 #[test]
-fn a_relation_that_does_not_hold_is_told() {
+fn a_relation_that_does_not_hold_is_reported() {
     let folder = folder();
     // The relation's error is so wide that it accuses nobody.
     let wrong = MODEL.replace("derivative(way, 2 s)", "3 * derivative(way, 20 s)");
@@ -189,7 +189,7 @@ fn a_stretch_that_is_left_out_makes_no_time_out() {
 }
 
 #[test]
-fn wrong_arguments_are_told() {
+fn wrong_arguments_are_reported() {
     let folder = tank::folder();
     folder.refuses("calibrate tank.yaml run.csv --false-alarms 0", &["expected a number above 0"]);
     folder.refuses("calibrate tank.yaml run.csv --split 100s", &["outside of the recording of 59 s"]);

@@ -162,7 +162,7 @@ fn what_declares_no_error_is_tried_with_amounts_that_are_seen_unless_it_stands_s
 }
 
 #[test]
-fn a_worse_model_is_told_by_status_and_cell() {
+fn a_worse_model_is_reported_by_status_and_cell() {
     let folder = folder();
     folder.ends("campaign tank.yaml clean.csv --json before.json", 0);
     let same = folder.ends("campaign tank.yaml clean.csv --compare before.json", 0);

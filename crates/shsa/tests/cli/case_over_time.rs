@@ -58,7 +58,7 @@ fn each_claim_tells_how_it_stood() {
 }
 
 #[test]
-fn the_ground_and_level_of_what_goes_out_are_told() {
+fn the_ground_and_level_of_what_goes_out_are_reported() {
     let page = page();
     let assurance = between(&page, "<h2>Assurance</h2>", "</section>");
     let strip = between(assurance, "<svg class=\"strip\"", "</svg>");
@@ -71,7 +71,7 @@ fn the_ground_and_level_of_what_goes_out_are_told() {
 
 /// A demonstration is the story, and its page the story's.
 #[test]
-fn demonstrations_are_told_with_their_cases() {
+fn demonstrations_are_reported_with_their_cases() {
     let folder = Folder::new();
     for (name, words) in [
         ("car", "full"),
@@ -89,7 +89,7 @@ fn demonstrations_are_told_with_their_cases() {
 
 /// The level's sensor falls silent after 40 s, and its evidence does not hold any more.
 #[test]
-fn a_case_over_a_recording_is_told_as_json_gsn_and_text() {
+fn a_case_over_a_recording_is_reported_as_json_gsn_and_text() {
     let folder = crate::tank::folder();
     let contracts = "contracts: { level: { asks: { right: { level: SIL 1 } } }, /level: { evidence: { fresh: age at most 2 s }, \
         gives: { right: { level: SIL 2, when: fresh } } } }\n";

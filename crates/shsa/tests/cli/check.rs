@@ -122,7 +122,7 @@ fn json_models_windows_line_ends_and_byte_order_marks() {
 }
 
 #[test]
-fn what_is_no_model_is_told() {
+fn what_is_no_model_is_reported() {
     let folder = Folder::with(&[
         ("empty.yaml", b""),
         ("run.csv", b"t [s],/level\n0,1\n"),
@@ -144,7 +144,7 @@ fn what_is_no_model_is_told() {
 }
 
 #[test]
-fn a_need_that_nothing_meets_is_told_beforehand() {
+fn a_need_that_nothing_meets_is_reported_beforehand() {
     let needs = "needs:\n  v:\n    - { signal: /all, max_age: 1 s }\n    - { signal: /fast, min_rate: 20 Hz }\n    - { signal: /safe, integrity: B }\n";
     let model = "shsa: 1\nvariables: { v: { unit: m } }\nsignals:\n  a: { variable: v, rate: 10 Hz, value_error: 0.2 }\n";
     let folder = Folder::with(&[("model.yaml", format!("{model}{needs}").as_bytes())]);
@@ -157,7 +157,7 @@ fn a_need_that_nothing_meets_is_told_beforehand() {
 }
 
 #[test]
-fn an_input_that_stands_without_a_limit_is_told() {
+fn an_input_that_stands_without_a_limit_is_reported() {
     let model = |voltage: &str| {
         format!(
             "shsa: 1\nvariables: {{ power: {{ unit: W }}, voltage: {{ unit: V{voltage} }}, current: {{ unit: A }} }}\n\

@@ -23,7 +23,7 @@ fn a_model_comes_back_from_every_form() {
 }
 
 #[test]
-fn what_a_form_cannot_say_is_told() {
+fn what_a_form_cannot_say_is_reported() {
     let output = tank::folder().ends("convert tank.yaml --to prolog", 3);
     assert!(
         output.stdout.starts_with("% Relations")
@@ -52,7 +52,7 @@ fn facts_are_a_model_for_every_command() {
 }
 
 #[test]
-fn wrong_usage_is_told() {
+fn wrong_usage_is_reported() {
     let folder = tank::folder();
     assert!(folder.ends("convert tank.yaml -o tank.yaml", 2).stderr.contains("would be overwritten"));
     assert!(folder.ends("convert tank.yaml -o tank.doc", 2).stderr.contains("say it with --to"));

@@ -191,7 +191,7 @@ fn a_time_after_a_decision_explains_what_stood() {
 }
 
 #[test]
-fn a_signal_that_recovers_is_told_to_be_trusted_again() {
+fn a_signal_that_recovers_is_reported_to_be_trusted_again() {
     let folder = tank::folder();
     let text = folder.ends("explain tank.yaml run.csv /pressure --inject bias=6:/pressure@5s..15s", 0).stdout;
     tells(
@@ -311,7 +311,7 @@ fn a_story_is_explained() {
 }
 
 #[test]
-fn wrong_questions_are_told() {
+fn wrong_questions_are_reported() {
     let folder = tank::folder();
     folder.refuses("explain tank.yaml run.csv /levle", &["no signal '/levle'; did you mean '/level'?"]);
     folder.refuses("explain tank.yaml run.csv /levle@20s", &["did you mean '/level'?"]);
@@ -347,7 +347,7 @@ fn compasses() -> Folder {
 }
 
 #[test]
-fn what_wraps_is_told_in_one_turn_and_drawn_without_a_jump() {
+fn what_wraps_is_reported_in_one_turn_and_drawn_without_a_jump() {
     let folder = compasses();
     let object = folder.json("explain north.yaml run.csv c", 0);
     let against = object["against"].as_array().unwrap();

@@ -77,7 +77,7 @@ fn help_fits_the_screen() {
 }
 
 #[test]
-fn the_version_is_told() {
+fn the_version_is_reported() {
     let reported = Folder::new().ends("--version", 0).stdout;
     assert_eq!(reported, concat!("shsa ", env!("CARGO_PKG_VERSION"), "\n"));
 }

@@ -90,5 +90,9 @@ fn the_answer_is_no_where_nothing_is_found() {
     }
     let folder = Folder::with(&[("two.csv", text.as_bytes())]);
     assert_eq!(folder.ends("learn two.csv", 1).stdout, "no relation found between 2 variables\n");
+    folder.ends("learn two.csv --patch nothing.yaml", 1);
+    folder.ends("draft two.csv -o model.yaml", 0);
+    folder.ends("patch model.yaml nothing.yaml -o same.yaml", 0);
+    assert_eq!(folder.read("same.yaml"), folder.read("model.yaml"));
     folder.refuses("learn absent.csv", &["absent.csv"]);
 }

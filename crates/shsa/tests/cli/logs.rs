@@ -57,7 +57,7 @@ fn every_line_has_its_time_and_level_as_text() {
 }
 
 #[test]
-fn less_and_more_is_told_as_wanted() {
+fn less_and_more_is_reported_as_wanted() {
     let kinds = |options: &str| {
         let ended = run(&format!("--log-format json {options}"));
         let mut levels: Vec<String> = [&ended.stdout, &ended.stderr]

@@ -99,7 +99,7 @@ fn options_of_thesis_mode() {
 }
 
 #[test]
-fn nothing_to_compare_is_told() {
+fn nothing_to_compare_is_reported() {
     let folder = tank::folder();
     let one = folder.ends("monitor tank.yaml volume --observations run.csv", 0);
     assert!(one.stderr.contains("volume is known in one way only"), "{}", one.stderr);

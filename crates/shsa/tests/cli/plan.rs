@@ -111,7 +111,7 @@ fn no_substitution_is_the_answer_no() {
 }
 
 #[test]
-fn a_limit_that_ends_the_search_is_told() {
+fn a_limit_that_ends_the_search_is_reported() {
     let folder = tank::folder();
     let output = folder.ends("plan tank.yaml level --all --limit 0", 0).stdout;
     assert!(

@@ -83,7 +83,7 @@ fn a_file_with_errors_changes_nothing() {
 }
 
 #[test]
-fn wrong_arguments_are_told() {
+fn wrong_arguments_are_reported() {
     let folder = tank::folder();
     folder.refuses("replay tank.yaml run.csv --reload none.yaml@10s", &["none.yaml cannot be read"]);
     folder.refuses("replay tank.yaml run.csv --reload tank.yaml", &["write it like new.yaml@20s"]);

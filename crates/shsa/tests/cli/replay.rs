@@ -113,7 +113,7 @@ signals:
 ";
 
 #[test]
-fn a_relation_that_no_longer_holds_is_told_with_its_name_and_no_signal() {
+fn a_relation_that_no_longer_holds_is_reported_with_its_name_and_no_signal() {
     let folder = Folder::new();
     folder.write("slip.yaml", SLIP);
     let mut lines = String::new();

@@ -50,7 +50,7 @@ fn a_page_needs_no_host_and_no_script() {
 }
 
 #[test]
-fn the_time_without_a_value_is_told() {
+fn the_time_without_a_value_is_reported() {
     let folder = tank::folder();
     let faults = "--inject drop:/level@20s.. --inject drop:/pressure@20s.. --inject drop:/volume@20s..";
     folder.ends(&format!("replay tank.yaml run.csv {faults} --report out.html"), 1);

@@ -48,7 +48,7 @@ fn a_draft_is_a_model_that_hears_what_it_was_drafted_from() {
 }
 
 #[test]
-fn a_bus_that_is_not_there_is_told() {
+fn a_bus_that_is_not_there_is_reported() {
     let folder = Folder::new();
     folder.refuses("scan --for 1s --bus nonsense", &["is no bus"]);
     folder.refuses("scan --for 1", &["has no unit of time"]);

@@ -173,7 +173,7 @@ fn what_cannot_be_is_refused_with_its_place() {
 }
 
 #[test]
-fn a_bus_that_cannot_be_reached_is_told_at_once() {
+fn a_bus_that_cannot_be_reached_is_reported_at_once() {
     let folder = Folder::new();
     let service = "service -i /a#x -p y=x -o /b --bus mqtt://127.0.0.1:1";
     let ended = folder.run(&format!("{service} --patience 1ms"));

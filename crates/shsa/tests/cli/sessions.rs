@@ -76,7 +76,7 @@ fn a_fault_of_the_second_day_is_seen_beside_a_sound_first() {
 }
 
 #[test]
-fn each_session_is_told_and_can_be_chosen() {
+fn each_session_is_reported_and_can_be_chosen() {
     let folder = days(&[("1", rows(0..100, 0..0)), ("2", rows(0..100, 50..100))]);
     let ended = folder.run("replay m.yaml 1 2 --output out.jsonl");
     assert!(ended.stderr.contains("2/r.csv: a session of its own"), "{}", ended.stderr);

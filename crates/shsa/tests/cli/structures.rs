@@ -137,7 +137,7 @@ signals:
 
 /// Flux and speed voltage of each phase determine each other: nothing is compared, and this is reported.
 #[test]
-fn the_loops_of_an_induction_motor_are_told_as_such() {
+fn the_loops_of_an_induction_motor_are_reported_as_such() {
     let model = "\
 shsa: 1
 variables: { i_a: {}, i_b: {}, flux_a: {}, flux_b: {}, speed: {}, i_a_rate: {}, i_b_rate: {}, flux_a_rate: {}, flux_b_rate: {}, turned_a: {}, turned_b: {}, u_a: {}, u_b: {} }
@@ -184,7 +184,7 @@ signals:
 
 /// A variable that has to be integrated is no algebraic loop.
 #[test]
-fn a_differential_equation_is_told_as_such() {
+fn a_differential_equation_is_reported_as_such() {
     let answer = analysis(
         "\
 shsa: 1

@@ -27,7 +27,7 @@ fn missing_files_are_named() {
 }
 
 #[test]
-fn files_of_the_wrong_kind_are_told() {
+fn files_of_the_wrong_kind_are_reported() {
     let folder = tank::folder();
     folder.write("empty.csv", "");
     folder.write("fake.bag", "this is no bag");
@@ -44,7 +44,7 @@ fn files_of_the_wrong_kind_are_told() {
 }
 
 #[test]
-fn a_recording_of_something_else_is_told() {
+fn a_recording_of_something_else_is_reported() {
     let folder = tank::folder();
     folder.write("other.csv", "t [s],/levels,/x\n0,1,2\n1,1,2\n");
     folder.refuses(

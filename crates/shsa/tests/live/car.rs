@@ -245,12 +245,12 @@ fn a_wheel_that_lies_is_replaced_over_mqtt() {
 }
 
 #[test]
-fn a_receiver_that_falls_silent_is_told_over_mqtt() {
+fn a_receiver_that_falls_silent_is_reported_over_mqtt() {
     over_mqtt(&GNSS_STOPS);
 }
 
 #[test]
-fn a_receiver_that_lies_is_told_over_mqtt() {
+fn a_receiver_that_lies_is_reported_over_mqtt() {
     over_mqtt(&GNSS_LIES);
 }
 
@@ -265,12 +265,12 @@ fn a_wheel_that_lies_is_replaced_over_zenoh() {
 }
 
 #[test]
-fn a_receiver_that_falls_silent_is_told_over_zenoh() {
+fn a_receiver_that_falls_silent_is_reported_over_zenoh() {
     over_zenoh(&GNSS_STOPS);
 }
 
 #[test]
-fn a_receiver_that_lies_is_told_over_zenoh() {
+fn a_receiver_that_lies_is_reported_over_zenoh() {
     over_zenoh(&GNSS_LIES);
 }
 
@@ -286,11 +286,11 @@ fn a_wheel_that_lies_is_replaced_over_ros2() {
 }
 
 #[test]
-fn a_receiver_that_falls_silent_is_told_over_ros2() {
+fn a_receiver_that_falls_silent_is_reported_over_ros2() {
     over_ros2(&GNSS_STOPS);
 }
 
 #[test]
-fn a_receiver_that_lies_is_told_over_ros2() {
+fn a_receiver_that_lies_is_reported_over_ros2() {
     over_ros2(&GNSS_LIES);
 }

@@ -79,7 +79,7 @@ fn only_so_many_streams_are_open() {
 }
 
 #[test]
-fn wrong_tokens_and_callers_are_told() {
+fn wrong_tokens_and_callers_are_reported() {
     let run = Running::start([]);
     for _ in 0..5 {
         assert_eq!(run.order(Some("a-guess-of-a-token"), r#"{"order": "reload"}"#).0, 401);

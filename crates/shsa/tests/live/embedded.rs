@@ -58,7 +58,7 @@ fn a_terminal_that_nobody_reads_delays_nothing() {
 }
 
 #[test]
-fn a_change_by_order_is_healed_at_once_and_told() {
+fn a_change_by_order_is_healed_at_once_and_reported() {
     let run = settled(&[]);
     let order = r#"{"order": "change", "text": "available: { /lidar/scan: false }"}"#;
     let (status, answer) = run.order(Some(TOKEN), order);
@@ -76,7 +76,7 @@ fn a_change_by_order_is_healed_at_once_and_told() {
 }
 
 #[test]
-fn what_is_wrong_with_an_order_is_told_and_changes_nothing() {
+fn what_is_wrong_with_an_order_is_reported_and_changes_nothing() {
     let run = Running::start([]);
     let wrong = [
         (400, r#"{"order": "explode"}"#, "there is no order `explode`"),

@@ -87,7 +87,7 @@ fn after_an_outage_the_status_says_since_when_and_for_how_long() {
 
 /// A connection that is cut and restored at once, between two checks.
 #[test]
-fn the_shortest_outage_is_told() {
+fn the_shortest_outage_is_reported() {
     let broker = Broker::start(&[]);
     let (folder, cut) = (Folder::new(), Cut::before(broker.port()));
     let run = run(&folder, cut.port);

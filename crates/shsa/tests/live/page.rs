@@ -94,7 +94,7 @@ fn the_stream_tells_everything_once_and_then_what_changes() {
 }
 
 #[test]
-fn what_would_be_lost_is_told_before_it_is() {
+fn what_would_be_lost_is_reported_before_it_is() {
     let run = Running::start([]);
     run.until("a model is there", |state| state["models"]["rover"].is_object());
     Parts::of(&run).next("state");

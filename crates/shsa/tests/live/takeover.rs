@@ -225,7 +225,7 @@ fn who_is_stopped_by_a_command_is_replaced_and_left_alone_when_it_comes_back() {
 }
 
 #[test]
-fn who_does_not_obey_is_not_replaced_and_it_is_told() {
+fn who_does_not_obey_is_not_replaced_and_it_is_reported() {
     let Some(python) = real::python() else { return };
     let broker = Broker::start(&[]);
     let mut scene = Scene::new(&python, "mqtt", broker.port(), &json!({}));

@@ -120,8 +120,8 @@ enum Make {
     },
 }
 
-/// All variables of a system on a day, at every step; on another day than 0 the inputs are others, and what only went along
-/// goes its own way.
+/// All variables of a system on a day, at every step; on any day but 0 the inputs differ, and signals that were only correlated
+/// with others become independent.
 pub(super) fn variables(system: &System, day: u64) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
     let count = (system.duration_s / STEP_S).round() as usize + 1;
     let mut made = BTreeMap::new();

@@ -49,7 +49,8 @@ impl<T: EvidenceView> Review<'_, T> {
             rivals: &rivals,
             only_just,
         };
-        // A conflict that is only remembered goes on to speak against whom it has accused, and accuses nobody else.
+        // A conflict that is only remembered stays evidence against the components that it has accused, and accuses no other
+        // component.
         let cases = parts.iter().map(|part| Case::new(conflicts, part));
         let cases: Vec<Case> = cases.filter(|case| self.is_fresh(case)).collect();
         for case in &cases {

@@ -186,10 +186,10 @@ impl<T: EvidenceView> Review<'_, T> {
     fn count(&self, component: Component) -> Result<Counts, Option<ConflictPair>> {
         let Review { evidence, now, .. } = *self;
         let known = self.judge.conflicts.get(&component);
-        // What a witness has said of the time before says nothing about the fault.
+        // A value of a witness from before the fault is no evidence about the fault.
         let accused = self.judge.state_of(component).accused;
         let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
-        // What has jumped is off for as long as it stays there, though its changes are right.
+        // A signal that has jumped stays wrong by the size of the jump, although its changes are right.
         let has_returned = has_returned(evidence, component);
         let bears_on = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
         let mut found = Counts::default();

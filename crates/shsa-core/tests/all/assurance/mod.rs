@@ -316,7 +316,7 @@ fn every_answer_is_that_of_the_definition() {
 }
 
 #[test]
-fn a_reached_bound_is_told_and_what_was_found_is_right() {
+fn a_reached_bound_is_reported_and_what_was_found_is_right() {
     let mut rows = Certificates::default();
     let service = rows.services.push(Service { name: "s".into(), kind: ServiceKind::Application });
     let evidence = |at: usize| Evidence { name: format!("e{at}"), service, within: None, max_age: None };
@@ -331,7 +331,7 @@ fn a_reached_bound_is_told_and_what_was_found_is_right() {
 }
 
 #[test]
-fn what_cannot_be_composed_is_told() {
+fn what_cannot_be_composed_is_reported() {
     use shsa_core::assurance::Problem;
     let mut rows = Certificates::default();
     let service = rows.services.push(Service { name: "s".into(), kind: ServiceKind::Application });

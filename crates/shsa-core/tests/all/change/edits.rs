@@ -217,7 +217,7 @@ fn check_wrong(edits: &[Edit], expected: &[(&str, Option<&str>)]) {
 }
 
 #[test]
-fn every_problem_of_all_edits_is_told() {
+fn every_problem_of_all_edits_is_reported() {
     check_wrong(
         &[remove(Section::Relations, "climing"), remove(Section::Signals, "/x")],
         &[

@@ -172,7 +172,7 @@ fn the_way_of_writing_makes_no_difference() {
 }
 
 #[test]
-fn both_places_are_told() {
+fn both_places_are_reported() {
     let at = |draft: &mut Draft, from| {
         draft.variables[0].name = Text { text: "speed".to_owned(), place: Place { from, to: from + 5 } };
     };

@@ -270,7 +270,7 @@ fn a_source_that_the_change_takes_away_is_replaced_at_once() {
 }
 
 #[test]
-fn a_need_without_a_source_is_told_and_goes_on_when_there_is_one_again() {
+fn a_need_without_a_source_is_reported_and_goes_on_when_there_is_one_again() {
     let (before, after) = halves();
     let mut stage = Stage::new(two_patient_systems());
     stage.run(&before);

@@ -119,7 +119,7 @@ impl Columns {
         }
     }
 
-    /// The mean place of a node's neighbours on one side; its own place when it has none there.
+    /// The mean place of a node's neighbours on one side; for a node without neighbours there, its own place.
     fn mean(&self, node: usize, of_left: bool) -> f64 {
         let neighbours = if of_left { &self.left[node] } else { &self.right[node] };
         match neighbours.len() {

@@ -265,7 +265,7 @@ fn contracts_are_written_as_they_are_read() {
 }
 
 #[test]
-fn what_is_wrong_is_told_with_its_place() {
+fn what_is_wrong_is_reported_with_its_place() {
     let head = "shsa: 1\nvariables: { x: { unit: m } }\nsignals: { wheel: { variable: x, rate: 1 Hz } }\nneeds: { x: { max_age: 1 s } }\n";
     let check = |contracts: &str, expected: &str| check(&format!("{head}contracts:\n{contracts}"), expected);
     check(

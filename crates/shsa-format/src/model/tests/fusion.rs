@@ -28,7 +28,7 @@ fn knowledge(text: &str) -> KnowledgeBase {
 }
 
 #[test]
-fn what_a_lost_input_takes_is_told() {
+fn what_a_lost_input_takes_is_reported() {
     check(
         PLANT,
         "12:15 note: without `/gps` nothing observes `position` (its uncertainty grows then: a second input that measures it would hold it)",
@@ -36,7 +36,7 @@ fn what_a_lost_input_takes_is_told() {
 }
 
 #[test]
-fn what_nothing_observes_is_told() {
+fn what_nothing_observes_is_reported() {
     let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
     check(
         &text,

@@ -69,7 +69,7 @@ fn check(text: &str, expected: &str) {
 }
 
 #[test]
-fn broken_json_is_told_with_its_place_and_help() {
+fn broken_json_is_reported_with_its_place_and_help() {
     let check = |rest: &str, expected: &str| {
         let expected = expected.replace("none:", "error: this is no JSON:");
         check(&format!("{{\"shsa\": 1,\n{rest}"), &expected);

@@ -79,7 +79,7 @@ fn json_is_laid_out_too() {
 }
 
 #[test]
-fn what_is_no_model_is_told() {
+fn what_is_no_model_is_reported() {
     for wrong in ["", "shsa: [", "just a text"] {
         assert!(laid_out(Written { name: "model", text: wrong }).is_err(), "{wrong}");
     }

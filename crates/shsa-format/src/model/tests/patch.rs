@@ -96,7 +96,7 @@ fn keys_and_entries_are_added_and_removed() {
 }
 
 #[test]
-fn what_is_wrong_is_told() {
+fn what_is_wrong_is_reported() {
     let refuse = |change: &str, words: &str| {
         let report = patched(written(MODEL), written(change)).expect_err(change);
         assert!(report.render(false).contains(words), "{}", report.render(false));

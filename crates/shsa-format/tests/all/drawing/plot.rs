@@ -77,7 +77,7 @@ fn growth_over_four_decades() {
 }
 
 #[test]
-fn what_an_axis_cannot_show_is_told() {
+fn what_an_axis_cannot_show_is_reported() {
     let points = [0.0, -1.0, f64::NAN, f64::INFINITY, 5.0].map(|y| Point::exact(1.0, y)).to_vec();
     let series = vec![Series { name: "odd".into(), points }];
     let y = axis("y", "", Scale::Log);

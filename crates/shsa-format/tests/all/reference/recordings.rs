@@ -46,7 +46,7 @@ fn every_format_and_ending_is_described() {
 }
 
 #[test]
-fn every_source_of_a_table_finds_what_is_told() {
+fn every_source_of_a_table_finds_its_values() {
     let table = block("csv");
     let rows = page().section("Source").rows("source");
     let (of_table, of_messages): (Vec<_>, Vec<_>) = rows.into_iter().partition(|row| row.len() == 3);
@@ -63,7 +63,7 @@ fn every_source_of_a_table_finds_what_is_told() {
 }
 
 #[test]
-fn lines_of_json_are_read_as_told() {
+fn lines_of_json_are_read_as_described() {
     let text = block("jsonl");
     let value = |signal: &str| recorded("a.jsonl", &text, signal, "").samples.remove(0);
     assert_eq!(value("/speed").value, RawValue::Number(1.5));
@@ -112,7 +112,7 @@ fn every_fault_is_described() {
 }
 
 #[test]
-fn every_fault_does_what_is_told() {
+fn every_fault_does_what_the_table_says() {
     for row in page().section("Faults").rows("kind") {
         let [kind, example, values] = [&row[0], &row[3], &row[4]].map(|cell| code(cell).remove(0));
         assert!(example.starts_with(&kind), "{example}");

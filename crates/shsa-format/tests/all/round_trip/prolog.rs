@@ -47,7 +47,7 @@ fn formulas_come_back_from_prolog() {
 }
 
 #[test]
-fn what_prolog_cannot_say_is_told() {
+fn what_prolog_cannot_say_is_reported() {
     let loaded = load(EVERYTHING, "m");
     let losses = prolog::write(&loaded.knowledge).losses.join("\n");
     for expected in [

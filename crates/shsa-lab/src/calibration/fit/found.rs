@@ -32,7 +32,7 @@ impl Parameter {
 pub struct Fitted {
     /// The parameter.
     pub parameter: Parameter,
-    /// The error, plus-minus; `None` when no relation that holds shows it, and it stays as it is.
+    /// The error, plus-minus; `None` when no relation that holds gives a value; then the declared value is not changed.
     pub error: Option<f64>,
     /// The constant part of the error.
     pub offset: f64,

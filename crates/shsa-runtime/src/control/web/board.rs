@@ -205,7 +205,7 @@ mod tests {
     }
 
     #[test]
-    fn a_reader_gets_what_has_changed_since_it_was_told() {
+    fn a_reader_gets_the_changes_since_its_last_look() {
         let mut board = Board::default();
         assert!(board.take(seen(3, &[("s", "healthy")], 0.5)));
         assert_eq!(rows(&board.part(None)).len(), 3);
@@ -252,7 +252,7 @@ mod tests {
     }
 
     #[test]
-    fn decisions_are_told_once_and_only_the_latest_are_kept() {
+    fn decisions_are_reported_once_and_only_the_latest_are_kept() {
         let mut board = Board::default();
         let mut look = seen(300, &[], 0.0);
         look["events"] = (0..300).map(|number| json!({ "number": number })).collect();

@@ -166,7 +166,7 @@ fn who_does_not_obey_is_refused_and_tried_again_later() {
 }
 
 #[test]
-fn an_action_that_fails_is_told_with_its_reason_and_the_pause_doubles() {
+fn an_action_that_fails_is_reported_with_its_reason_and_the_pause_doubles() {
     let mut bench = Bench::taught("silence: { command: [sh, -c, 'echo no such unit; exit 5'] }, retry: 1 s");
     bench.step();
     assert_eq!(bench.settle(), "waiting");
@@ -230,7 +230,7 @@ fn a_name_that_is_given_back_is_served_until_its_source_is_heard() {
 }
 
 #[test]
-fn a_source_that_cannot_be_let_back_is_told_and_tried_again() {
+fn a_source_that_cannot_be_let_back_is_reported_and_tried_again() {
     let mut bench =
         Bench::taught("silence: { command: ['true'] }, restore: { command: ['false'] }, retry: 1 s");
     bench.take();
