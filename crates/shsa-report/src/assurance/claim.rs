@@ -36,10 +36,10 @@ impl Claim<'_> {
         gsn::write(&self.argument(), module, &self.brief, &[])
     }
 
-    /// The certificates and the evidence as facts and rules of SWI-Prolog.
+    /// The certificates and the evidence as facts and rules of SWI-Prolog, from which `claim` follows where this claim holds.
     #[must_use]
     pub fn prolog(&self) -> String {
-        prolog::write(self.system, &self.evaluation)
+        prolog::write(self.system, &self.evaluation) + &prolog::claim(self.root, &self.name)
     }
 }
 

@@ -1,11 +1,10 @@
 //! Assurance cases as GSN: the rules that `gsn2x -c` checks (version 4.3), by their numbers there.
 
-use crate::assure::folder;
+use crate::assure::{contracted, folder};
 use crate::folder::Folder;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
-use std::path::Path;
 use std::process::Command;
 
 pub(crate) type Case = BTreeMap<String, Map<String, Value>>;
@@ -226,17 +225,12 @@ fn a_module_a_need() {
 /// The models with contracts that come with the program, whatever stands: the rules, and `gsn2x` itself where there is one.
 #[test]
 fn every_shipped_model_passes() {
-    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
-    let paths = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
-    let texts = paths.filter(|path| path.is_file()).map(|path| std::fs::read_to_string(path).unwrap());
-    let contracted: Vec<String> = texts.filter(|text| text.contains("\ncontracts:")).collect();
-    assert!(contracted.len() >= 4, "{} models with contracts", contracted.len());
     let folder = Folder::with(&[("nothing.yaml", b"")]);
-    for (at, text) in contracted.iter().enumerate() {
-        let model = format!("{at}.yaml");
+    for (model, text) in contracted() {
         folder.write(&model, text);
         for (with, status) in [("", 0), (" --with nothing.yaml", 1)] {
-            let case = format!("case{at}{status}");
+            let case = format!("{model}.{status}");
+            std::fs::create_dir(folder.path(&case)).unwrap();
             folder.ends(&format!("assure {model}{with} --format gsn -o {case}"), status);
             let all = passes(&folder, &case);
             let is_given = all["G-index-0"]["classes"] == serde_json::json!(["given"]);
