@@ -81,6 +81,8 @@ fn what_nothing_defines_is_told_with_its_place() {
         &WHEEL.replace("guarantees: [SpeedGood]", "guarantees: [Fast]"),
         &["12:80 no guarantee `Fast` is defined"],
     );
+    assert!(read(&WHEEL.replace("guarantees: [SpeedGood]", "guarantees: [Fast]"), "a.yml").1.ok());
+    assert!(!read(&WHEEL.replace("from: Cool", "from: Cold"), "a.yml").1.ok());
     let circle = WHEEL.replace("gates: []", "gates: [ { id: A, function: And } ]");
     let circle = circle.replace("from: Cool, to: SpeedGood", "from: A, to: A }, { from: A, to: SpeedGood");
     check_problems(&circle, &["10:30 the condition of `A` never ends"]);
@@ -303,6 +305,7 @@ fn public_models_are_told_apart_as_recorded() {
     {
         let (_, report) = read(&std::fs::read_to_string(folder.join(file)).unwrap(), file);
         assert_eq!(report.diagnostics.len(), problems, "{}", report.render(false));
+        assert!(report.ok(), "it loads, with warnings: {}", report.render(false));
     }
     for (file, place) in
         [("conserts-rs/InvalidCovered.yml", (13, 18)), ("conserts-rs/InvalidGuarantee.yml", (7, 5))]
