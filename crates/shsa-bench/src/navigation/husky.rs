@@ -116,7 +116,7 @@ const NOTE: &str = "\
 *Wheels and gyroscope*: an extended Kalman filter that believes them, as robot_localization does \
 (`crates/shsa-bench/src/navigation/odometry.yaml`). Over the whole recording its positions are those of the same filter by filterpy 1.4.5: \
 over 358.9 m driven at most 0.282 m apart, on average 0.0057 m (`filterpy_ekf.py` beside it; its head says how it is run). *In the loop*: \
-`models/husky-filter.yaml`, with accelerometer and satellite fixes; the engine names frozen wheels after 10 s, longer than the rover ever rests, and the filter leaves \
+`models/husky-filter.yaml`, with accelerometer and satellite fixes; the engine names frozen wheels after 1 s while they turn and after 10 s at zero, longer than the rover ever rests, and the filter leaves \
 them out until they are trusted again.
 
 Distance from where the same filter is without the fault, root of the mean square over 30 s from the beginning of the fault on. While the \
