@@ -161,3 +161,164 @@ fn a_file_that_would_fill_the_disk_is_refused() {
     let packed = zstd::bulk::compress(&vec![b' '; 100 << 20], 1).unwrap();
     defused("large.jsonl.zst", &packed, "unpack it first (zstd -d)");
 }
+
+#[test]
+#[cfg(feature = "zstd")]
+fn the_values_of_a_small_file_are_bounded() {
+    let line = "{\"signal\": \"a\", \"time_ns\": 5, \"value\": 1}\n";
+    let packed = zstd::bulk::compress(line.repeat(1_400_000).as_bytes(), 1).unwrap();
+    assert!(packed.len() < 10_000);
+    defused("values.jsonl.zst", &packed, " values are left out: of a file of ");
+}
+
+/// An object of BLF: its kind and its content.
+fn object(kind: u32, content: &[u8]) -> Vec<u8> {
+    let length = u32::try_from(16 + content.len()).unwrap();
+    let head = [b"LOBJ", &[16, 0, 1, 0][..], &length.to_le_bytes(), &kind.to_le_bytes(), content].concat();
+    [head, vec![0; content.len().wrapping_neg() % 4]].concat()
+}
+
+/// A file of BLF with so many containers of these bytes.
+fn containers(content: &[u8], count: usize) -> Vec<u8> {
+    let packed = miniz_oxide::deflate::compress_to_vec_zlib(content, 6);
+    let container = object(10, &[&[2, 0, 0, 0, 0, 0, 0, 0][..], &[0; 8], &packed].concat());
+    let header = [b"LOGG", &144_u32.to_le_bytes()[..], &[0; 136]].concat();
+    [header, container.repeat(count)].concat()
+}
+
+#[test]
+fn the_containers_of_a_file_are_bounded_together() {
+    let zeros = vec![0; 12 << 20];
+    defused("zeros.blf", &containers(&zeros, 12), "a container is left out: the file unpacks to more than");
+    let large = vec![0; 20 << 20];
+    defused("large.blf", &containers(&large, 1), "a container unpacks to 16777216 bytes and no further");
+    // An object that is never whole.
+    let endless = [b"LOBJ", &[16, 0, 1, 0][..], &(60_u32 << 20).to_le_bytes(), &[1, 0, 0, 0]].concat();
+    let endless = [endless, vec![0; 12 << 20]].concat();
+    defused("endless.blf", &containers(&endless, 8), "an object of more than 8 MiB in containers, left out");
+}
+
+/// A block of MDF, with a length that is a multiple of eight.
+fn block(name: &[u8; 4], links: &[u64], content: &[u8]) -> Vec<u8> {
+    let mut content = content.to_vec();
+    content.resize(content.len().next_multiple_of(8), 0);
+    let length = (24 + 8 * links.len() + content.len()) as u64;
+    let links: Vec<u8> = links.iter().flat_map(|link| link.to_le_bytes()).collect();
+    let count = links.len() as u64 / 8;
+    [name, &[0; 4][..], &length.to_le_bytes(), &count.to_le_bytes(), &links, &content].concat()
+}
+
+/// A file of MDF: data groups that share one channel group and one packed block of data, whose records have `record` bytes. With
+/// `is_endless` the channel after `v` is followed by itself.
+fn groups(count: usize, record: u32, unpacked: &[u8], is_endless: bool) -> Vec<u8> {
+    let packed = miniz_oxide::deflate::compress_to_vec_zlib(unpacked, 6);
+    let (length, packed_length) =
+        ((unpacked.len() as u64).to_le_bytes(), (packed.len() as u64).to_le_bytes());
+    let data = [b"DT", &[0, 0, 0, 0, 0, 0][..], &length, &packed_length, &packed].concat();
+    let mut file = b"MDF     4.11    ".to_vec();
+    file.resize(64, 0);
+    // Several groups of the wanted name would be an error.
+    let topic = if count == 1 { b"t" } else { b"s" };
+    let texts = [topic, b"v", b"w"].map(|text| block(b"##TX", &[], text)).concat();
+    let head = 24 + 6 * 8 + 32;
+    let name = 64 + head;
+    let channel = name + texts.len() as u64;
+    let content = [&[0, 0, 0, 0, 0, 0, 0, 0, 8, 0, 0, 0][..], &[0; 60]].concat();
+    let one = |next, name| block(b"##CN", &[next, 0, name, 0, 0, 0, 0, 0], &content);
+    let next = channel + one(0, 0).len() as u64;
+    let after = if is_endless { next } else { 0 };
+    let channels = [one(next, name + 32), one(after, name + 64)].concat();
+    let group = channel + channels.len() as u64;
+    let content = [&[0; 24][..], &record.to_le_bytes(), &[0; 4]].concat();
+    let group_block = block(b"##CG", &[0, channel, name, 0, 0, 0], &content);
+    let data_at = group + group_block.len() as u64;
+    let data_block = block(b"##DZ", &[], &data);
+    let first = data_at + data_block.len() as u64;
+    file.extend(block(b"##HD", &[first, 0, 0, 0, 0, 0], &[0; 32]));
+    file.extend([texts, channels, group_block, data_block].concat());
+    for number in 1..=count as u64 {
+        let next = if number == count as u64 { 0 } else { first + number * 64 };
+        file.extend(block(b"##DG", &[next, group, data_at, 0], &[0; 8]));
+    }
+    file
+}
+
+#[test]
+fn the_links_of_a_file_are_bounded_together() {
+    let zeros = vec![0; 12 << 20];
+    defused("shared.mf4", &groups(12, 1 << 20, &zeros, false), "is left out: the file unpacks to more than");
+    // 16384 channels that share one byte.
+    defused(
+        "channels.mf4",
+        &groups(1, 1, &zeros, true),
+        "the other records are left out: the file unpacks to more",
+    );
+    defused("record.mf4", &groups(1, 1 << 25, &zeros, false), "a record of more than 8 MiB, left out");
+    defused("block.mf4", &groups(1, 8, &vec![0; 20 << 20], false), "of which 16777216 are allowed");
+}
+
+/// A structure of Thrift from its fields: number, kind, bytes.
+fn structure(fields: &[(u8, u8, Vec<u8>)]) -> Vec<u8> {
+    let each = fields.iter().flat_map(|(number, kind, bytes)| [&[*kind, 2 * number][..], bytes].concat());
+    each.chain([0]).collect()
+}
+
+fn varint(mut number: u64) -> Vec<u8> {
+    let mut bytes = Vec::new();
+    while number >= 0x80 {
+        bytes.push(number as u8 | 0x80);
+        number >>= 7;
+    }
+    [bytes, vec![number as u8]].concat()
+}
+
+fn whole(number: u8, value: usize) -> (u8, u8, Vec<u8>) {
+    (number, 6, varint(2 * value as u64))
+}
+
+fn list(number: u8, items: &[Vec<u8>]) -> (u8, u8, Vec<u8>) {
+    (number, 9, [vec![0xfc], varint(items.len() as u64), items.concat()].concat())
+}
+
+/// A file of Parquet: columns and row groups that all share one page, of 2^20 whole numbers in this encoding, packed by gzip.
+fn pages(columns: usize, groups: usize, encoding: usize, unpacked: &[u8]) -> Vec<u8> {
+    const ROWS: usize = 1 << 20;
+    let packed = miniz_oxide::deflate::compress_to_vec(unpacked, 6);
+    let packed = [&[0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 0][..], &packed].concat();
+    let about = structure(&[whole(1, ROWS), whole(2, encoding), whole(3, 3), whole(4, 3)]);
+    let head = structure(&[whole(1, 0), whole(2, unpacked.len()), whole(3, packed.len()), (5, 12, about)]);
+    let page = [head, packed].concat();
+    let element = |at: usize| {
+        let name = ["time".to_owned(), "a".to_owned()].into_iter().nth(at).unwrap_or(format!("c{at}"));
+        let name = [varint(name.len() as u64), name.into_bytes()].concat();
+        structure(&[whole(1, 2), whole(3, 0), (4, 8, name), whole(6, 10)])
+    };
+    let root = structure(&[(4, 8, vec![1, b's']), whole(5, columns)]);
+    let schema: Vec<Vec<u8>> = [root].into_iter().chain((0..columns).map(element)).collect();
+    let about = structure(&[whole(1, 2), whole(4, 2), whole(7, page.len()), whole(9, 4)]);
+    let group = structure(&[list(1, &vec![structure(&[(3, 12, about)]); columns]), whole(3, ROWS)]);
+    let description =
+        structure(&[whole(1, 1), list(2, &schema), whole(3, ROWS), list(4, &vec![group; groups])]);
+    let length = u32::try_from(description.len()).unwrap().to_le_bytes();
+    [b"PAR1", &page[..], &description, &length, b"PAR1"].concat()
+}
+
+/// 2^20 whole numbers as differences of 0 and 1, in blocks of 128.
+fn differences() -> Vec<u8> {
+    let block = [vec![0], vec![1; 4], vec![0b1010_1010; 16]].concat();
+    [varint(128), varint(4), varint(1 << 20), vec![0], block.repeat(1 << 13)].concat()
+}
+
+#[test]
+fn the_pages_of_a_file_are_bounded_together() {
+    // Columns of half a million runs each, which stand side by side.
+    defused(
+        "wide.parquet",
+        &pages(100, 1, 5, &differences()),
+        "cannot be read: the file unpacks to more than ",
+    );
+    // One value, again and again, in row groups that share their pages.
+    let groups = pages(2, 40, 0, &vec![0; 8 << 20]);
+    defused("groups.parquet", &groups, "cannot be read on: the file unpacks to more than ");
+    defused("groups.parquet", &groups, " values are left out: of a file of ");
+}

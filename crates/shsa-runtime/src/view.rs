@@ -86,6 +86,7 @@ fn needs(healer: &Healer, now: Time) -> Map<String, Value> {
             "way": status.source.as_ref().and_then(way),
             "max_age_s": outlet.max_age().seconds(),
             "longest_gap_s": status.longest_gap.seconds(),
+            "assurance": status.assurance.as_ref().map(|it| healer.assurance(it)),
         });
         (outlet.key().to_owned(), row)
     };

@@ -7,7 +7,7 @@ const PAST = 60e9;
 /** The most needs that are shown. */
 const MOST = 200;
 const FACTS = [
-  ["source", "source"], ["age", "age"], ["next", "next"], ["left", "survives"], ["published", "goes out as"], ["gap", "largest gap"],
+  ["source", "source"], ["level", "level"], ["age", "age"], ["next", "next"], ["left", "survives"], ["published", "goes out as"], ["gap", "largest gap"],
 ];
 
 /** The last minute of a need. */
@@ -75,6 +75,8 @@ class Card {
     setText(this.number, isServed ? number((lo + hi) / 2, width) : "–");
     setText(this.width, isServed ? `± ${number(width / 2, width)} ${unit}` : published && lo == null ? "a list of values" : "no value");
     setText(this.facts.source, served === "unserved" ? "✗ nothing" : need.source + (need.forced ? ", by order" : ""));
+    for (const element of [this.facts.level, this.facts.level.previousSibling]) element.hidden = !need.assurance;
+    setText(this.facts.level, need.assurance ? level(need.assurance) : "");
     setText(this.facts.age, age(now, last));
     setText(this.facts.next, tolerance ? tolerance.next ?? "✗ nothing" : "…");
     setText(this.facts.left, left(tolerance));
@@ -106,6 +108,13 @@ class Card {
     const words = known.length ? `last minute: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last minute: no value";
     if (this.spark.getAttribute("aria-label") !== words) this.spark.setAttribute("aria-label", words);
   }
+}
+
+/** The level at which contracts admit the source, and on which ground if not because all is met; or what they lack. */
+function level({ admitted, level, verdict, lacking }) {
+  if (admitted) return [level ?? "no level", ...(admitted === "met" ? [] : [admitted])].join(", ");
+  const sets = lacking.slice(0, 2).map((set) => set.join(", "));
+  return `✗ ${verdict ?? "refused"}${sets.length ? `, lacks ${sets.join("; or ")}` : ""}`;
 }
 
 /** How many losses a need survives, in words. */

@@ -6,6 +6,7 @@ use crate::replay::{SourceArguments, recorded};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
+use shsa_format::case::gsn::INDEX;
 use shsa_format::conserts;
 use shsa_format::drawing;
 use shsa_format::model::read_text;
@@ -63,7 +64,7 @@ pub(crate) struct Arguments {
     /// How it is written.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Where it is written; a folder where several files are written.
+    /// Where it is written: a file, or a folder for a case of GSN, SVG or Prolog, one file a need.
     #[arg(short, long, value_name = "PATH")]
     out: Option<PathBuf>,
     /// Print one JSON object instead of text.
@@ -93,7 +94,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             Format::Text => written(arguments, &report.text(show::style()))?,
             Format::Json => written(arguments, &format!("{}\n", report.json()))?,
             Format::Html => written(arguments, &report.page())?,
-            Format::Gsn | Format::Svg | Format::Prolog => cases(arguments, format, &report.claims())?,
+            Format::Gsn | Format::Svg | Format::Prolog => {
+                cases(arguments, format, &report.claims(), report.index())?
+            }
         }
         return Ok(if report.is_given() { Outcome::Done } else { Outcome::No });
     }
@@ -107,7 +110,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Format::Text => written(arguments, &report.text(show::style()))?,
         Format::Json => written(arguments, &format!("{}\n", report.json()))?,
         Format::Html => written(arguments, &report.page())?,
-        Format::Gsn | Format::Svg | Format::Prolog => cases(arguments, format, &report.claims())?,
+        Format::Gsn | Format::Svg | Format::Prolog => {
+            cases(arguments, format, &report.claims(), report.index())?
+        }
     }
     Ok(if report.is_given() { Outcome::Done } else { Outcome::No })
 }
@@ -120,22 +125,25 @@ fn over(arguments: &Arguments, format: Format, model: &Path) -> anyhow::Result<O
     match format {
         Format::Text => written(arguments, &cases.text())?,
         Format::Json => written(arguments, &format!("{}\n", cases.json()))?,
-        Format::Gsn => into_files(arguments, cases.gsn(), "gsn.yaml")?,
+        Format::Gsn => into_files(arguments, cases.gsn(), Some(cases.index()), "gsn.yaml")?,
         Format::Html => bail!("`shsa replay --report` writes the page over a recording"),
         Format::Svg | Format::Prolog => bail!("over a recording there is text, json and gsn"),
     }
     Ok(if cases.is_given() { Outcome::Done } else { Outcome::No })
 }
 
-/// Writes the assurance cases, one a claim.
-fn cases(arguments: &Arguments, format: Format, claims: &[Claim<'_>]) -> anyhow::Result<()> {
+/// Writes the assurance cases, one a claim; in GSN with the module over them.
+fn cases(arguments: &Arguments, format: Format, claims: &[Claim<'_>], index: String) -> anyhow::Result<()> {
     match format {
         Format::Svg => {
             let drawn = |claim: &Claim<'_>, _: &str| Ok(drawing::argument(&claim.argument())? + "\n");
-            each(arguments, claims, "svg", drawn)
+            into_files(arguments, each(claims, drawn)?, None, "svg")
         }
-        Format::Prolog => each(arguments, claims, "pl", |claim, _| Ok(claim.prolog())),
-        _ => each(arguments, claims, "gsn.yaml", |claim, module| Ok(claim.gsn(module))),
+        Format::Prolog => into_files(arguments, each(claims, |claim, _| Ok(claim.prolog()))?, None, "pl"),
+        _ => {
+            let modules = each(claims, |claim, module| Ok(claim.gsn(module)))?;
+            into_files(arguments, modules, Some(index), "gsn.yaml")
+        }
     }
 }
 
@@ -154,36 +162,43 @@ fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
     Ok(conserts::compose(files))
 }
 
-/// Writes one file for each claim: into a folder, or to the output if there is only one claim and no such folder.
+/// A text for each claim, with the name of its module.
 fn each(
-    arguments: &Arguments,
     claims: &[Claim<'_>],
-    ending: &str,
     write: impl Fn(&Claim<'_>, &str) -> anyhow::Result<String>,
-) -> anyhow::Result<()> {
+) -> anyhow::Result<Vec<(String, String)>> {
     let texts = claims.iter().zip(modules(claims)).map(|(claim, module)| {
         let text = write(claim, &module)?;
         Ok((module, text))
     });
-    into_files(arguments, texts.collect::<anyhow::Result<_>>()?, ending)
+    texts.collect()
 }
 
-/// Writes each text into a file of its name: into a folder, or to the output if there is only one and no such folder.
-fn into_files(arguments: &Arguments, texts: Vec<(String, String)>, ending: &str) -> anyhow::Result<()> {
-    let is_folder = arguments.out.as_ref().is_some_and(|path| path.is_dir());
-    match (texts.as_slice(), &arguments.out) {
+/// Writes each text into a file of its name, and the index beside them: into a folder, or to the output or the named file if there
+/// is only one text. A new path without an ending is a folder.
+fn into_files(
+    arguments: &Arguments,
+    mut texts: Vec<(String, String)>,
+    index: Option<String>,
+    ending: &str,
+) -> anyhow::Result<()> {
+    let is_folder = |path: &PathBuf| path.is_dir() || path.extension().is_none() && !path.exists();
+    let folder = match (texts.as_slice(), &arguments.out) {
         ([], _) => bail!("nothing is demanded: there is no case to write"),
-        ([(_, text)], _) if !is_folder => written(arguments, text),
+        (_, Some(folder)) if is_folder(folder) => folder,
+        ([(_, text)], _) => return written(arguments, text),
         (_, None) => bail!("{} files are written: name a folder with -o", texts.len()),
-        (_, Some(folder)) => {
-            std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-            for (name, text) in &texts {
-                let path = folder.join(format!("{name}.{ending}"));
-                std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
-            }
-            Ok(())
+        (_, Some(file)) => {
+            bail!("{} files are written: {} names a single file", texts.len(), file.display())
         }
+    };
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
+    texts.extend(index.map(|text| (INDEX.to_owned(), text)));
+    for (name, text) in &texts {
+        let path = folder.join(format!("{name}.{ending}"));
+        std::fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))?;
     }
+    Ok(())
 }
 
 fn written(arguments: &Arguments, text: &str) -> anyhow::Result<()> {

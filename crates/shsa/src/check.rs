@@ -24,7 +24,8 @@ Limits for the readings of a signal; a reading beyond is out of range, too fast,
                        `timeout` together where a `delay` is given, else `none`
   frozen_after: 2 s    the longest time with exactly the same reading (of at least three); default:
                        no limit. For sensors of which no two readings are equal
-  rests_at: 0          the value at which `frozen_after` does not count
+  rests_at: 0          the value at which `frozen_after` does not count, but
+  rests_for: 1 min     the longest time with exactly this reading; default: no limit
 
 Errors of a signal's values:
   value_error: 0.3     a bound, plus-minus or [lowest, highest]: a value within it is sound, a value

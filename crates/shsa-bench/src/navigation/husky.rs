@@ -117,8 +117,9 @@ const NOTE: &str = "\
 (`crates/shsa-bench/src/navigation/odometry.yaml`). The same filter by filterpy 1.4.5 (`filterpy_ekf.py` in the \
 same folder; its head gives the command) computes the same positions: over the 358.9 m of the recording they \
 differ by at most 0.282 m, and by 0.0057 m on average. *In the loop*: `models/husky-filter.yaml`, which also has \
-accelerometer and satellite fixes. The engine detects frozen wheels after 10 s, which is longer than any stop of \
-the rover. The filter then excludes the wheels until they are trusted again.
+accelerometer and satellite fixes. The engine detects frozen wheels after 1 s while they turn, and after 10 s at \
+zero, which is longer than any stop of the rover. The filter then excludes the wheels until they are trusted \
+again.
 
 The table gives the distance to the position of the same filter without the fault, as the root mean square over \
 the 30 s after the onset. While the rover keeps its speed of 1 m/s, the values of frozen wheels are correct, and \

@@ -1,8 +1,10 @@
 //! The estimate of a history's value after its newest sample.
 //!
-//! Several predictors compete: the latest value, and lines through the last 2, 4 and 8 samples (least squares). The model that
-//! has predicted the recent samples best, each sample from those before it, predicts the next value. Its recent error is the
-//! uncertainty of the prediction. A. P. Dawid, "Statistical theory: the prequential approach", 1984, doi:10.2307/2981683.
+//! Lines through the last 2, 4 and 8 samples (least squares) compete. Of the change that a line predicts, a share is taken: the share
+//! that would have predicted the recent samples best, each from those before it, reduced by its own uncertainty. So where lines have
+//! predicted nothing, the latest value stands. The line with the least error predicts the next value, and is as wrong as of late.
+//! A. P. Dawid, "Statistical theory: the prequential approach", 1984, doi:10.2307/2981683; W. James, C. Stein, "Estimation with
+//! quadratic loss", 1961, for the reduction.
 
 use super::history::History;
 use crate::interval::Interval;
@@ -12,8 +14,11 @@ use crate::time::{Time, Validity};
 const TRIED: usize = 8;
 const FEWEST: usize = 3;
 
-/// The samples that each predictor goes on from; one is the latest value.
-const PREDICTORS: [usize; 4] = [1, 2, 4, 8];
+/// The numbers of samples that lines go through.
+const LINES: [usize; 3] = [2, 4, 8];
+
+/// A share is reduced by this multiple of its variance: lines that predict by chance only have no share.
+const DOUBT: f64 = 2.0;
 
 /// The half-width of an estimate in errors of the past, root of the mean square: of normal errors, 95 % are below.
 const DEVIATIONS: f64 = 2.0;
@@ -22,22 +27,23 @@ impl History {
     /// The number of samples that [`History::ahead`] goes over.
     pub const AHEAD: usize = TRIED + 8;
 
-    /// The estimate of the value at a moment after the newest sample, where `max_rate` bounds its change a second (0 where
-    /// nothing does): what the best of the predictors says, with twice its recent error to either side, and no further from
-    /// the newest value than the rate allows. It is no bound. `None` before the newest sample, and with fewer than four
+    /// The estimate of the value at a moment after the newest sample, where `max_rate` bounds its change a second (0 where nothing
+    /// does): the latest value and a share of the change that the best line predicts, with twice the recent error to either side, and
+    /// no further from the newest value than the rate allows. It is no bound. `None` before the newest sample, and with fewer than five
     /// samples. Complexity: O(1), some hundred operations.
     #[must_use]
     pub fn ahead(&self, moment: Validity, max_rate: f64) -> Option<Interval> {
         let newest = self.newest(0).filter(|newest| newest.validity.to < moment.from)?;
         let at = moment.centre();
-        let tried = |samples: usize| self.recent_error(samples).map(|error| (samples, error));
-        let (samples, error) =
-            PREDICTORS.into_iter().filter_map(tried).min_by(|one, other| one.1.total_cmp(&other.1))?;
+        let tried = |samples: usize| Some((samples, self.trial(samples)?));
+        let least = |one: &(usize, Trial), other: &(usize, Trial)| one.1.least().total_cmp(&other.1.least());
+        let (samples, trial) = LINES.into_iter().filter_map(tried).min_by(least)?;
         let spacing = newest.validity.centre() - self.newest(1)?.validity.centre();
         // An error grows with the time for which it is predicted, and was found over one spacing.
         let grown = ((at - newest.validity.centre()).seconds() / spacing.seconds()).max(1.0);
-        let reach = 0.5 * newest.value.width() + DEVIATIONS * error.max(0.0) * grown;
-        let value = self.predicted(0, samples, at)?;
+        let reach = 0.5 * newest.value.width() + DEVIATIONS * trial.error() * grown;
+        let change = trial.share() * (self.predicted(0, samples, at)? - newest.value.midpoint());
+        let value = newest.value.midpoint() + if change.is_finite() { change } else { 0.0 };
         let estimate = Interval::new(value - reach, value + reach);
         if max_rate <= 0.0 {
             return (!estimate.is_empty() && estimate.is_bounded()).then_some(estimate);
@@ -48,30 +54,21 @@ impl History {
         Some(if within.is_empty() || !within.is_bounded() { possible } else { within })
     }
 
-    /// The root of the mean square error of a predictor over the recent samples.
-    fn recent_error(&self, samples: usize) -> Option<f64> {
-        let (mut squares, mut count) = (0.0, 0_u32);
+    /// The line through `samples` samples, tried on the recent ones.
+    fn trial(&self, samples: usize) -> Option<Trial> {
+        let mut trial = Trial::default();
         for back in 0..TRIED {
-            let Some((target, predicted)) = self.newest(back).and_then(|target| {
-                let predicted = self.predicted(back + 1, samples, target.validity.centre())?;
-                Some((target.value.midpoint(), predicted))
-            }) else {
-                break;
-            };
-            squares += (target - predicted) * (target - predicted);
-            count += 1;
+            let Some((target, before)) = self.newest(back).zip(self.newest(back + 1)) else { break };
+            let Some(predicted) = self.predicted(back + 1, samples, target.validity.centre()) else { break };
+            let before = before.value.midpoint();
+            trial.record(target.value.midpoint() - before, predicted - before);
         }
-        (count as usize >= FEWEST).then(|| libm::sqrt(squares / f64::from(count)))
+        (trial.count >= FEWEST).then_some(trial)
     }
 
-    /// The value at a time by the line through `samples` samples, the newest of which is `back` before the newest of all; the
-    /// value of that one where it is alone.
+    /// The value at a time by the line through `samples` samples, the newest of which is `back` before the newest of all.
     fn predicted(&self, back: usize, samples: usize, at: Time) -> Option<f64> {
-        let last = self.newest(back)?;
-        if samples < 2 {
-            return Some(last.value.midpoint());
-        }
-        let origin = last.validity.centre();
+        let origin = self.newest(back)?.validity.centre();
         let (mut times, mut values, mut squares, mut products) = (0.0, 0.0, 0.0, 0.0);
         for place in back..back + samples {
             let sample = self.newest(place)?;
@@ -86,6 +83,55 @@ impl History {
         let slope = along / spread;
         let predicted = (values - slope * times) / count + slope * (at - origin).seconds();
         predicted.is_finite().then_some(predicted)
+    }
+}
+
+/// The changes from sample to sample, and those that a line predicted: the sums of their squares and products.
+#[derive(Clone, Copy, Default)]
+struct Trial {
+    changes: f64,
+    predicted: f64,
+    products: f64,
+    count: usize,
+}
+
+impl Trial {
+    fn record(&mut self, change: f64, predicted: f64) {
+        self.changes += change * change;
+        self.predicted += predicted * predicted;
+        self.products += change * predicted;
+        self.count += 1;
+    }
+
+    /// The share of the predicted changes that fits best, from 0 to 1.
+    fn fitted(&self) -> f64 {
+        if self.predicted > 0.0 { (self.products / self.predicted).clamp(0.0, 1.0) } else { 0.0 }
+    }
+
+    /// The sum of the squared errors with this share.
+    fn squares(&self, share: f64) -> f64 {
+        (self.changes - share * (2.0 * self.products - share * self.predicted)).max(0.0)
+    }
+
+    /// The least sum of the squared errors with any share.
+    fn least(&self) -> f64 {
+        self.squares(self.fitted())
+    }
+
+    /// The fitted share, reduced by its uncertainty.
+    fn share(&self) -> f64 {
+        let fitted = self.fitted();
+        let explained = fitted * fitted * self.predicted;
+        if explained <= 0.0 {
+            return 0.0;
+        }
+        let variance = self.least() / (self.count as f64 - 1.0);
+        fitted * (1.0 - DOUBT * variance / explained).max(0.0)
+    }
+
+    /// The root of the mean square error with that share.
+    fn error(&self) -> f64 {
+        libm::sqrt(self.squares(self.share()) / self.count as f64)
     }
 }
 
@@ -130,8 +176,9 @@ mod tests {
 
     #[test]
     fn nothing_is_estimated_from_too_little_or_backwards() {
-        assert_eq!(ahead(&history([(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]), 3.0, 0.0), None);
-        assert!(ahead(&history([(0.0, 1.0), (1.0, 2.0), (2.0, 3.0), (3.0, 4.0)]), 4.0, 0.0).is_some());
+        let short = |samples: u8| history((0..samples).map(|n| (f64::from(n), f64::from(n))));
+        assert_eq!(ahead(&short(4), 4.0, 0.0), None);
+        assert!(ahead(&short(5), 5.0, 0.0).is_some());
         let ramp = history((0..20).map(|n| (f64::from(n), 2.0 * f64::from(n))));
         assert_eq!(ahead(&ramp, 18.5, 0.0), None);
     }

@@ -19,4 +19,4 @@ pub use about::Known;
 pub use clock::{Clocks, Misdated};
 pub use history::{History, Reach, Reading, Sample};
 pub use port::{LONGEST_VECTOR, Port};
-pub use reception::{Acceptance, Counts, Defect, Jump, Reception};
+pub use reception::{Acceptance, Counts, Defect, Jump, Reception, Still};

@@ -6,7 +6,7 @@ use super::about::Known;
 use super::clock::Misdated;
 use super::gate::Gate;
 use super::history::{History, Reach, Reading, Sample};
-use super::reception::{Acceptance, Counts, Defect, Reception};
+use super::reception::{Acceptance, Counts, Defect, Reception, Still};
 use crate::circle;
 use crate::interval::Interval;
 use crate::knowledge::{Shape, Signal};
@@ -129,10 +129,8 @@ impl Port {
         let late = lateness(signal, observation);
         let is_again = matches!(acceptance, Acceptance::Duplicate);
         let back = if is_again { None } else { self.went_back(signal, observation.stamp) };
-        let still = match signal.limits.frozen_after {
-            Some(most) => self.stood_still(signal, observation, now).filter(|still| *still >= most),
-            None => None,
-        };
+        let allowed = signal.limits.frozen_after;
+        let still = allowed.and_then(|allowed| self.stood_still(signal, observation, allowed, now));
         if matches!(acceptance, Acceptance::Newest) && late.is_none() && back.is_none() {
             // The most frequent case.
             self.counts.accepted += 1;
@@ -159,14 +157,24 @@ impl Port {
         Reception { misdated: Some(misdated), ..dropped }
     }
 
-    /// Since when the readings have been exactly the same, this one included.
-    fn stood_still(&mut self, signal: &Signal, observation: &Observation, now: Time) -> Option<Span> {
+    /// Whether the readings, this one included, have been exactly the same for longer than allowed.
+    fn stood_still(
+        &mut self,
+        signal: &Signal,
+        observation: &Observation,
+        allowed: Span,
+        now: Time,
+    ) -> Option<Still> {
+        let too_long = |lasted: Option<Span>, allowed: Span| {
+            Some(Still { lasted: lasted?, allowed }).filter(|it| it.lasted >= allowed)
+        };
         if self.shape == Shape::Vector {
             let newest = self.scans.last().filter(|scan| scan.validity == signal.validity(observation.stamp));
             let before = self.scans.len().checked_sub(2).and_then(|at| self.scans.get(at));
             let is_same =
                 newest.zip(before).is_some_and(|(newest, before)| newest.elements == before.elements);
-            return newest.is_some().then(|| self.standstill.record(is_same, None, now)).flatten();
+            newest?;
+            return too_long(self.standstill.record(is_same, None, now), allowed);
         }
         let value = match observation.value {
             RawValue::Number(number) => signal.enclose_bounds(number, number),
@@ -174,8 +182,8 @@ impl Port {
             RawValue::Vector(_) => return None,
         };
         let rests = signal.limits.rests_at.is_some_and(|rest| value.contains(rest));
-        let is_same = !rests && self.standstill.value == Some(value);
-        self.standstill.record(is_same, Some(value), now)
+        let lasted = self.standstill.record(self.standstill.value == Some(value), Some(value), now);
+        too_long(lasted, if rests { signal.limits.rests_for? } else { allowed })
     }
 
     /// Notes a stamp; returns by how much it certainly went back, its error allowed for.

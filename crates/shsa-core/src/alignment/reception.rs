@@ -135,6 +135,15 @@ impl Counts {
     }
 }
 
+/// Readings that have been exactly the same for longer than allowed.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub struct Still {
+    /// For how long they have been.
+    pub lasted: Span,
+    /// For how long they may be, at this value.
+    pub allowed: Span,
+}
+
 /// The result of receiving an observation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Reception {
@@ -147,7 +156,7 @@ pub struct Reception {
     /// By how much the stamp certainly went back from the last moment of reception.
     pub back: Option<Span>,
     /// Since when the readings have been exactly the same, where that is too long.
-    pub still: Option<Span>,
+    pub still: Option<Still>,
     /// The error of the time stamp.
     pub misdated: Option<Misdated>,
 }

@@ -2,7 +2,7 @@
 
 use super::message::{Event, EventKind};
 use super::snapshot::Accusation;
-use crate::alignment::{Defect, Misdated};
+use crate::alignment::{Defect, Misdated, Still};
 use crate::diagnosis::{Blame, Component, Decision, Judge, Proof, rests_on};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
@@ -109,9 +109,7 @@ fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Rea
         Evidence::Late(after) => {
             Reason::ArrivedLate { after, allowed: limits.max_delay.unwrap_or(Span::ZERO) }
         }
-        Evidence::Frozen(lasted) => {
-            Reason::StoodStill { lasted, allowed: limits.frozen_after.unwrap_or(Span::ZERO) }
-        }
+        Evidence::Frozen(Still { lasted, allowed }) => Reason::StoodStill { lasted, allowed },
         Evidence::WrongClock(Misdated::Off(off)) => {
             let by = Span(off.0.saturating_abs());
             if off.0 < 0 { Reason::StampsAhead { by } } else { Reason::StampsBehind { by } }

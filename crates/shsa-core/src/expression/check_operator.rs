@@ -17,11 +17,11 @@ use crate::unit::Dimension;
 use alloc::vec;
 
 impl Typed {
-    /// The value, when it is a constant plain number.
+    /// The value, when it is a constant plain number without an uncertainty: an uncertain multiple has no certain zero.
     fn factor(&self) -> Option<f64> {
         let is_plain = self.measure == PLAIN || self.measure == Measure::Zero;
         let constant = is_plain.then(|| simplified(self.formula.clone()).as_constant()).flatten();
-        constant.map(|constant| constant.value)
+        constant.filter(|constant| constant.is_certain()).map(|constant| constant.value)
     }
 }
 

@@ -262,8 +262,10 @@ pub struct SignalDraft {
     pub max_delay: Option<Text>,
     /// How long readings may stay exactly the same, or `none`.
     pub frozen_after: Option<Text>,
-    /// The value at which readings may stay the same for any time: a number in the signal's unit, or a quantity.
+    /// The value at which readings may stay the same for longer: a number in the signal's unit, or a quantity.
     pub rests_at: Option<Text>,
+    /// How long readings may stay the same at `rests_at`, or `none`: for any time.
+    pub rests_for: Option<Text>,
     /// `true` when a value stands until the next one, or `false`.
     pub hold: Option<Text>,
     /// `port`, `estimate` or `both`: what is computed from it later takes for its value.

@@ -69,6 +69,7 @@ impl Draft {
                 &mut it.max_delay,
                 &mut it.frozen_after,
                 &mut it.rests_at,
+                &mut it.rests_for,
                 &mut it.hold,
                 &mut it.access,
             ];

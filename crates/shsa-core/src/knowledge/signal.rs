@@ -80,8 +80,10 @@ pub struct ReadingLimits {
     pub max_delay: Option<Span>,
     /// How long readings may stay exactly the same while they keep coming.
     pub frozen_after: Option<Span>,
-    /// The value, SI, at which readings may stay the same for as long as they like, as a speed does at rest.
+    /// The value, SI, at which readings may stay the same for `rests_for` instead, as a speed does at rest.
     pub rests_at: Option<f64>,
+    /// How long readings may stay at `rests_at`; `None`: for any time.
+    pub rests_for: Option<Span>,
     /// The turn after which the variable's values repeat, SI; see [`Variable::wraps`](super::Variable::wraps).
     pub turn: Option<f64>,
 }

@@ -9,7 +9,7 @@ mod moment;
 
 use super::symptom::Symptom;
 use super::window::Debounce;
-use crate::alignment::{Defect, Jump, Misdated, Port, Reception};
+use crate::alignment::{Defect, Jump, Misdated, Port, Reception, Still};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
 use crate::time::{Span, Time};
@@ -58,7 +58,7 @@ pub enum Evidence {
     /// The time from the time stamp to the reception.
     Late(Span),
     /// For how long the readings have been exactly the same.
-    Frozen(Span),
+    Frozen(Still),
     /// The error of the time stamps.
     WrongClock(Misdated),
 }

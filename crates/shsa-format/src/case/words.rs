@@ -39,7 +39,9 @@ fn property(property: &Property) -> String {
 /// A range in SI: `at most 0.5 m`.
 fn bounds(range: Interval, dimension: Dimension, inclusion: Inclusion) -> String {
     let unit = dimension.to_string();
-    let quantity = |value: f64| if unit == "1" { format!("{value}") } else { format!("{value} {unit}") };
+    let quantity = |value: f64| {
+        if unit == "1" { rounded(value).to_string() } else { format!("{} {unit}", rounded(value)) }
+    };
     within(range, inclusion, &quantity)
 }
 
@@ -84,8 +86,8 @@ pub fn observed(knowledge: &KnowledgeBase, composition: &Composition) -> Vec<Str
 /// A bound of evidence: of a signal's values in the unit of its variable, else in SI.
 fn quantity(knowledge: &KnowledgeBase, source: EvidenceSource, measure: Measure, value: f64) -> String {
     match (measure, source) {
-        (Measure::Rate, _) => format!("{value} {}", Dimension::FREQUENCY),
-        (Measure::Age, _) => format!("{value} {}", Dimension::TIME),
+        (Measure::Rate, _) => format!("{} {}", rounded(value), Dimension::FREQUENCY),
+        (Measure::Age, _) => format!("{} {}", rounded(value), Dimension::TIME),
         (Measure::Value | Measure::Width, EvidenceSource::Signal(signal, _)) => {
             let variable = knowledge.signals()[signal].variable;
             let unit = knowledge.variables()[variable].unit.as_ref();
@@ -93,13 +95,13 @@ fn quantity(knowledge: &KnowledgeBase, source: EvidenceSource, measure: Measure,
                 Measure::Value => unit.from_si(value),
                 _ => value / unit.scale,
             };
-            unit.map_or(format!("{value}"), |unit| format!("{} {unit}", rounded(shown(unit))))
+            unit.map_or(rounded(value).to_string(), |unit| format!("{} {unit}", rounded(shown(unit))))
         }
-        _ => format!("{value}"),
+        _ => rounded(value).to_string(),
     }
 }
 
-/// Without what the way to SI and back has added: 60 degC, not 59.99999999999994.
+/// Without what the way to SI and back has added: 60 degC, not 59.99999999999994; 70 %, not 0.7000000000000001.
 fn rounded(value: f64) -> f64 {
     format!("{value:.10e}").parse().unwrap_or(value)
 }

@@ -1,6 +1,6 @@
 //! Conditional safety certificates in the forms of conserts-rs: YAML, one certificate a file, and the `.model` files (XMI) of safeTbox.
 //!
-//! Undefined names are reported with their place. The order of the files does not matter: every demand is asked of all other
+//! Undefined names are reported with their place; those in the list of a service are warnings. The order of the files does not matter: every demand is asked of all other
 //! services. A guarantee meets a demand of its own type of service with properties of the same names; conserts-rs compares
 //! quantities only.
 

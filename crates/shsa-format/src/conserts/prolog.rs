@@ -1,6 +1,6 @@
 //! Certificates as Prolog: rules without negation, whose least fixed point tabling finds.
 
-use shsa_core::assurance::{DemandId, Evaluation, Quantifier, System, Tree};
+use shsa_core::assurance::{DemandId, Evaluation, GuaranteeId, Quantifier, System, Tree};
 use shsa_core::knowledge::Id;
 use std::fmt::Write as _;
 
@@ -31,6 +31,12 @@ pub fn write(system: &System, evaluation: &Evaluation) -> String {
         line(format_args!("guarantee({}) :- {}. % {}", id.index(), goal(&row.when), comment(&row.name)));
     }
     out
+}
+
+/// A rule to add to a program: `claim` follows where the guarantee holds; `name` is its name for people.
+#[must_use]
+pub fn claim(id: GuaranteeId, name: &str) -> String {
+    format!("claim :- guarantee({}). % {}\n", id.index(), comment(name))
 }
 
 /// A name for a comment, without control characters.

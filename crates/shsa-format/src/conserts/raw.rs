@@ -107,12 +107,13 @@ impl Raw {
         services.iter().filter(names).map(|(of, _)| of.as_str())
     }
 
+    /// Names that a service takes and nothing defines: whoever relies on the service gets them from nobody.
     fn check_services(&self, reader: &mut Reader) {
         let mut check = |services: &[(String, Vec<Text>)], known: &[Promise], what: &str| {
             for name in services.iter().flat_map(|(_, names)| names) {
                 if !known.iter().any(|promise| promise.id.text == name.text) {
                     let help = format!("write it under `{what}s`, or take it off this service");
-                    reader.note(name.place, &format!("no {what} `{}` is defined", name.text), &help);
+                    reader.warn(name.place, &format!("no {what} `{}` is defined", name.text), &help);
                 }
             }
         };

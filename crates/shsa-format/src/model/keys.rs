@@ -142,7 +142,7 @@ pub const RELATION: [Key; 8] = [
 ];
 
 /// The keys of a signal.
-pub const SIGNAL: [Key; 22] = [
+pub const SIGNAL: [Key; 23] = [
     text("variable", "a variable", "speed"),
     text("source", "a place", "scan#ranges"),
     text("unit", "a unit", "m"),
@@ -160,6 +160,7 @@ pub const SIGNAL: [Key; 22] = [
     span("max_delay"),
     span("frozen_after"),
     text("rests_at", "a value", "0"),
+    span("rests_for"),
     formed("hold", Form::Flag, "`true` or `false`", "true"),
     formed(
         "access",

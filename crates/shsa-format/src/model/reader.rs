@@ -1,6 +1,6 @@
 //! Reads nodes of the tree as expected values, and reports the others.
 
-use shsa_core::knowledge::{Bounds, Diagnostic, Place, PropertyDrafts, Text};
+use shsa_core::knowledge::{Bounds, Diagnostic, Place, PropertyDrafts, Severity, Text};
 use shsa_core::unit::nearest;
 use std::fmt::Display;
 
@@ -37,6 +37,14 @@ impl<'n> Fields<'n> {
 impl Reader {
     pub(crate) fn wrong(&mut self, node: &Node, message: &str, help: &str) {
         self.note(node.place, message, help);
+    }
+
+    /// Adds a warning.
+    pub(crate) fn warn(&mut self, place: Place, message: &str, help: &str) {
+        if self.problems.len() < MAX_PROBLEMS {
+            self.problems
+                .push(Diagnostic { severity: Severity::Warning, ..problem(place, message, Some(help)) });
+        }
     }
 
     /// Adds an error.

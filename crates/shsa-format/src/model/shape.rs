@@ -255,6 +255,7 @@ fn signal(reader: &mut Reader, (name, node): &(Text, Node)) -> SignalDraft {
         max_delay: keys.text("max_delay"),
         frozen_after: keys.text("frozen_after"),
         rests_at: keys.text("rests_at"),
+        rests_for: keys.text("rests_for"),
         hold: keys.text("hold"),
         access: keys.text("access"),
         derived_from: keys.names("derived_from").unwrap_or_default(),

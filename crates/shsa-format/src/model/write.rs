@@ -164,6 +164,7 @@ fn of_signal(signal: &SignalDraft) -> Tree {
         ("max_delay", signal.max_delay.as_ref().map(text)),
         ("frozen_after", signal.frozen_after.as_ref().map(text)),
         ("rests_at", signal.rests_at.as_ref().map(text)),
+        ("rests_for", signal.rests_for.as_ref().map(text)),
         ("hold", signal.hold.as_ref().map(text)),
         ("access", signal.access.as_ref().map(text)),
         ("derived_from", (!signal.derived_from.is_empty()).then(|| list(&signal.derived_from))),

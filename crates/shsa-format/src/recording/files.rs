@@ -38,6 +38,13 @@ fn opened(path: &Path) -> io::Result<fs::File> {
     Ok(again)
 }
 
+/// The size of a file as it is stored, bytes; of what is no file, such as a pipe, the largest number.
+pub(super) fn size(path: &Path) -> u64 {
+    let about =
+        if path == Path::new("-") { opened(path).and_then(|it| it.metadata()) } else { fs::metadata(path) };
+    about.ok().filter(fs::Metadata::is_file).map_or(u64::MAX, |about| about.len())
+}
+
 /// The files to read; for a folder its files of known endings, part 2 before part 10.
 ///
 /// # Errors

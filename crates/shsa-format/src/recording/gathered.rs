@@ -7,6 +7,7 @@ use std::sync::mpsc::SyncSender;
 use shsa_core::time::Time;
 
 use super::cut::Stretch;
+use super::room::Room;
 use super::session::{Group, Piece, Session, groups};
 use super::stamps::Stamps;
 use super::stream::Surveyed;
@@ -40,6 +41,8 @@ pub(super) struct Gathered {
     pieces: Vec<Piece>,
     /// The piece of the current file, where samples are not kept.
     piece: Piece,
+    /// The values that may still be taken of the current file.
+    room: Room,
     damages: usize,
     last_untold: Option<Warning>,
     names: BTreeSet<String>,
@@ -86,6 +89,7 @@ impl Gathered {
             files: 0,
             pieces: Vec::new(),
             piece: Piece::default(),
+            room: Room::default(),
             damages: 0,
             last_untold: None,
             names: BTreeSet::new(),
@@ -104,9 +108,10 @@ impl Gathered {
         &self.unstamped
     }
 
-    /// Begins a file.
-    pub(super) fn begin(&mut self, file: &Path) {
+    /// Begins a file, which has this many bytes on disk.
+    pub(super) fn begin(&mut self, file: &Path, length: u64) {
         self.file = file.into();
+        self.room = Room::of(length);
         self.files += 1;
         for stream in &mut self.streams {
             // Another file may be another recording, in which the first value counts.
@@ -165,6 +170,9 @@ impl Gathered {
             }
             stream.last_value = Some(value.clone());
         }
+        if !self.room.take(&value) {
+            return;
+        }
         found.samples += 1;
         stream.stamps.see(time, received);
         match &mut self.destination {
@@ -221,6 +229,9 @@ impl Gathered {
     /// Ends the current file: reports how much of it is lost, and splits it where its clock was set.
     pub(super) fn end(&mut self) {
         self.judge_stamps();
+        if let Some(problem) = std::mem::take(&mut self.room).told() {
+            self.damaged(Place::Whole, problem);
+        }
         match self.destination {
             Destination::Kept => self.take_apart(),
             Destination::Surveyed(_) => {

@@ -10,6 +10,7 @@ mod table;
 mod error;
 mod files;
 mod cut;
+mod room;
 mod gathered;
 mod jsonl;
 mod line;
@@ -287,7 +288,7 @@ fn read_all(
         lone_table(path, wants, &mut gathered);
     }
     for File { path, row } in files {
-        gathered.begin(path);
+        gathered.begin(path, files::size(path));
         read_one(row, &mut *open(path)?, wants, options, &mut gathered)?;
     }
     Ok(gathered)
@@ -309,7 +310,7 @@ pub fn read_bytes(
     if row.naming == Naming::File {
         lone_table(name, &mut wants, &mut gathered);
     }
-    gathered.begin(name);
+    gathered.begin(name, bytes.len() as u64);
     read_one(row, &mut Cursor::new(bytes), &wants, options, &mut gathered)?;
     Ok(gathered.finish(&wants).0)
 }
@@ -387,7 +388,7 @@ fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     if !wants.iter().any(named) || wants.iter().any(|want| named(want) && want.source.is_of_file(file)) {
         return;
     }
-    gathered.begin(file);
+    gathered.begin(file, 0);
     gathered
         .warn(Place::Whole, "no source names this file; as it is the only one, it is read for all of them");
     for want in wants {

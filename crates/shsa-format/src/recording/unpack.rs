@@ -15,7 +15,8 @@ const RATIO_MAX: u64 = 255;
 /// The first bytes of zstd data.
 pub(super) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
 
-/// What all pieces of one file may unpack to: [`UNPACKED_MAX`], and [`RATIO_MAX`] times the size of the file.
+/// What all pieces of one file may unpack to: [`UNPACKED_MAX`], and [`RATIO_MAX`] times the size of the file. Bytes of the file that
+/// are read again, because several links lead to them, and what a packed table is expanded to are counted, too.
 pub(super) struct Budget {
     most: u64,
     left: u64,
@@ -33,6 +34,14 @@ impl Budget {
         self.left
     }
 
+    /// The bytes that the next piece may unpack to, at most `piece`.
+    ///
+    /// # Errors
+    /// The reason, when nothing more may be unpacked.
+    pub(super) fn next(&self, piece: u64) -> Result<u64, String> {
+        if self.left == 0 { Err(self.exceeded()) } else { Ok(piece.min(self.left)) }
+    }
+
     /// Takes what a piece unpacks to.
     ///
     /// # Errors
@@ -42,7 +51,8 @@ impl Budget {
         Ok(())
     }
 
-    fn exceeded(&self) -> String {
+    /// The reason when there is no more to take.
+    pub(super) fn exceeded(&self) -> String {
         let piece = UNPACKED_MAX >> 20;
         format!(
             "the file unpacks to more than {} bytes: {piece} MiB, and {RATIO_MAX} times its size",
@@ -162,6 +172,8 @@ mod tests {
         assert!(
             budget.take(255_001).unwrap_err().contains("more than 67363864 bytes: 64 MiB, and 255 times")
         );
+        assert_eq!(budget.next(300_000), Ok(255_000));
         assert_eq!(budget.take(255_000), Ok(()));
+        assert!(budget.next(1).is_err());
     }
 }

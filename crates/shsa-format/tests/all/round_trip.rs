@@ -92,7 +92,7 @@ signals:
     { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
       time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, frozen_after: 2 s, properties: { accuracy: 0.99, prior: 1 % } }
   /odom/speed:
-    { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, frozen_after: 3 s, rests_at: 0, access: both, derived_from: [/scan],
+    { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, frozen_after: 3 s, rests_at: 0, rests_for: 1 min, access: both, derived_from: [/scan],
       shares: { base: 0.002, supply: 1 % } }
   "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
   "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
@@ -198,14 +198,14 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
         .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
     let limits =
         (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
-    let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()));
+    let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()), some(text()));
     (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
         |(
             (variable, source, unit, rate, value_error),
             (time_error, delay, timeout, derived_from, properties),
             shares,
             (range, max_rate, max_delay, mean_over, noise, frozen_after),
-            (scale, offset, hold, rests_at, access),
+            (scale, offset, hold, rests_at, rests_for, access),
         )| {
             let name = Text::default();
             SignalDraft {
@@ -228,6 +228,7 @@ fn signal() -> impl Strategy<Value = SignalDraft> {
                 max_delay,
                 frozen_after,
                 rests_at,
+                rests_for,
                 hold,
                 access,
                 derived_from,

@@ -1,6 +1,6 @@
 //! Certificates of conserts-rs and safeTbox, composed.
 
-use super::claim::Claim;
+use super::claim::{self, Claim};
 use super::{WrittenMoment, page};
 use crate::ReportError;
 use crate::style::{Paint, Style};
@@ -89,6 +89,7 @@ impl CertificateReport {
         let taken: Vec<GuaranteeId> = rows.demands.ids().flat_map(|id| self.system.matches(id)).collect();
         let claim = |(id, row): (GuaranteeId, &shsa_core::assurance::Guarantee)| Claim {
             name: format!("{} {}", rows.services[row.service].name, row.name),
+            of: rows.services[row.service].name.clone(),
             brief: self.title.clone(),
             system: &self.system,
             evaluation: self.evaluation.clone(),
@@ -96,6 +97,12 @@ impl CertificateReport {
             observed: evidence(&self.system).map(|(_, of, name)| format!("{name} of {of}")).collect(),
         };
         rows.guarantees.enumerate().filter(|(id, _)| !taken.contains(id)).map(claim).collect()
+    }
+
+    /// The module of GSN over those of all claims: of the guarantees of one service, one is enough.
+    #[must_use]
+    pub fn index(&self) -> String {
+        claim::index(&self.claims(), &self.title)
     }
 
     /// A table of guarantees and demands, with their verdicts and what they lack.

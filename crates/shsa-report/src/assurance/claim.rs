@@ -1,13 +1,16 @@
 //! A claim of an assurance case: a guarantee of composed certificates, with its evaluation.
 
 use shsa_core::assurance::{Evaluation, EvidenceId, GuaranteeId, System};
-use shsa_format::case::{Argument, gsn};
+use shsa_format::case::Argument;
+use shsa_format::case::gsn::{self, Listed};
 use shsa_format::conserts::prolog;
 
 /// A guarantee for which a case is made.
 pub struct Claim<'a> {
     /// The name of the need or of the certificate's guarantee.
     pub name: String,
+    /// The need or the service that claims it.
+    pub(super) of: String,
     /// The files and the moment of the claim.
     pub(super) brief: String,
     pub(super) system: &'a System,
@@ -33,43 +36,25 @@ impl Claim<'_> {
         gsn::write(&self.argument(), module, &self.brief, &[])
     }
 
-    /// The certificates and the evidence as facts and rules of SWI-Prolog.
+    /// The certificates and the evidence as facts and rules of SWI-Prolog, from which `claim` follows where this claim holds.
     #[must_use]
     pub fn prolog(&self) -> String {
-        prolog::write(self.system, &self.evaluation)
+        prolog::write(self.system, &self.evaluation) + &prolog::claim(self.root, &self.name)
     }
 }
 
 /// A name for the module and file of each claim, none twice.
 #[must_use]
 pub fn modules(claims: &[Claim<'_>]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for claim in claims {
-        let name = gsn::identifier(&claim.name);
-        let numbered = (2..).map(|number| format!("{name}_{number}"));
-        let free = std::iter::once(name.clone()).chain(numbered).find(|it| !names.contains(it));
-        names.extend(free);
-    }
-    names
+    gsn::modules(claims.iter().map(|claim| claim.name.as_str()))
 }
 
-#[cfg(test)]
-mod tests {
-    use super::*;
-    use shsa_core::assurance::Certificates;
-    use shsa_core::knowledge::Id;
-
-    #[test]
-    fn no_two_claims_share_a_module() {
-        let system = System::new(Certificates::default()).unwrap();
-        let claim = |name: &str| Claim {
-            name: name.to_owned(),
-            brief: String::new(),
-            system: &system,
-            evaluation: Evaluation::new(&system),
-            root: GuaranteeId::from_index(0),
-            observed: Vec::new(),
-        };
-        assert_eq!(modules(&["/a/b", "a_b", "a b", "c"].map(claim)), ["a_b", "a_b_2", "a_b_3", "c"]);
-    }
+/// The module of GSN over those of all claims; the claims of one need, or one service, follow each other and are alternatives.
+pub(super) fn index(claims: &[Claim<'_>], brief: &str) -> String {
+    let listed = claims.iter().zip(modules(claims)).map(|(claim, module)| Listed {
+        of: claim.of.clone(),
+        module,
+        state: claim.evaluation.guarantee(claim.system, claim.root),
+    });
+    gsn::index(&listed.collect::<Vec<_>>(), brief)
 }

@@ -1,6 +1,6 @@
 //! What the contracts of a model allow.
 
-use super::claim::Claim;
+use super::claim::{self, Claim};
 use super::{WrittenMoment, json, page, text};
 use crate::{ReportError, Style};
 use serde_json::Value;
@@ -107,18 +107,24 @@ impl<'a> ModelReport<'a> {
         self.needs.iter().filter_map(|need| self.claim(need)).collect()
     }
 
+    /// The module of GSN over those of all claims.
+    #[must_use]
+    pub fn index(&self) -> String {
+        claim::index(&self.claims(), &format!("{}, {}", self.title, self.when()))
+    }
+
+    pub(super) fn when(&self) -> &'static str {
+        if self.is_moment { "with the evidence of one moment" } else { "with all evidence as it should be" }
+    }
+
     pub(super) fn claim<'n>(&self, need: &'n Need) -> Option<Claim<'n>> {
         let at = need.served.unwrap_or(0);
         let (candidacy, (evaluation, assessment)) = (need.prospect.ways.get(at)?, need.now.get(at)?);
         let root = assessment.guarantee.or(candidacy.composition.roots().last().copied())?;
-        let by = candidacy.way.describe(self.knowledge);
-        let when = if self.is_moment {
-            "with the evidence of one moment"
-        } else {
-            "with all evidence as it should be"
-        };
+        let (by, when) = (candidacy.way.describe(self.knowledge), self.when());
         Some(Claim {
             name: need.name.clone(),
+            of: need.name.clone(),
             brief: format!("{}: {} from {by}, {when}", self.title, need.name),
             system: candidacy.composition.system(),
             evaluation: evaluation.clone(),

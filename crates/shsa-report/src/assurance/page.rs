@@ -2,7 +2,7 @@
 
 use super::claim::Claim;
 use super::model::{ModelReport, Need};
-use super::text::listed;
+use super::text::{self, listed};
 use crate::page::{document, section, verdict_cell};
 use shsa_core::assurance::{EvidenceId, Verdict};
 use shsa_core::knowledge::Id;
@@ -12,19 +12,14 @@ use shsa_format::text::counted;
 
 const WAYS: &str = "Each way of serving the need with the contracts of all who take part: the highest level of what is asked, \
     whether it may serve, and the evidence on which that rests, or what it lacks.";
-const LOSSES: &str = "What is left when one signal is lost: its values, and all evidence about it.";
+const LOSSES: &str = "What is left when one signal is lost, its values and all evidence about it, while all else is as it should be.";
 const CASE: &str = "The argument for what is given, or against it: claims that rest on claims of others and on evidence, each \
     as it stands. What holds is the least fixed point of all contracts: nothing rests on itself, and what is unknown supports \
     nothing.";
 
 /// The page of a model.
 pub(super) fn page(report: &ModelReport<'_>) -> String {
-    let when = if report.is_moment {
-        "with the evidence of one moment"
-    } else {
-        "with all evidence as it should be"
-    };
-    let lead = format!("{}, {when}.", counted(report.needs.len(), "need"));
+    let lead = format!("{}, {}.", counted(report.needs.len(), "need"), report.when());
     let needs: String = report.needs.iter().map(|need| of_need(report, need)).collect();
     document(&escaped(&report.title), "assurance case", &lead, &needs)
 }
@@ -41,7 +36,7 @@ fn of_need(report: &ModelReport<'_>, need: &Need) -> String {
     let name = escaped(&need.name);
     let argument = report.claim(need).map(|claim| case(&claim.argument())).unwrap_or_default();
     [
-        section(&format!("{name}: how it may be served"), WAYS, &ways(report, need)),
+        section(&format!("{name}: {}", escaped(&text::answer(report, need))), WAYS, &ways(report, need)),
         section(&format!("{name}: what each loss takes"), LOSSES, &losses(report, need)),
         section(&format!("{name}: the case"), CASE, &argument),
     ]
@@ -64,19 +59,23 @@ fn ways(report: &ModelReport<'_>, need: &Need) -> String {
             }
         };
         let level = report.level(assessment.level).unwrap_or_else(|| "-".to_owned());
-        let cells = [candidacy.way.describe(report.knowledge), level];
+        let mode = report.mode(candidacy, assessment).filter(|mode| mode != "served").unwrap_or_default();
+        let cells = [candidacy.way.describe(report.knowledge), level, mode];
         format!(
-            "<tr><td class=\"name\">{}</td><td>{}</td>{}<td>{}</td></tr>\n",
+            "<tr><td class=\"name\">{}</td><td>{}</td><td>{}</td>{}<td>{}</td></tr>\n",
             escaped(&cells[0]),
             escaped(&cells[1]),
+            escaped(&cells[2]),
             verdict_cell(assessment.verdict),
             escaped(&conditions)
         )
     };
-    table(
-        &["Way", "Level", "Stands", "On condition that, or lacks"],
+    let table = table(
+        &["Way", "Level", "Mode", "Stands", "On condition that, or lacks"],
         (0..need.prospect.ways.len()).map(row).collect(),
-    )
+    );
+    let weak = text::weak(report, need).map_or(String::new(), |weak| format!("<p>{}</p>\n", escaped(&weak)));
+    table + &weak
 }
 
 fn losses(report: &ModelReport<'_>, need: &Need) -> String {
@@ -112,6 +111,9 @@ fn table(head: &[&str], rows: Vec<String>) -> String {
     if rows.is_empty() {
         return String::new();
     }
-    let head: String = head.iter().map(|cell| format!("<th>{cell}</th>")).collect();
-    format!("<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{}</tbody>\n</table>\n", rows.concat())
+    let head: String = head.iter().map(|cell| format!("<th scope=\"col\">{cell}</th>")).collect();
+    format!(
+        "<div class=\"wide\"><table class=\"list\">\n<thead><tr>{head}</tr></thead>\n<tbody>\n{}</tbody>\n</table></div>\n",
+        rows.concat()
+    )
 }

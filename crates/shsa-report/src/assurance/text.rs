@@ -18,23 +18,23 @@ pub(super) fn text(report: &ModelReport<'_>, style: Style) -> String {
 }
 
 fn of_need(report: &ModelReport<'_>, style: Style, need: &Need) -> String {
-    let name = &need.name;
-    let verdict = match need.served {
-        Some(at) => {
-            let (candidacy, (_, assessment)) = (&need.prospect.ways[at], &need.now[at]);
-            let level = report.level(assessment.level).map_or(String::new(), |level| format!(" at {level}"));
-            let by = candidacy.way.describe(report.knowledge);
-            style.paint(Paint::Green, &format!("given{level} from {by}"))
-        }
-        None => style.paint(Paint::Red, "not given"),
-    };
-    let mut parts = vec![format!("\n{name}: {verdict}"), ways(report, need)];
+    let paint = if need.served.is_some() { Paint::Green } else { Paint::Red };
+    let answer = style.paint(paint, &answer(report, need));
+    let mut parts = vec![format!("\n{}: {answer}", need.name), ways(report, need)];
     parts.extend(losses(report, need));
     parts.extend(weak(report, need));
     if !need.prospect.is_complete {
         parts.push(format!("There may be more ways than these {}.", need.prospect.ways.len()));
     }
     parts.join("\n") + "\n"
+}
+
+/// Whether a need gets what it asks, at which level, and from which way.
+pub(super) fn answer(report: &ModelReport<'_>, need: &Need) -> String {
+    let Some(at) = need.served else { return "not given".to_owned() };
+    let (candidacy, (_, assessment)) = (&need.prospect.ways[at], &need.now[at]);
+    let level = report.level(assessment.level).map_or(String::new(), |level| format!(" at {level}"));
+    format!("given{level} from {}", candidacy.way.describe(report.knowledge))
 }
 
 /// The levels and conditions of each way.
@@ -94,12 +94,14 @@ fn losses(report: &ModelReport<'_>, need: &Need) -> Option<String> {
         });
         vec![name, then]
     };
+    // The losses are those of the design, whatever the moment.
+    let left = if report.is_moment { "what is left, all else as it should be" } else { "what is left" };
     let rows: Vec<Vec<String>> = changed.map(row).collect();
-    (!rows.is_empty()).then(|| format!("\n{}", table(&["lost", "what is left"], rows)))
+    (!rows.is_empty()).then(|| format!("\n{}", table(&["lost", left], rows)))
 }
 
 /// Evidence without which the serving way gives nothing.
-fn weak(report: &ModelReport<'_>, need: &Need) -> Option<String> {
+pub(super) fn weak(report: &ModelReport<'_>, need: &Need) -> Option<String> {
     let candidacy = need.prospect.ways.get(need.served?)?;
     let observed = report.observed(candidacy);
     let names: Vec<&str> = candidacy.weak.iter().map(|id| observed[id.index()].as_str()).collect();

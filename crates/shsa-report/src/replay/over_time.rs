@@ -4,7 +4,7 @@ use super::picture::{Course, NeedCase, Recorder, WayCase};
 use serde_json::{Value, json};
 use shsa_core::assurance::Verdict;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::case::gsn::{self, Stretch};
+use shsa_format::case::gsn::{self, Listed, Stretch};
 use shsa_format::case::words;
 use shsa_format::drive::Run;
 
@@ -61,16 +61,27 @@ impl<'a> CasesOverTime<'a> {
     }
 
     fn modules(&self) -> Vec<Module<'_>> {
-        let mut modules = Vec::new();
-        for case in &self.recorder.cases.needs {
-            for (at, way) in Self::described(case).enumerate() {
-                let number = if at == 0 { String::new() } else { format!("_{}", at + 1) };
-                let name = gsn::identifier(&case.signal) + &number;
-                let stretches = way.courses.iter().map(|course| self.stretches(course)).collect();
-                modules.push(Module { need: &case.signal, way, name, stretches });
-            }
-        }
-        modules
+        let needs = self.recorder.cases.needs.iter();
+        let described: Vec<(&str, &WayCase)> =
+            needs.flat_map(|case| Self::described(case).map(|way| (case.signal.as_str(), way))).collect();
+        let names = gsn::modules(described.iter().map(|(need, _)| *need));
+        let module = |((need, way), name): ((&'a str, &'a WayCase), String)| {
+            let stretches = way.courses.iter().map(|course| self.stretches(course)).collect();
+            Module { need, way, name, stretches }
+        };
+        described.into_iter().zip(names).map(module).collect()
+    }
+
+    /// The module of GSN over those of all shown cases: of the ways of one need, one is enough.
+    #[must_use]
+    pub fn index(&self) -> String {
+        let listed = self.modules().into_iter().map(|Module { need, way, name, .. }| Listed {
+            of: need.to_owned(),
+            module: name,
+            state: way.argument.state(),
+        });
+        let brief = format!("{}, at the end of {} s", self.title, self.duration_s());
+        gsn::index(&listed.collect::<Vec<_>>(), &brief)
     }
 
     /// A module of GSN for each shown case, with its name.

@@ -254,8 +254,8 @@ impl Healer {
         json!({ "needs": Value::Object(needs.collect()), "signals": Value::Object(signals.collect()) })
     }
 
-    /// The assurance of a need's source for the state.
-    fn assurance(&self, assurance: &NeedAssurance) -> Value {
+    /// The assurance of a need's source for the state and the page.
+    pub(in super::super) fn assurance(&self, assurance: &NeedAssurance) -> Value {
         let scales = self.engine.knowledge().contracts().scales();
         let level = assurance.admitted.and_then(|admitted| admitted.level);
         let name = |it: &Lacking| format!("{}: {}", it.subject, it.name);

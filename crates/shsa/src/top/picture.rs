@@ -76,6 +76,7 @@ impl Picture<'_> {
                     word(&row["signal"]),
                     interval(value, &row["unit"]),
                     self.quality(&word(&row["quality"])),
+                    row["assurance"]["level"].as_str().unwrap_or("-").to_owned(),
                     age(&value[2], board.head()),
                     tolerance["survives"]
                         .as_u64()
@@ -85,7 +86,7 @@ impl Picture<'_> {
                 ]);
             }
         }
-        self.table(&["need", "value", "quality", "age", "survives", "longest gap", "source"], rows)
+        self.table(&["need", "value", "quality", "level", "age", "survives", "longest gap", "source"], rows)
     }
 
     /// The signals that are not healthy come first.

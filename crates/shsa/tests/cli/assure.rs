@@ -3,6 +3,7 @@
 use crate::folder::Folder;
 use serde_json::{Value, json};
 use std::io::Write as _;
+use std::path::{Path, PathBuf};
 use std::process::{Command, Stdio};
 
 const STOP: &str = include_str!("../../../../models/stop.yaml");
@@ -116,30 +117,49 @@ fn the_page_tells_each_node_as_it_stands() {
     assert!(!page.contains("<script"));
 }
 
+/// The models with contracts that come with the program.
+pub(crate) fn contracted() -> Vec<(String, String)> {
+    let models = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    let paths = std::fs::read_dir(models).unwrap().map(|entry| entry.unwrap().path());
+    let read = |path: PathBuf| {
+        (path.file_name().unwrap().to_str().unwrap().to_owned(), std::fs::read_to_string(path).unwrap())
+    };
+    let all: Vec<_> = paths
+        .filter(|path| path.is_file())
+        .map(read)
+        .filter(|(_, text)| text.contains("\ncontracts:"))
+        .collect();
+    assert!(all.len() >= 4, "{} models with contracts", all.len());
+    all
+}
+
+/// Whether SWI-Prolog derives the claim of a program; `None`, told loudly, where there is no SWI-Prolog.
+fn is_derived(program: &str) -> Option<bool> {
+    let goal = "load_files(user, [stream(user_input)]), (claim -> write(yes) ; write(no)), halt";
+    let swipl =
+        Command::new("swipl").args(["-q", "-g", goal]).stdin(Stdio::piped()).stdout(Stdio::piped()).spawn();
+    let Ok(mut swipl) = swipl else {
+        let _ = writeln!(std::io::stderr(), "SKIPPED: swipl: install SWI-Prolog (swi-prolog-nox)");
+        return None;
+    };
+    swipl.stdin.take().unwrap().write_all(program.as_bytes()).unwrap();
+    Some(String::from_utf8(swipl.wait_with_output().unwrap().stdout).unwrap() == "yes")
+}
+
 /// SWI-Prolog derives the same verdicts from the program alone.
 #[test]
 fn prolog_says_the_same() {
     let folder = folder();
-    for (arguments, status, expected) in
-        [("assure stop.yaml", 0, "yes"), ("assure stop.yaml --with busy.yaml", 1, "no")]
-    {
-        let program = folder.ends(&format!("{arguments} --format prolog"), status).stdout;
-        let root = program.lines().find(|line| line.ends_with("% served")).expect("a need is served");
-        let root = root.split(" :-").next().unwrap();
-        let goal =
-            format!("load_files(user, [stream(user_input)]), ({root} -> write(yes) ; write(no)), halt");
-        let swipl = Command::new("swipl")
-            .args(["-q", "-g", &goal])
-            .stdin(Stdio::piped())
-            .stdout(Stdio::piped())
-            .spawn();
-        let Ok(mut swipl) = swipl else {
-            let _ = writeln!(std::io::stderr(), "SKIPPED: swipl: install SWI-Prolog (swi-prolog-nox)");
-            return;
-        };
-        swipl.stdin.take().unwrap().write_all(program.as_bytes()).unwrap();
-        let output = swipl.wait_with_output().unwrap();
-        assert_eq!(String::from_utf8(output.stdout).unwrap(), expected, "{program}");
+    folder.write("nothing.yaml", "");
+    let mut asked = vec![("stop.yaml --with busy.yaml".to_owned(), 1)];
+    for (name, text) in contracted() {
+        folder.write(&name, text);
+        asked.extend([(name.clone(), 0), (format!("{name} --with nothing.yaml"), 1)]);
+    }
+    for (arguments, status) in asked {
+        let program = folder.ends(&format!("assure {arguments} --format prolog"), status).stdout;
+        let Some(is_derived) = is_derived(&program) else { return };
+        assert_eq!(is_derived, status == 0, "{arguments}\n{program}");
     }
 }
 

@@ -124,6 +124,8 @@ fn a_case_over_a_recording_is_reported_as_json_gsn_and_text() {
         case.values().all(|node| node.contains_key("challenges") || node.contains_key("over_time")),
         "{module}"
     );
+    folder.ends(&format!("{over} --format gsn -o case"), 1);
+    crate::gsn::passes(&folder, "case");
     let text = folder.ends(over, 1).stdout;
     assert!(text.contains("met, SIL 2") && text.contains("refused 2"), "{text}");
     folder.refuses(&format!("{over} --format svg"), &["text, json and gsn"]);

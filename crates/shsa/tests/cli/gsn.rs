@@ -1,15 +1,23 @@
 //! Assurance cases as GSN: the rules that `gsn2x -c` checks (version 4.3), by their numbers there.
 
-use crate::assure::folder;
+use crate::assure::{contracted, folder};
+use crate::folder::Folder;
 use serde_json::{Map, Value};
 use std::collections::{BTreeMap, BTreeSet};
+use std::io::Write as _;
+use std::process::Command;
 
 pub(crate) type Case = BTreeMap<String, Map<String, Value>>;
 
-/// A module: a line for its name, then an element a line, in YAML's flow style with texts as in JSON.
+/// What an element may say: any other key is a layer to `gsn2x`, and a slip of ours.
+const KEYS: [&str; 7] =
+    ["text", "supportedBy", "undeveloped", "defeated", "classes", "challenges", "over_time"];
+
+/// The elements of a module: a line for its name, then an element a line, in YAML's flow style with texts as in JSON.
 #[track_caller]
 fn read(text: &str) -> Case {
     let mut case = Case::new();
+    assert!(text.starts_with("module: { name: "), "C06: {text}");
     for line in text.lines().skip(1) {
         let (id, element) = line.split_once(": ").unwrap_or_else(|| panic!("{line}"));
         let was = case.insert(id.to_owned(), element_of(element));
@@ -46,6 +54,47 @@ fn value_of(text: &str) -> (Value, &str) {
     (Value::from(word), &text[word.len()..])
 }
 
+/// All elements of a folder's case, from its index on.
+#[track_caller]
+fn read_all(folder: &Folder, case: &str) -> Case {
+    let file = |name: &str| folder.read(&format!("{case}/{name}"));
+    let index = file("index.gsn.yaml");
+    let module = element_of(index.lines().next().unwrap().strip_prefix("module: ").unwrap());
+    let mut all = read(&index);
+    for used in module["uses"].as_array().unwrap() {
+        let used: String = serde_json::from_str(used.as_str().unwrap()).unwrap();
+        for (id, element) in read(&file(&used)) {
+            assert!(all.insert(id.clone(), element).is_none(), "C07: {id} of {used} is there twice");
+        }
+    }
+    all
+}
+
+/// What `gsn2x -c` says of the case in a folder: `None` where there is no `gsn2x`. Its exit status is 0 where it only warns.
+fn said(folder: &Folder, case: &str) -> Option<String> {
+    let mut command = Command::new("gsn2x");
+    match command.args(["-c", "--extended-check"]).current_dir(folder.path(case)).output() {
+        Ok(output) => Some(String::from_utf8_lossy(&output.stderr).into_owned()),
+        Err(error) => {
+            let from = "https://github.com/jonasthewolf/gsn2x";
+            _ = writeln!(
+                std::io::stderr(),
+                "SKIPPED: gsn2x: {error}: the checks by the program itself ({from})"
+            );
+            None
+        }
+    }
+}
+
+/// Holds a folder's case against the rules, and against `gsn2x` itself where there is one.
+#[track_caller]
+pub(crate) fn passes(folder: &Folder, case: &str) -> Case {
+    let all = read_all(folder, case);
+    assert_eq!(problems(&all), [""; 0], "{all:?}");
+    assert_eq!(said(folder, case).unwrap_or_default(), "", "{all:?}");
+    all
+}
+
 fn is_goal_or_strategy(id: &str) -> bool {
     id.starts_with("G-") || id.starts_with("S-")
 }
@@ -66,6 +115,7 @@ fn problems(case: &Case) -> Vec<String> {
                 found.push(format!("{rule}: {id}"));
             }
         };
+        say("a key that is a layer", element.keys().all(|key| KEYS.contains(&key.as_str())));
         say("V01", ["G-", "S-", "Sn-", "CSn-"].iter().any(|prefix| id.starts_with(prefix)));
         say("V02", !is_goal_or_strategy(id) || !by.is_empty() || is_set(element, "undeveloped"));
         say("V03", by.is_empty() || !is_set(element, "undeveloped"));
@@ -76,6 +126,9 @@ fn problems(case: &Case) -> Vec<String> {
         say("C03", by.iter().all(|by| case.contains_key(by)));
         let challengers = case.values().filter(|it| it.get("challenges").is_some_and(|it| it == id.as_str()));
         say("V10", is_set(element, "defeated") == (challengers.count() > 0));
+        let challenged = element.get("challenges").and_then(Value::as_str);
+        say("V12", challenged.is_none() || id.starts_with("CSn-"));
+        say("C13, C14", challenged.is_none_or(|other| other != id && case.contains_key(other)));
         say("text", element.get("text").and_then(Value::as_str).is_some_and(|text| !text.is_empty()));
         supporting.extend(by);
     }
@@ -115,7 +168,7 @@ pub(crate) fn check(text: &str) -> Case {
 
 #[test]
 fn the_rules_find_what_is_wrong() {
-    let sound = "module: {}\nG-a-0: { text: \"a, \\\"b\\\": c\", supportedBy: [Sn-a-1], classes: [given] }\nSn-a-1: { text: \"b\" }\n";
+    let sound = "module: { name: a }\nG-a-0: { text: \"a, \\\"b\\\": c\", supportedBy: [Sn-a-1], classes: [given] }\nSn-a-1: { text: \"b\" }\n";
     check(sound);
     let wrong =
         [("supportedBy: [Sn-a-1], ", "V02"), ("Sn-a-1], classes", "C03"), ("classes: [given]", "V03")];
@@ -128,7 +181,7 @@ fn the_rules_find_what_is_wrong() {
         let found = problems(&read(&text));
         assert!(found.iter().any(|problem| problem.starts_with(rule)), "{rule}: {found:?}");
     }
-    let round = "module: {}\nG-a-0: { text: \"a\", supportedBy: [G-a-1] }\nG-a-1: { text: \"b\", supportedBy: [G-a-2] }\n\
+    let round = "module: { name: a }\nG-a-0: { text: \"a\", supportedBy: [G-a-1] }\nG-a-1: { text: \"b\", supportedBy: [G-a-2] }\n\
                  G-a-2: { text: \"c\", supportedBy: [G-a-1] }\n";
     assert_eq!(problems(&read(round)), ["C04: G-a-1"]);
 }
@@ -165,4 +218,45 @@ fn a_module_a_need() {
     let cases =
         ["stop_dmin", "stop_dmin_2"].map(|name| check(&folder.read(&format!("case/{name}.gsn.yaml"))));
     assert!(cases[0].keys().all(|id| !cases[1].contains_key(id)), "C07");
+    let all = passes(&folder, "case");
+    assert_eq!(all["G-index-0"]["supportedBy"], serde_json::json!(["G-stop_dmin-0", "G-stop_dmin_2-0"]));
+}
+
+/// The models with contracts that come with the program, whatever stands: the rules, and `gsn2x` itself where there is one.
+#[test]
+fn every_shipped_model_passes() {
+    let folder = Folder::with(&[("nothing.yaml", b"")]);
+    for (model, text) in contracted() {
+        folder.write(&model, text);
+        for (with, status) in [("", 0), (" --with nothing.yaml", 1)] {
+            let case = format!("{model}.{status}");
+            std::fs::create_dir(folder.path(&case)).unwrap();
+            folder.ends(&format!("assure {model}{with} --format gsn -o {case}"), status);
+            let all = passes(&folder, &case);
+            let is_given = all["G-index-0"]["classes"] == serde_json::json!(["given"]);
+            assert_eq!(is_given, status == 0, "{all:?}");
+        }
+    }
+}
+
+/// A service gives one of its guarantees: they are alternatives under one claim.
+#[test]
+fn certificates_of_others_pass() {
+    let guarantee = |id: &str| format!("{{ id: {id}, dimensions: [ {{ Binary: {{ type: {id} }} }} ] }}");
+    let text = format!(
+        "guarantees: [ {}, {} ]\nevidence: [ {{ id: Cool, dimension: {{ Binary: {{ type: Cool }} }} }} ]\ndemands: []\ngates: []\n\
+         tree_propagations: [ {{ from: Cool, to: Good }} ]\nrequired_services: []\n\
+         provided_services: [ {{ id: W, functional_service_type: Speed, guarantees: [Good, Poor] }} ]\n",
+        guarantee("Good"),
+        guarantee("Poor"),
+    );
+    let folder =
+        Folder::with(&[("wheel.yaml", text.as_bytes()), ("hot.yaml", b"wheel.yaml: { Cool: false }")]);
+    folder.ends("assure wheel.yaml --with hot.yaml --format gsn -o case", 0);
+    let all = passes(&folder, "case");
+    let states =
+        ["G-wheel_yaml_Good-0", "G-wheel_yaml_Poor-0", "G-index-0"].map(|id| all[id]["classes"][0].clone());
+    assert_eq!(states, ["refused", "given", "given"]);
+    folder.refuses("assure wheel.yaml --format gsn", &["2 files are written", "-o"]);
+    folder.refuses("assure wheel.yaml --format gsn -o case.yaml", &["2 files are written", "case.yaml"]);
 }

@@ -115,6 +115,18 @@ fn what_would_be_lost_is_reported_before_it_is() {
 }
 
 #[test]
+fn a_need_under_contract_tells_its_level_or_what_it_lacks() {
+    let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/stop.yaml");
+    let run = Running::start([model, "--bus", "memory"]);
+    run.until("a model is there", |state| state["models"]["stop"].is_object());
+    let first = Parts::of(&run).next("state");
+    // Nothing is heard on this bus.
+    let assurance = &first["models"]["stop"]["needs"]["dmin"]["assurance"];
+    assert_eq!((&assurance["level"], &assurance["verdict"]), (&Value::Null, &json!("open")), "{first}");
+    assert!(assurance["lacking"][0].as_array().unwrap().contains(&json!("computer: spare")), "{first}");
+}
+
+#[test]
 fn who_does_not_read_holds_nobody_up() {
     let run = Running::start([]);
     let sleepers: Vec<Parts> = (0..5).map(|_| Parts::of(&run)).collect();

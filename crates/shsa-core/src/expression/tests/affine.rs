@@ -160,6 +160,8 @@ fn a_temperature_is_no_amount() {
         ("bare = t * u", "t", "`*`"),
         ("t = ratio * u", "u", "`*`"),
         ("t = bare * u", "u", "`*`"),
+        ("t = u * interval(0.9, 1.1)", "u", "`*`"),
+        ("t = u / interval(0.9, 1.1)", "u", "`/`"),
         ("heat = 300 W/K * t", "t", "`*`"),
         ("bare = t^2", "t", "`^`"),
         ("bare = sqrt(t)", "t", "`sqrt`"),

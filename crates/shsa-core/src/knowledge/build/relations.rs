@@ -5,8 +5,8 @@ use super::quantity;
 use super::scope::Names;
 use super::turns;
 use crate::expression::{
-    self, Equation, Formula, Node, Problem, Severity, check as check_formula, check_equation, parse_equation,
-    parse_expression, solve,
+    self, CheckedEquation, Equation, Formula, Node, Problem, Severity, check as check_formula,
+    check_equation, parse_equation, parse_expression, solve,
 };
 use crate::knowledge::draft::{BodyDraft, Bounds, Place, RelationDraft, Source, Text};
 use crate::knowledge::index::Index;
@@ -17,6 +17,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::{String, ToString};
 use alloc::vec::Vec;
+use core::mem;
 
 /// At most this many reasons why an equation cannot be solved are reported.
 const MAX_REASONS: usize = 3;
@@ -155,19 +156,19 @@ fn checked(
     parsed: Equation,
     names: &Names,
 ) -> Option<Equation> {
-    let checked = check_equation(&parsed, names);
-    for problem in checked.problems {
+    let mut checked = check_equation(&parsed, names);
+    for problem in mem::take(&mut checked.problems) {
         problems.inside(text, problem);
     }
     let Some(bounds) = &draft.error else { return checked.sides.and(Some(parsed)) };
     let error = error(problems, bounds, &parsed, checked.dimension, names);
-    checked.sides?;
+    checked.sides.as_ref()?;
     let error = error?;
     if let (Bounds::One(at), true) = (bounds, checked.is_affine && error.relative > 0.0) {
         let message = "a share of a temperature counts from absolute zero: 2 % of 20 degC are 5.9 K";
         problems.warn(at, message, "write the error in K, such as `0.5 K`");
     }
-    parse_equation(&loosened(&text.text, &parsed, error, checked.dimension)?).ok()
+    parse_equation(&loosened(&text.text, &parsed, error, &checked)?).ok()
 }
 
 /// The error in SI; a plain number counts in the unit of the left side when that is a variable.
@@ -187,20 +188,21 @@ fn error(
 }
 
 /// The equation's text including the error.
-fn loosened(
-    text: &str,
-    parsed: &Equation,
-    error: ValueError,
-    dimension: Option<Dimension>,
-) -> Option<String> {
+fn loosened(text: &str, parsed: &Equation, error: ValueError, checked: &CheckedEquation) -> Option<String> {
     let between = parsed.lhs.span.end..parsed.rhs.span.start;
     let at = between.start + text.get(between)?.find('=')?;
     let (lhs, rhs) = (text.get(..at)?, text.get(at + 1..)?);
-    let unit = dimension.filter(|&dimension| dimension != Dimension::PLAIN);
+    let unit = checked.dimension.filter(|&dimension| dimension != Dimension::PLAIN);
     let unit = unit.map(|unit| format!(" {unit}")).unwrap_or_default();
     let (lo, hi) = (error.lo, error.hi);
     let (less, more) = (1.0 - error.relative, 1.0 + error.relative);
-    Some(format!("{lhs} = ({rhs}) * interval({less}, {more}) + interval({lo}{unit}, {hi}{unit})"))
+    let share = match (error.relative > 0.0, checked.is_affine) {
+        (false, _) => format!("({rhs})"),
+        (true, false) => format!("({rhs}) * interval({less}, {more})"),
+        // The share is one of the absolute temperature; `0 K` makes that of a point, and a point of it again.
+        (true, true) => format!("(({rhs}) - 0 K) * interval({less}, {more}) + 0 K"),
+    };
+    Some(format!("{lhs} = {share} + interval({lo}{unit}, {hi}{unit})"))
 }
 
 fn condition(problems: &mut Problems, text: &Text, names: &Names) -> Option<Formula> {

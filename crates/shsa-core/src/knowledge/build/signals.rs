@@ -20,7 +20,7 @@ use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-use standing::{frozen_after, holds, rests_at};
+use standing::{frozen_after, holds, rests_at, rests_for};
 
 /// A rated signal is silent after this many periods: on every real bus, one or two readings are lost or late.
 const SILENT_PERIODS: f64 = 5.0;
@@ -123,6 +123,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
     let max_delay = max_delay(problems, draft.max_delay.as_ref(), delay.zip(timeout));
     let frozen_after = frozen_after(problems, draft.frozen_after.as_ref());
     let rests_at = rests_at(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
+    let rests_for = rests_for(problems, draft);
     let possible = limits(problems, draft, unit.as_ref(), variable.map(|id| &variables.list[id]));
     let signal = Signal {
         name: draft.name.text.clone(),
@@ -143,7 +144,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         timeout,
         holds,
         access: access(problems, draft.access.as_ref(), variable.map(|id| &variables.list[id])),
-        limits: ReadingLimits { max_delay, frozen_after, rests_at, ..possible },
+        limits: ReadingLimits { max_delay, frozen_after, rests_at, rests_for, ..possible },
         derived_from: Vec::new(),
         properties: Properties::new(),
         unit,

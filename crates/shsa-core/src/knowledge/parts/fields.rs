@@ -152,6 +152,7 @@ pub(super) fn signal_fields(draft: &SignalDraft) -> Fields {
         ("max_delay", words(draft.max_delay.as_ref())),
         ("frozen_after", words(draft.frozen_after.as_ref())),
         ("rests_at", words(draft.rests_at.as_ref())),
+        ("rests_for", words(draft.rests_for.as_ref())),
         ("hold", words(draft.hold.as_ref())),
         ("access", words(draft.access.as_ref())),
         ("derived_from", list(&draft.derived_from)),

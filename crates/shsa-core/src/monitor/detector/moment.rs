@@ -1,7 +1,7 @@
 //! The readings of a signal at one moment, taken together.
 
 use super::{DETECTED, Evidence};
-use crate::alignment::{Acceptance, Defect, Jump, Misdated, Reception};
+use crate::alignment::{Acceptance, Defect, Jump, Misdated, Reception, Still};
 use crate::interval::Interval;
 use crate::time::Span;
 
@@ -13,7 +13,7 @@ pub(super) struct Moment {
     jump: Option<Jump>,
     back: Option<Span>,
     late: Option<Span>,
-    still: Option<Span>,
+    still: Option<Still>,
     misdated: Option<Misdated>,
 }
 

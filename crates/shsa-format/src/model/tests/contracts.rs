@@ -289,3 +289,23 @@ fn what_is_wrong_is_reported_with_its_place() {
         "6:33 error: `3 s` does not count in `m` (write a number, which counts in `m`, or a unit like it)",
     );
 }
+
+/// Two computers that power each other: told once, where the circle begins, and not where it can be left.
+#[test]
+fn demands_in_a_circle_are_told() {
+    let model = |two: &str| {
+        format!(
+            "shsa: 1\nvariables: {{ x: {{ unit: m }} }}\nsignals: {{ /x: {{ variable: x, rate: 1 Hz }} }}\nneeds: {{ x: {{ signal: /out }} }}\n\
+             platform:\n  one: {{ asks: {{ p: {{ of: two, power: yes }} }}, gives: {{ power: {{ power: yes }} }} }}\n  two: {two}\n\
+             contracts:\n  /x: {{ runs_on: one, asks: {{ q: {{ power: yes }} }}, gives: {{ right: {{ level: SIL 1 }} }} }}\n\
+             \x20 x: {{ asks: {{ right: {{ level: SIL 1 }} }} }}\n"
+        )
+    };
+    check(
+        &model("{ asks: { p: { of: one, power: yes } }, gives: { power: { power: yes } } }"),
+        "6:18 warning: nothing can ever meet `p`: whoever gives it asks for it, in a circle (nothing rests on itself: let one of the circle ask for less)",
+    );
+    let left = "{ asks: { p: { of: one, power: yes } }, evidence: { on: value of /x at least 1 m }, gives: { power: { power: yes, when: p or on } } }";
+    check(&model(left), "");
+    check(&model("{ gives: { power: { power: yes } } }"), "");
+}

@@ -1,11 +1,12 @@
 //! BLF, the binary form of Vector's tools: objects, most of them within containers that are compressed by zlib.
 //!
 //! Layouts as in `python-can` and `vector_blf`. After damage, reading goes on at the next recognisable object. Memory is bounded
-//! by the largest container.
+//! by the largest container, and all containers together by a [`Budget`].
 
 use super::super::record::array;
 use super::super::stamp::of_place;
 use super::super::topic::{Input, Listener};
+use super::super::unpack::Budget;
 use super::super::window::Window;
 use super::super::{Place, ReadOptions, RecordingError};
 use super::NO_DATE;
@@ -13,7 +14,7 @@ use super::bus::{Bus, Frame};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use shsa_core::time::{Span, Time};
 use shsa_message::stamp::civil;
-use std::io;
+use std::io::{self, SeekFrom};
 
 /// The first bytes of every file.
 pub(in super::super) const MAGIC: &[u8] = b"LOGG";
@@ -31,8 +32,11 @@ const FILE_HEADER: usize = 72;
 /// The largest length of an object that is accepted; recorders write containers of 128 KiB.
 const OBJECT_MAX: usize = 1 << 26;
 
-/// The largest container after decompression.
-const UNPACKED_MAX: usize = 1 << 26;
+/// The largest container after decompression, bytes.
+const UNPACKED_MAX: u64 = 1 << 24;
+
+/// The largest part of an object that waits for the next container, bytes. Frames have less than a hundred.
+const WAITING_MAX: usize = 1 << 23;
 
 /// How many bytes one step of the search after damage covers.
 const SEARCH_BLOCK: usize = 1 << 16;
@@ -77,10 +81,13 @@ pub(in super::super) fn read(
     options: &ReadOptions,
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
-    let mut reader =
-        Reader { bus: Bus::new(options, listener)?, start: Time::default(), left: Vec::new(), listener };
+    let budget = Budget::of(input.seek(SeekFrom::End(0)).unwrap_or(0));
+    let rewound = input.rewind();
+    let bus = Bus::new(options, listener)?;
+    let mut reader = Reader { bus, start: Time::default(), left: Vec::new(), budget, listener };
     let mut window = Window::new(input);
-    let outcome = reader.begin(&mut window, options).and_then(|()| reader.objects(&mut window));
+    let outcome =
+        rewound.and_then(|()| reader.begin(&mut window, options)).and_then(|()| reader.objects(&mut window));
     if let Err(failure) = outcome {
         reader.listener.damaged(Place::Offset(window.offset()), format!("reading stopped: {failure}"));
     }
@@ -94,6 +101,8 @@ struct Reader<'a> {
     start: Time,
     /// Decompressed bytes of an object that continues in the next container.
     left: Vec<u8>,
+    /// What the containers may unpack to.
+    budget: Budget,
     listener: &'a mut dyn Listener,
 }
 
@@ -172,24 +181,37 @@ impl Reader<'_> {
         let packed = packed.unwrap_or_default();
         match method {
             0 => self.left.extend_from_slice(packed),
-            _ => match decompress_to_vec_zlib_with_limit(packed, UNPACKED_MAX) {
-                Ok(unpacked) => self.left.extend_from_slice(&unpacked),
-                Err(error) => {
-                    let problem = format!(
-                        "a container unpacks to {} bytes and no further: {error}",
-                        error.output.len()
-                    );
-                    self.listener.damaged(Place::Offset(offset), problem);
-                    self.left.extend_from_slice(&error.output);
-                }
-            },
+            _ => self.unpack(packed, offset),
         }
         self.unpacked(offset);
     }
 
+    /// Appends what a container unpacks to; of a damaged one the bytes before the damage.
+    fn unpack(&mut self, packed: &[u8], offset: u64) {
+        let limit = match self.budget.next(UNPACKED_MAX) {
+            Ok(limit) => usize::try_from(limit).unwrap_or(usize::MAX),
+            Err(problem) => {
+                let problem = format!("a container is left out: {problem}");
+                return self.listener.damaged(Place::Offset(offset), problem);
+            }
+        };
+        let (bytes, problem) = match decompress_to_vec_zlib_with_limit(packed, limit) {
+            Ok(bytes) => (bytes, None),
+            Err(error) => {
+                let length = error.output.len();
+                let problem = format!("a container unpacks to {length} bytes and no further: {error}");
+                (error.output, Some(problem))
+            }
+        };
+        // The limit was the rest of the budget.
+        drop(self.budget.take(bytes.len() as u64));
+        problem.into_iter().for_each(|problem| self.listener.damaged(Place::Offset(offset), problem));
+        self.left.extend_from_slice(&bytes);
+    }
+
     /// Reads the objects of a container; the bytes of one that continues in the next container stay.
     fn unpacked(&mut self, offset: u64) {
-        let bytes = std::mem::take(&mut self.left);
+        let mut bytes = std::mem::take(&mut self.left);
         let mut at = 0;
         while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() >= BASE) {
             let head = (0..8).find_map(|skip| Some((skip, Head::of(rest.get(skip..)?)?)));
@@ -211,10 +233,13 @@ impl Reader<'_> {
             self.frame(head, object);
             at += skip + head.length;
         }
-        self.left = bytes.get(at..).unwrap_or_default().to_vec();
-        if self.left.len() > OBJECT_MAX {
-            self.left = Vec::new();
+        bytes.drain(..at.min(bytes.len()));
+        if bytes.len() > WAITING_MAX {
+            let problem = format!("an object of more than {} MiB in containers, left out", WAITING_MAX >> 20);
+            self.listener.damaged(Place::Offset(offset), problem);
+            bytes = Vec::new();
         }
+        self.left = bytes;
     }
 
     /// Reports an object that is a frame.

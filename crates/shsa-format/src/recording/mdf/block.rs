@@ -2,6 +2,7 @@
 
 use super::super::record::array;
 use super::super::topic::Input;
+use super::super::unpack::Budget;
 use std::io::{self, Read, SeekFrom};
 
 /// The length of a block's head: its name, four empty bytes, its length, the number of its links.
@@ -65,6 +66,8 @@ pub(super) struct Blocks<'a> {
     pub(super) input: &'a mut dyn Input,
     pub(super) length: u64,
     count: usize,
+    /// What may be read, and what it may unpack to.
+    pub(super) budget: Budget,
 }
 
 /// Why a block cannot be read.
@@ -78,12 +81,14 @@ pub(super) enum Unread {
     Cut { at: u64, length: u64, there: u64 },
     #[error("the file has more than {BLOCKS_MAX} blocks, or they lead in a circle")]
     TooMany,
+    #[error("{0}")]
+    TooMuch(String),
 }
 
 impl<'a> Blocks<'a> {
     pub(super) fn new(input: &'a mut dyn Input) -> io::Result<Blocks<'a>> {
         let length = input.seek(SeekFrom::End(0))?;
-        Ok(Blocks { input, length, count: 0 })
+        Ok(Blocks { input, length, count: 0, budget: Budget::of(length) })
     }
 
     /// The block at a place; the content of plain data is left in the file.
@@ -136,12 +141,13 @@ impl<'a> Blocks<'a> {
         text.trim().to_owned()
     }
 
-    /// Bytes of the file; an error where the file ends before.
+    /// Bytes of the file; an error where the file ends before, or where links have led to the same bytes too often.
     pub(super) fn bytes(&mut self, at: u64, length: u64) -> Result<Vec<u8>, Unread> {
         let there = self.length.saturating_sub(at);
         if there < length {
             return Err(Unread::Cut { at, length, there });
         }
+        self.budget.take(length).map_err(Unread::TooMuch)?;
         let mut bytes = Vec::new();
         self.input.seek(SeekFrom::Start(at))?;
         (&mut *self.input).take(length).read_to_end(&mut bytes)?;

@@ -1,6 +1,7 @@
 //! The records of a data group: plain (`DT`), compressed (`DZ`), and in lists of these (`DL`, `HL`).
 
-use super::block::{BLOCK_MAX, Block, Blocks, Unread};
+use super::super::unpack::Budget;
+use super::block::{Block, Blocks, Unread};
 use miniz_oxide::inflate::decompress_to_vec_zlib_with_limit;
 use std::collections::BTreeSet;
 
@@ -9,6 +10,9 @@ const WAITING_MAX: usize = 1 << 20;
 
 /// A piece of data, or the place and the description of a loss.
 type Piece<'a> = Result<&'a [u8], (u64, String)>;
+
+/// The longest block after decompression, bytes; the standard allows 4 MiB.
+const UNPACKED_MAX: u64 = 1 << 24;
 
 /// The size of the pieces in which plain data are read.
 const PIECE: u64 = 1 << 20;
@@ -42,7 +46,7 @@ pub(super) fn pieces(blocks: &mut Blocks<'_>, link: u64, is_finished: bool, each
                 }
             }
             b"DT" | b"SD" | b"RD" => plain(blocks, &block, is_finished, each),
-            b"DZ" => match unpacked(&block) {
+            b"DZ" => match unpacked(&block, &mut blocks.budget) {
                 Ok(bytes) => each(Ok(&bytes)),
                 Err((bytes, problem)) => {
                     each(Ok(&bytes));
@@ -75,14 +79,17 @@ fn plain(blocks: &mut Blocks<'_>, block: &Block, is_finished: bool, each: &mut d
 }
 
 /// The decompressed data; on an error, those before the damage.
-fn unpacked(block: &Block) -> Result<Vec<u8>, (Vec<u8>, String)> {
+fn unpacked(block: &Block, budget: &mut Budget) -> Result<Vec<u8>, (Vec<u8>, String)> {
     let (method, columns) = (block.u8(2), block.u32(4) as usize);
     let (length, packed) = (block.u64(8), block.u64(16));
-    if length > BLOCK_MAX {
+    if length > UNPACKED_MAX {
         return Err((
             Vec::new(),
-            format!("a block unpacks to {length} bytes, of which {BLOCK_MAX} are allowed"),
+            format!("a block unpacks to {length} bytes, of which {UNPACKED_MAX} are allowed"),
         ));
+    }
+    if let Err(problem) = budget.take(length) {
+        return Err((Vec::new(), format!("a block of {length} bytes is left out: {problem}")));
     }
     if method > 1 {
         let how = "Python's asammdf packs it anew: MDF('old.mf4').save('new.mf4', compression=1)";

@@ -7,13 +7,15 @@
 mod block;
 mod channel;
 mod data;
+mod records;
 
-use super::can::{Bus, EXTENDED, Frame};
-use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::can::Bus;
+use super::topic::{Input, Listener, TopicId};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use block::{Block, Blocks, Unread};
-use channel::{Bits, Channel, Role};
-use shsa_core::time::{Span, Time};
+use channel::{Channel, Role};
+use records::Teller;
+use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The first bytes of a file, and of one that was not finished.
@@ -33,9 +35,6 @@ const ALL_CHANNELS_MAX: usize = 1 << 17;
 
 /// How many consecutive records show that reading is in step again.
 const CHAIN: usize = 8;
-
-/// How far the reader searches after damage, bytes.
-const SEARCH_MAX: usize = 1 << 12;
 
 /// Channel groups whose records are stored together.
 struct DataGroup {
@@ -98,13 +97,11 @@ pub(super) fn read(
         start = time;
         said.into_iter().for_each(|what| listener.note(Place::Whole, what));
     }
-    let mut teller = Teller { start, bus, listener };
+    let mut teller = Teller::new(start, bus, blocks.length, listener);
     for mut group in defined.groups {
         teller.tell_all(&mut group, &mut blocks, defined.is_finished);
     }
-    if let Some(bus) = teller.bus {
-        bus.finish(teller.listener);
-    }
+    teller.finish();
     Ok(())
 }
 
@@ -258,122 +255,6 @@ fn collect(
         next = block.link(0);
     }
     Ok(())
-}
-
-struct Teller<'a> {
-    start: Time,
-    bus: Option<Bus>,
-    listener: &'a mut dyn Listener,
-}
-
-impl Teller<'_> {
-    /// Reports all records of a data group.
-    fn tell_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
-        let mut left: Vec<u8> = Vec::new();
-        let data = all.data;
-        data::pieces(blocks, data, is_finished, &mut |piece| match piece {
-            Ok(bytes) => {
-                left.extend_from_slice(bytes);
-                let taken = self.records(all, &left);
-                left.drain(..taken);
-            }
-            Err((at, problem)) => self.listener.damaged(Place::Offset(at), problem),
-        });
-        if !left.is_empty() {
-            let problem = format!("the last {} bytes of a data group are no whole record", left.len());
-            self.listener.damaged(Place::Offset(data), problem);
-        }
-    }
-
-    /// Reports the whole records of these bytes; returns their length.
-    fn records(&mut self, all: &mut DataGroup, bytes: &[u8]) -> usize {
-        let mut at = 0;
-        while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() > all.id_length) {
-            let Some(length) = all.length(rest) else {
-                let searched = rest.len().min(SEARCH_MAX);
-                let found = (1..searched).find(|at| rest.get(*at..).is_some_and(|rest| all.is_way(rest)));
-                let lost = found.unwrap_or(searched);
-                let problem = format!("{lost} bytes of a data group are no record");
-                self.listener.damaged(Place::Offset(all.data), problem);
-                at += lost;
-                continue;
-            };
-            let Some(record) = rest.get(all.id_length..length) else { break };
-            if let Some(group) = all.id(rest).and_then(|id| all.groups.get_mut(&id)) {
-                self.record(group, record);
-            }
-            at += length;
-        }
-        at
-    }
-
-    fn record(&mut self, group: &mut Group, record: &[u8]) {
-        if group.is_variable {
-            return;
-        }
-        let number = group.count;
-        group.count += 1;
-        let value =
-            |at: usize| group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
-        // In a group without a time, records are a second apart.
-        let since_s = group.time.map_or(Some(number as f64), value);
-        let Some(since) = since_s.filter(|since| since.is_finite()) else { return };
-        let time = self.start + Span::from_seconds(since);
-        if let (Some(frame), Some(bus)) = (&group.frame, &mut self.bus) {
-            return tell_frame(group, frame, record, time, bus, self.listener);
-        }
-        let topic =
-            *group.told.get_or_insert_with(|| told(&group.name, &group.full, &group.channels, self.listener));
-        if self.listener.is_wanted(topic) {
-            let shown = (0..group.channels.len()).filter(|at| group.channels.get(*at).is_some_and(is_shown));
-            let values: Vec<Value<'_>> = shown
-                .map(|at| {
-                    let value =
-                        group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
-                    value.map_or(Value::Missing, Value::Number)
-                })
-                .collect();
-            self.listener.message(topic, Times::at(time), Body::Values(&values));
-        }
-    }
-}
-
-/// Whether a channel is a field, that is, a number.
-fn is_shown(channel: &Channel) -> bool {
-    channel.role != Role::Other
-}
-
-fn told(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listener) -> TopicId {
-    let field = |channel: &Channel| {
-        let unit = (!channel.unit.is_empty()).then(|| channel.unit.clone());
-        Field { name: channel.name.clone(), unit }
-    };
-    let fields = Fields::named(channels.iter().filter(|channel| is_shown(channel)).map(field));
-    listener.topic(Topic { full, ..Topic::new(name, "MDF channel group", fields) })
-}
-
-fn tell_frame(
-    group: &Group,
-    frame: &FrameChannels,
-    record: &[u8],
-    time: Time,
-    bus: &mut Bus,
-    listener: &mut dyn Listener,
-) {
-    let value =
-        |at: usize| group.channels.get(at).and_then(|it| it.value(record, group.count, group.data_length));
-    let whole = |at: Option<usize>| at.and_then(value).map(|value| value as u32);
-    let Some(id) = whole(Some(frame.id)) else { return bus.pass() };
-    let Some(bytes) = group.channels.get(frame.bytes) else { return bus.pass() };
-    let room = if bytes.bits == Bits::Bytes { bytes.length / 8 } else { 0 };
-    let length = whole(frame.length).map_or(room, |length| (length as usize).min(room));
-    let is_extended = whole(frame.is_extended).map_or(id > 0x7ff, |flag| flag == 1);
-    let id = if is_extended { id | EXTENDED } else { id };
-    let channel = whole(frame.bus).map_or(group.name.clone(), |number| number.to_string());
-    match record.get(bytes.byte..bytes.byte.saturating_add(length)) {
-        Some(data) => bus.tell(&Frame { time, channel: &channel, id, data }, listener),
-        None => bus.pass(),
-    }
 }
 
 #[cfg(test)]

@@ -3,52 +3,30 @@
 //! Format: <https://github.com/apache/parquet-format/blob/master/Encodings.md>.
 
 use super::bytes::Bytes;
+use super::cells::{Cell, Cells, Runs};
 use super::description::{Column, Meaning, Physical};
 
 /// The days from the Julian epoch to 1970.
 const JULIAN_1970: i64 = 2_440_588;
 const DAY_NS: i64 = 86_400_000_000_000;
 
-/// A value of a column.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(super) enum Cell {
-    /// A missing value.
-    Missing,
-    Number(f64),
-    Whole(i64),
-    /// The text of this index among the texts of the cells.
-    Text(u32),
+/// A whole number as a value of the column.
+fn whole(column: &Column, whole: i64) -> Cell {
+    match (column.meaning, column.physical) {
+        (Meaning::Decimal(part), _) => Cell::Number(whole as f64 * part),
+        (Meaning::Unsigned, Physical::I32) => Cell::Whole(whole & 0xffff_ffff),
+        (Meaning::Unsigned, _) if whole < 0 => Cell::Number(whole.cast_unsigned() as f64),
+        (Meaning::Moment { step_ns, .. }, _) => whole.checked_mul(step_ns).map_or(Cell::Missing, Cell::Whole),
+        _ => Cell::Whole(whole),
+    }
 }
 
-/// Values, and the texts among them.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Cells {
-    pub(super) list: Vec<Cell>,
-    pub(super) texts: Vec<Box<str>>,
-}
-
-impl Cells {
-    fn push_whole(&mut self, column: &Column, whole: i64) {
-        self.list.push(match (column.meaning, column.physical) {
-            (Meaning::Decimal(part), _) => Cell::Number(whole as f64 * part),
-            (Meaning::Unsigned, Physical::I32) => Cell::Whole(whole & 0xffff_ffff),
-            (Meaning::Unsigned, _) if whole < 0 => Cell::Number(whole.cast_unsigned() as f64),
-            (Meaning::Moment { step_ns, .. }, _) => {
-                whole.checked_mul(step_ns).map_or(Cell::Missing, Cell::Whole)
-            }
-            _ => Cell::Whole(whole),
-        });
-    }
-
-    fn push_bytes(&mut self, column: &Column, bytes: &[u8]) {
-        if let Meaning::Decimal(part) = column.meaning {
-            let sign = if bytes.first().is_some_and(|first| *first >= 0x80) { -1.0 } else { 0.0 };
-            let number = bytes.iter().fold(sign, |number, byte| number * 256.0 + f64::from(*byte));
-            return self.list.push(Cell::Number(number * part));
-        }
-        self.list.push(u32::try_from(self.texts.len()).map_or(Cell::Missing, Cell::Text));
-        self.texts.push(String::from_utf8_lossy(bytes).into());
-    }
+/// Adds bytes as a value of the column: a decimal number, or a text.
+fn push_bytes(cells: &mut Cells, column: &Column, bytes: &[u8]) -> Option<()> {
+    let Meaning::Decimal(part) = column.meaning else { return cells.push_text(bytes) };
+    let sign = if bytes.first().is_some_and(|first| *first >= 0x80) { -1.0 } else { 0.0 };
+    let number = bytes.iter().fold(sign, |number, byte| number * 256.0 + f64::from(*byte));
+    cells.push(Cell::Number(number * part), 1)
 }
 
 /// Reads values that are stored one after the other.
@@ -56,34 +34,35 @@ pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
     if column.physical == Physical::Bool {
         let bits = bytes.take(count.div_ceil(8))?;
         let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
-        cells.list.extend((0..count).map(|at| Cell::Whole(i64::from(bit(at)))));
-        return Some(());
+        return (0..count).try_for_each(|at| cells.push(Cell::Whole(i64::from(bit(at))), 1));
     }
     for _ in 0..count {
         match column.physical {
             Physical::I32 => {
-                cells.push_whole(column, i32::from_le_bytes(*bytes.take(4)?.first_chunk()?).into())
+                cells.push(whole(column, i32::from_le_bytes(*bytes.take(4)?.first_chunk()?).into()), 1)?;
             }
-            Physical::I64 => cells.push_whole(column, i64::from_le_bytes(*bytes.take(8)?.first_chunk()?)),
+            Physical::I64 => {
+                cells.push(whole(column, i64::from_le_bytes(*bytes.take(8)?.first_chunk()?)), 1)?;
+            }
             Physical::I96 => {
                 let (of_day, day) = (bytes.take(8)?.first_chunk()?, bytes.take(4)?.first_chunk()?);
                 let day = i64::from(i32::from_le_bytes(*day)) - JULIAN_1970;
                 let since =
                     day.checked_mul(DAY_NS).and_then(|ns| ns.checked_add(i64::from_le_bytes(*of_day)));
-                cells.list.push(since.map_or(Cell::Missing, Cell::Whole));
+                cells.push(since.map_or(Cell::Missing, Cell::Whole), 1)?;
             }
             Physical::F32 => {
                 let number = f32::from_le_bytes(*bytes.take(4)?.first_chunk()?);
-                cells.list.push(Cell::Number(number.into()));
+                cells.push(Cell::Number(number.into()), 1)?;
             }
             Physical::F64 => {
-                cells.list.push(Cell::Number(f64::from_le_bytes(*bytes.take(8)?.first_chunk()?)));
+                cells.push(Cell::Number(f64::from_le_bytes(*bytes.take(8)?.first_chunk()?)), 1)?;
             }
             Physical::Bytes => {
                 let length = bytes.u32()?;
-                cells.push_bytes(column, bytes.take(length)?);
+                push_bytes(cells, column, bytes.take(length)?)?;
             }
-            Physical::Fixed(length) => cells.push_bytes(column, bytes.take(length)?),
+            Physical::Fixed(length) => push_bytes(cells, column, bytes.take(length)?)?,
             Physical::Bool => {}
         }
     }
@@ -105,50 +84,58 @@ pub(super) fn split(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
 }
 
 /// Reads values by their indices in a dictionary.
-pub(super) fn of_dictionary(bytes: &mut Bytes<'_>, dictionary: &[Cell], count: usize) -> Option<Vec<Cell>> {
+pub(super) fn of_dictionary(
+    bytes: &mut Bytes<'_>,
+    dictionary: &[Cell],
+    count: usize,
+    cells: &mut Cells,
+) -> Option<()> {
     let width = bytes.byte()?;
     let numbers = runs(bytes, width, count)?;
-    numbers.into_iter().map(|number| dictionary.get(number as usize).copied()).collect()
+    numbers
+        .list
+        .iter()
+        .try_for_each(|(number, times)| cells.push(*dictionary.get(*number as usize)?, *times as usize))
 }
 
 /// Reads small numbers in runs of one number, or packed in `width` bits each.
-pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Vec<u32>> {
+pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Runs<u32>> {
     if width > 32 {
         return None;
     }
-    let mut numbers = Vec::with_capacity(count);
-    while numbers.len() < count {
+    let mut numbers = Runs::default();
+    while numbers.count < count {
         let head = bytes.varint()?;
-        let left = count - numbers.len();
+        let left = count - numbers.count;
         let length = usize::try_from(head >> 1).ok()?;
         if head & 1 == 0 {
             let value = bytes.take(usize::from(width).div_ceil(8))?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-            numbers.extend(std::iter::repeat_n(value, length.min(left)));
+            numbers.push(value, length.min(left));
         } else {
             let packed = length.checked_mul(usize::from(width))?;
             // The last run may be shorter than stated where no more values follow.
             let taken = bytes.take(packed.min(bytes.0.len()))?;
             let numbered = unpacked(taken, width.into(), length.saturating_mul(8).min(left));
-            numbers.extend(numbered?.into_iter().map(|number| number as u32));
+            numbered?.for_each(|number| numbers.push(number as u32, 1));
         }
     }
     Some(numbers)
 }
 
 /// Reads numbers packed in `width` bits each, at most 64, the lowest bit first.
-fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<Vec<u64>> {
+fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<impl Iterator<Item = u64>> {
     if width.checked_mul(count)?.div_ceil(8) > bytes.len() {
         return None;
     }
     let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
-    let number = |at: usize| {
+    let number = move |at: usize| {
         let (first, shift) = (at * width / 8, at * width % 8);
         let taken = bytes.get(first..bytes.len().min(first + 9)).unwrap_or_default();
         let wide = taken.iter().rev().fold(0_u128, |wide, byte| wide << 8 | u128::from(*byte));
         (wide >> shift) as u64 & mask
     };
-    Some((0..count).map(number).collect())
+    Some((0..count).map(number))
 }
 
 /// Reads whole numbers stored as differences.
@@ -201,7 +188,7 @@ pub(super) fn of_differences(
     let is_narrow = column.physical == Physical::I32;
     for number in differences(bytes, most)? {
         let number = if is_narrow { i64::from(number as i32) } else { number };
-        cells.push_whole(column, number);
+        cells.push(whole(column, number), 1)?;
     }
     Some(())
 }
@@ -217,7 +204,6 @@ pub(super) fn texts(
 ) -> Option<()> {
     let prefixes = if has_prefixes { differences(bytes, most)? } else { Vec::new() };
     let mut before: Vec<u8> = Vec::new();
-    let mut total = 0_usize;
     for (at, length) in differences(bytes, most)?.into_iter().enumerate() {
         let prefix = prefixes.get(at).map_or(Some(0), |prefix| usize::try_from(*prefix).ok())?;
         if prefix > before.len() {
@@ -225,8 +211,7 @@ pub(super) fn texts(
         }
         before.truncate(prefix);
         before.extend_from_slice(bytes.take(usize::try_from(length).ok()?)?);
-        total = total.checked_add(before.len()).filter(|total| *total <= super::TEXTS_MAX)?;
-        cells.push_bytes(column, &before);
+        push_bytes(cells, column, &before)?;
     }
     Some(())
 }

@@ -3,33 +3,33 @@
 //! `description (columns, row groups) -> pages of each column, side by side -> rows -> clock (times) -> messages of one topic`
 //!
 //! Format: <https://parquet.apache.org/docs/file-format/>. Each column is read a page at a time, so that memory does not grow
-//! with the file. Only the values of a damaged page are lost. A file without its description cannot be read.
+//! with the file, and within the budget of the file ([`Source`]). Only the values of a damaged page are lost. A file without its description cannot be read.
 
 mod bytes;
-mod clock;
-mod description;
-mod encoding;
-mod pages;
-mod snappy;
 mod thrift;
+mod description;
+mod cells;
+mod snappy;
+mod encoding;
+mod source;
+mod pages;
+mod clock;
 
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, ReadOptions, RecordingError, stamp};
+use cells::Cell;
 use clock::Clock;
 use description::{Column, Description, Group, Meaning};
-use encoding::Cell;
 use pages::{Entry, Pages};
 use shsa_core::time::Time;
-use std::io::{self, Read, SeekFrom};
+use source::{Source, bytes_at};
+use std::io::{self, SeekFrom};
 
 /// The first and the last bytes.
 pub(super) const MAGIC: &[u8] = b"PAR1";
 
 /// The longest description that is read, bytes.
 const DESCRIPTION_MAX: u64 = 1 << 28;
-
-/// The largest size of all texts of a page, bytes.
-const TEXTS_MAX: usize = 1 << 28;
 
 /// The most damages of a row group that are reported.
 const DAMAGES_MAX: usize = 20;
@@ -40,8 +40,8 @@ pub(super) fn read(
     options: &ReadOptions,
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
-    let description = match described(input) {
-        Ok(description) => description,
+    let (description, length) = match described(input) {
+        Ok(found) => found,
         Err((place, problem)) => {
             listener.damaged(place, problem);
             return Ok(());
@@ -56,9 +56,13 @@ pub(super) fn read(
         return Ok(());
     }
     let mut table = Table { description: &description, topic, count: 0, clock: None, options };
-    let found = first_rows(input, &description).map(|rows| clock::find(&description, &rows, options));
+    let found = first_rows(&mut Source::new(input, length), &description)
+        .map(|rows| clock::find(&description, &rows, options));
     match found {
-        Err(problem) => listener.damaged(Place::Whole, problem.to_string()),
+        Err(problem) => {
+            listener.damaged(Place::Whole, format!("cannot be read: {problem}"));
+            return Ok(());
+        }
         Ok(Ok(found)) => {
             found.notes.into_iter().for_each(|note| listener.note(Place::Whole, note));
             table.clock = Some(found.clock);
@@ -68,8 +72,9 @@ pub(super) fn read(
         }
         Ok(Err(problem)) => listener.untimed(topic, problem),
     }
+    let mut source = Source::new(input, length);
     for group in &description.groups {
-        if let Err(problem) = table.group(group, input, listener) {
+        if let Err(problem) = table.group(group, &mut source, listener) {
             listener.damaged(Place::Whole, format!("cannot be read on: {problem}"));
             break;
         }
@@ -87,8 +92,8 @@ fn field(column: &Column) -> Field {
     Field { name: column.name.clone(), unit }
 }
 
-/// The description at the end of a file, or the problem with it and its place.
-fn described(input: &mut dyn Input) -> Result<Description, (Place, String)> {
+/// The description at the end of a file and the length of the file, or the problem with it and its place.
+fn described(input: &mut dyn Input) -> Result<(Description, u64), (Place, String)> {
     let failed = |problem: io::Error| (Place::Whole, problem.to_string());
     let length = input.seek(SeekFrom::End(0)).map_err(failed)?;
     let begin = length.saturating_sub(8);
@@ -103,23 +108,16 @@ fn described(input: &mut dyn Input) -> Result<Description, (Place, String)> {
     let described = bytes_at(input, at, size).map_err(failed)?;
     let unknown =
         || (Place::Offset(at), "the description of its columns cannot be read: nothing can be read".into());
-    Description::read(&described).ok_or_else(unknown)
-}
-
-fn bytes_at(input: &mut dyn Input, at: u64, length: u64) -> io::Result<Vec<u8>> {
-    input.seek(SeekFrom::Start(at))?;
-    let mut bytes = Vec::new();
-    Read::take(&mut *input, length).read_to_end(&mut bytes)?;
-    Ok(bytes)
+    Ok((Description::read(&described).ok_or_else(unknown)?, length))
 }
 
 /// The first rows as texts, to find the times.
-fn first_rows(input: &mut dyn Input, description: &Description) -> io::Result<Vec<Vec<String>>> {
+fn first_rows(source: &mut Source<'_>, description: &Description) -> io::Result<Vec<Vec<String>>> {
     let Some(group) = description.groups.iter().find(|group| group.rows > 0) else { return Ok(Vec::new()) };
     let mut columns = Columns::new(description, group, |_| true);
     let mut rows = Vec::new();
     for _ in 0..group.rows.min(clock::ROWS) {
-        columns.turn(input)?;
+        columns.turn(source)?;
         rows.push((0..description.columns.len()).map(|at| columns.shown(at)).collect());
     }
     Ok(rows)
@@ -143,11 +141,13 @@ impl<'d> Columns<'d> {
     }
 
     /// Goes to the next row; returns whether any column has an entry for it.
-    fn turn(&mut self, input: &mut dyn Input) -> io::Result<bool> {
+    fn turn(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
+        // A row takes a step for each column, whether that is read or not.
+        source.take(self.row.len())?;
         let mut is_any = false;
         for (entry, pages) in self.row.iter_mut().zip(&mut self.pages) {
             let Some(pages) = pages else { continue };
-            let next = pages.entry(input)?;
+            let next = pages.entry(source)?;
             is_any |= next.is_some();
             *entry = next.unwrap_or(Entry::Cell(Cell::Missing));
         }
@@ -200,14 +200,19 @@ struct Table<'a> {
 
 impl Table<'_> {
     /// Reports a row group.
-    fn group(&mut self, group: &Group, input: &mut dyn Input, listener: &mut dyn Listener) -> io::Result<()> {
+    fn group(
+        &mut self,
+        group: &Group,
+        source: &mut Source<'_>,
+        listener: &mut dyn Listener,
+    ) -> io::Result<()> {
         let is_read = |at: usize| {
             listener.is_field_wanted(self.topic, at)
                 || self.clock.as_ref().is_some_and(|clock| clock.reads(at))
         };
         let mut columns = Columns::new(self.description, group, is_read);
         let (mut rows, mut untimed) = (0, 0_u64);
-        while rows < group.rows && columns.turn(input)? {
+        while rows < group.rows && columns.turn(source)? {
             rows += 1;
             match self.time(&columns, listener) {
                 Some(time) => {

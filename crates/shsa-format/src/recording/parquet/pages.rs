@@ -1,21 +1,32 @@
 //! The pages of a column: read from the file one after the other, decompressed, and decoded.
 
-use super::super::topic::Input;
-use super::super::unpack::{UNPACKED_MAX, unpack};
+use super::super::unpack::unpack;
 use super::bytes::Bytes;
-use super::bytes_at;
+use super::cells::{Cell, Cells, Runs};
 use super::description::{Chunk, Column, Physical};
-use super::encoding::{self, Cell, Cells};
+use super::encoding;
 use super::snappy;
+use super::source::Source;
 use super::thrift::Struct;
 use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::io;
+use std::iter::repeat_n;
+use std::mem::size_of;
 
 /// The longest head of a page, bytes; it may have the smallest and the largest value.
 const HEAD_MAX: u64 = 1 << 16;
 
+/// The length of most heads, bytes.
+const HEAD_USUAL: u64 = 1 << 8;
+
+/// The largest page after decompression, bytes; writers put about one MiB into one.
+const UNPACKED_MAX: usize = 1 << 24;
+
 /// The most values of a page that are accepted; writers put some ten thousand into one.
-const VALUES_MAX: usize = 1 << 21;
+const VALUES_MAX: usize = 1 << 20;
+
+/// What a value of a list takes besides itself, bytes: its repetition level, and its place in the list.
+const OF_LIST: usize = 12;
 
 /// The next entry of a column.
 #[derive(Clone, Debug, PartialEq)]
@@ -24,13 +35,14 @@ pub(super) enum Entry {
     List(Vec<f64>),
 }
 
-/// The values of a column in a row group. Memory: a page and the dictionary.
+/// The values of a column in a row group. Memory: a page and the dictionary, which are counted in the budget of the source.
 pub(super) struct Pages<'d> {
     column: &'d Column,
     chunk: Chunk,
     /// The place of the next page.
     at: u64,
-    dictionary: Cells,
+    dictionary: Vec<Cell>,
+    dictionary_texts: Vec<Box<str>>,
     page: Page,
     /// The damages of pages, with their places.
     pub(super) damages: Vec<(u64, String)>,
@@ -39,7 +51,10 @@ pub(super) struct Pages<'d> {
 /// The values of a page.
 #[derive(Default)]
 struct Page {
-    cells: Vec<Cell>,
+    cells: Runs<Cell>,
+    /// The run of the next value, and how many values of that run have passed.
+    run: usize,
+    passed: u32,
     /// The texts of a page without a dictionary.
     texts: Option<Vec<Box<str>>>,
     /// The repetition level of each value, where the column is a list.
@@ -62,16 +77,23 @@ struct Head {
 
 impl<'d> Pages<'d> {
     pub(super) fn new(column: &'d Column, chunk: Chunk) -> Pages<'d> {
-        let (dictionary, page) = (Cells::default(), Page::default());
-        Pages { column, chunk, at: chunk.begin, dictionary, page, damages: Vec::new() }
+        Pages {
+            column,
+            chunk,
+            at: chunk.begin,
+            dictionary: Vec::new(),
+            dictionary_texts: Vec::new(),
+            page: Page::default(),
+            damages: Vec::new(),
+        }
     }
 
     /// The entry of the column for the next row; `None` after the last one.
     ///
     /// # Errors
-    /// Those of the file.
-    pub(super) fn entry(&mut self, input: &mut dyn Input) -> io::Result<Option<Entry>> {
-        let Some((cell, _)) = self.next(input)? else { return Ok(None) };
+    /// Those of the file, and when its budget is spent.
+    pub(super) fn entry(&mut self, source: &mut Source<'_>) -> io::Result<Option<Entry>> {
+        let Some((cell, _)) = self.next(source)? else { return Ok(None) };
         if self.column.repeated == 0 {
             return Ok(Some(Entry::Cell(cell)));
         }
@@ -79,8 +101,8 @@ impl<'d> Pages<'d> {
         let mut item = Some(cell);
         while let Some(cell) = item {
             list.push(number(cell));
-            item = match self.peek(input)? {
-                Some(level) if level > 0 => self.next(input)?.map(|(cell, _)| cell),
+            item = match self.peek(source)? {
+                Some(level) if level > 0 => self.next(source)?.map(|(cell, _)| cell),
                 _ => None,
             };
         }
@@ -91,53 +113,53 @@ impl<'d> Pages<'d> {
 
     /// The text of a value.
     pub(super) fn text(&self, number: u32) -> Option<&str> {
-        let texts = self.page.texts.as_ref().unwrap_or(&self.dictionary.texts);
+        let texts = self.page.texts.as_ref().unwrap_or(&self.dictionary_texts);
         texts.get(number as usize).map(AsRef::as_ref)
     }
 
-    fn peek(&mut self, input: &mut dyn Input) -> io::Result<Option<u32>> {
-        while self.page.next >= self.page.cells.len() {
-            if !self.turn(input)? {
+    fn peek(&mut self, source: &mut Source<'_>) -> io::Result<Option<u32>> {
+        while self.page.next >= self.page.cells.count {
+            if !self.turn(source)? {
                 return Ok(None);
             }
         }
         Ok(Some(self.page.repeats.get(self.page.next).copied().unwrap_or(0)))
     }
 
-    fn next(&mut self, input: &mut dyn Input) -> io::Result<Option<(Cell, u32)>> {
-        let Some(level) = self.peek(input)? else { return Ok(None) };
-        let cell = self.page.cells.get(self.page.next).copied().unwrap_or(Cell::Missing);
-        self.page.next += 1;
+    fn next(&mut self, source: &mut Source<'_>) -> io::Result<Option<(Cell, u32)>> {
+        let Some(level) = self.peek(source)? else { return Ok(None) };
+        let page = &mut self.page;
+        let (cell, times) = page.cells.list.get(page.run).copied().unwrap_or((Cell::Missing, 1));
+        page.next += 1;
+        page.passed += 1;
+        if page.passed >= times {
+            (page.run, page.passed) = (page.run + 1, 0);
+        }
         Ok(Some((cell, level)))
     }
 
     /// Reads the next page; returns whether there is one.
-    fn turn(&mut self, input: &mut dyn Input) -> io::Result<bool> {
+    fn turn(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
         let begin = self.at;
         if begin >= self.chunk.end {
             return Ok(false);
         }
-        let head = bytes_at(input, begin, HEAD_MAX.min(self.chunk.end - begin))?;
-        let mut rest = Bytes(&head);
-        let Some(page) = Struct::read(&mut rest).and_then(|page| Head::of(&page)) else {
+        let Some((page, content)) = self.head(source, begin)? else {
             self.damages
                 .push((begin, format!("no page begins here; the rest of '{}' is missing", self.column.name)));
             self.at = self.chunk.end;
             return Ok(false);
         };
-        let content = begin + (head.len() - rest.0.len()) as u64;
-        self.at = content + page.packed as u64;
-        if page.packed as u64 > UNPACKED_MAX
-            || page.unpacked as u64 > UNPACKED_MAX
-            || page.values > VALUES_MAX
-        {
+        self.at = content.saturating_add(page.packed as u64);
+        if page.packed > UNPACKED_MAX || page.unpacked > UNPACKED_MAX || page.values > VALUES_MAX {
             let limit = format!("{} MiB and {VALUES_MAX} values", UNPACKED_MAX >> 20);
             self.damages
                 .push((begin, format!("a page of '{}' is larger than {limit}; left out", self.column.name)));
             return Ok(self.lose(page.values.min(VALUES_MAX)));
         }
-        let packed = bytes_at(input, content, page.packed as u64)?;
-        if let Err(problem) = self.take(&page, &packed) {
+        let packed = source.bytes(content, page.packed as u64)?;
+        source.take(page.unpacked + if self.column.repeated > 0 { OF_LIST * page.values } else { 0 })?;
+        if let Err(problem) = self.take(&page, &packed, source) {
             let name = &self.column.name;
             self.damages.push((begin, format!("{problem}; {} values of '{name}' are missing", page.values)));
             return Ok(page.kind == 2 || self.lose(page.values));
@@ -147,45 +169,72 @@ impl<'d> Pages<'d> {
 
     /// Replaces the values of an unreadable page by missing ones.
     fn lose(&mut self, values: usize) -> bool {
-        self.page = Page { cells: vec![Cell::Missing; values], ..Page::default() };
+        self.page = Page::default();
+        self.page.cells.push(Cell::Missing, values);
         true
     }
 
-    fn take(&mut self, head: &Head, packed: &[u8]) -> Result<(), String> {
+    /// The head of the page that begins here, and the place of its content; `None` where none begins.
+    fn head(&self, source: &mut Source<'_>, begin: u64) -> io::Result<Option<(Head, u64)>> {
+        for most in [HEAD_USUAL, HEAD_MAX] {
+            let bytes = source.bytes(begin, most.min(self.chunk.end - begin))?;
+            let mut rest = Bytes(&bytes);
+            if let Some(head) = Struct::read(&mut rest).and_then(|page| Head::of(&page)) {
+                return Ok(Some((head, begin + (bytes.len() - rest.0.len()) as u64)));
+            }
+        }
+        Ok(None)
+    }
+
+    /// Decodes a page, and counts what it takes.
+    fn take(&mut self, head: &Head, packed: &[u8], source: &mut Source<'_>) -> Result<(), String> {
         self.page = Page::default();
         let (levels, values) = match head.levels {
             Some((repeated, defined, _)) => {
-                packed.split_at_checked(repeated + defined).ok_or("a page is too short")?
+                packed.split_at_checked(repeated.saturating_add(defined)).ok_or("a page is too short")?
             }
             None => (&[][..], packed),
         };
         let is_packed = head.levels.is_none_or(|(.., is_packed)| is_packed);
         let codec = if is_packed { self.chunk.codec } else { 0 };
         let unpacked = unpacked(codec, values, head.unpacked.saturating_sub(levels.len()))?;
-        let mut bytes = Bytes(&unpacked);
-        match head.kind {
-            0 | 3 => {
-                let page = self.data(head, &mut Bytes(levels), &mut bytes);
-                self.page =
-                    page.ok_or_else(|| format!("a page cannot be read (encoding {})", head.encoding))?;
-            }
-            2 => {
-                let mut cells = Cells::default();
-                let read = encoding::plain(&mut bytes, self.column, head.values, &mut cells);
-                read.ok_or("the dictionary cannot be read")?;
-                self.dictionary = cells;
-            }
-            _ => {}
+        let (mut bytes, mut cells) = (Bytes(&unpacked), Cells::within(source.budget.left()));
+        let read = match head.kind {
+            0 | 3 => self.data(head, &mut Bytes(levels), &mut bytes, &mut cells),
+            2 => encoding::plain(&mut bytes, self.column, head.values, &mut cells),
+            _ => return Ok(()),
+        };
+        source.settle(&cells)?;
+        match (head.kind, read) {
+            (2, None) => return Err("the dictionary cannot be read".to_owned()),
+            (_, None) => return Err(format!("a page cannot be read (encoding {})", head.encoding)),
+            (2, Some(())) => self.keep_dictionary(cells, source)?,
+            (_, Some(())) => self.page.keep(cells, head.encoding),
         }
         Ok(())
     }
 
+    /// Keeps a dictionary, whose values are looked up by their numbers.
+    fn keep_dictionary(&mut self, cells: Cells, source: &mut Source<'_>) -> Result<(), String> {
+        source.budget.take((cells.runs.count * size_of::<Cell>()) as u64)?;
+        let each = cells.runs.list.into_iter().flat_map(|(cell, times)| repeat_n(cell, times as usize));
+        self.dictionary = each.collect();
+        self.dictionary_texts = cells.texts;
+        Ok(())
+    }
+
     /// Decodes the levels, then the present values.
-    fn data(&self, head: &Head, levels: &mut Bytes<'_>, bytes: &mut Bytes<'_>) -> Option<Page> {
+    fn data(
+        &mut self,
+        head: &Head,
+        levels: &mut Bytes<'_>,
+        bytes: &mut Bytes<'_>,
+        cells: &mut Cells,
+    ) -> Option<()> {
         let column = self.column;
-        let mut level = |most: u32, length: Option<usize>| -> Option<Vec<u32>> {
+        let mut level = |most: u32, length: Option<usize>| -> Option<Runs<u32>> {
             if most == 0 {
-                return Some(Vec::new());
+                return Some(Runs::default());
             }
             let width = (u32::BITS - most.leading_zeros()) as u8;
             let mut run = match length {
@@ -199,44 +248,66 @@ impl<'d> Pages<'d> {
         };
         let repeats = level(column.repeated, head.levels.map(|(repeated, ..)| repeated))?;
         let defined = level(column.defined, head.levels.map(|(_, defined, _)| defined))?;
-        let is_there = |level: &&u32| **level == column.defined;
-        let count = if column.defined == 0 { head.values } else { defined.iter().filter(is_there).count() };
-        let page = self.values(head, bytes, count)?;
-        let cells = if column.defined == 0 {
-            page.cells
-        } else {
-            let mut values = page.cells.into_iter();
-            let cell = |level: &u32| match is_there(&level) {
-                true => values.next().unwrap_or(Cell::Missing),
-                false => Cell::Missing,
-            };
-            defined.iter().map(cell).collect()
-        };
-        Some(Page { cells, repeats, texts: page.texts, next: 0 })
+        self.page.repeats =
+            repeats.list.into_iter().flat_map(|(level, times)| repeat_n(level, times as usize)).collect();
+        if column.defined == 0 {
+            return self.values(head, bytes, head.values, cells);
+        }
+        let present = defined.list.iter().filter(|(level, _)| *level == column.defined);
+        let count = present.map(|(_, times)| *times as usize).sum();
+        let mut values = Cells::within(cells.room());
+        let read = self.values(head, bytes, count, &mut values);
+        cells.is_full |= values.is_full;
+        read?;
+        cells.texts = std::mem::take(&mut values.texts);
+        spread(&defined, column.defined, values.runs, cells)
     }
 
-    /// Decodes a page of `count` present values, with their texts where these are not in the dictionary.
-    fn values(&self, head: &Head, bytes: &mut Bytes<'_>, count: usize) -> Option<Page> {
-        let mut cells = Cells::default();
+    /// Decodes `count` present values, with their texts where these are not in the dictionary.
+    fn values(&self, head: &Head, bytes: &mut Bytes<'_>, count: usize, cells: &mut Cells) -> Option<()> {
         match head.encoding {
-            0 => encoding::plain(bytes, self.column, count, &mut cells)?,
+            0 => encoding::plain(bytes, self.column, count, cells)?,
             2 | 8 if count == 0 => {}
-            2 | 8 => {
-                let cells = encoding::of_dictionary(bytes, &self.dictionary.list, count)?;
-                return Some(Page { cells, ..Page::default() });
-            }
+            2 | 8 => encoding::of_dictionary(bytes, &self.dictionary, count, cells)?,
             3 if self.column.physical == Physical::Bool => {
                 let length = bytes.u32()?;
                 let bits = encoding::runs(&mut Bytes(bytes.take(length)?), 1, count)?;
-                cells.list.extend(bits.into_iter().map(|bit| Cell::Whole(bit.into())));
+                let mut each = bits.list.into_iter();
+                each.try_for_each(|(bit, times)| cells.push(Cell::Whole(bit.into()), times as usize))?;
             }
-            5 => encoding::of_differences(bytes, self.column, count, &mut cells)?,
-            6 | 7 => encoding::texts(bytes, self.column, count, head.encoding == 7, &mut cells)?,
-            9 => encoding::split(bytes, self.column, count, &mut cells)?,
+            5 => encoding::of_differences(bytes, self.column, count, cells)?,
+            6 | 7 => encoding::texts(bytes, self.column, count, head.encoding == 7, cells)?,
+            9 => encoding::split(bytes, self.column, count, cells)?,
             _ => return None,
         }
-        let Cells { list, texts } = cells;
-        (list.len() == count).then(|| Page { cells: list, texts: Some(texts), ..Page::default() })
+        (cells.runs.count == count).then_some(())
+    }
+}
+
+/// Spreads the present values over the places at which the definition level is `most`; the other places have no value.
+fn spread(defined: &Runs<u32>, most: u32, values: Runs<Cell>, cells: &mut Cells) -> Option<()> {
+    let mut values = values.list.into_iter();
+    let mut value = values.next();
+    for (level, times) in &defined.list {
+        let mut left = *times;
+        while let Some((cell, there)) = value.filter(|_| *level == most && left > 0) {
+            let taken = there.min(left);
+            cells.push(cell, taken as usize)?;
+            left -= taken;
+            value = if there > taken { Some((cell, there - taken)) } else { values.next() };
+        }
+        cells.push(Cell::Missing, left as usize)?;
+    }
+    Some(())
+}
+
+impl Page {
+    /// Keeps the values of a page, from its first one on.
+    fn keep(&mut self, cells: Cells, encoding: i64) {
+        // The texts of values in the dictionary are there.
+        self.texts = (!matches!(encoding, 2 | 8)).then_some(cells.texts);
+        self.cells = cells.runs;
+        self.cells.list.shrink_to_fit();
     }
 }
 

@@ -71,9 +71,9 @@ pub(super) fn check(
 type Offers<'c> = Vec<(ContractId, usize, &'c Given)>;
 
 /// All guarantees and demands.
-struct Market<'a> {
-    knowledge: &'a KnowledgeBase,
-    contracts: &'a Contracts,
+pub(super) struct Market<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) contracts: &'a Contracts,
 }
 
 impl<'a> Market<'a> {
@@ -110,6 +110,13 @@ impl<'a> Market<'a> {
         let carriers = self.knowledge.carriers(variable).iter().map(|&id| Subject::Signal(id));
         let producers = self.knowledge.producers(variable).iter().map(|&id| Subject::Relation(id));
         carriers.chain(producers).filter_map(|subject| self.contracts.of(subject))
+    }
+
+    /// Whether a demand is met without a guarantee, and the guarantees, by contract and place, that meet it.
+    pub(super) fn meets(&self, of: ContractId, asked: &Asked) -> (bool, Vec<(ContractId, usize)>) {
+        let asking = &self.contracts.rows()[of];
+        let taken = self.offers(of, asked).into_iter().filter(|(_, _, given)| is_taken(asking, asked, given));
+        (self.is_met_by_shorthand(of, asked), taken.map(|(id, at, _)| (id, at)).collect())
     }
 
     fn can_be_met(&self, of: ContractId, asked: &Asked, offers: &Offers<'_>) -> bool {

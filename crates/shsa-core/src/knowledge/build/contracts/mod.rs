@@ -6,6 +6,7 @@ mod evidence;
 mod party;
 mod claim;
 mod matching;
+mod circular;
 
 use super::problems::Problems;
 use crate::knowledge::contract::{
@@ -53,6 +54,7 @@ pub(super) fn build(
     let drafts: Vec<&ContractDraft> = drafts.into_iter().map(|(draft, _)| draft).collect();
     claim::check(problems, knowledge, &contracts, &drafts);
     matching::check(problems, knowledge, &contracts, &drafts);
+    circular::check(problems, &matching::Market { knowledge, contracts: &contracts }, &drafts);
     contracts
 }
 

@@ -36,6 +36,18 @@ pub(super) fn frozen_after(problems: &mut Problems, text: Option<&Text>) -> Opti
     Some(read)
 }
 
+pub(super) fn rests_for(problems: &mut Problems, draft: &SignalDraft) -> Option<Span> {
+    let text = draft.rests_for.as_ref().filter(|text| text.text != "none")?;
+    if draft.rests_at.is_none() {
+        problems.error(
+            text,
+            "`rests_for` says for how long, and not where",
+            "add a `rests_at`, or leave it away",
+        );
+    }
+    quantity::span(problems, text)
+}
+
 pub(super) fn rests_at(
     problems: &mut Problems,
     draft: &SignalDraft,

@@ -1,8 +1,12 @@
 //! Runs every test of the workspace, and counts them.
 
+mod stalls;
+mod total;
+
 use crate::command;
 use anyhow::{Result, bail};
 use serde_json::Value;
+use stalls::Stalls;
 use std::ffi::OsStr;
 use std::mem;
 use std::path::{Path, PathBuf};
@@ -10,17 +14,10 @@ use std::process::Command;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use std::thread;
 use std::time::Instant;
+use total::Total;
 
 /// Folders beside the project that some tests use; without them, these tests print `SKIPPED`.
 const BESIDE: [&str; 2] = ["data", "reference"];
-
-/// The sums of the test programs' closing lines.
-#[derive(Debug, Default, PartialEq)]
-struct Total {
-    passed: u64,
-    failed: u64,
-    ignored: u64,
-}
 
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
@@ -33,6 +30,9 @@ const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
 /// The command that they run.
 const COMMAND: &str = "shsa";
+
+/// How often a test is run that fails while the machine stalls.
+const ATTEMPTS: u32 = 3;
 
 /// Runs a command with lower priority.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
@@ -67,6 +67,15 @@ struct Queue {
     is_complete: bool,
     total: Total,
     failed: Vec<String>,
+    /// Tests that failed while the machine stalled, each to be run again alone.
+    again: Vec<Again>,
+}
+
+/// A test that is to be run again.
+struct Again {
+    executable: PathBuf,
+    folder: PathBuf,
+    test: String,
 }
 
 impl Queue {
@@ -143,21 +152,25 @@ impl Shared {
 /// When a test fails, or does not build.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
+    let stalls = Stalls::watch();
     let built = thread::scope(|scope| {
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
-        scope.spawn(|| work(&shared, &[], |it| it.waiting.pop()));
+        scope.spawn(|| work(&shared, &[], Some(&stalls), |it| it.waiting.pop()));
         scope.spawn(|| {
-            work(&shared, &[], |it| it.waiting.pop());
-            work(&shared, &GIVING_WAY, |it| it.computing.pop());
+            work(&shared, &[], Some(&stalls), |it| it.waiting.pop());
+            work(&shared, &GIVING_WAY, None, |it| it.computing.pop());
         });
-        scope.spawn(|| work(&shared, &GIVING_WAY, |it| it.computing.pop()));
+        scope.spawn(|| work(&shared, &GIVING_WAY, None, |it| it.computing.pop()));
         let built = build(&shared);
         shared.change(Queue::complete);
         built
     });
-    let Queue { mut total, mut failed, .. } =
+    let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
+    for test in again {
+        failed.extend(run_again(&test, &stalls, &mut total));
+    }
     failed.extend(built.err().map(|problem| problem.to_string()));
     let documents = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc"];
     if let Err(problem) = command::relay(&documents, |line| total.add(line)) {
@@ -206,8 +219,14 @@ fn built(message: &str) -> Option<Built> {
 }
 
 /// Runs one program after the other, and shows the output of each after its end, so that outputs do not mix. `under` is the
-/// beginning of each command line.
-fn work(shared: &Shared, under: &[&str], mut take: impl FnMut(&mut Queue) -> Option<Program>) {
+/// beginning of each command line. With `stalls`, the programs need real time: what fails while the machine stalls is run again at the
+/// end.
+fn work(
+    shared: &Shared,
+    under: &[&str],
+    stalls: Option<&Stalls>,
+    mut take: impl FnMut(&mut Queue) -> Option<Program>,
+) {
     while let Some(program) = shared.next(&mut take) {
         let line: Vec<&OsStr> =
             under.iter().map(OsStr::new).chain([program.executable.as_os_str()]).collect();
@@ -222,35 +241,56 @@ fn work(shared: &Shared, under: &[&str], mut take: impl FnMut(&mut Queue) -> Opt
             let printed = String::from_utf8_lossy(&output.stdout);
             println!("{printed}{}", String::from_utf8_lossy(&output.stderr));
             printed.lines().for_each(|line| queue.total.add(line));
-            if !output.status.success() {
-                queue.failed.push(format!("{}: {}", program.name, output.status));
+            if output.status.success() {
+                return;
+            }
+            let failed: Vec<String> = printed.lines().filter_map(failed_test).collect();
+            match stalls.and_then(|stalls| stalls.longest_since(began)) {
+                Some(stall) if !failed.is_empty() => {
+                    println!(
+                        "the machine stalled for {:.1} s: run again at the end: {failed:?}",
+                        stall.as_secs_f64()
+                    );
+                    queue.total.failed = queue.total.failed.saturating_sub(failed.len() as u64);
+                    let (executable, folder) = (&program.executable, &program.folder);
+                    queue.again.extend(failed.into_iter().map(|test| Again {
+                        executable: executable.clone(),
+                        folder: folder.clone(),
+                        test,
+                    }));
+                }
+                _ => queue.failed.push(format!("{}: {}", program.name, output.status)),
             }
         });
     }
 }
 
+/// Runs a test alone, and once more where the machine stalls in its time; returns what is to be told of a failure.
+fn run_again(again: &Again, stalls: &Stalls, total: &mut Total) -> Option<String> {
+    for attempt in 1..=ATTEMPTS {
+        let began = Instant::now();
+        let mut command = Command::new(&again.executable);
+        let output = command.args(["--exact", &again.test]).current_dir(&again.folder).output();
+        let Ok(output) = output else { break };
+        let printed = String::from_utf8_lossy(&output.stdout);
+        println!("-- {} alone\n{printed}{}", again.test, String::from_utf8_lossy(&output.stderr));
+        let is_last = attempt == ATTEMPTS || stalls.longest_since(began).is_none();
+        if output.status.success() || is_last {
+            printed.lines().for_each(|line| total.add(line));
+            return (!output.status.success()).then(|| format!("{}: {}", again.test, output.status));
+        }
+    }
+    Some(again.test.clone())
+}
+
+/// The test of which a line says that it failed (`test outage::told ... FAILED`).
+fn failed_test(line: &str) -> Option<String> {
+    line.strip_prefix("test ")?.strip_suffix(" ... FAILED").map(str::to_owned)
+}
+
 /// The missing ones of the folders beside the project.
 fn absent(shared: &Path) -> impl Iterator<Item = &'static str> + '_ {
     BESIDE.into_iter().filter(move |folder| !shared.join(folder).is_dir())
-}
-
-impl Total {
-    /// Adds a closing line (`test result: ok. 3 passed; 0 failed; 1 ignored; ..`); other lines are ignored.
-    fn add(&mut self, line: &str) {
-        let Some((_, counts)) = line.strip_prefix("test result: ").and_then(|rest| rest.split_once(". "))
-        else {
-            return;
-        };
-        for (count, what) in counts.split("; ").filter_map(|count| count.split_once(' ')) {
-            let count = count.parse().unwrap_or(0);
-            match what {
-                "passed" => self.passed += count,
-                "failed" => self.failed += count,
-                "ignored" => self.ignored += count,
-                _ => {}
-            }
-        }
-    }
 }
 
 #[cfg(test)]
@@ -310,6 +350,32 @@ mod tests {
     }
 
     #[test]
+    fn what_fails_in_a_stall_is_run_again() {
+        let folder = std::env::temp_dir().join(format!("xtask-testing-{}", std::process::id()));
+        std::fs::create_dir_all(&folder).unwrap();
+        let script = folder.join("program");
+        // Fails at its first run, as a test in a stall, and again at its second one.
+        let text = "#!/bin/sh\nif [ \"$(cat runs | wc -l)\" -ge 2 ]; then echo 'test result: ok. 1 passed; 0 failed'; exit 0; fi\n\
+                    echo >> runs; echo 'test b ... ok'; echo 'test a ... FAILED'; echo 'test result: FAILED. 1 passed; 1 failed'; exit 101\n";
+        std::fs::write(&script, text).unwrap();
+        std::fs::write(folder.join("runs"), "").unwrap();
+        let shared = Shared::default();
+        let program = Program { name: "live".into(), executable: script.clone(), folder: folder.clone() };
+        shared.change(|queue| queue.take(Built::Test(program)));
+        shared.change(Queue::complete);
+        let allowed = Command::new("chmod").args(["+x".as_ref(), script.as_os_str()]).status().unwrap();
+        assert!(allowed.success());
+        work(&shared, &[], Some(&Stalls::always()), |it| it.waiting.pop());
+        let queue = shared.queue.into_inner().unwrap();
+        assert_eq!(queue.total, Total { passed: 1, ..Total::default() });
+        assert_eq!((queue.failed.len(), queue.again.len()), (0, 1));
+        let mut total = queue.total;
+        assert_eq!(run_again(&queue.again[0], &Stalls::always(), &mut total), None);
+        assert_eq!(total, Total { passed: 2, ..Total::default() });
+        std::fs::remove_dir_all(&folder).unwrap();
+    }
+
+    #[test]
     fn long_programs_begin_first() {
         let mut queue = Queue { has_command: true, ..Queue::default() };
         for name in ["cli", "recordings", "readme"] {
@@ -320,15 +386,9 @@ mod tests {
     }
 
     #[test]
-    fn closing_lines_add_up() {
-        let mut total = Total::default();
-        for line in [
-            "running 3 tests",
-            "test result: ok. 3 passed; 0 failed; 1 ignored; 0 measured; 0 filtered out; finished in 0.01s",
-            "test result: FAILED. 20 passed; 2 failed; 0 ignored; 0 measured; 0 filtered out; finished in 0.01s",
-        ] {
-            total.add(line);
-        }
-        assert_eq!(total, Total { passed: 23, failed: 2, ignored: 1 });
+    fn what_failed_is_read_from_its_line() {
+        assert_eq!(failed_test("test car::a_wheel ... FAILED").as_deref(), Some("car::a_wheel"));
+        assert_eq!(failed_test("test car::a_wheel ... ok"), None);
+        assert_eq!(failed_test("test result: FAILED. 73 passed; 2 failed; 0 ignored"), None);
     }
 }

@@ -1,0 +1,62 @@
+//! How many values of one file are taken: a few bytes may be packed rows without end.
+
+use super::RawValue;
+
+/// The values that are taken of any file.
+const BASE: u64 = 1 << 16;
+
+/// The further values for each byte of the file on disk. Sixty-four flags of a packed CAN frame are about five values a byte.
+const PER_BYTE: u64 = 8;
+
+/// The values that may still be taken of a file.
+#[derive(Default)]
+pub(super) struct Room {
+    length: u64,
+    left: u64,
+    /// How many values were left out.
+    over: u64,
+}
+
+impl Room {
+    /// For a file of this many bytes.
+    pub(super) fn of(length: u64) -> Room {
+        Room { length, left: length.saturating_mul(PER_BYTE).saturating_add(BASE), over: 0 }
+    }
+
+    /// Whether this value is taken; each number of a list counts.
+    pub(super) fn take(&mut self, value: &RawValue) -> bool {
+        let numbers = match value {
+            RawValue::Vector(list) => list.len().max(1) as u64,
+            _ => 1,
+        };
+        let left = self.left.checked_sub(numbers);
+        self.over += u64::from(left.is_none());
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
+    /// What was left out, if anything.
+    pub(super) fn told(&self) -> Option<String> {
+        let Room { length, over, .. } = *self;
+        let most = Room::of(length).left;
+        (over > 0).then(|| {
+            format!("{over} values are left out: of a file of {length} bytes, {most} numbers are taken")
+        })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn so_many_numbers_are_taken_and_no_more() {
+        let mut room = Room::of(10);
+        let number = RawValue::Number(1.0);
+        assert!((0..BASE + 79).all(|_| room.take(&number)));
+        assert!(!room.take(&RawValue::Vector(vec![1.0, 2.0])));
+        assert_eq!((room.told().is_some(), room.take(&number), room.take(&number)), (true, true, false));
+        let told = "2 values are left out: of a file of 10 bytes, 65616 numbers are taken";
+        assert_eq!(room.told().as_deref(), Some(told));
+    }
+}
