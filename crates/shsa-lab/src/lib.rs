@@ -1,12 +1,14 @@
 //! Experiments with recordings: calibrates a model's numbers, rates a model by campaigns of faults, finds the smallest
-//! detectable faults, learns relations between signals, and drafts models.
+//! detectable faults, learns relations between signals, drafts models, and proposes learned relations for them.
 
 mod order;
 mod curve;
 pub mod calibration;
 pub mod campaign;
+pub mod naming;
 pub mod learning;
 pub mod drafting;
+pub mod proposal;
 
 use thiserror::Error;
 
@@ -19,6 +21,9 @@ pub enum LabError {
     /// Recordings, model and settings do not fit each other.
     #[error("{0}")]
     Unfit(String),
+    /// A recording cannot be read.
+    #[error(transparent)]
+    Recording(#[from] shsa_format::recording::RecordingError),
     /// A thread panicked.
     #[error("a run broke off; its reason stands above")]
     BrokeOff,

@@ -1,4 +1,4 @@
-//! Results of analyses, replays, explanations, assurance cases, campaigns and calibrations, as text, JSON, Markdown, drawings and
+//! Results of analyses, replays, explanations, assurance cases, campaigns, calibrations and learned relations, as text, JSON, Markdown, drawings and
 //! pages.
 //!
 //! A report is made of a result and its model, and written in the wanted form. Texts take a [`Style`]: with colours and wrapped
@@ -17,6 +17,7 @@ pub mod mcap;
 pub mod assurance;
 pub mod campaign;
 pub mod calibration;
+pub mod learning;
 
 pub use error::ReportError;
 pub use events::event_text;

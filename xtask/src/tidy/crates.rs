@@ -12,7 +12,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ("shsa-message", &["shsa-core"]),
     ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message"]),
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
-    ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-format"]),
+    ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format"]),
     ("shsa-report", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-lab"]),
     ("shsa-web", &[]),
     ("shsa-demo", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),

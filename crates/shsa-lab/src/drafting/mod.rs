@@ -1,11 +1,15 @@
 //! The first draft of a model from recordings: which columns are signals, which of them measure the same, with which numbers.
 //!
-//! `columns -> facts of each -> roles (constants, clocks, copies, running maxima, signals) -> groups of equal signals -> rates`
+//! `recordings -> columns -> facts of each -> roles (constants, clocks, copies, running maxima, signals) -> groups of equal signals -> rates -> model file`
 
 mod column;
 mod groups;
+mod columns;
+mod text;
 
 pub use column::{Column, Facts};
+pub use columns::{About, Columns, Origin};
+pub use text::{model_text, variable_names};
 
 use crate::LabError;
 use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};

@@ -1,9 +1,9 @@
 //! The variables and signals of a recording, as the beginning of a model. Comments name what is still open.
 
-use crate::scan::draft::{quoted, unique, unit, variable};
 use crate::scan::text::rate;
 use shsa_core::unit::Unit;
 use shsa_format::recording::{FieldInfo, FileInfo, TopicInfo};
+use shsa_lab::naming::{quoted, unique, unit, variable};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

@@ -1,40 +1,40 @@
 //! What is learned from: one series for each variable of a model, or of the draft of a model.
 
-use crate::columns::ColumnArguments;
-use crate::draft::{model_text, number, variables};
-use crate::replay::wanted;
-use crate::show;
-use anyhow::Context;
-use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use crate::LabError;
+use crate::drafting::{Columns, Role, draft, model_text, variable_names};
+use crate::learning::Signal;
+use crate::naming::number;
+use shsa_core::knowledge::{KnowledgeBase, Relation, SignalId, VariableId};
 use shsa_core::observation::RawValue;
-use shsa_format::model::read_text;
-use shsa_format::recording::{self, Recording};
-use shsa_lab::drafting::{Role, draft};
-use shsa_lab::learning::Signal;
+use shsa_format::model::live::Written;
+use shsa_format::recording::Recording;
 use std::collections::BTreeSet;
-use std::path::Path;
 
 /// The series, with what is known of them.
-pub(super) struct Subject {
+#[derive(Clone, Debug)]
+pub struct Subject {
     /// One for each variable that is recorded, named as the variable.
-    pub(super) signals: Vec<Signal>,
-    /// The name of the model, and its text.
-    pub(super) model: String,
-    pub(super) text: String,
+    pub signals: Vec<Signal>,
+    /// The name of the model.
+    pub model: String,
+    /// Its text.
+    pub text: String,
     /// Signals that measure the same, as found; with a model, which says so itself, none.
-    pub(super) equal: Vec<String>,
+    pub equal: Vec<String>,
     /// The variables of each relation that the model has.
-    pub(super) known: Vec<BTreeSet<String>>,
+    pub known: Vec<BTreeSet<String>>,
     /// Whether a part of the recording is lost.
-    pub(super) degraded: bool,
+    pub degraded: bool,
 }
 
 impl Subject {
-    /// The variables of the draft that the recordings give.
-    pub(super) fn drafted(arguments: &ColumnArguments) -> anyhow::Result<Subject> {
-        let read = arguments.read()?;
+    /// The variables of the draft that recordings give; `recordings` are their names.
+    ///
+    /// # Errors
+    /// When a thread panics.
+    pub fn of_draft(read: &Columns, recordings: &str) -> Result<Subject, LabError> {
         let drafted = draft(&read.columns)?;
-        let names = variables(&read, &drafted);
+        let names = variable_names(read, &drafted);
         let mut signals = Vec::new();
         let mut equal = Vec::new();
         for (group, name) in drafted.groups.iter().zip(&names) {
@@ -60,22 +60,18 @@ impl Subject {
                 equal.push(format!("{own} is computed from {of}: no witness"));
             }
         }
-        let names: Vec<String> = arguments.recordings.iter().map(|path| path.display().to_string()).collect();
-        let text = model_text(&read, &drafted, &names.join(", "));
+        let text = model_text(read, &drafted, recordings);
         let (model, known) = ("the draft".to_owned(), Vec::new());
         Ok(Subject { signals, model, text, equal, known, degraded: read.degraded })
     }
 
-    /// The variables of a model, each by its fastest recorded signal that is derived from no other.
-    pub(super) fn of_model(path: &Path, arguments: &ColumnArguments) -> anyhow::Result<Subject> {
-        let live = show::load_live(path)?;
-        let knowledge = live.knowledge();
-        let recording =
-            recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
-        show::recording(&recording);
+    /// The variables of a model, each by its fastest recorded signal that is derived from no other. `wanted` of the recording are the
+    /// signals that are measured, in the order of the model.
+    #[must_use]
+    pub fn of_model(model: Written<'_>, knowledge: &KnowledgeBase, recording: &Recording) -> Subject {
         let measured: Vec<SignalId> =
             knowledge.signals().ids().filter(|it| !knowledge.is_computed(*it)).collect();
-        let mut series = series(knowledge, &measured, &recording);
+        let mut series = series(knowledge, &measured, recording);
         let mut signals = Vec::new();
         for (variable, name) in knowledge.variables().enumerate().map(|(id, it)| (id, &it.name)) {
             let of = |at: &usize| {
@@ -88,17 +84,14 @@ impl Subject {
                 signals.push(Signal { name: name.clone(), unit, points });
             }
         }
-        let relation = |it: &shsa_core::knowledge::Relation| {
+        let relation = |it: &Relation| {
             let is_measurable = |id: &&VariableId| knowledge.variables()[**id].constant.is_none();
             let members = it.inputs.iter().chain(&it.outputs).filter(is_measurable);
             members.map(|id| knowledge.variables()[*id].name.clone()).collect()
         };
-        let text = read_text(path, "model")
-            .map_err(|report| anyhow::anyhow!("{}", report.render(false)))
-            .with_context(|| format!("{} cannot be read again", path.display()))?;
         let known = knowledge.relations().iter().map(relation).collect();
-        let (model, degraded) = (path.display().to_string(), recording.degraded);
-        Ok(Subject { signals, model, text, equal: Vec::new(), known, degraded })
+        let (text, degraded) = (model.text.to_owned(), recording.degraded);
+        Subject { signals, model: model.name.to_owned(), text, equal: Vec::new(), known, degraded }
     }
 }
 

@@ -3,19 +3,19 @@
 //! `recordings, perhaps a model -> subject (one series a variable) -> relations -> proposals, tried in the model -> text, JSON,
 //! patch`
 
-mod subject;
-mod proposal;
-mod report;
-
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
-use crate::replay::written;
-use anyhow::bail;
-use proposal::Proposals;
+use crate::replay::{wanted, written};
+use crate::show;
+use anyhow::{Context, anyhow, bail};
+use shsa_format::model::live::Written;
+use shsa_format::model::read_text;
+use shsa_format::recording;
 use shsa_lab::learning::learn;
+use shsa_lab::proposal::{Proposals, Subject};
+use shsa_report::learning::Report;
 use std::io::{Write, stdout};
-use std::path::PathBuf;
-use subject::Subject;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa learn`.
 #[derive(clap::Args)]
@@ -52,25 +52,45 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let read: Vec<&PathBuf> = arguments.columns.recordings.iter().chain(&arguments.model).collect();
     arguments.patch.iter().try_for_each(|path| written::ensure_free(path, &read))?;
     let subject = match &arguments.model {
-        Some(model) => Subject::of_model(model, &arguments.columns)?,
-        None => Subject::drafted(&arguments.columns)?,
+        Some(model) => of_model(model, &arguments.columns)?,
+        None => of_draft(&arguments.columns)?,
     };
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
     let learned = learn(&subject.signals)?;
     let proposals = Proposals::new(&subject, &learned)?;
+    let report = Report { subject: &subject, learned: &learned, proposals: &proposals };
     let text = match arguments.json {
-        true => report::json(&subject, &learned, &proposals).to_string(),
-        false => report::text(&subject, &learned, &proposals),
+        true => report.json().to_string(),
+        false => report.text(show::style()),
     };
     writeln!(stdout(), "{text}")?;
     if let Some(path) = &arguments.patch {
-        write(path, &report::patch(&subject, &proposals))?;
+        write(path, &report.patch())?;
     }
     Ok(match (proposals.all.is_empty() && subject.equal.is_empty(), subject.degraded) {
         (true, _) => Outcome::No,
         (false, true) => Outcome::Degraded,
         (false, false) => Outcome::Done,
     })
+}
+
+/// The series of the draft that the recordings give.
+fn of_draft(arguments: &ColumnArguments) -> anyhow::Result<Subject> {
+    let names: Vec<String> = arguments.recordings.iter().map(|path| path.display().to_string()).collect();
+    Ok(Subject::of_draft(&arguments.read()?, &names.join(", "))?)
+}
+
+/// The series of a model's variables.
+fn of_model(path: &Path, arguments: &ColumnArguments) -> anyhow::Result<Subject> {
+    let live = show::load_live(path)?;
+    let knowledge = live.knowledge();
+    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
+    show::recording(&recording);
+    let text = read_text(path, "model")
+        .map_err(|report| anyhow!("{}", report.render(false)))
+        .with_context(|| format!("{} cannot be read again", path.display()))?;
+    let name = path.display().to_string();
+    Ok(Subject::of_model(Written { name: &name, text: &text }, knowledge, &recording))
 }

@@ -1,49 +1,67 @@
 //! Relations as entries of a model: formula, tolerance, where it was seen to hold, and what it adds.
 
-use super::subject::Subject;
-use crate::draft::number;
+mod subject;
+
+pub use subject::Subject;
+
+use crate::LabError;
+use crate::learning::{Learned, Relation, Shape, Signal, formula, tolerance};
+use crate::naming::{number, unique};
 use shsa_core::analysis::{Options, analyze};
-use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
+use shsa_format::model::Report;
 use shsa_format::model::live::{Live, Written};
-use shsa_lab::learning::{Learned, Relation, Shape, Signal, formula, tolerance};
 use std::collections::BTreeSet;
 
 /// What the faults of a model's signals are to it.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) struct Worth {
-    /// Signals whose fault is detectable, isolable from the fault of every other signal, and substitutable.
-    pub(super) detectable: usize,
-    pub(super) isolable: usize,
-    pub(super) substitutable: usize,
-    pub(super) signals: usize,
+pub struct Worth {
+    /// Signals whose fault is detectable.
+    pub detectable: usize,
+    /// Signals whose fault is isolable from the fault of every other signal.
+    pub isolable: usize,
+    /// Signals that something can stand in for.
+    pub substitutable: usize,
+    /// All signals that are measured.
+    pub signals: usize,
 }
 
 /// A relation that is proposed.
-pub(super) struct Proposal {
-    pub(super) name: String,
-    pub(super) equation: String,
+#[derive(Clone, Debug)]
+pub struct Proposal {
+    /// Its name in the model.
+    pub name: String,
+    /// The formula.
+    pub equation: String,
     /// The variables for which it is used; all for which it can be solved when empty.
-    pub(super) directions: Vec<String>,
-    pub(super) variables: Vec<String>,
-    pub(super) kind: &'static str,
-    pub(super) relation: Relation,
+    pub directions: Vec<String>,
+    /// The variables in it.
+    pub variables: Vec<String>,
+    /// The kind of the formula.
+    pub kind: &'static str,
+    /// As it was learned.
+    pub relation: Relation,
     /// The tolerance in the unit of the left side.
-    pub(super) error: f64,
+    pub error: f64,
     /// The values that each variable had.
-    pub(super) seen: Vec<(String, f64, f64)>,
+    pub seen: Vec<(String, f64, f64)>,
     /// Whether its only ground is that it held in the recording.
-    pub(super) is_statistical: bool,
+    pub is_statistical: bool,
     /// Why the model cannot have it.
-    pub(super) refusal: Option<String>,
+    pub refusal: Option<String>,
     /// What the model is with this relation alone added.
-    pub(super) worth: Worth,
+    pub worth: Worth,
 }
 
 /// All of them, and what they are worth together.
-pub(super) struct Proposals {
-    pub(super) all: Vec<Proposal>,
-    pub(super) before: Worth,
-    pub(super) after: Worth,
+#[derive(Clone, Debug)]
+pub struct Proposals {
+    /// The proposals.
+    pub all: Vec<Proposal>,
+    /// What the model is without them.
+    pub before: Worth,
+    /// What the model is with all that are active.
+    pub after: Worth,
 }
 
 impl Proposals {
@@ -51,7 +69,7 @@ impl Proposals {
     ///
     /// # Errors
     /// When the model cannot be loaded again.
-    pub(super) fn new(subject: &Subject, learned: &Learned) -> anyhow::Result<Proposals> {
+    pub fn new(subject: &Subject, learned: &Learned) -> Result<Proposals, LabError> {
         let mut taken = BTreeSet::new();
         let is_known = |relation: &Relation| {
             let own: BTreeSet<String> =
@@ -80,12 +98,14 @@ impl Proposals {
 
 impl Proposal {
     /// Whether it is proposed as it is, and not only as a comment.
-    pub(super) fn is_active(&self) -> bool {
+    #[must_use]
+    pub fn is_active(&self) -> bool {
         self.refusal.is_none() && !self.is_statistical
     }
 
     /// The lines of the model.
-    pub(super) fn entry(&self) -> String {
+    #[must_use]
+    pub fn entry(&self) -> String {
         let directions = match &*self.directions {
             [] => String::new(),
             names => format!(", for: [{}]", names.join(", ")),
@@ -109,7 +129,7 @@ fn proposal(signals: &[Signal], relation: &Relation, taken: &mut BTreeSet<String
     let text = format!("{}_from_{}", signals[target].name, others.join("_"));
     let seen = relation.signals().into_iter().filter_map(|it| seen(&signals[it])).collect();
     Proposal {
-        name: crate::scan::draft::unique(&text, taken),
+        name: unique(&text, taken),
         error: tolerance(signals, relation),
         kind: relation.shape.kind(),
         is_statistical: relation.is_statistical(signals),
@@ -130,10 +150,10 @@ fn seen(signal: &Signal) -> Option<(String, f64, f64)> {
 }
 
 /// The model with a change.
-fn changed(subject: &Subject, change: &str) -> anyhow::Result<Live> {
-    let described = |report: shsa_format::model::Report| {
+fn changed(subject: &Subject, change: &str) -> Result<Live, LabError> {
+    let described = |report: Report| {
         let first = report.without_notes().render(false);
-        anyhow::anyhow!("{}", first.lines().next().unwrap_or("the model refuses it"))
+        LabError::Unfit(first.lines().next().unwrap_or("the model refuses it").to_owned())
     };
     let (mut live, _) =
         Live::load(Written { name: &subject.model, text: &subject.text }).map_err(described)?;
@@ -146,7 +166,7 @@ fn changed(subject: &Subject, change: &str) -> anyhow::Result<Live> {
 fn worth(knowledge: &KnowledgeBase) -> Worth {
     let analysis = analyze(knowledge, Options { addition_steps: 0, ..Options::default() });
     let signals = || knowledge.signals().ids().filter(|it| !knowledge.is_computed(*it));
-    let is_isolable = |one: &shsa_core::knowledge::SignalId| {
+    let is_isolable = |one: &SignalId| {
         analysis.faults.is_detectable(*one)
             && signals().all(|other| other == *one || analysis.faults.is_isolable_from(*one, other))
     };

@@ -1,15 +1,11 @@
 //! `shsa draft`: the first model of a system, from its recordings alone.
 
-mod text;
-
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
 use anyhow::bail;
 use shsa_format::model::load;
-use shsa_lab::drafting::draft;
+use shsa_lab::drafting::{draft, model_text};
 use std::path::PathBuf;
-
-pub(crate) use text::{fine, number, text as model_text, variables};
 
 /// Arguments of `shsa draft`.
 #[derive(clap::Args)]

@@ -1,11 +1,10 @@
 //! A draft as a model file, with the figures behind each decision in comments.
 
-use crate::columns::{About, Columns};
-use crate::scan::draft::quoted;
+use super::{About, Because, Columns, Drafted, Facts, Group, Member, Role};
+use crate::learning::{Signal, formula};
+use crate::naming::{fine, number, quoted, unique};
 use shsa_core::expression::is_reserved;
 use shsa_core::unit::Unit;
-use shsa_lab::drafting::{Because, Drafted, Facts, Group, Member, Role};
-use shsa_lab::learning::{Signal, formula};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 
@@ -16,9 +15,10 @@ const GAPS: f64 = 3.0;
 /// The least share of repeated values that is worth a comment.
 const STANDS: f64 = 0.5;
 
-/// The whole file.
-pub(crate) fn text(read: &Columns, drafted: &Drafted, recordings: &str) -> String {
-    let names = variables(read, drafted);
+/// The model file of a draft, made from recordings with these names; it is valid. Comments give the figures behind each decision.
+#[must_use]
+pub fn model_text(read: &Columns, drafted: &Drafted, recordings: &str) -> String {
+    let names = variable_names(read, drafted);
     let mut text = format!(
         "# Drafted by `shsa draft` from {recordings}. To be completed by hand: commented lines are guesses or need a decision.\n\
          # Next: `shsa calibrate` fits the tolerances, `shsa learn` finds relations, `shsa analyze` tells what the model can do.\n\
@@ -49,7 +49,8 @@ pub(crate) fn text(read: &Columns, drafted: &Drafted, recordings: &str) -> Strin
 }
 
 /// The names of the groups' variables: what their members have in common, else that of the first member.
-pub(crate) fn variables(read: &Columns, drafted: &Drafted) -> Vec<String> {
+#[must_use]
+pub fn variable_names(read: &Columns, drafted: &Drafted) -> Vec<String> {
     let mut taken = BTreeSet::new();
     let name = |group: &Group| {
         let first = &group.members[0];
@@ -58,7 +59,7 @@ pub(crate) fn variables(read: &Columns, drafted: &Drafted) -> Vec<String> {
             && group.members.iter().filter(|it| read.columns[it.column].kind == *kind).count() > 1
             && !kind.is_empty();
         let name = if is_common { kind.clone() } else { read.about[first.column].variable.clone() };
-        crate::scan::draft::unique(&usable(&name), &mut taken)
+        unique(&usable(&name), &mut taken)
     };
     drafted.groups.iter().map(name).collect()
 }
@@ -307,25 +308,4 @@ fn quoted_if_needed(name: &str) -> String {
 
 fn percent(share: f64) -> String {
     format!("{} %", number(100.0 * share))
-}
-
-/// A value with two digits more than a width needs.
-pub(crate) fn fine(value: f64, width: f64) -> String {
-    let places = if width > 0.0 { (2 - width.log10().floor() as i32).clamp(0, 12) as usize } else { 6 };
-    let text = format!("{value:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
-}
-
-/// Three significant digits.
-pub(crate) fn number(value: f64) -> String {
-    if value == 0.0 || !value.is_finite() {
-        return "0".to_owned();
-    }
-    let size = value.abs().log10().floor() as i32;
-    if !(-6..7).contains(&size) {
-        return format!("{value:.2e}");
-    }
-    let places = (2 - size).max(0) as usize;
-    let text = format!("{value:.places$}");
-    if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

@@ -1,0 +1,346 @@
+//! All columns of recordings: named, with their units, each with its values.
+
+use super::Column;
+use crate::LabError;
+use crate::learning::Signal;
+use crate::naming::{unique, unit as guessed_unit, variable};
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
+use shsa_core::unit::{Dimension, Unit};
+use shsa_format::recording::{self, FieldInfo, ReadOptions, Recording, Sample, TopicInfo, Wanted};
+use shsa_message::source::Source;
+use std::collections::BTreeSet;
+use std::path::PathBuf;
+
+/// The most values of a column that tells sources apart.
+const MOST_SOURCES: usize = 64;
+
+/// Units as headers write them in words.
+const WORDS: [(&[&str], &str); 15] = [
+    (&["meter", "meters", "metre", "metres"], "m"),
+    (&["degree", "degrees"], "deg"),
+    (&["radian", "radians"], "rad"),
+    (&["percent", "pct"], "%"),
+    (&["volt", "volts", "v"], "V"),
+    (&["ampere", "amperes", "amp", "amps", "a"], "A"),
+    (&["watt", "watts", "w"], "W"),
+    (&["second", "seconds", "sec"], "s"),
+    (&["millisecond", "milliseconds"], "ms"),
+    (&["microsecond", "microseconds"], "us"),
+    (&["feet", "foot"], "ft"),
+    (&["mile", "miles"], "mi"),
+    (&["kelvin", "k"], "K"),
+    (&["c"], "degC"),
+    (&["f"], "degF"),
+];
+
+/// What the files say of a column.
+#[derive(Clone, Debug)]
+pub struct About {
+    /// The name of the signal.
+    pub signal: String,
+    /// The name of its variable, as long as it has one of its own.
+    pub variable: String,
+    /// Where it is found.
+    pub source: String,
+    /// The unit of the header as it is written there.
+    pub declared_unit: Option<String>,
+    /// The unit that its name suggests, where the header has none.
+    pub guessed_unit: Option<&'static str>,
+}
+
+/// The columns of recordings.
+#[derive(Clone, Debug)]
+pub struct Columns {
+    /// Their values.
+    pub columns: Vec<Column>,
+    /// What the files say of each.
+    pub about: Vec<About>,
+    /// Fields that cannot be signals, with the reason.
+    pub left_out: Vec<(String, String)>,
+    /// What is to be reported of the recordings.
+    pub warnings: Vec<String>,
+    /// Whether a part of the recording is lost.
+    pub degraded: bool,
+}
+
+/// Recordings, and how their columns are found.
+#[derive(Clone, Debug, Default)]
+pub struct Origin {
+    /// Files and folders of any format; files of the same time form one recording.
+    pub recordings: Vec<PathBuf>,
+    /// A column that tells apart whose values a row holds, such as the number of a station.
+    pub by: Option<String>,
+    /// What recordings do not say of themselves.
+    pub options: ReadOptions,
+}
+
+impl Origin {
+    /// Reads everything that is a number. Memory: 16 bytes a value.
+    ///
+    /// # Errors
+    /// When a recording cannot be read, or its rows are those of several sources that nothing tells apart.
+    pub fn read(&self) -> Result<Columns, LabError> {
+        let options = &self.options;
+        let files = recording::inventory(&self.recordings, options)?;
+        let mut found =
+            Fields { origin: self, listed_names: BTreeSet::new(), listed: Vec::new(), left_out: Vec::new() };
+        for topic in files.iter().flat_map(|file| &file.topics) {
+            found.of_topic(topic)?;
+        }
+        let Fields { listed, left_out, .. } = found;
+        let mut about = named(&listed);
+        let wanted: Vec<Wanted> =
+            about.iter().map(|it| Wanted::new(it.signal.clone(), it.source.clone())).collect();
+        let survey = recording::survey(&self.recordings, &wanted, options)?;
+        let mut warnings: Vec<String> = self.mixed_rows(&survey.recording).into_iter().collect();
+        let mut values = Values::new(wanted.len());
+        if survey.can_stream {
+            for sample in recording::stream(&self.recordings, &wanted, options, &survey)? {
+                values.take(&sample?);
+            }
+        } else {
+            let recording = recording::read(&self.recordings, &wanted, options)?;
+            for (_, samples) in recording.by_session() {
+                values.begin();
+                samples.iter().for_each(|sample| values.take(sample));
+            }
+        }
+        warnings.extend(survey.recording.warnings.iter().map(ToString::to_string));
+        let kinds: Vec<String> = listed.iter().map(|it| kind(&it.bare)).collect();
+        let columns = values.columns.into_iter().zip(&mut about).zip(kinds);
+        let columns = columns.map(|((points, about), kind)| points.column(about, kind)).collect();
+        Ok(Columns { columns, about, left_out, warnings, degraded: survey.recording.degraded })
+    }
+
+    /// What a source says of the time, so that the model needs no arguments.
+    fn time(&self) -> String {
+        let step = self.options.time_scale.map(|step| format!("*{}", step_text(step)));
+        let column = self.options.time_column.as_ref();
+        column.map_or(String::new(), |column| format!("@{column}{}", step.unwrap_or_default()))
+    }
+
+    /// What is to be reported where the rows of a table may be those of several sources.
+    fn mixed_rows(&self, read: &Recording) -> Option<String> {
+        let is_table = |place: &String| place.contains(".csv") || place.contains(".tsv");
+        let goes_back = read.found.iter().any(|it| it.backward > 0 && it.places.iter().any(is_table));
+        (self.by.is_none() && goes_back).then(|| {
+            "times go back within a table: if its rows are of several sources, name the column that tells them apart (--by)"
+                .to_owned()
+        })
+    }
+}
+
+/// A step of time as sources write it.
+fn step_text(step: Span) -> String {
+    let units = [(1_000_000_000, "s"), (1_000_000, "ms"), (1_000, "us"), (1, "ns")];
+    let unit = units.into_iter().find(|(size, _)| step.0 % size == 0).unwrap_or((1, "ns"));
+    format!("{}{}", step.0 / unit.0, unit.1)
+}
+
+/// One field that can be a signal.
+struct Listed {
+    topic: String,
+    path: String,
+    /// The path without its unit.
+    bare: String,
+    /// The value of the column that tells sources apart.
+    key: Option<(String, String)>,
+    source: String,
+    unit: Option<String>,
+}
+
+struct Fields<'a> {
+    origin: &'a Origin,
+    listed_names: BTreeSet<String>,
+    listed: Vec<Listed>,
+    left_out: Vec<(String, String)>,
+}
+
+impl Fields<'_> {
+    fn of_topic(&mut self, topic: &TopicInfo) -> Result<(), LabError> {
+        let keys = self.keys(topic)?;
+        for field in &topic.fields {
+            let plain = source(topic, &field.path, None, "");
+            let is_key = Some(&field.path) == self.origin.by.as_ref();
+            let is_time = self.origin.options.time_column.as_ref() == Some(&field.path);
+            if is_key || is_time || !self.listed_names.insert(plain.clone()) {
+                continue;
+            }
+            if topic.fields.iter().filter(|it| it.path == field.path).count() > 1 {
+                self.left_out.push((plain, "several columns have this name".to_owned()));
+                continue;
+            }
+            match reason(topic, field) {
+                Some(reason) => self.left_out.push((plain, reason)),
+                None => keys.iter().for_each(|key| self.list(topic, field, key.clone())),
+            }
+        }
+        Ok(())
+    }
+
+    fn list(&mut self, topic: &TopicInfo, field: &FieldInfo, key: Option<(String, String)>) {
+        let bare = bare(field);
+        let is_alone = topic.fields.iter().filter(|it| self::bare(it) == bare).count() == 1;
+        let path = if is_alone { bare } else { field.path.as_str() };
+        let source = source(topic, path, key.as_ref(), &self.origin.time());
+        if source.parse::<Source>().is_err() {
+            self.left_out.push((source, "a source cannot name it".to_owned()));
+            return;
+        }
+        let (topic, path, unit) = (topic.source.clone(), path.trim().to_owned(), field.unit.clone());
+        let bare = bare.trim().to_owned();
+        self.listed.push(Listed { topic, path, bare, key, source, unit });
+    }
+
+    /// The values of the column that tells sources apart; one without a key where there is no such column.
+    fn keys(&self, topic: &TopicInfo) -> Result<Vec<Option<(String, String)>>, LabError> {
+        let by = self.origin.by.as_ref().filter(|by| topic.fields.iter().any(|field| field.path == **by));
+        let Some(by) = by else { return Ok(vec![None]) };
+        let wanted = [Wanted::new(by.clone(), source(topic, by, None, "@row*1s"))];
+        let read = recording::read(&self.origin.recordings, &wanted, &self.origin.options)?;
+        let mut keys: BTreeSet<String> = BTreeSet::new();
+        for sample in &read.samples {
+            if let RawValue::Number(number) = sample.value {
+                keys.insert(number.to_string());
+            }
+            if keys.len() > MOST_SOURCES {
+                let message =
+                    format!("{by} has more than {MOST_SOURCES} values: it does not tell sources apart");
+                return Err(LabError::Unfit(message));
+            }
+        }
+        if keys.is_empty() {
+            return Err(LabError::Unfit(format!("{by} has no numbers")));
+        }
+        Ok(keys.into_iter().map(|key| Some((by.clone(), key))).collect())
+    }
+}
+
+/// The path of a field without its unit.
+fn bare(field: &FieldInfo) -> &str {
+    let path = field.path.as_str();
+    let Some(unit) = &field.unit else { return path };
+    let without = [format!("[{unit}]"), format!("({unit})")];
+    without.iter().find_map(|it| path.strip_suffix(it.as_str())).map_or(path, str::trim_end)
+}
+
+/// Why a field cannot be a signal.
+fn reason(topic: &TopicInfo, field: &FieldInfo) -> Option<String> {
+    let is_time = recording::TIME_NAMES.iter().any(|name| bare(field).eq_ignore_ascii_case(name));
+    match field.kind {
+        _ if topic.unreadable.is_some() => topic.unreadable.clone(),
+        _ if is_time => Some("time".to_owned()),
+        "number" => None,
+        "" => Some("no value".to_owned()),
+        kind => Some(kind.to_owned()),
+    }
+}
+
+/// The source text of a field.
+fn source(topic: &TopicInfo, path: &str, key: Option<&(String, String)>, time: &str) -> String {
+    // The tags of a topic stand behind the field.
+    let at = topic.source.find('[').filter(|_| topic.source.contains('='));
+    let (name, tags) = topic.source.split_at(at.unwrap_or(topic.source.len()));
+    let key = key.map_or(String::new(), |(column, value)| format!("[{column}={value}]"));
+    match path {
+        "" => format!("{}{key}{time}", topic.source),
+        path => format!("{name}#{path}{tags}{key}{time}"),
+    }
+}
+
+/// The names: that of the field alone where no other has it, else with the topic and the key.
+fn named(listed: &[Listed]) -> Vec<About> {
+    let mut names = BTreeSet::new();
+    let about = |it: &Listed| {
+        let own = variable("", &it.path);
+        let is_alone = listed.iter().filter(|other| variable("", &other.path) == own).count() == 1;
+        let key = it.key.as_ref().map(|(column, value)| {
+            format!("{} {value}", column.trim_end_matches("id").trim_end_matches(['_', ' ']))
+        });
+        let name = match (is_alone && !it.path.is_empty(), &key) {
+            (true, _) => own,
+            (false, Some(key)) if listed.iter().all(|other| other.topic == it.topic) => {
+                variable(key, &it.path)
+            }
+            (false, Some(key)) => variable(&format!("{} {key}", it.topic), &it.path),
+            (false, None) => variable(&it.topic, &it.path),
+        };
+        let name = unique(&name, &mut names);
+        let guessed_unit = if it.unit.is_none() { guessed_unit(&it.path, &it.topic) } else { None };
+        About {
+            signal: name.clone(),
+            variable: name,
+            source: it.source.clone(),
+            declared_unit: it.unit.clone(),
+            guessed_unit,
+        }
+    };
+    listed.iter().map(about).collect()
+}
+
+/// A name without its numbers: `voltagecell` of `voltageCell1`.
+fn kind(path: &str) -> String {
+    let letters: String =
+        path.to_lowercase().chars().map(|it| if it.is_alphabetic() { it } else { ' ' }).collect();
+    letters.split_whitespace().collect::<Vec<_>>().join("_")
+}
+
+/// A unit as a header writes it.
+fn unit_of(text: &str) -> Option<Unit> {
+    let word = text.trim().to_lowercase();
+    let known = WORDS.iter().find(|(words, _)| words.contains(&word.as_str())).map(|(_, unit)| *unit);
+    Unit::parse(text).ok().or_else(|| Unit::parse(known?).ok())
+}
+
+/// The values of all columns while they are read.
+struct Values {
+    columns: Vec<Points>,
+    /// Where the first moment of the session lies, and how much later the session is put.
+    first: Option<Time>,
+    shift_s: f64,
+    last_s: f64,
+}
+
+#[derive(Clone, Default)]
+struct Points {
+    points: Vec<(f64, f64)>,
+    breaks: Vec<usize>,
+}
+
+impl Values {
+    fn new(count: usize) -> Values {
+        Values { columns: vec![Points::default(); count], first: None, shift_s: 0.0, last_s: 0.0 }
+    }
+
+    /// Begins a session, which follows at the end of the one before.
+    fn begin(&mut self) {
+        if self.first.take().is_some() {
+            self.shift_s = self.last_s + 1.0;
+        }
+        for column in self.columns.iter_mut().filter(|column| !column.points.is_empty()) {
+            column.breaks.push(column.points.len());
+        }
+    }
+
+    fn take(&mut self, sample: &Sample) {
+        let first = *self.first.get_or_insert(sample.time);
+        let (RawValue::Number(value), Some(column)) = (&sample.value, self.columns.get_mut(sample.wanted))
+        else {
+            return;
+        };
+        let time_s = (sample.time - first).seconds() + self.shift_s;
+        self.last_s = self.last_s.max(time_s);
+        column.points.push((time_s, *value));
+    }
+}
+
+impl Points {
+    fn column(self, about: &mut About, kind: String) -> Column {
+        let unit = about.declared_unit.as_deref().and_then(unit_of);
+        let angle = unit.as_ref().filter(|unit| unit.dimension == Dimension::ANGLE);
+        let turn = angle.map(|unit| std::f64::consts::TAU / unit.scale);
+        let signal = Signal { name: about.signal.clone(), unit, points: self.points };
+        Column { signal, breaks: self.breaks, kind, turn }
+    }
+}
