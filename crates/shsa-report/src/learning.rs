@@ -33,8 +33,8 @@ use shsa_lab::proposal::{Proposal, Proposals, Subject, Worth};
 /// let learned = learn(&subject.signals)?;
 /// let proposals = Proposals::new(&subject, &learned)?;
 /// let report = Report { subject: &subject, learned: &learned, proposals: &proposals };
-/// assert!(report.text(Style::PLAIN).contains("v = 0.3"), "{}", report.text(Style::PLAIN));
-/// assert!(report.patch().contains("v_from_w"));
+/// assert!(report.text(Style::PLAIN).contains("w = 3.333 rad/m * v"));
+/// assert!(report.patch().contains("w_from_v"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
 /// ```
 #[derive(Clone, Copy)]
