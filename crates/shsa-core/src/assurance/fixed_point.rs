@@ -71,24 +71,44 @@ impl FixedPoint {
             }
             let bit = bits.trailing_zeros() as usize;
             *bits &= *bits - 1;
-            self.derive(circuit, ComponentId::from_index(word * 64 + bit));
+            let mut next = Some(ComponentId::from_index(word * 64 + bit));
+            while let Some(component) = next {
+                next = self.derive(circuit, component);
+            }
         }
     }
 
-    fn derive(&mut self, circuit: &Circuit, component: ComponentId) {
+    /// Derives a component; returns the one to derive next where that is known without a look at those that are pending, as in a chain.
+    fn derive(&mut self, circuit: &Circuit, component: ComponentId) -> Option<ComponentId> {
         let members = circuit.members.row(component);
         match members {
             [only] if !circuit.is_cyclic[component] => {
                 let holds = self.count[*only] >= self.needed[*only];
                 // A source keeps the value that it was set to.
-                if circuit.evidence_of(*only).is_none() && holds != self.holds[*only] {
-                    self.holds[*only] = holds;
-                    self.pass_on(circuit, *only, holds);
+                if circuit.evidence_of(*only).is_some() || holds == self.holds[*only] {
+                    return None;
                 }
+                self.holds[*only] = holds;
+                if let [parent] = circuit.parents.row(*only) {
+                    let above = circuit.component[*parent];
+                    if !circuit.is_cyclic[above] && self.is_lowest(component, above) {
+                        self.recount(*parent, holds);
+                        return Some(above);
+                    }
+                }
+                self.pass_on(circuit, *only, holds);
             }
             members if take(&mut self.shrunk, component) => self.derive_anew(circuit, component, members),
             members => self.derive_more(circuit, component, members),
         }
+        None
+    }
+
+    /// Whether nothing is pending up to `above`, itself included, where nothing is up to `derived`; no where that takes a search.
+    fn is_lowest(&self, derived: ComponentId, above: ComponentId) -> bool {
+        let word = above.index() / 64;
+        let up_to = u64::MAX >> (63 - above.index() % 64);
+        word == derived.index() / 64 && self.pending.get(word).is_some_and(|bits| bits & up_to == 0)
     }
 
     /// Derives further nodes beyond those that hold: no input of the component has ceased to hold.
