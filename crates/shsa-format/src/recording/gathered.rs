@@ -229,7 +229,7 @@ impl Gathered {
     /// Ends the current file: reports how much of it is lost, and splits it where its clock was set.
     pub(super) fn end(&mut self) {
         self.judge_stamps();
-        if let Some(problem) = std::mem::take(&mut self.room).told() {
+        if let Some(problem) = std::mem::take(&mut self.room).problem() {
             self.damaged(Place::Whole, problem);
         }
         match self.destination {
