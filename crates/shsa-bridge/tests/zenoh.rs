@@ -181,10 +181,10 @@ fn an_independent_client_is_heard_and_hears() {
     let arrived = peer.next_with("key");
     assert_eq!(["key", "encoding", "hex"].map(|it| &arrived[it]), ["dmin", "application/json", "302e3235"]);
     let beside: Value = serde_json::from_slice(&unhex(arrived["attachment"].as_str().unwrap())).unwrap();
-    let output =
+    let provenance =
         ["stamp_ns", "quality", "publisher", "source", "admitted", "level", "rank"].map(|it| &beside[it]);
     let own = bridge.publisher().to_string();
-    assert_eq!(json!(output), json!([7, "UncertainSubstituteValue", own, "odom", "warned", null, 0]));
+    assert_eq!(json!(provenance), json!([7, "UncertainSubstituteValue", own, "odom", "warned", null, 0]));
 }
 
 fn unhex(digits: &str) -> Vec<u8> {

@@ -34,8 +34,8 @@ fn a_bridge_that_connects_opens_nothing_else() {
     let mut bridge = ZenohBridge::open(&Options::to(&format!("tcp/127.0.0.1:{port}")), inbox()).unwrap();
     bridge.subscribe_all().unwrap();
     assert_eq!((listening(), sockets("udp").len() + sockets("udp6").len()), (0, 0));
-    let output = Options { listen: vec![format!("tcp/127.0.0.1:{port}")], ..Options::default() };
-    let hub = ZenohBridge::open(&output, inbox()).unwrap();
+    let listening_too = Options { listen: vec![format!("tcp/127.0.0.1:{port}")], ..Options::default() };
+    let hub = ZenohBridge::open(&listening_too, inbox()).unwrap();
     assert_eq!((listening(), sockets("udp").len() + sockets("udp6").len()), (1, 0));
     drop(hub);
 }

@@ -72,13 +72,13 @@ const CHECKED: u32 = 2;
 /// An order about contracts, the nth of its kind; `None` where the model has none.
 pub(super) fn order(knowledge: &KnowledgeBase, kind: u8, about: usize, how: u8) -> Option<Order> {
     let rows = knowledge.contracts().rows();
-    let output: Vec<String> = rows
+    let attested: Vec<String> = rows
         .iter()
         .flat_map(|row| row.evidence.iter().map(move |it| (row, it)))
         .filter(|(_, it)| it.source == EvidenceSource::Told)
         .map(|(row, it)| format!("{}/{}", row.name, it.name))
         .collect();
-    let evidence = output.get(about.checked_rem(output.len())?)?.clone();
+    let evidence = attested.get(about.checked_rem(attested.len())?)?.clone();
     let needs = knowledge.needs();
     let need = needs.iter().nth(about % needs.len().max(1))?.signal.clone();
     Some(match kind {

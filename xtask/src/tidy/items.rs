@@ -249,9 +249,9 @@ mod tests {
 
     #[test]
     fn a_tuple_parameter_hides_two() {
-        let output = "a.rs:1: `(age, place)` of `f` hides 2 parameters: name each, or make them a type";
-        check(&[("a.rs", "fn f<T>(&self, (age, place): (u8, &str)) {}")], "", &[output]);
-        check(&[("a.rs", "impl A { fn f((age, place): (u8, T)) {} }")], "", &[output]);
+        let problem = "a.rs:1: `(age, place)` of `f` hides 2 parameters: name each, or make them a type";
+        check(&[("a.rs", "fn f<T>(&self, (age, place): (u8, &str)) {}")], "", &[problem]);
+        check(&[("a.rs", "impl A { fn f((age, place): (u8, T)) {} }")], "", &[problem]);
         check(&[("a.rs", "fn f((age, place): &(u8, T), &(a, b): &(u8, u8)) {}")], "", &[]);
         check(&[("a.rs", "fn f((x, y): (f64, f64), place: (u8, u8)) { g(|(a, b): (u8, u8)| a) }")], "", &[]);
         check(&[("a.rs", "#[cfg(test)]\nmod tests { fn f((age, place): (u8, u8)) {} }")], "", &[]);
@@ -269,11 +269,11 @@ mod tests {
         check(&FOUR[..3], "", &[]);
         check(&FOUR, "", &["house::A: `impl`s in 4 files, at most 3: a part of it is a type of its own"]);
         check(&FOUR, "# why\nhouse::A 4 each file is one question", &[]);
-        let output = "the list of exceptions says 5: it must say so, and why";
+        let problem = "the list of exceptions says 5: it must say so, and why";
         check(
             &FOUR,
             "house::A 5 each file is one question",
-            &[&format!("house::A: `impl`s in 4 files, {output}")],
+            &[&format!("house::A: `impl`s in 4 files, {problem}")],
         );
         check(&FOUR[..3], "house::A 3 few", &["house::A: take it off the list of exceptions"]);
     }

@@ -16,9 +16,9 @@ fn field(path: &str, stamp: &str) -> Field {
 
 /// The readings of a payload, one field after the other.
 fn read(reader: &mut Reader, payload: &[u8]) -> String {
-    let mut output = Vec::new();
+    let mut readings = Vec::new();
     reader.read_bytes(payload, |_, reading| {
-        output.push(match reading {
+        readings.push(match reading {
             Err(unreadable) => format!("? {unreadable}"),
             Ok(Reading { value, stamp }) => {
                 let stamp = stamp.map_or(String::new(), |stamp| format!(" at {}", stamp.0));
@@ -30,7 +30,7 @@ fn read(reader: &mut Reader, payload: &[u8]) -> String {
             }
         });
     });
-    output.join(" | ")
+    readings.join(" | ")
 }
 
 #[track_caller]
@@ -336,14 +336,14 @@ proptest! {
         }).collect();
         let fields: Vec<_> = scalars.iter().map(|at| field(at, "")).collect();
         let mut reader = Reader::new(&fields, SIZE_LIMIT).unwrap();
-        let mut output = 0;
+        let mut count = 0;
         reader.read_bytes(text.as_bytes(), |index, reading| {
             let wanted = expected(value.pointer(scalars[index]).unwrap());
             let read = reading.ok().map(|reading| reading.value);
             assert_eq!(format!("{:?}", wanted.map(RawValue::Number)), format!("{read:?}"), "{}", scalars[index]);
-            output += 1;
+            count += 1;
         });
-        prop_assert_eq!(output, scalars.len());
+        prop_assert_eq!(count, scalars.len());
     }
 
     #[test]

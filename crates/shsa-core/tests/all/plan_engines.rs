@@ -196,8 +196,8 @@ fn a_relation_that_is_used_for_three_outputs_counts_once_with_its_smallest_facto
 fn a_utility_that_may_rise_is_refused() {
     let knowledge = knowledge(&["x = r(a) 0.5", "!a"]);
     for (engine, plan) in all_engines(&knowledge, LIMITS) {
-        let output = (plan.stop, plan.bound, plan.substitutions.len());
-        assert_eq!(output, (StopReason::NotMonotone, 1.0, 0), "{engine}");
+        let found = (plan.stop, plan.bound, plan.substitutions.len());
+        assert_eq!(found, (StopReason::NotMonotone, 1.0, 0), "{engine}");
     }
 }
 

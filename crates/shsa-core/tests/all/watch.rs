@@ -127,9 +127,9 @@ fn watching_costs_no_more_than_it_may() {
     for cost in [200_000, 20_000, 2_000, 400, 0] {
         let budget = WatchBudget { cost, ..WatchBudget::default() };
         let (engine, found) = (engine(&knowledge, budget), analysis(&knowledge, budget));
-        let (ways, output) = (engine.monitor().ways().len(), &found.watched[0]);
-        assert_eq!((ways, output.ways), (output.ways, ways));
-        assert!(output.cost <= cost as f64 && ways <= last && ways != 1, "{cost}: {output:?}");
+        let (ways, watched) = (engine.monitor().ways().len(), &found.watched[0]);
+        assert_eq!((ways, watched.ways), (watched.ways, ways));
+        assert!(watched.cost <= cost as f64 && ways <= last && ways != 1, "{cost}: {watched:?}");
         last = ways;
     }
     assert_eq!(last, 0);

@@ -118,7 +118,7 @@ fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)>
     let (method, gate) = (Kalman::new(line(), &[0.0, 0.0], &spread(), Loss::Square), Gate::new(0.999, 5));
     let options = Options { gate: Some(gate), unknown_after: Span(1_000_000_000), ..OPTIONS };
     let mut fusion = Fusion::new(Box::new(method.unwrap()), Time(0), 3, 0, options).unwrap();
-    let (mut random, mut output) = (Random::new(seed), Vec::new());
+    let (mut random, mut estimates) = (Random::new(seed), Vec::new());
     for at in (100..=40_000_i64).step_by(100) {
         let truth = at as f64 / 1000.0 + if at > 20_000 { jump } else { 0.0 };
         let mut noisy = |value: f64, variance: f64| value + variance.sqrt() * random.normal();
@@ -126,9 +126,9 @@ fn only_position(jump: f64, gap: i64, seed: u64) -> Vec<(i64, f64, Option<f64>)>
         if at % 200 == 0 && (at <= gap || at > 20_000) {
             fusion.measure(millis(at), measured(0, noisy(truth, 0.5)));
         }
-        output.push((at, truth, fusion.estimate(millis(at)).map(|it| it.mean[0])));
+        estimates.push((at, truth, fusion.estimate(millis(at)).map(|it| it.mean[0])));
     }
-    output
+    estimates
 }
 
 proptest! {

@@ -18,14 +18,14 @@ model:
   needs: { room: { signal: /room } }
 ";
 
-fn output(trace: &str, expect: &str) -> Loaded {
+fn of_trace(trace: &str, expect: &str) -> Loaded {
     load(&format!("{MODEL}trace: {trace}\nexpect: {expect}\n"), "s.yaml", Path::new("."))
 }
 
 /// Compares the samples of a trace, each as signal:stamp>reception=value.
 #[track_caller]
 fn check_trace(trace: &str, expected: &str) {
-    let loaded = output(trace, "[]");
+    let loaded = of_trace(trace, "[]");
     let story = loaded.story.unwrap_or_else(|| panic!("{}", loaded.report.render(false)));
     let shown = |input: Input| match input {
         Input::Observation(seen) => {
@@ -67,7 +67,7 @@ fn noise_stays_within_its_bounds_and_repeats_with_its_seed() {
     let values = |seed: u32| {
         let trace =
             format!("{{ duration: 60 s, seed: {seed}, signals: {{ /a: {{ value: 20, noise: 0.5 K }} }} }}");
-        let story = output(&trace, "[]").story.expect("a story");
+        let story = of_trace(&trace, "[]").story.expect("a story");
         let value = |input: Input| match input {
             Input::Observation(seen) => match seen.value {
                 RawValue::Number(value) => value,
@@ -92,7 +92,7 @@ const SPLIT: &str = "{ duration: 20 s, truth: { room: 20 }, signals: { /a: { val
 /// Compares the result of one expectation: whether it is met, and the observation.
 #[track_caller]
 fn check(trace: &str, expectation: &str, expected: &str) {
-    let loaded = output(trace, &format!("[{expectation}]"));
+    let loaded = of_trace(trace, &format!("[{expectation}]"));
     let story = loaded.story.unwrap_or_else(|| panic!("{}", loaded.report.render(false)));
     let outcome = story.run();
     let found = &outcome.checks[0];
@@ -138,7 +138,7 @@ fn verdicts_sources_and_values_are_found_and_missed() {
 /// The first problem of a story, with its place and help.
 #[track_caller]
 fn refuse(trace: &str, expect: &str, expected: &str) {
-    let loaded = output(trace, expect);
+    let loaded = of_trace(trace, expect);
     assert!(loaded.story.is_none());
     let first = &loaded.report.diagnostics[0];
     let help = first.help.as_deref().unwrap_or_default();

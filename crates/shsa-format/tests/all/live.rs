@@ -29,7 +29,7 @@ fn live() -> Live {
 }
 
 /// All that is known, but for the version.
-fn output(knowledge: &KnowledgeBase) -> String {
+fn knowledge_text(knowledge: &KnowledgeBase) -> String {
     format!(
         "{:?} {:?} {:?} {:?}",
         knowledge.variables(),
@@ -72,12 +72,12 @@ properties: { signals: { /a: { accuracy: null, cost: 2 } } }
         .replace("accuracy: 0.9", "cost: 2")
         .replace("/b: { variable: speed, rate: 10 Hz }", "/b: { variable: twice, rate: 5 Hz }")
         + "  speed: {}\n";
-    assert_eq!(output(live.knowledge()), output(&model::load(&at_once, "at once").knowledge));
+    assert_eq!(knowledge_text(live.knowledge()), knowledge_text(&model::load(&at_once, "at once").knowledge));
     let a = live.knowledge().signal("/a").unwrap();
     assert!(!live.knowledge().is_available(a) && live.knowledge().version() > 0);
     // A whole model replaces all of it; a withdrawn signal stays withdrawn.
     live.change(written("model.yaml", MODEL)).unwrap();
-    assert_eq!(output(live.knowledge()), output(&model::load(MODEL, "model.yaml").knowledge));
+    assert_eq!(knowledge_text(live.knowledge()), knowledge_text(&model::load(MODEL, "model.yaml").knowledge));
     assert!(!live.knowledge().is_available(live.knowledge().signal("/a").unwrap()));
 }
 

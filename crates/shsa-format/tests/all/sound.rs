@@ -238,7 +238,7 @@ fn wrong(kind: Kind, seed: u64, with_fault: bool) -> Vec<String> {
             .unwrap();
     }
     let name = |signal: Option<SignalId>| signal.map_or("", |id| knowledge.signals()[id].name.as_str());
-    let output = |event: &&shsa_core::engine::Event| {
+    let is_wrong = |event: &&shsa_core::engine::Event| {
         let is_early = event.time < Time::from_seconds(1000.0 + LIES_FROM - 1.0);
         match event.kind {
             EventKind::Failed => !with_fault || event.signal != Some(ids[liar]),
@@ -249,7 +249,7 @@ fn wrong(kind: Kind, seed: u64, with_fault: bool) -> Vec<String> {
     let mut wrong: Vec<String> = run
         .events
         .iter()
-        .filter(output)
+        .filter(is_wrong)
         .map(|event| {
             format!(
                 "{:?} {} at {:.1}: {}",

@@ -84,8 +84,8 @@ fn the_journal_of_a_story_gives_the_same_events() {
             Ok(())
         };
         let Ok(run) = Run::of(&story.journal(), None, Options::default(), give);
-        let output = |run: &Run| run.events.iter().map(|event| (event.time, event.kind)).collect::<Vec<_>>();
+        let events = |run: &Run| run.events.iter().map(|event| (event.time, event.kind)).collect::<Vec<_>>();
         assert!(!run.events.is_empty());
-        assert_eq!(output(&run), output(&story.run().run), "{name}");
+        assert_eq!(events(&run), events(&story.run().run), "{name}");
     }
 }

@@ -136,12 +136,12 @@ fn who_is_gone_is_replaced_and_gets_back_what_it_had() {
     let need = *NEEDS.iter().find(|need| members[1].1.is_ours(need)).unwrap();
     let (member, mut gone) = members.remove(1);
     gone.tokens.clear();
-    let output: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
-    assert!(output.contains(&Handover::Taken { need: key(need).into() }), "{output:?}");
+    let handovers: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
+    assert!(handovers.contains(&Handover::Taken { need: key(need).into() }), "{handovers:?}");
     gone.announce(need, Ability::Settled, &member).unwrap();
     drop(gone.follow());
-    let output: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
-    assert_eq!(output, [Handover::Given { need: key(need).into(), to: gone.instance.clone() }]);
+    let handovers: Vec<Handover> = members.iter_mut().flat_map(|(_, shares)| shares.follow().1).collect();
+    assert_eq!(handovers, [Handover::Given { need: key(need).into(), to: gone.instance.clone() }]);
     assert!(gone.is_ours(need));
 }
 

@@ -87,10 +87,10 @@ fn the_stage_of_a_takeover_stands_on_the_topic_of_its_need() {
     }
     // The source publishes although it was silenced.
     bench.say("robot/wheel", 5.0);
-    let output = text(&bench.await_message("shsa/model/need/speed", "\"stage\":\"waiting\""));
-    let output: Value = serde_json::from_str(&output).unwrap();
+    let status = text(&bench.await_message("shsa/model/need/speed", "\"stage\":\"waiting\""));
+    let status: Value = serde_json::from_str(&status).unwrap();
     assert_eq!(
-        (&output["takeover"]["last"], &output["takeover"]["name"]),
+        (&status["takeover"]["last"], &status["takeover"]["name"]),
         (&"returned".into(), &"robot/wheel".into())
     );
 }

@@ -75,11 +75,11 @@ pub(super) fn run(as_json: bool) -> anyhow::Result<Outcome> {
         truck.handle.stop();
         truck.run.join().map_err(|_| anyhow!("the instance of {} has failed", truck.truck.name()))??;
     }
-    let output = match as_json {
+    let figures = match as_json {
         true => format!("{}\n", figures_json(&effects, &states, is_as_before)),
         false => figures(&effects, &states),
     };
-    stdout().write_all(output.as_bytes())?;
+    stdout().write_all(figures.as_bytes())?;
     Ok(if is_as_before { Outcome::Done } else { Outcome::No })
 }
 
@@ -145,7 +145,7 @@ impl Play<'_> {
             self.look(started, &mut looks, -PATIENCE_S)?;
             if self.aboard.iter().all(|truck| truck.served.1.as_deref() == Some("ASIL B")) {
                 for truck in self.aboard.iter() {
-                    self.print_line(0.0, truck.truck.name(), &output(&truck.served))?;
+                    self.print_line(0.0, truck.truck.name(), &described(&truck.served))?;
                 }
                 return Ok(self.served());
             }
@@ -216,7 +216,7 @@ impl Play<'_> {
         {
             *change = (truck.served != *before).then(|| (now_s, truck.served.clone()));
         }
-        self.print_line(now_s, truck.truck.name(), &output(&truck.served))
+        self.print_line(now_s, truck.truck.name(), &described(&truck.served))
     }
 
     fn print_line(&self, at_s: f64, who: &str, what: &str) -> anyhow::Result<()> {
@@ -227,7 +227,7 @@ impl Play<'_> {
     }
 }
 
-fn output((source, level): &Served) -> String {
+fn described((source, level): &Served) -> String {
     let source = source.as_deref().unwrap_or("nothing");
     level.as_ref().map_or(source.to_owned(), |level| format!("{source}, {level}"))
 }
@@ -236,9 +236,10 @@ fn output((source, level): &Served) -> String {
 fn figures(effects: &[Effect], states: &[Value]) -> String {
     let rows = effects.iter().map(|effect| {
         let change = |change: &Option<(f64, Served)>| {
-            let output =
-                |(at_s, served): &(f64, Served)| format!("{:.2} s: {}", at_s - effect.at_s, output(served));
-            change.as_ref().map_or("no change".to_owned(), output)
+            let after = |(at_s, served): &(f64, Served)| {
+                format!("{:.2} s: {}", at_s - effect.at_s, described(served))
+            };
+            change.as_ref().map_or("no change".to_owned(), after)
         };
         [effect.happening.describe().to_owned()]
             .into_iter()
@@ -257,8 +258,8 @@ fn figures(effects: &[Effect], states: &[Value]) -> String {
 fn figures_json(effects: &[Effect], states: &[Value], is_as_before: bool) -> Value {
     let effect = |effect: &Effect| {
         let change = |change: &Option<(f64, Served)>| {
-            let output = |(at_s, (source, level)): &(f64, Served)| json!({ "after_s": at_s - effect.at_s, "source": source, "level": level });
-            change.as_ref().map(output)
+            let after = |(at_s, (source, level)): &(f64, Served)| json!({ "after_s": at_s - effect.at_s, "source": source, "level": level });
+            change.as_ref().map(after)
         };
         let [leader, follower] = effect.changes.each_ref().map(change);
         json!({ "what": effect.happening.describe(), "at_s": effect.at_s, "leader": leader, "follower": follower })

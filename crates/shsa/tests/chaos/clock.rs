@@ -5,7 +5,7 @@ use crate::plant::{Plant, Seen, longest_gap};
 use crate::real;
 use crate::row::{Scenario, alone, shown};
 use crate::running::{Folder, Running};
-use crate::scene::{WHEELS, model, output, settle, under, wait};
+use crate::scene::{WHEELS, kinds_of, model, settle, under, wait};
 use serde_json::Value;
 use std::fs;
 use std::path::Path;
@@ -58,7 +58,7 @@ fn a_step_of_the_wall_clock_is_no_fault() {
     // told.
     let mut decisions = run.decisions();
     decisions.retain(|decision| !is_of_silence(decision));
-    let kinds = output(&decisions);
+    let kinds = kinds_of(&decisions);
     assert_eq!(kinds, ["clock", "clock"], "{decisions:?}");
     let seen: Vec<_> = plant.seen().iter().filter(|seen| seen.at > begun).cloned().collect();
     let wall = |seen: &Seen| seen.wall_s - seen.at;

@@ -4,7 +4,7 @@ use crate::plant::{Plant, Seen, longest_gap};
 use crate::real::{self, Script};
 use crate::row::{Scenario, beside_others, shown};
 use crate::running::{Folder, Running};
-use crate::scene::{model, output, router, system, under, wait};
+use crate::scene::{kinds_of, model, router, system, under, wait};
 use serde_json::json;
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::{Path, PathBuf};
@@ -116,7 +116,7 @@ fn both_sides_of_a_cut_are_served_and_agree_afterwards() {
 
     let gaps = sites.each_mut().map(|site| longest_gap(site.plant.seen(), cut - 0.5, agreed));
     let both = sites.each_mut().map(|site| doubles(site.plant.seen(), whole));
-    let decisions = sites.each_ref().map(|site| output(&site.run.decisions()));
+    let decisions = sites.each_ref().map(|site| kinds_of(&site.run.decisions()));
     let released = decisions.iter().flatten().filter(|kind| *kind == "released").count();
     assert!(released == 1, "{decisions:?}");
     SCENARIO.seen(&format!(

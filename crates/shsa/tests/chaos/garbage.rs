@@ -5,7 +5,7 @@ use crate::plant::{Plant, longest_gap};
 use crate::real;
 use crate::row::{Scenario, alone, shown};
 use crate::running::{Folder, Running};
-use crate::scene::{WHEELS, model, output, settle, verdict};
+use crate::scene::{WHEELS, kinds_of, model, settle, verdict};
 use serde_json::{Value, json};
 use std::collections::BTreeSet;
 
@@ -55,7 +55,7 @@ fn garbage_is_counted_and_healthy_values_are_served_on() {
         shown(gap),
         after as f64 / 1024.0,
         grown as f64 / 1024.0,
-        output(&decisions).into_iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(", "),
+        kinds_of(&decisions).into_iter().collect::<BTreeSet<_>>().into_iter().collect::<Vec<_>>().join(", "),
     ));
 }
 

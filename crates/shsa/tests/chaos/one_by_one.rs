@@ -2,7 +2,7 @@
 
 use crate::real::{self, eventually};
 use crate::row::{Scenario, beside_others, shown};
-use crate::scene::output;
+use crate::scene::kinds_of;
 use crate::world::{Fault, Kind, Setting, Target, World};
 use std::collections::BTreeSet;
 use std::io::Write;
@@ -55,14 +55,14 @@ fn suspended_for_long() {
 
 #[test]
 fn a_backlog_of_all_sensors() {
-    let faults = [0, 1, 2].map(|wheel| Fault::output(wheel, "hold", 0.0, (0.0, 8.0)));
+    let faults = [0, 1, 2].map(|wheel| Fault::ordered(wheel, "hold", 0.0, (0.0, 8.0)));
     row(&BACKLOG, &[(true, "silent"), (false, "backlog")], |world| world.live_through(&faults));
 }
 
 #[test]
 fn a_clock_that_is_off_at_one_sensor() {
     let faults = [(3_600.0, (0.0, 6.0)), (-3_600.0, (6.5, 12.5))];
-    let faults = faults.map(|(amount, when)| Fault::output(0, "clock", amount, when));
+    let faults = faults.map(|(amount, when)| Fault::ordered(0, "clock", amount, when));
     row(&CLOCK, &[(true, "failed")], |world| world.live_through(&faults));
 }
 
@@ -132,7 +132,7 @@ fn lived(is_stamped: bool, act: impl Fn(&mut World), python: &Path, wanted: &str
         events.as_array()?.iter().find(|event| event["kind"] == wanted).map(|_| ())
     });
     let remains = world.close();
-    let decisions = output(&remains.decisions);
+    let decisions = kinds_of(&remains.decisions);
     let [wrong, old] = judgement.off;
     assert_eq!((wrong, old), (0, 0), "{judgement:?} {decisions:?}");
     let recovery = judgement.recovery.filter(|time| *time <= RECOVERY);

@@ -60,7 +60,7 @@ pub(crate) fn settle(run: &Running, plant: &mut Plant) {
 }
 
 /// The kinds of the decisions, each with its subject.
-pub(crate) fn output(decisions: &[Value]) -> Vec<String> {
+pub(crate) fn kinds_of(decisions: &[Value]) -> Vec<String> {
     let about = |decision: &Value| {
         let signal = decision["signal"].as_str().unwrap_or_default();
         format!("{} {signal}", decision["kind"].as_str().unwrap()).trim().to_owned()

@@ -32,7 +32,7 @@ const BESIDE: usize = 6;
 const RECOVERY: f64 = 10.0;
 
 /// The result of a sequence.
-struct Told {
+struct Summary {
     faults: usize,
     judgement: Judgement,
     decisions: usize,
@@ -56,22 +56,22 @@ fn every_random_sequence_of_faults_ends_well() {
     let ended = ended.into_inner().unwrap();
     let failed: Vec<u64> = ended.iter().filter(|(_, end)| end.is_none()).map(|(seed, _)| *seed).collect();
     assert!(failed.is_empty(), "{} of {} sequences failed: {failed:?}", failed.len(), ended.len());
-    let output: Vec<&Told> = ended.iter().filter_map(|(_, output)| output.as_ref()).collect();
-    let sum = |of: fn(&Told) -> usize| output.iter().map(|output| of(output)).sum::<usize>();
-    let slowest = output.iter().filter_map(|output| output.judgement.recovery).fold(0.0, f64::max);
+    let results: Vec<&Summary> = ended.iter().filter_map(|(_, result)| result.as_ref()).collect();
+    let sum = |of: fn(&Summary) -> usize| results.iter().map(|result| of(result)).sum::<usize>();
+    let slowest = results.iter().filter_map(|it| it.judgement.recovery).fold(0.0, f64::max);
     SCENARIO.seen(&format!(
         "seeds {} to {}: {} faults; of {} values at the consumer no `Good` one was wrong or of before, {} of who stood in; served again at the latest \
          {} after the last fault; {} of {} decisions came again when the journals were replayed (all, where there was no hole); the broker took \
          {} at most",
         seeds.start(),
         seeds.end(),
-        sum(|output| output.faults),
-        sum(|output| output.judgement.values),
-        sum(|output| output.judgement.wrong_substitutes.len()),
+        sum(|it| it.faults),
+        sum(|it| it.judgement.values),
+        sum(|it| it.judgement.wrong_substitutes.len()),
         shown(slowest),
-        sum(|output| output.replayed),
-        sum(|output| output.decisions),
-        shown(output.iter().map(|output| output.judgement.slowest).fold(0.0, f64::max)),
+        sum(|it| it.replayed),
+        sum(|it| it.decisions),
+        shown(results.iter().map(|it| it.judgement.slowest).fold(0.0, f64::max)),
     ));
 }
 
@@ -83,7 +83,7 @@ fn seeds() -> (std::ops::RangeInclusive<u64>, f64) {
 }
 
 /// Runs the sequence of a seed.
-fn sequence(seed: u64, span: f64, python: &Path) -> Told {
+fn sequence(seed: u64, span: f64, python: &Path) -> Summary {
     let mut dice = Dice(seed);
     let faults = draw::faults(&mut dice, span);
     let mut world = World::start(Setting::drawn(&mut dice), python);
@@ -103,5 +103,5 @@ fn sequence(seed: u64, span: f64, python: &Path) -> Told {
     assert!(judgement.recovery.is_some_and(|time| time <= RECOVERY), "{:?}: {}", judgement.recovery, story());
     let replayed = replayed::same(&remains).unwrap_or_else(|why| panic!("{why}\n{}", story()));
     eprintln!("sequence {seed} ended: {judgement:?}");
-    Told { faults: faults.len(), judgement, decisions: replayed.1, replayed: replayed.0 }
+    Summary { faults: faults.len(), judgement, decisions: replayed.1, replayed: replayed.0 }
 }

@@ -44,14 +44,14 @@ fn replayed(folder: &Folder, cell: &Value, onset: f64) -> (Option<f64>, bool, bo
     let ended = folder
         .run(&format!("replay tank.yaml clean.csv --inject {kind}{amount}{unit}:{signal}@{onset}s.. --json"));
     let report: Value = serde_json::from_str(&ended.stdout).unwrap();
-    let output = |kinds: &[&str]| -> Vec<&Value> {
+    let events_of = |kinds: &[&str]| -> Vec<&Value> {
         let events = report["events"].as_array().unwrap().iter();
         events.filter(|event| kinds.contains(&event["kind"].as_str().unwrap())).collect()
     };
     let first =
-        output(&["suspected", "failed", "silent"]).first().map(|event| event["time_s"].as_f64().unwrap());
+        events_of(&["suspected", "failed", "silent"]).first().map(|event| event["time_s"].as_f64().unwrap());
     let named: BTreeSet<&str> =
-        output(&["failed", "silent"]).iter().map(|event| event["signal"].as_str().unwrap()).collect();
+        events_of(&["failed", "silent"]).iter().map(|event| event["signal"].as_str().unwrap()).collect();
     let only = named.len() == 1 && named.contains(signal);
     (first.map(|first| first - onset), only, named.iter().any(|one| *one != signal))
 }
@@ -71,9 +71,9 @@ fn a_cell_says_what_a_replay_with_its_fault_says() {
         assert_eq!(cell["not_told"], u64::from(latency.is_none()), "{cell}");
         assert_eq!(cell["isolated"], u64::from(isolated), "{cell}");
         assert_eq!(cell["wrong_blame"], u64::from(wrong), "{cell}");
-        let output = cell["latency_median_s"].as_f64();
-        assert_eq!(output.is_some(), latency.is_some());
-        assert!((output.unwrap_or(0.0) - latency.unwrap_or(0.0)).abs() < 1e-6, "{cell}: {latency:?}");
+        let reported = cell["latency_median_s"].as_f64();
+        assert_eq!(reported.is_some(), latency.is_some());
+        assert!((reported.unwrap_or(0.0) - latency.unwrap_or(0.0)).abs() < 1e-6, "{cell}: {latency:?}");
         verdicts.insert((latency.is_some(), isolated));
     }
     assert!(verdicts.len() > 1, "nothing differs: {verdicts:?}");

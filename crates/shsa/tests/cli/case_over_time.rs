@@ -19,10 +19,10 @@ fn page() -> String {
 
 /// The stretches of the strip in a row: what, from and to in seconds.
 fn stretches(row: &str) -> Vec<(String, f64, f64)> {
-    let output = row.split("<title>").skip(1).map(|rest| rest.split_once("</title>").unwrap().0);
-    output
-        .map(|output| {
-            let (what, times) = output.rsplit_once(": ").unwrap();
+    let titles = row.split("<title>").skip(1).map(|rest| rest.split_once("</title>").unwrap().0);
+    titles
+        .map(|title| {
+            let (what, times) = title.rsplit_once(": ").unwrap();
             let (from, to) = times.split_once(" to ").unwrap();
             let seconds = |text: &str| text.strip_suffix(" s").unwrap().parse().unwrap();
             (what.to_owned(), seconds(from), seconds(to))
@@ -51,8 +51,8 @@ fn each_claim_tells_how_it_stood() {
     // Every node is accounted for all the time.
     for row in case.split("<tr>").skip(1) {
         let all = stretches(row);
-        let output: f64 = all.iter().map(|(_, from, to)| to - from).sum();
-        assert!((output - 60.0).abs() < 0.5, "{output} s of 60 s: {row}");
+        let sum_s: f64 = all.iter().map(|(_, from, to)| to - from).sum();
+        assert!((sum_s - 60.0).abs() < 0.5, "{sum_s} s of 60 s: {row}");
     }
     assert!(assurance.contains("<svg") && !page.contains("<script"));
 }
@@ -95,15 +95,11 @@ fn a_case_over_a_recording_is_reported_as_json_gsn_and_text() {
         gives: { right: { level: SIL 2, when: fresh } } } }\n";
     folder.write("certified.yaml", crate::tank::MODEL.to_owned() + contracts);
     let over = "assure certified.yaml --over run.csv --inject drop:/level@20s..";
-    let output = folder.json(over, 1);
-    let need = &output["needs"][0];
-    assert_eq!(
-        (&output["given"], &need["admissions"][0]["level"]),
-        (&false.into(), &"SIL 2".into()),
-        "{output}"
-    );
+    let case = folder.json(over, 1);
+    let need = &case["needs"][0];
+    assert_eq!((&case["given"], &need["admissions"][0]["level"]), (&false.into(), &"SIL 2".into()), "{case}");
     let way = need["ways"].as_array().unwrap().iter().find(|way| way["way"] == "/level").unwrap();
-    assert_eq!(way["served"], true, "{output}");
+    assert_eq!(way["served"], true, "{case}");
     let nodes = way["case"].as_array().unwrap();
     // Evidence that does not hold at the end is a claim without support.
     let evidence = nodes.iter().find(|node| node["supported_by"].as_array().unwrap().is_empty()).unwrap();
@@ -116,7 +112,7 @@ fn a_case_over_a_recording_is_reported_as_json_gsn_and_text() {
         assert_eq!(begins, ends[..ends.len() - 1], "a gap: {node}");
         let lost = stretches.iter().find(|it| it["verdict"] == "refused").unwrap();
         assert!((21.0..23.0).contains(&number(&lost["from_s"])), "{node}");
-        assert_eq!(lost["to_s"], output["duration_s"], "{node}");
+        assert_eq!(lost["to_s"], case["duration_s"], "{node}");
     }
     let module = folder.ends(&format!("{over} --format gsn"), 1).stdout;
     let case = crate::gsn::check(&module);

@@ -24,13 +24,13 @@ fn side(side: &Value) -> (&str, f64, f64) {
 fn the_decisions_are_listed_and_numbered() {
     let folder = tank::folder();
     let list = folder.json("explain tank.yaml run.csv", 0);
-    let output: Vec<(u64, &str, &str)> = list["decisions"]
+    let decisions: Vec<(u64, &str, &str)> = list["decisions"]
         .as_array()
         .unwrap()
         .iter()
         .map(|it| (it["number"].as_u64().unwrap(), it["kind"].as_str().unwrap(), it["of"].as_str().unwrap()))
         .collect();
-    assert_eq!(output, [(1, "failed", "/level"), (2, "substituted", "level")]);
+    assert_eq!(decisions, [(1, "failed", "/level"), (2, "substituted", "level")]);
     let text = folder.ends("explain tank.yaml run.csv", 0).stdout;
     tells(
         &text,
@@ -339,8 +339,8 @@ fn compasses() -> Folder {
     let line = |step: u32| {
         let heading = 330.0 + f64::from(step) * 0.5;
         let lie = if step >= 60 { 40.0 } else { 0.0 };
-        let output = [heading, heading + 1.0, heading + lie].map(|value: f64| value.rem_euclid(360.0));
-        format!("{:.1},{},{},{}\n", f64::from(step) * 0.5, output[0], output[1], output[2])
+        let headings = [heading, heading + 1.0, heading + lie].map(|value: f64| value.rem_euclid(360.0));
+        format!("{:.1},{},{},{}\n", f64::from(step) * 0.5, headings[0], headings[1], headings[2])
     };
     folder.write("run.csv", format!("time,a,b,c\n{}", (0..120).map(line).collect::<String>()));
     folder

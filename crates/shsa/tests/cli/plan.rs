@@ -174,18 +174,18 @@ fn what_falls_short_is_not_given_and_tells_why() {
         (relations("substitutions"), answer["refused"].to_string())
     };
     assert_eq!(ask("", 0), (vec!["rate".to_owned(), "rolling".to_owned()], "[]".to_owned()));
-    let output = |flags: &str, left: &str, because: &str| {
+    let refused = |flags: &str, left: &str, because: &str| {
         let (found, refused) = ask(flags, 0);
         assert_eq!(found, [left], "{flags}");
         assert!(refused.contains(because), "{flags}: {refused}");
     };
-    output("--for-need", "rolling", "it rests on values 0.54 s old, more than 0.3 s");
-    output("--max-latency 100ms", "rolling", "0.54 s old, more than 0.1 s");
-    output("--max-width 0.3", "rate", "its values are at least 0.4");
-    output("--min-rate 10", "rolling", "signals of position come 1 times a second, not 10");
-    output("--integrity B", "rolling", "signals of position have integrity none, not B");
-    output("--independent-of /wheel", "rate", "which is not independent of the suspects");
-    output("--exclude-relation rate", "rolling", "rate may not be used");
+    refused("--for-need", "rolling", "it rests on values 0.54 s old, more than 0.3 s");
+    refused("--max-latency 100ms", "rolling", "0.54 s old, more than 0.1 s");
+    refused("--max-width 0.3", "rate", "its values are at least 0.4");
+    refused("--min-rate 10", "rolling", "signals of position come 1 times a second, not 10");
+    refused("--integrity B", "rolling", "signals of position have integrity none, not B");
+    refused("--independent-of /wheel", "rate", "which is not independent of the suspects");
+    refused("--exclude-relation rate", "rolling", "rate may not be used");
     assert_eq!(ask("--integrity C", 1).0.len(), 0);
     let (_, refused) = ask("--max-width 0.3 --exclude /gnss", 1);
     assert!(refused.contains(r#""because":["no signal of position may be used"]"#), "{refused}");

@@ -141,16 +141,16 @@ fn fields_of_events() {
         found.extend(event.as_object().unwrap().keys().cloned());
     }
     found.remove("time_s");
-    let output: BTreeSet<String> =
+    let described_fields: BTreeSet<String> =
         Document::read("events.md").section("Fields").named("field").into_iter().collect();
-    assert!(found.is_subset(&output), "{found:?}");
-    let of_replay: BTreeSet<String> = described::output("replay")
+    assert!(found.is_subset(&described_fields), "{found:?}");
+    let of_replay: BTreeSet<String> = described::rows("replay")
         .into_iter()
         .filter(|(path, _)| path.len() == 3 && path[0] == "events")
         .map(|(path, _)| path[2].clone())
         .filter(|name| name != "time_s" && name != "session")
         .collect();
-    assert_eq!(output, of_replay);
+    assert_eq!(described_fields, of_replay);
 }
 
 /// The exit statuses of the commands are those of `docs/json.md`.
@@ -159,8 +159,8 @@ fn exit_statuses() {
     let folder = tank::folder();
     folder.write("cut.jsonl", &tank::json_lines()[..500]);
     let rows = Document::read("json.md").section("Exit statuses").rows("status");
-    let output: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
-    assert_eq!(output, ["0", "1", "2", "3", "4"]);
+    let described_fields: Vec<&str> = rows.iter().map(|row| row[0].as_str()).collect();
+    assert_eq!(described_fields, ["0", "1", "2", "3", "4"]);
     folder.ends("check tank.yaml", 0);
     folder.ends("plan tank.yaml pressure --exclude /level --exclude /pressure --exclude /volume", 1);
     folder.ends("check none.yaml", 2);

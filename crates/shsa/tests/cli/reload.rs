@@ -69,14 +69,14 @@ fn a_file_with_errors_changes_nothing() {
     let plain = folder.json("replay tank.yaml run.csv", 0);
     folder.write("wrong.yaml", "signals:\n  /level: { variable: levl }\n  /presure: null\n");
     let ended = folder.ends("replay tank.yaml run.csv --reload wrong.yaml@10s --json", 3);
-    for output in [
+    for problem in [
         "there is no variable `levl`",
         "wrong.yaml:2:23",
         "there is no signal `/presure` to change",
         "did you mean `/pressure`?",
         "warning: wrong.yaml has errors: the model before it goes on",
     ] {
-        assert!(ended.stderr.contains(output), "{output}: {}", ended.stderr);
+        assert!(ended.stderr.contains(problem), "{problem}: {}", ended.stderr);
     }
     let report: serde_json::Value = serde_json::from_str(&ended.stdout).unwrap();
     assert_eq!((&report["events"], &report["needs"]), (&plain["events"], &plain["needs"]));

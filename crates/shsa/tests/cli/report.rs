@@ -19,9 +19,9 @@ fn a_page_tells_needs_decisions_signals_model_and_command() {
     let events = report["events"].as_array().unwrap();
     assert!(events.len() > 2);
     for (number, event) in events.iter().enumerate() {
-        let output = between(&page, &format!("id=\"decision-{}\">", number + 1), "</li>");
+        let decision = between(&page, &format!("id=\"decision-{}\">", number + 1), "</li>");
         let time = format!("{:.3} s", event["time_s"].as_f64().unwrap());
-        assert!(output.contains(&time) && output.contains(event["kind"].as_str().unwrap()), "{output}");
+        assert!(decision.contains(&time) && decision.contains(event["kind"].as_str().unwrap()), "{decision}");
     }
     let first = between(&page, "id=\"decision-1\">", "</details>");
     assert!(first.contains("Evidence against it") && first.contains("/level said"), "{first}");

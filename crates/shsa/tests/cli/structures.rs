@@ -28,10 +28,10 @@ fn found<'a>(answer: &'a Value, name: &str) -> (bool, BTreeSet<&'a str>) {
 #[track_caller]
 fn check(answer: &Value, expected: &[(&str, &[&str])]) {
     for (fault, taken_for) in expected {
-        let (detectable, output) = found(answer, fault);
+        let (detectable, others) = found(answer, fault);
         assert!(detectable, "{fault} does not show");
         let all = expected.iter().map(|(fault, _)| *fault);
-        let taken: Vec<&str> = all.filter(|other| !output.contains(other)).collect();
+        let taken: Vec<&str> = all.filter(|other| !others.contains(other)).collect();
         assert_eq!(taken, *taken_for, "{fault}");
     }
 }
@@ -97,9 +97,9 @@ fn three_tanks_leak() {
     ]
     .into();
     let gaps = answer["gaps"].as_array().unwrap().iter();
-    let output: BTreeSet<(&str, &str)> =
+    let found: BTreeSet<(&str, &str)> =
         gaps.map(|gap| (gap["fault"].as_str().unwrap(), gap["from"].as_str().unwrap())).collect();
-    assert_eq!(pairs, output);
+    assert_eq!(pairs, found);
 }
 
 /// The speed is measured; to isolate the current from it, the speed is eliminated.
@@ -200,9 +200,9 @@ signals:
     );
     let named = gap(&answer, "pump", &Value::Null);
     assert_eq!(named["obstacles"][0]["relations"], json!(["change", "display"]));
-    let output =
+    let reason =
         "change and display would have to be solved together for level and rate (a differential equation)";
-    assert_eq!(named["because"], output);
+    assert_eq!(named["because"], reason);
 }
 
 /// Of four disturbances, two pairs cannot be told apart.

@@ -9,7 +9,7 @@ use serde_json::Value;
 use std::collections::BTreeSet;
 
 /// The rows of a section of `docs/json.md`: the parts of a path, and the condition of the field.
-pub(crate) fn output(section: &str) -> Vec<(Vec<String>, String)> {
+pub(crate) fn rows(section: &str) -> Vec<(Vec<String>, String)> {
     let rows = Document::read("json.md").section(section).rows("field");
     rows.iter().map(|row| (parts(&code(&row[0]).remove(0)), row[2].clone())).collect()
 }
@@ -33,35 +33,28 @@ fn walk(value: &Value, path: &[String], found: &mut BTreeSet<Vec<String>>) {
     }
 }
 
-fn matches(output: &[String], path: &[String]) -> bool {
-    output.len() == path.len()
-        && output.iter().zip(path).all(|(output, name)| output == "*" || output == name)
+fn matches(row: &[String], path: &[String]) -> bool {
+    row.len() == path.len() && row.iter().zip(path).all(|(part, name)| part == "*" || part == name)
 }
 
 /// Checks that every printed field is described, and that every unconditional field was printed.
 #[track_caller]
 pub(crate) fn check(section: &str, printed: &[Value]) {
-    let output = output(section);
+    let rows = rows(section);
     let mut found = BTreeSet::new();
     printed.iter().for_each(|value| walk(value, &[], &mut found));
     for path in &found {
-        let is_reported = |path: &[String]| output.iter().any(|(output, _)| matches(output, path));
+        let is_reported = |path: &[String]| rows.iter().any(|(row, _)| matches(row, path));
         // The elements of a list need no row if the list has one, nor does an object whose fields have rows.
         let is_element = path.last().is_some_and(|last| last == "[]") && is_reported(&path[..path.len() - 1]);
-        let has_parts = output
-            .iter()
-            .any(|(output, _)| output.len() > path.len() && matches(&output[..path.len()], path));
+        let has_parts =
+            rows.iter().any(|(row, _)| row.len() > path.len() && matches(&row[..path.len()], path));
         assert!(is_reported(path) || is_element || has_parts, "{section}: not described: {}", path.join("."));
     }
-    for (output, _) in output.iter().filter(|(_, comes)| comes.is_empty()) {
+    for (row, _) in rows.iter().filter(|(_, comes)| comes.is_empty()) {
         // A field of the elements of a list or mapping must exist when there are such elements.
-        let free = output.iter().rposition(|part| part == "[]" || part == "*").map_or(0, |at| at + 1);
-        let is_there =
-            |output: &[String]| output.is_empty() || found.iter().any(|path| matches(output, path));
-        assert!(
-            !is_there(&output[..free]) || is_there(output),
-            "{section}: has not come: {}",
-            output.join(".")
-        );
+        let free = row.iter().rposition(|part| part == "[]" || part == "*").map_or(0, |at| at + 1);
+        let is_there = |path: &[String]| path.is_empty() || found.iter().any(|found| matches(path, found));
+        assert!(!is_there(&row[..free]) || is_there(row), "{section}: has not come: {}", row.join("."));
     }
 }

@@ -161,12 +161,12 @@ fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
     let before = seen.values.iter().filter(|value| value.0 < BREAKS && value.0 > 2.0);
     assert!(before.clone().count() > 150, "{}", before.count());
     let (_, state) = run.get("/state");
-    let output = |from: f64, to: f64| {
+    let qualities = |from: f64, to: f64| {
         let between = seen.statuses.iter().filter(move |(at, _)| (from..to).contains(at));
         between.map(|(_, status)| status["quality"].as_str().unwrap_or_default().to_owned())
     };
     let is_last = if serves { "UncertainSubstituteValue" } else { "Good" };
-    assert_eq!(output(2.0, SECONDS).next_back().as_deref(), Some(is_last), "{:?}", seen.statuses);
+    assert_eq!(qualities(2.0, SECONDS).next_back().as_deref(), Some(is_last), "{:?}", seen.statuses);
     // A message of ROS carries no quality.
     if bus != "ros2" {
         let good = before.clone().filter(|value| value.2 == "Good").count();

@@ -85,10 +85,10 @@ fn wrong_tokens_and_callers_are_reported() {
         assert_eq!(run.order(Some("a-guess-of-a-token"), r#"{"order": "reload"}"#).0, 401);
     }
     assert_eq!(run.decision("denied")["because"], "a wrong token from 127.0.0.1");
-    let output = run.decision("denied");
+    let decision = run.decision("denied");
     assert!(
-        output["because"].as_str().unwrap().starts_with("5 wrong tokens from 127.0.0.1 within 10 s"),
-        "{output}"
+        decision["because"].as_str().unwrap().starts_with("5 wrong tokens from 127.0.0.1 within 10 s"),
+        "{decision}"
     );
     let (_, metrics) = run.get("/metrics");
     let metrics = metrics.as_str().unwrap();

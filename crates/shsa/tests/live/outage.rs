@@ -31,7 +31,7 @@ fn reader(python: &Path, broker: &Broker) -> Script {
 
 /// The last outage in the first status whose outage meets a condition.
 #[track_caller]
-fn output(reader: &mut Script, is_wanted: impl Fn(&Value) -> bool) -> Value {
+fn last_outage(reader: &mut Script, is_wanted: impl Fn(&Value) -> bool) -> Value {
     for _ in 0..200 {
         let message = reader.next_with("topic");
         let hex = message["hex"].as_str().unwrap();
@@ -66,7 +66,7 @@ fn after_an_outage_the_status_says_since_when_and_for_how_long() {
     let seconds: f64 = seconds.unwrap().parse().unwrap();
     assert!(seconds >= 1.5, "{because}");
 
-    let outage = output(&mut reader(&python, &broker), |outage| {
+    let outage = last_outage(&mut reader(&python, &broker), |outage| {
         // Statuses published before the reader subscribed arrive first.
         outage["number"] == 1 && outage["for_s"].is_f64()
     });

@@ -19,12 +19,12 @@ fn fields_of_state_health_and_events() {
     run.decision("substituted");
     check("/state", &[run.get("/state").1]);
     check("/health", &[run.get("/health").1]);
-    let mut output: BTreeSet<String> =
+    let mut described: BTreeSet<String> =
         Document::read("events.md").section("Fields").named("field").into_iter().collect();
-    output.extend(["number", "time_ns", "model"].map(str::to_owned));
+    described.extend(["number", "time_ns", "model"].map(str::to_owned));
     let (_, events) = run.get("/events");
     for event in events.as_array().unwrap().iter().filter_map(Value::as_object) {
-        let strange: Vec<&String> = event.keys().filter(|key| !output.contains(*key)).collect();
+        let strange: Vec<&String> = event.keys().filter(|key| !described.contains(*key)).collect();
         assert!(strange.is_empty(), "not described: {strange:?} of {event:?}");
     }
 }

@@ -26,18 +26,18 @@ fn parsed(text: &str) -> Value {
 /// Whether a value is valid by a schema that uses our subset of keywords; any other keyword fails the test.
 fn is_valid(schema: &Value, value: &Value) -> bool {
     let words = schema.as_object().expect("a schema is an object");
-    words.iter().all(|(word, output)| match word.as_str() {
+    words.iter().all(|(word, rule)| match word.as_str() {
         "$schema" | "title" | "description" | "properties" => true,
-        "type" => of_types(output, value),
-        "enum" => output.as_array().unwrap().contains(value),
-        "anyOf" => output.as_array().unwrap().iter().any(|schema| is_valid(schema, value)),
-        "items" => value.as_array().is_none_or(|items| items.iter().all(|item| is_valid(output, item))),
-        "minItems" => value.as_array().is_none_or(|items| items.len() as u64 >= output.as_u64().unwrap()),
-        "maxItems" => value.as_array().is_none_or(|items| items.len() as u64 <= output.as_u64().unwrap()),
+        "type" => of_types(rule, value),
+        "enum" => rule.as_array().unwrap().contains(value),
+        "anyOf" => rule.as_array().unwrap().iter().any(|schema| is_valid(schema, value)),
+        "items" => value.as_array().is_none_or(|items| items.iter().all(|item| is_valid(rule, item))),
+        "minItems" => value.as_array().is_none_or(|items| items.len() as u64 >= rule.as_u64().unwrap()),
+        "maxItems" => value.as_array().is_none_or(|items| items.len() as u64 <= rule.as_u64().unwrap()),
         "additionalProperties" => value.as_object().is_none_or(|fields| {
             fields.iter().all(|(name, value)| match schema["properties"].get(name) {
                 Some(of_name) => is_valid(of_name, value),
-                None => output.as_bool().unwrap_or_else(|| is_valid(output, value)),
+                None => rule.as_bool().unwrap_or_else(|| is_valid(rule, value)),
             })
         }),
         _ => panic!("`{word}` is no word that this test knows"),
@@ -102,8 +102,8 @@ fn what_is_broken_is_refused() {
     refuse("functions: { 'f(x)': [1] }");
     refuse("utility: { aggregate: mean, relation: 1 }");
     refuse("needs: { a: [{ max_age: 1 s, integrity: E }] }");
-    let held = |output: &str| {
-        format!("shsa: 1\nvariables: {{ a: {{}} }}\nsignals: {{ /a: {{ variable: a, hold: {output} }} }}\n")
+    let held = |hold: &str| {
+        format!("shsa: 1\nvariables: {{ a: {{}} }}\nsignals: {{ /a: {{ variable: a, hold: {hold} }} }}\n")
     };
     assert!(is_valid(&schema::schema(), &parsed(&held("true"))) && load(&held("true"), "sound").report.ok());
     assert!(!is_valid(&schema::schema(), &parsed(&held("2 s"))) && !load(&held("2 s"), "broken").report.ok());

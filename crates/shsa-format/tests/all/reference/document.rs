@@ -65,16 +65,15 @@ impl Document {
     /// That a table names exactly what the code has, each once.
     #[track_caller]
     pub(crate) fn names_exactly<'a>(&self, head: &str, code: impl IntoIterator<Item = &'a str>) {
-        let mut output = self.named(head);
+        let mut named = self.named(head);
         let mut known: Vec<&str> = code.into_iter().collect();
-        let missing: Vec<_> =
-            known.iter().filter(|name| !output.iter().any(|output| output == *name)).collect();
-        let unknown: Vec<_> = output.iter().filter(|output| !known.contains(&output.as_str())).collect();
+        let missing: Vec<_> = known.iter().filter(|name| !named.iter().any(|named| named == *name)).collect();
+        let unknown: Vec<_> = named.iter().filter(|named| !known.contains(&named.as_str())).collect();
         assert!(missing.is_empty(), "{}: not described: {missing:?}", self.name);
         assert!(unknown.is_empty(), "{}: not in the code: {unknown:?}", self.name);
-        output.sort();
+        named.sort();
         known.sort_unstable();
-        assert_eq!(output, known, "{}: described twice", self.name);
+        assert_eq!(named, known, "{}: described twice", self.name);
     }
 }
 

@@ -21,9 +21,9 @@ fn linked(cell: &str) -> String {
 
 /// The events of stories, each reported once.
 #[derive(Default)]
-struct Told(BTreeMap<String, Vec<Event>>);
+struct Stories(BTreeMap<String, Vec<Event>>);
 
-impl Told {
+impl Stories {
     fn of(&mut self, path: &str) -> &[Event] {
         self.0.entry(path.to_owned()).or_insert_with(|| {
             let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
@@ -37,10 +37,10 @@ impl Told {
 fn every_kind_is_described_and_shown_by_its_story() {
     let section = page().section("Kinds");
     section.names_exactly("kind", EventKind::ALL.map(EventKind::name));
-    let mut output = Told::default();
+    let mut stories = Stories::default();
     for row in section.rows("kind") {
         let (kind, story) = (code(&row[0]).remove(0), linked(&row[3]));
-        assert!(output.of(&story).iter().any(|event| event.kind.name() == kind), "no `{kind}` in {story}");
+        assert!(stories.of(&story).iter().any(|event| event.kind.name() == kind), "no `{kind}` in {story}");
     }
 }
 
@@ -48,11 +48,11 @@ fn every_kind_is_described_and_shown_by_its_story() {
 fn every_symptom_is_described_and_shown_by_its_story() {
     let section = page().section("Symptoms");
     section.names_exactly("symptom", Symptom::ALL.map(Symptom::name));
-    let mut output = Told::default();
+    let mut stories = Stories::default();
     for row in section.rows("symptom") {
         let (symptom, story) = (code(&row[0]).remove(0), linked(&row[3]));
         let is_seen = |event: &Event| event.symptom.is_some_and(|seen| seen.name() == symptom);
-        assert!(output.of(&story).iter().any(is_seen), "no `{symptom}` in {story}");
+        assert!(stories.of(&story).iter().any(is_seen), "no `{symptom}` in {story}");
     }
 }
 

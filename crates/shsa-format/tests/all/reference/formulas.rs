@@ -19,11 +19,11 @@ fn page() -> Document {
 
 #[test]
 fn every_function_is_described_as_it_is_written() {
-    let output: Vec<String> =
+    let documented: Vec<String> =
         FUNCTIONS.iter().flat_map(|section| page().section(section).named("function")).collect();
     let known: BTreeSet<&str> = functions().map(|(_, usage)| usage).collect();
-    assert_eq!(output.iter().map(String::as_str).collect::<BTreeSet<_>>(), known);
-    assert_eq!(output.len(), known.len());
+    assert_eq!(documented.iter().map(String::as_str).collect::<BTreeSet<_>>(), known);
+    assert_eq!(documented.len(), known.len());
 }
 
 #[test]
@@ -49,10 +49,10 @@ fn every_unit_and_prefix_is_described() {
     }
     section.names_exactly("prefix", unit::prefixes().map(|(name, ..)| name));
     for row in section.rows("prefix") {
-        let output: f64 = row[1].split(',').next().unwrap().parse().unwrap();
+        let factor: f64 = row[1].split(',').next().unwrap().parse().unwrap();
         for name in code(&row[0]) {
             let (_, over, under) = unit::prefixes().into_iter().find(|(known, ..)| *known == name).unwrap();
-            assert!((output / (over / under) - 1.0).abs() < 1e-12, "{name}");
+            assert!((factor / (over / under) - 1.0).abs() < 1e-12, "{name}");
         }
     }
 }

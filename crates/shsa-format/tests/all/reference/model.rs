@@ -150,13 +150,13 @@ fn every_word_of_contracts_is_described() {
         rows.iter().flat_map(|row| code(&row[column])).collect()
     };
     for (column, keys) in [(0, &GIVEN[..]), (1, &ASKED[..])] {
-        let output = cells("in `gives`", column);
-        let output: Vec<&str> = output.iter().filter_map(|cell| cell.split(':').next()).collect();
+        let documented = cells("in `gives`", column);
+        let documented: Vec<&str> = documented.iter().filter_map(|cell| cell.split(':').next()).collect();
         let mut expected: Vec<&str> = keys.iter().map(|key| key.name).collect();
-        let mut output: Vec<&str> = output.into_iter().collect();
-        output.sort_unstable();
+        let mut documented: Vec<&str> = documented.into_iter().collect();
+        documented.sort_unstable();
         expected.sort_unstable();
-        assert_eq!(output, expected);
+        assert_eq!(documented, expected);
     }
     let measures = Measure::NAMES.iter().map(|(name, _)| *name).chain(["told"]);
     section.names_exactly("measure", measures);

@@ -38,11 +38,11 @@ fn shown(samples: &[Sample]) -> String {
 #[test]
 fn every_format_and_ending_is_described() {
     let rows = page().section("Formats").rows("format");
-    let mut output: Vec<Vec<String>> = rows.iter().map(|row| code(&row[1])).collect();
+    let mut documented: Vec<Vec<String>> = rows.iter().map(|row| code(&row[1])).collect();
     let mut known: Vec<Vec<&str>> = FORMATS.iter().map(|row| row.endings.to_vec()).collect();
-    output.sort();
+    documented.sort();
     known.sort();
-    assert_eq!(output, known);
+    assert_eq!(documented, known);
 }
 
 #[test]

@@ -118,14 +118,14 @@ impl Bench {
         }
     }
 
-    fn output(&mut self) -> Vec<(&'static str, String)> {
+    fn notes(&mut self) -> Vec<(&'static str, String)> {
         std::iter::from_fn(|| self.takeover.note()).map(|note| (note.kind, note.because)).collect()
     }
 
     #[track_caller]
-    fn check_output(&mut self, kind: &str, words: &str) {
-        let output = self.output();
-        assert!(output.iter().any(|(output, why)| *output == kind && why.contains(words)), "{output:?}");
+    fn check_note(&mut self, kind: &str, words: &str) {
+        let notes = self.notes();
+        assert!(notes.iter().any(|(of, why)| *of == kind && why.contains(words)), "{notes:?}");
     }
 }
 
@@ -137,7 +137,7 @@ fn a_silenced_source_is_replaced_by_messages_like_its_own() {
     assert_eq!(bench.takeover.stage(), "watching");
     assert_eq!(bench.serve(), None);
     bench.take();
-    bench.check_output("silenced", "wheel was silenced by the command true");
+    bench.check_note("silenced", "wheel was silenced by the command true");
     // The value is in the unit of the source; the other fields are kept.
     assert_eq!(bench.serve().unwrap(), r#"{"id": 7, "speed": 18}"#);
     assert_eq!(bench.takeover.counts().silenced, 1);
@@ -154,7 +154,7 @@ fn who_does_not_obey_is_refused_and_tried_again_later() {
         bench.takeover.note_message(&message);
     }
     assert_eq!(bench.takeover.stage(), "waiting");
-    bench.check_output("refused", "it goes on after the command true");
+    bench.check_note("refused", "it goes on after the command true");
     assert_eq!(bench.serve(), None);
     let quality = |bench: &Bench| bench.takeover.quality(Quality::Substitute, bench.is_bad);
     assert_eq!(quality(&bench), Quality::Bad);
@@ -170,10 +170,10 @@ fn an_action_that_fails_is_reported_with_its_reason_and_the_pause_doubles() {
     let mut bench = Bench::taught("silence: { command: [sh, -c, 'echo no such unit; exit 5'] }, retry: 1 s");
     bench.step();
     assert_eq!(bench.settle(), "waiting");
-    bench.check_output("refused", "sh ended with status 5: no such unit; tried again in 1.0 s");
+    bench.check_note("refused", "sh ended with status 5: no such unit; tried again in 1.0 s");
     bench.pass(1_000);
     assert_eq!(bench.settle(), "waiting");
-    bench.check_output("refused", "tried again in 2.0 s");
+    bench.check_note("refused", "tried again in 2.0 s");
     // A source that is trusted again is not silenced.
     bench.is_bad = false;
     bench.pass(10);
@@ -181,14 +181,14 @@ fn an_action_that_fails_is_reported_with_its_reason_and_the_pause_doubles() {
     bench.is_bad = true;
     bench.step();
     assert_eq!(bench.settle(), "waiting");
-    bench.check_output("refused", "tried again in 1.0 s");
+    bench.check_note("refused", "tried again in 1.0 s");
 }
 
 #[test]
 fn nobody_writes_what_was_never_seen() {
     let mut bench = Bench::new(OBEYS);
     bench.step();
-    bench.check_output("refused", "no message of it was heard yet");
+    bench.check_note("refused", "no message of it was heard yet");
 }
 
 #[test]
@@ -204,7 +204,7 @@ fn there_are_never_two() {
     let back = bench.message("1");
     bench.takeover.note_message(&back);
     assert_eq!(bench.serve(), None, "at once");
-    bench.check_output("returned", "its name is left to it at once");
+    bench.check_note("returned", "its name is left to it at once");
     assert_eq!(bench.takeover.counts().returned, 1);
     // The source is still not trusted: after the pause it is silenced again.
     bench.pass(30_000);
@@ -218,11 +218,11 @@ fn a_name_that_is_given_back_is_served_until_its_source_is_heard() {
     bench.take();
     assert!(bench.takeover.order_back());
     bench.step();
-    bench.check_output("returning", "by the command true (by order of the operator)");
+    bench.check_note("returning", "by the command true (by order of the operator)");
     assert!(bench.serve().is_some());
     assert_eq!(bench.settle(), "taken");
     bench.pass(100);
-    assert_eq!(bench.output(), []);
+    assert_eq!(bench.notes(), []);
     assert!(bench.serve().is_some());
     let back = bench.message("1");
     bench.takeover.note_message(&back);
@@ -237,11 +237,11 @@ fn a_source_that_cannot_be_let_back_is_reported_and_tried_again() {
     bench.is_bad = false;
     bench.step();
     assert_eq!(bench.settle(), "taken");
-    bench.check_output("refused", "wheel cannot be let publish again: false ended with status 1");
+    bench.check_note("refused", "wheel cannot be let publish again: false ended with status 1");
     bench.pass(500);
-    assert_eq!(bench.output(), []);
+    assert_eq!(bench.notes(), []);
     bench.pass(600);
-    bench.check_output("returning", "no evidence is against it any more");
+    bench.check_note("returning", "no evidence is against it any more");
 }
 
 #[test]
@@ -252,7 +252,7 @@ fn a_source_gets_another_chance_after_a_time_where_that_is_set() {
     assert_eq!(bench.takeover.stage(), "taken");
     assert!(bench.takeover.due(bench.now).is_some());
     bench.pass(1_000);
-    bench.check_output("returning", "it gets another chance");
+    bench.check_note("returning", "it gets another chance");
 }
 
 #[test]
@@ -263,10 +263,10 @@ fn a_source_stays_silent_while_nothing_can_serve_the_need() {
     assert_eq!(bench.takeover.stage(), "watching", "there is nothing to publish in its place");
     bench.is_served = true;
     bench.take();
-    bench.output();
+    bench.notes();
     bench.is_served = false;
     bench.pass(10_000);
-    assert_eq!((bench.takeover.stage(), bench.output()), ("taken", Vec::new()));
+    assert_eq!((bench.takeover.stage(), bench.notes()), ("taken", Vec::new()));
 }
 
 #[test]

@@ -40,7 +40,12 @@ pub(crate) struct Fault {
 
 impl Fault {
     /// A fault of a sensor, made by an order to the sensor.
-    pub(crate) fn output(wheel: usize, order: &'static str, amount: f64, (from, until): (f64, f64)) -> Fault {
+    pub(crate) fn ordered(
+        wheel: usize,
+        order: &'static str,
+        amount: f64,
+        (from, until): (f64, f64),
+    ) -> Fault {
         Fault { target: Target::Wheel(wheel), kind: Kind::Told(order, amount), from, until }
     }
 }

@@ -48,8 +48,8 @@ impl Seen {
 
     /// The time of its measurement.
     fn measured(&self) -> f64 {
-        let output = (self.value * 1e7).round().rem_euclid(1e5) / 1e3;
-        self.at - (self.at - output).rem_euclid(TURN)
+        let stamp = (self.value * 1e7).round().rem_euclid(1e5) / 1e3;
+        self.at - (self.at - stamp).rem_euclid(TURN)
     }
 
     /// Its error at the time of measurement.
@@ -100,12 +100,12 @@ pub(crate) struct Judgement {
 pub(crate) fn judged(seen: &[Seen], begun: f64, last: f64) -> Judgement {
     let untrue = |is_good: bool| {
         let served = seen.iter().filter(|it| it.is_served() && it.is_good() == is_good && !it.is_true());
-        let output = served.map(|it| {
+        let values = served.map(|it| {
             let (at, age) = (it.at - begun, it.at - it.measured());
             let (value, lie, stale, lag) = (it.value, it.lie(), it.stale(), it.lag);
             format!("{at:.3} s: {value:.2}, measured {age:.3} s before, lag {lag:.3} s, off by {lie:.2}, {stale:.2}")
         });
-        output.collect()
+        values.collect()
     };
     let count = |is_so: fn(&Seen) -> bool| seen.iter().filter(|it| it.is_served() && is_so(it)).count();
     let after: Vec<&Seen> = seen.iter().filter(|seen| seen.at >= last).collect();
