@@ -171,6 +171,31 @@ fn the_values_of_a_small_file_are_bounded() {
     defused("values.jsonl.zst", &packed, " values are left out: of a file of ");
 }
 
+/// A battery at rest: rows that hardly differ are packed to few bytes, and are values all the same.
+#[test]
+#[cfg(feature = "zstd")]
+fn a_packed_table_that_hardly_changes_is_taken_whole() {
+    const ROWS: usize = 20_000;
+    const CELLS: usize = 20;
+    let head: String = (0..CELLS).map(|cell| format!(",cell_{cell}")).collect();
+    let voltage = |row: usize, cell: usize| 330 + cell + usize::from(row / 400 % CELLS == cell);
+    let row = |row: usize| {
+        let cells: String = (0..CELLS).map(|cell| format!(",3.{}", voltage(row, cell) - 300)).collect();
+        format!("{}.{}{cells}\n", row / 10, row % 10)
+    };
+    let text = format!("t [s]{head}\n{}", (0..ROWS).map(row).collect::<String>());
+    let packed = zstd::bulk::compress(text.as_bytes(), 3).unwrap();
+    assert!(packed.len() * 10 < ROWS * CELLS, "{} bytes", packed.len());
+    let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"))
+        .join(format!("rest-{}.csv.zst", std::process::id()));
+    std::fs::write(&file, packed).unwrap();
+    let wanted: Vec<Wanted> =
+        (0..CELLS).map(|cell| Wanted::new(format!("cell {cell}"), format!("rest#cell_{cell}"))).collect();
+    let recording = read(std::slice::from_ref(&file), &wanted, &ReadOptions::default()).unwrap();
+    std::fs::remove_file(&file).unwrap();
+    assert_eq!(recording.samples.len(), ROWS * CELLS, "{:?}", recording.warnings);
+}
+
 /// An object of BLF: its kind and its content.
 fn object(kind: u32, content: &[u8]) -> Vec<u8> {
     let length = u32::try_from(16 + content.len()).unwrap();
