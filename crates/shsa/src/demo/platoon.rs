@@ -16,13 +16,14 @@ use shsa_format::wiring::Form;
 use shsa_runtime::{Ending, Handle, Model, Options, Runtime, RuntimeError};
 use std::io::{Write, stdout};
 use std::net::{Ipv4Addr, TcpListener};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread::{self, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// How often the states are looked at.
+/// How often the states are looked at, and how often the sensors measure.
 const LOOK: Duration = Duration::from_millis(50);
-/// How many looks there are from one measurement to the next.
-const LOOKS_EACH: u32 = 2;
+const PERIOD: Duration = Duration::from_millis(100);
 /// How long the trucks may take to find each other, or to be served again.
 const PATIENCE_S: f64 = 15.0;
 /// Messages of one topic that may wait.
@@ -40,12 +41,13 @@ struct Aboard {
     served: Served,
 }
 
-/// What happened, and by what each truck is served after it, if by something else than before, and since when.
+/// What happened, by what each truck is served before it and in the end after it, and since when if that has changed.
 struct Effect {
     happening: Happening,
     at_s: f64,
     before: [Served; 2],
-    changes: [Option<(f64, Served)>; 2],
+    after: [Served; 2],
+    changed_at_s: [Option<f64>; 2],
 }
 
 /// Plays the scenario; the answer is no if one of the trucks does not serve its need at the end as at the begin.
@@ -63,14 +65,16 @@ pub(super) fn run(as_json: bool) -> anyhow::Result<Outcome> {
              for it, over Zenoh (tcp, 127.0.0.1 only).\n"
         )?;
     }
+    let sensors = Sensors::start(&aboard)?;
     let mut play =
-        Play { aboard: &mut aboard, radio: &radio, radar_works: true, effects: Vec::new(), as_json };
+        Play { aboard: &mut aboard, radio: &radio, sensors: &sensors, effects: Vec::new(), as_json };
     let first = play.find_each_other()?;
     play.play_out(&first)?;
     let last = play.served();
     let effects = play.effects;
     let states: Vec<Value> = aboard.iter().map(Aboard::need).collect::<anyhow::Result<_>>()?;
     let is_as_before = first == last;
+    sensors.stop()?;
     for truck in aboard {
         truck.handle.stop();
         truck.run.join().map_err(|_| anyhow!("the instance of {} has failed", truck.truck.name()))??;
@@ -98,15 +102,6 @@ impl Aboard {
         Ok(Aboard { truck, inbox, handle, run, served: (None, None) })
     }
 
-    /// Hands what the sensors on board measure to the instance.
-    fn measure(&self, at_s: f64, radar_works: bool) {
-        for reading in readings(self.truck, at_s, radar_works) {
-            let bytes = json!({ reading.field: reading.value }).to_string().into_bytes();
-            let received = self.inbox.clock().now();
-            self.inbox.push(Message::new(reading.topic.into(), received, Payload::Bytes(bytes.into())));
-        }
-    }
-
     /// The state of the truck's need.
     fn need(&self) -> anyhow::Result<Value> {
         let state = self.handle.state()?;
@@ -123,11 +118,53 @@ impl Aboard {
     }
 }
 
+/// The sensors on board of both trucks: they measure in a thread of their own, so that nothing that is looked at delays them.
+struct Sensors {
+    is_over: Arc<AtomicBool>,
+    radar_works: Arc<AtomicBool>,
+    thread: JoinHandle<()>,
+}
+
+impl Sensors {
+    fn start(aboard: &[Aboard; 2]) -> std::io::Result<Sensors> {
+        let (is_over, radar_works) = (Arc::new(AtomicBool::new(false)), Arc::new(AtomicBool::new(true)));
+        let (over, works) = (is_over.clone(), radar_works.clone());
+        let inboxes = aboard.each_ref().map(|truck| (truck.truck, truck.inbox.clone()));
+        let thread = thread::Builder::new().name("sensors".to_owned()).spawn(move || {
+            let started = Instant::now();
+            for count in 1.. {
+                for (truck, inbox) in &inboxes {
+                    measure(*truck, inbox, started.elapsed().as_secs_f64(), works.load(Ordering::Relaxed));
+                }
+                if over.load(Ordering::Relaxed) {
+                    return;
+                }
+                thread::sleep((PERIOD * count).saturating_sub(started.elapsed()));
+            }
+        })?;
+        Ok(Sensors { is_over, radar_works, thread })
+    }
+
+    fn stop(self) -> anyhow::Result<()> {
+        self.is_over.store(true, Ordering::Relaxed);
+        self.thread.join().map_err(|_| anyhow!("the sensors have failed"))
+    }
+}
+
+/// Hands what the sensors on board measure to the instance.
+fn measure(truck: Truck, inbox: &Inbox, at_s: f64, radar_works: bool) {
+    for reading in readings(truck, at_s, radar_works) {
+        let bytes = json!({ reading.field: reading.value }).to_string().into_bytes();
+        let received = inbox.clock().now();
+        inbox.push(Message::new(reading.topic.into(), received, Payload::Bytes(bytes.into())));
+    }
+}
+
 /// The scenario under way.
 struct Play<'a> {
     aboard: &'a mut [Aboard; 2],
     radio: &'a Radio,
-    radar_works: bool,
+    sensors: &'a Sensors,
     effects: Vec<Effect>,
     as_json: bool,
 }
@@ -140,9 +177,8 @@ impl Play<'_> {
     /// Waits until both are served by the best source.
     fn find_each_other(&mut self) -> anyhow::Result<[Served; 2]> {
         let started = Instant::now();
-        let mut looks = 0;
         while started.elapsed().as_secs_f64() < PATIENCE_S {
-            self.look(started, &mut looks, -PATIENCE_S)?;
+            self.look()?;
             if self.aboard.iter().all(|truck| truck.served.1.as_deref() == Some("ASIL B")) {
                 for truck in self.aboard.iter() {
                     self.print_line(0.0, truck.truck.name(), &described(&truck.served))?;
@@ -156,7 +192,7 @@ impl Play<'_> {
     /// Plays the scenario, by the looks and not by the clock: nothing happens while a truck is served by nothing, as on a machine that
     /// stalls. At the end the trucks are to be served as at first.
     fn play_out(&mut self, first: &[Served; 2]) -> anyhow::Result<()> {
-        let (started, mut looks) = (Instant::now(), 0);
+        let started = Instant::now();
         let mut scenario = SCENARIO.iter().peekable();
         let (mut played_s, mut waited_s) = (0.0, 0.0);
         while played_s < END_S || (self.served() != *first && waited_s < PATIENCE_S) {
@@ -171,7 +207,7 @@ impl Play<'_> {
                 None if played_s < END_S => played_s += LOOK.as_secs_f64(),
                 None => waited_s += LOOK.as_secs_f64(),
             }
-            for (at, has_changed) in self.look(started, &mut looks, 0.0)?.into_iter().enumerate() {
+            for (at, has_changed) in self.look()?.into_iter().enumerate() {
                 if has_changed {
                     self.note(at, started.elapsed().as_secs_f64())?;
                 }
@@ -187,22 +223,18 @@ impl Play<'_> {
 
     fn happen(&mut self, happening: Happening, at_s: f64) -> anyhow::Result<()> {
         match happening {
-            Happening::RadarFails => self.radar_works = false,
-            Happening::RadarWorks => self.radar_works = true,
+            Happening::RadarFails => self.sensors.radar_works.store(false, Ordering::Relaxed),
+            Happening::RadarWorks => self.sensors.radar_works.store(true, Ordering::Relaxed),
             Happening::LinkIsCut => self.radio.cut(),
             Happening::LinkIsBack => self.radio.restore(),
         }
-        self.effects.push(Effect { happening, at_s, before: self.served(), changes: [None, None] });
+        let (before, after) = (self.served(), self.served());
+        self.effects.push(Effect { happening, at_s, before, after, changed_at_s: [None, None] });
         self.print_line(at_s, "", happening.describe())
     }
 
-    /// Measures, waits, and looks at both trucks; returns whether what serves them has changed.
-    fn look(&mut self, started: Instant, looks: &mut u32, offset_s: f64) -> anyhow::Result<[bool; 2]> {
-        if looks.is_multiple_of(LOOKS_EACH) {
-            let at_s = offset_s + started.elapsed().as_secs_f64();
-            self.aboard.iter().for_each(|truck| truck.measure(at_s, self.radar_works));
-        }
-        *looks += 1;
+    /// Waits, and looks at both trucks; returns whether what serves them has changed.
+    fn look(&mut self) -> anyhow::Result<[bool; 2]> {
         thread::sleep(LOOK);
         let [leader, follower] = &mut *self.aboard;
         Ok([leader.look()?, follower.look()?])
@@ -212,9 +244,11 @@ impl Play<'_> {
     fn note(&mut self, at: usize, now_s: f64) -> anyhow::Result<()> {
         let Some(truck) = self.aboard.get(at) else { return Ok(()) };
         if let Some(effect) = self.effects.last_mut()
-            && let (Some(before), Some(change)) = (effect.before.get(at), effect.changes.get_mut(at))
+            && let Some(before) = effect.before.get(at)
+            && let (Some(after), Some(changed)) = (effect.after.get_mut(at), effect.changed_at_s.get_mut(at))
         {
-            *change = (truck.served != *before).then(|| (now_s, truck.served.clone()));
+            *changed = (truck.served != *before).then_some(now_s);
+            *after = truck.served.clone();
         }
         self.print_line(now_s, truck.truck.name(), &described(&truck.served))
     }
@@ -235,16 +269,13 @@ fn described((source, level): &Served) -> String {
 /// How long each change took, and what went out.
 fn figures(effects: &[Effect], states: &[Value]) -> String {
     let rows = effects.iter().map(|effect| {
-        let change = |change: &Option<(f64, Served)>| {
-            let after = |(at_s, served): &(f64, Served)| {
-                format!("{:.2} s: {}", at_s - effect.at_s, described(served))
-            };
-            change.as_ref().map_or("no change".to_owned(), after)
+        let change = |(after, changed): (&Served, &Option<f64>)| {
+            changed.map_or("no change".to_owned(), |at_s| {
+                format!("{:.2} s: {}", at_s - effect.at_s, described(after))
+            })
         };
-        [effect.happening.describe().to_owned()]
-            .into_iter()
-            .chain(effect.changes.iter().map(change))
-            .collect()
+        let changes = effect.after.iter().zip(&effect.changed_at_s).map(change);
+        [effect.happening.describe().to_owned()].into_iter().chain(changes).collect()
     });
     let changes = table(&["", "the leader serves, after", "the follower serves, after"], rows.collect());
     let trucks = [Truck::Leader, Truck::Follower].into_iter().zip(states);
@@ -257,12 +288,12 @@ fn figures(effects: &[Effect], states: &[Value]) -> String {
 
 fn figures_json(effects: &[Effect], states: &[Value], is_as_before: bool) -> Value {
     let effect = |effect: &Effect| {
-        let change = |change: &Option<(f64, Served)>| {
-            let after = |(at_s, (source, level)): &(f64, Served)| json!({ "after_s": at_s - effect.at_s, "source": source, "level": level });
-            change.as_ref().map(after)
+        let served = |at: usize| {
+            let (source, level) = effect.after.get(at)?;
+            let after_s = effect.changed_at_s.get(at)?.map(|at_s| at_s - effect.at_s);
+            Some(json!({ "after_s": after_s, "source": source, "level": level }))
         };
-        let [leader, follower] = effect.changes.each_ref().map(change);
-        json!({ "what": effect.happening.describe(), "at_s": effect.at_s, "leader": leader, "follower": follower })
+        json!({ "what": effect.happening.describe(), "at_s": effect.at_s, "leader": served(0), "follower": served(1) })
     };
     let need =
         |need: &Value| json!({ "published": need["published"], "longest_gap_s": need["longest_gap_s"] });
