@@ -278,6 +278,13 @@ impl Kernel for Product<'_> {
 /// A pivot up to this share of its diagonal element counts as zero.
 const ROUNDING: f64 = 16.0 * f64::EPSILON;
 
+/// Whether a pivot counts as zero: within rounding of its diagonal element, or so small that its inverse is no number. The
+/// variance of a state that forgets its past without noise gets as small as that.
+#[inline(always)]
+fn is_nothing(pivot: f64, own: f64) -> bool {
+    pivot <= ROUNDING * own || pivot < f64::MIN_POSITIVE
+}
+
 /// How far rounding alone may bring a pivot below zero, as a share of its diagonal element, while no earlier pivot is small.
 const LOST: f64 = 1e-10;
 
@@ -316,7 +323,7 @@ impl Kernel for Factor<'_> {
             if (pivot < -lost(magnified) * own || !is_number) && worst.is_none() {
                 worst = Some((j, pivot));
             }
-            let is_zero = pivot <= ROUNDING * own || !is_number;
+            let is_zero = is_nothing(pivot, own) || !is_number;
             *d.get_mut(j)? = if is_zero { 0.0 } else { pivot };
             let l = l.get_mut(j * n..(j + 1) * n)?;
             if is_zero {
@@ -353,7 +360,7 @@ impl Kernel for Definite<'_> {
         for j in 0..n {
             let (pivot, own) = (*work.get(j * n + j)?, p.get(j * n + j)?.abs());
             is_sound &= pivot >= -lost(magnified) * own && pivot.is_finite();
-            if pivot > ROUNDING * own {
+            if !is_nothing(pivot, own) {
                 eliminated.copy_from_slice(work.get(j * n..(j + 1) * n)?);
                 let inverse = 1.0 / pivot;
                 magnified *= own * inverse;

@@ -214,6 +214,17 @@ mod tests {
     }
 
     #[test]
+    fn a_variance_that_has_vanished_costs_the_others_nothing() {
+        let vanished = 5e-324;
+        let p = Matrix::from_row_slice(3, 3, &[4.0, 0.0, 1.0, 0.0, vanished, 0.0, 1.0, 0.0, 9.0]);
+        let (mut factors, mut healed) = (Factors::new(3), p.clone());
+        assert_eq!(factors.factor(&p, 3), None);
+        assert_eq!(factors.d, [4.0, 0.0, 8.75]);
+        assert!(!heal(&mut healed, &mut factors, &mut work(3)));
+        assert_eq!(healed, p);
+    }
+
+    #[test]
     fn covariances_are_checked() {
         let check = |numbers: &[f64]| check_covariance("P0", &Matrix::from_row_slice(2, 2, numbers), 2);
         assert_eq!(check(&[1.0, 0.5, 0.5, 1.0]), Ok(()));
