@@ -201,7 +201,7 @@ impl Estimator for Separate {
             let Some(value) = *value else { continue };
             speed.measure(at, Measurement { sensor, value, variance: None });
         }
-        let value = |fusion: &mut Fusion| fusion.estimate(at).map_or(0.0, |estimate| estimate.mean[0]);
+        let value = |fusion: &mut Fusion| fusion.estimate(at).map_or(f64::NAN, |estimate| estimate.mean[0]);
         self.quantities.each_mut().map(value)
     }
 }

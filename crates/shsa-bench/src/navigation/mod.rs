@@ -6,11 +6,13 @@
 
 mod simulated;
 mod methods;
+mod recorded;
 mod husky;
 
 use crate::table::{Table, write_document};
 use crate::{Outcome, notice};
 use methods::{Error, Method};
+use recorded::Drive;
 use serde_json::json;
 use simulated::{DEVICES, SECONDS, Scenario};
 use std::io::{Write, stdout};
@@ -23,9 +25,12 @@ pub(crate) struct Arguments {
     /// Simulated runs of each scenario, with the seeds 1, 2, and so on.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
     runs: u64,
-    /// The recording test1.bag of robot_localization, for the rover whose wheels freeze.
+    /// The recording test1.bag of robot_localization, for all methods, and for the rover whose wheels freeze.
     #[arg(long, value_name = "FILE")]
     husky: Option<PathBuf>,
+    /// The recording turtlebot3.bag of fuse, for all methods.
+    #[arg(long, value_name = "FILE")]
+    turtlebot3: Option<PathBuf>,
     /// Write navigation.md there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -65,9 +70,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         table(&results, "Position: mean square error in m²", |error| error.position.mean_square()),
         table(&results, "Speed: mean square error in (m/s)²", |error| error.speed.mean_square()),
     ];
+    let turtlebot3 = arguments.turtlebot3.as_deref().map(recorded::turtlebot3).transpose()?;
+    let husky = arguments.husky.as_deref().map(recorded::husky).transpose()?;
+    let drives: Vec<Drive> = turtlebot3.into_iter().chain(husky).collect();
+    if !drives.is_empty() {
+        tables.push(recorded::table(&drives, arguments.json)?);
+    }
     match &arguments.husky {
         Some(file) => tables.push(husky::table(file, arguments.json)?),
-        None => notice("SKIPPED: the recorded rover: no --husky FILE"),
+        None => notice("SKIPPED: the rover whose wheels freeze: no --husky FILE"),
     }
     if !arguments.json {
         tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;
@@ -97,7 +108,7 @@ fn introduction(arguments: &Arguments) -> String {
     let sensors: Vec<String> =
         DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
     format!(
-        "Written by `shsa-bench navigation --runs {} --husky husky/test1.bag --out docs`.\n\n\
+        "Written by `shsa-bench navigation --runs {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --out docs`.\n\n\
          A simulated rover drives for {SECONDS} s along a smooth path, and its true position is known. Its \
          sensors, with the standard deviation of their noise in SI units: {}. They deliver 1 to 50 values a \
          second, up to 0.2 s late. In *outliers* one of twenty values is off by ten deviations. In *wheel 1 \

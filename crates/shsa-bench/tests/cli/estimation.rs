@@ -40,6 +40,22 @@ fn a_filter_is_better_than_its_sensors_and_a_gate_than_a_liar() {
     assert!(speed("Marzullo") < 0.1 * speed("by confidence"));
 }
 
+/// Over 25 m, the filters stay within centimetres of the simulator's truth; no method invents a position without fixes.
+#[test]
+fn a_recorded_rover_knows_where_it_is() {
+    let Some(file) = recorded("turtlebot3/turtlebot3.bag") else { return };
+    let lines = lines(&format!("navigation --runs 1 --turtlebot3 {}", file.display()));
+    let error = |method: &str, what: &str| {
+        let found = lines.iter().find(|line| line["recording"] == "TurtleBot3" && line["method"] == method);
+        found.map_or(&Value::Null, |line| &line[what]).as_f64()
+    };
+    for method in ["dead reckoning", "EKF", "EKF, gated", "EKF, Huber", "EKF, Student", "UKF", "particles"] {
+        assert!(error(method, "position_mse_m2").is_some_and(|it| it < 0.02), "{method}");
+    }
+    assert_eq!(error("Marzullo", "position_mse_m2"), None);
+    assert!(error("EKF", "speed_mse_m2_s2") < error("dead reckoning", "speed_mse_m2_s2"));
+}
+
 /// The error stays below 1 % of the capacity without a fault, below 2 % with one sensor lost.
 #[test]
 fn the_charge_is_known_with_one_sensor_lost() {
