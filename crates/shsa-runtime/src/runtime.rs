@@ -101,6 +101,11 @@ impl Runtime {
             let bounds = Bounds { size: journal.size, older: journal.older };
             healers.iter_mut().try_for_each(|healer| healer.keep_journal(&journal.folder, bounds))?;
         }
+        for (model, recorder) in options.recorders {
+            if let Some(healer) = healers.iter_mut().find(|healer| healer.name() == model) {
+                healer.keep_record(recorder)?;
+            }
+        }
         if let Some(folder) = &options.state {
             healers.iter_mut().try_for_each(|healer| healer.keep_state(folder, clock.now()))?;
         }

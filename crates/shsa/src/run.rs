@@ -1,5 +1,7 @@
 //! `shsa run`: heals a running system with the library `shsa-runtime`: its arguments and its output.
 
+mod record;
+
 use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
 use crate::outcome::{AlreadyReported, Outcome};
@@ -98,6 +100,10 @@ pub(crate) struct Arguments {
     /// How many older files of the journal are kept.
     #[arg(long, value_name = "N", default_value_t = 7)]
     journal_keep: usize,
+    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler, as `shsa replay --record` does; of one model only. It
+    /// grows until the run ends, and can be replayed.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
@@ -268,6 +274,9 @@ fn reload(handle: &Handle) {
 
 /// The options of the run from the arguments, for these models.
 fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<Options> {
+    let engine = engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() };
+    let recorders = arguments.record.iter().map(|path| record::recorder(path, models, engine));
+    let recorders = recorders.collect::<anyhow::Result<_>>()?;
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
     let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
     let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
@@ -283,11 +292,12 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     };
     Ok(Options {
         name: arguments.name.clone(),
-        engine: engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() },
+        engine,
         form: arguments.form,
         wiring: wiring.unwrap_or_default(),
         sandbox: arguments.isolation.options()?,
         journal: arguments.journal.as_ref().map(journal),
+        recorders,
         state: arguments.state.clone(),
         join: arguments.join,
         token,
