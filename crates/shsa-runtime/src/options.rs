@@ -2,6 +2,7 @@
 
 use crate::control::Token;
 use crate::event_log::Printer;
+use crate::explained::Explainer;
 use crate::recording::RunRecorder;
 use crate::sandbox::SandboxOptions;
 use shsa_core::engine;
@@ -59,6 +60,10 @@ pub struct Options {
     pub duration: Option<Span>,
     /// The printer of decisions, one a line; `None`: there is none.
     pub printer: Option<Printer>,
+    /// Other instances to whose pages the live page leads: their names and addresses.
+    pub other_pages: Vec<(String, String)>,
+    /// What puts the evidence behind accusations into words, for the live page; `None`: the page does not show it.
+    pub explainer: Option<Explainer>,
 }
 
 impl Default for Options {
@@ -78,6 +83,8 @@ impl Default for Options {
             view_token: None,
             duration: None,
             printer: None,
+            other_pages: Vec::new(),
+            explainer: None,
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::connection::Connection;
 use crate::control::{Desk, Guard, Tokens, bus, http};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
+use crate::explained::Explained;
 use crate::federation::Federation;
 use crate::figures::Figures;
 use crate::handle::Handle;
@@ -120,6 +121,8 @@ impl Runtime {
             name,
             healers,
             log,
+            other_pages: options.other_pages,
+            explained: Explained::new(options.explainer, clock.now()),
             figures: Figures::new()?,
             requests,
             stop,

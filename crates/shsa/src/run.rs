@@ -19,6 +19,7 @@ use shsa_format::wiring::{Form, Wiring};
 use shsa_message::span::parse_span;
 use shsa_report::analysis::unwatched;
 use shsa_report::event_text;
+use shsa_report::explanation::evidence_json;
 use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
     substitute,
@@ -72,6 +73,9 @@ pub(crate) struct Arguments {
     /// Any other name is refused, as a page of somewhere else can have one that points here.
     #[arg(long, value_name = "NAME")]
     http_host: Vec<String>,
+    /// Another instance to whose page the live page leads, as `truck=http://10.0.0.2:7410/`; may be given several times.
+    #[arg(long, value_name = "NAME=URL", value_parser = named_page)]
+    other_page: Vec<(String, String)>,
     /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
     /// nothing can be changed.
     #[arg(long, value_name = "FILE")]
@@ -208,6 +212,15 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
     }
 }
 
+/// A name and the address of a page.
+fn named_page(text: &str) -> Result<(String, String), String> {
+    let named = text.split_once('=').filter(|(name, _)| !name.is_empty());
+    let is_page = |url: &str| url.starts_with("http://") || url.starts_with("https://");
+    let named = named.filter(|(_, url)| is_page(url));
+    let (name, url) = named.ok_or("write NAME=URL, as truck=http://10.0.0.2:7410/")?;
+    Ok((name.to_owned(), url.to_owned()))
+}
+
 /// Runs until it is interrupted, or its duration has passed.
 ///
 /// # Errors
@@ -304,6 +317,8 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
         view_token,
         duration: arguments.duration,
         printer: Some(printer(arguments.json, log)),
+        other_pages: arguments.other_page.clone(),
+        explainer: Some(Box::new(evidence_json)),
     })
 }
 
