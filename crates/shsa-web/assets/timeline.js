@@ -58,7 +58,7 @@ export class Timeline {
       try {
         const response = await ask(`/evidence?number=${event.number}`, this.token());
         const sections = await response.json();
-        if (sections) answer.replaceChildren(...sections.flatMap(section), made("p", { className: "soft", text: "Times count from the beginning of the run." }));
+        if (sections) answer.replaceChildren(...sections.flatMap((it) => section(it, event)), made("p", { className: "soft", text: "Times count from the beginning of the run." }));
         else setText(answer, "The evidence is not kept any more.");
       } catch (error) {
         setText(answer, `✗ ${error.message}`);
@@ -72,8 +72,9 @@ function told(event) {
   return [event.model, event.signal, event.relation, event.variable, event.need, event.because, event.substitution].filter(Boolean).join(" ");
 }
 
-function section({ title, items }) {
-  const entries = items.map(({ text, notes }) => made("li", { children: [text, ...notes.map((note) => made("div", { className: "soft", text: note }))] }));
+/** A part of the evidence, without what only repeats the reasons of the decision. */
+function section({ title, items }, { because }) {
+  const entries = items.filter(({ text }) => !text.includes(because)).map(({ text, notes }) => made("li", { children: [text, ...notes.map((note) => made("div", { className: "soft", text: note }))] }));
   return [made("h3", { text: title }), made("ul", { children: entries })];
 }
 
