@@ -107,7 +107,8 @@ heading. It has no fixes, so methods without a model have no position.
 The Husky is a real rover (`husky/test1.bag`, 395 s, 359 m): wheels, gyroscope and satellite fixes. The true \
 position is unknown. The methods are given every fifth fix, one in 2 s, and are judged by the other four. The \
 errors of fixes are correlated for a minute: how far a fix is from the truth does not show here, but only how well \
-a method carries it on.";
+a method carries it on. The gated filter has no estimate at times there: fixes contradict it, and nothing decides. \
+Without fixes, or with few, particles are too sparse.";
 
 /// A simulated TurtleBot3 with two wheels 0.287 m apart, of 33 mm radius: each wheel with the gyroscope gives a speed, and the
 /// command is the third. The pose of its odometry is the simulator's.
