@@ -12,6 +12,7 @@ mod learn;
 mod campaign;
 mod case_over_time;
 mod check;
+mod conformance;
 mod contingency;
 mod convert;
 mod drivetrain;
