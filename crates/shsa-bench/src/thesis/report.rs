@@ -1,7 +1,7 @@
 //! The results as tables and plots.
 
 use super::experiment::{Experiment, Kind};
-use super::published;
+use super::published::{self, Published};
 use super::record::{Record, Search};
 use shsa_core::plan::Take;
 use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
@@ -323,26 +323,52 @@ pub(super) fn charts(records: &[Record]) -> Vec<(String, Chart)> {
     let groups = groups(records);
     let mut visited = FIRST.to_vec();
     visited.push(Search::Visit);
-    [("first", "First answer in ex2", &visited[..]), ("all", "All answers in ex2", &ALL[..])]
+    let first: [Public; 2] = [
+        ("public SH-PGSA", |times| times.property_guided),
+        ("public ORR", |times| times.ontology),
+    ];
+    let all: [Public; 2] = [
+        ("public SH-PGSA", |times| times.property_guided_all),
+        ("public DFS", |times| times.depth_first_all),
+    ];
+    [
+        ("first", "First answer in ex2", &visited[..], first),
+        ("all", "All answers in ex2", &ALL[..], all),
+    ]
         .into_iter()
-        .map(|(name, title, searches)| (format!("thesis-{name}.svg"), chart(&groups, title, searches)))
+        .map(|(name, title, searches, public)| {
+            (format!("experiments-{name}.svg"), chart(&groups, title, searches, &public))
+        })
         .filter(|(_, chart)| chart.series.iter().any(|series| !series.points.is_empty()))
         .collect()
 }
 
-fn chart(groups: &[Group], title: &str, searches: &[Search]) -> Chart {
+/// A program of the thesis, and which of its times is shown.
+type Public = (&'static str, fn(&Published) -> &'static str);
+
+fn chart(groups: &[Group], title: &str, searches: &[Search], public: &[Public]) -> Chart {
     let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Log };
     let ex2 = || groups.iter().filter(|group| group.kind.experiment == Experiment::Ex2);
     let series = searches.iter().map(|&search| Series {
         name: search.name().to_owned(),
         points: ex2().filter_map(|group| point(group, search)).collect(),
     });
+    let published = public.iter().map(|(name, time)| Series {
+        name: (*name).to_owned(),
+        points: ex2().filter_map(|group| published_point(group, *time)).collect(),
+    });
     Chart {
         title: title.to_owned(),
         x: axis("variables and relations of the tree", ""),
         y: axis("time", "s"),
-        series: series.collect(),
+        series: series.chain(published).filter(|series| !series.points.is_empty()).collect(),
     }
+}
+
+/// The median time of a public program over its own graphs of the same size.
+fn published_point(group: &Group, time: fn(&Published) -> &'static str) -> Option<Point> {
+    let y = published::seconds(time(published::of(group.kind)?))?;
+    Some(Point { x: group.records.first()?.nodes as f64, low: y, y, high: y })
 }
 
 /// The times of a search, if it was never stopped.
