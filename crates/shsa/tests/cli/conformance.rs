@@ -40,7 +40,9 @@ fn text(output: &Output) -> String {
 
 #[test]
 fn every_case_is_answered_rightly() {
-    let Some(output) = script(&["judge.py", "--", "python3", "runners/shsa.py", super::PROGRAM]) else { return };
+    let Some(output) = script(&["judge.py", "--", "python3", "runners/shsa.py", super::PROGRAM]) else {
+        return;
+    };
     let text = text(&output);
     assert_eq!(output.status.code(), Some(0), "{text}");
     assert!(text.contains("| all | | 285 | 0 | 0 |"), "{text}");
