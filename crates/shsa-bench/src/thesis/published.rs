@@ -115,7 +115,10 @@ mod tests {
 
     #[test]
     fn times_are_read_and_searches_that_were_stopped_have_none() {
-        assert_eq!(["58 us", "1.1 ms", "8.7 s"].map(seconds), [Some(58.0 * 1e-6), Some(1.1 * 1e-3), Some(8.7)]);
+        assert_eq!(
+            ["58 us", "1.1 ms", "8.7 s"].map(seconds),
+            [Some(58.0 * 1e-6), Some(1.1 * 1e-3), Some(8.7)]
+        );
         assert_eq!(["> 60 s", ""].map(seconds), [None, None]);
     }
 }

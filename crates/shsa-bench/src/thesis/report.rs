@@ -323,18 +323,13 @@ pub(super) fn charts(records: &[Record]) -> Vec<(String, Chart)> {
     let groups = groups(records);
     let mut visited = FIRST.to_vec();
     visited.push(Search::Visit);
-    let first: [Public; 2] = [
-        ("public SH-PGSA", |times| times.property_guided),
-        ("public ORR", |times| times.ontology),
-    ];
+    let first: [Public; 2] =
+        [("public SH-PGSA", |times| times.property_guided), ("public ORR", |times| times.ontology)];
     let all: [Public; 2] = [
         ("public SH-PGSA", |times| times.property_guided_all),
         ("public DFS", |times| times.depth_first_all),
     ];
-    [
-        ("first", "First answer in ex2", &visited[..], first),
-        ("all", "All answers in ex2", &ALL[..], all),
-    ]
+    [("first", "First answer in ex2", &visited[..], first), ("all", "All answers in ex2", &ALL[..], all)]
         .into_iter()
         .map(|(name, title, searches, public)| {
             (format!("experiments-{name}.svg"), chart(&groups, title, searches, &public))
