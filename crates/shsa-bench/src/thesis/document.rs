@@ -1,6 +1,7 @@
 //! The document that the command writes.
 
 use super::Arguments;
+use super::charts;
 use super::record::Record;
 use super::report::{self, Table};
 use clap::ValueEnum;
@@ -23,7 +24,7 @@ The first answer of these programs need not be the best. The rover of these prog
 /// The tables as Markdown, with the command that makes them.
 pub(super) fn markdown(arguments: &Arguments, records: &[Record]) -> String {
     let tables: String = report::tables(records).iter().map(table).collect();
-    let plots: String = report::charts(records)
+    let plots: String = charts::charts(records)
         .iter()
         .map(|(name, chart)| format!("![{}]({name})\n\n", chart.title))
         .collect();

@@ -9,6 +9,7 @@ mod measure;
 mod published;
 mod record;
 mod report;
+mod charts;
 mod visit;
 
 use crate::Outcome;
@@ -82,7 +83,7 @@ fn write(folder: &Path, arguments: &Arguments, records: &[Record]) -> anyhow::Re
         let path = folder.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
-    for (name, chart) in report::charts(records) {
+    for (name, chart) in charts::charts(records) {
         put(&name, chart.svg())?;
     }
     put("experiments.jsonl", records.iter().map(|record| format!("{}\n", record.to_json())).collect())?;
