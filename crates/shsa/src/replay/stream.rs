@@ -10,10 +10,9 @@ use shsa_format::drive::{Era, Given, Run};
 use shsa_format::journal::{JournalWriter, is_journal_file};
 use shsa_format::recording::{self, Sample, Survey};
 use shsa_report::Source;
-use shsa_report::replay::{Part, Recorder, write_value};
+use shsa_report::replay::{Part, Recorder, ValueWriter, write_event_table};
 use std::cell::RefCell;
-use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::fs;
 use std::path::Path;
 use std::time::Instant;
 
@@ -37,7 +36,8 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let (true, Some(span)) = (survey.can_stream, survey.span) else { return Ok(None) };
     show::recording(&survey.recording);
-    let [journal, record, layout, mut values, page] = written(arguments)?;
+    let [journal, record, layout, output, events, page] = written(arguments)?;
+    let mut values = output.map(|file| arguments.values(file)).transpose()?;
     let made = made(arguments)?;
     let mcap = record.map(|file| Record { file, layout, made: &made }.begin(knowledge)).transpose()?;
     // Both closures below write to it.
@@ -63,7 +63,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         let values = values.as_mut();
         values.map_or(Ok(()), |values| {
             let mut publications = run.publications.iter();
-            Ok(publications.try_for_each(|it| write_value(knowledge, it, None, values))?)
+            Ok(publications.try_for_each(|it| values.write(knowledge, it, None))?)
         })
     };
     let run = Run::streamed(knowledge, span, arguments.options(), observations, record, look)?;
@@ -73,9 +73,10 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     if let Some(mut journal) = journal {
         journal.flush()?;
     }
-    values.as_mut().map(BufWriter::<File>::flush).transpose()?;
+    values.as_mut().map_or(Ok(()), ValueWriter::finish)?;
     let source = source(knowledge, survey);
     let parts = [Part { run: &run, clean: None, source: &source }];
+    events.map_or(Ok(()), |events| write_event_table(&parts, events))?;
     let page = page.zip(recorder.as_ref().map(std::slice::from_ref));
     finish(arguments, &parts, began.elapsed(), page).map(Some)
 }
