@@ -150,7 +150,13 @@ impl Piece {
         self.extents.insert(wanted, extent);
     }
 
-    fn span(&self) -> (Time, Time) {
+    /// The number of its samples.
+    pub(super) fn count(&self) -> usize {
+        self.extents.values().map(|it| usize::try_from(it.count).unwrap_or(0)).sum()
+    }
+
+    /// The earliest and the latest reception.
+    pub(super) fn span(&self) -> (Time, Time) {
         let from = self.extents.values().map(|it| it.from).min();
         let to = self.extents.values().map(|it| it.to).max();
         (from.unwrap_or_default(), to.unwrap_or_default())
