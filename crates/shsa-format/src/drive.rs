@@ -37,6 +37,17 @@ pub enum Given<'a> {
     Era(&'a Era),
 }
 
+impl Given<'_> {
+    /// The time of the input, or the begin of the era.
+    #[must_use]
+    pub fn time(self) -> Time {
+        match self {
+            Given::Input(input) => input.time(),
+            Given::Era(era) => era.from,
+        }
+    }
+}
+
 /// A past era: its knowledge base, and the counts of outputs at its end.
 #[derive(Clone, Debug)]
 pub struct Past {
@@ -61,7 +72,7 @@ pub struct Run {
     pub first: Time,
     /// The time of the latest input.
     pub last: Time,
-    /// Every decision, oldest first.
+    /// Every decision that was not [forgotten](Run::forget), oldest first.
     pub events: Vec<Event>,
     /// Every published value of the needs, oldest first.
     pub publications: Vec<Publication>,
@@ -187,6 +198,13 @@ impl Run {
     fn known(&self, is_in: impl Fn(&Past) -> bool) -> &KnowledgeBase {
         let at = self.past.partition_point(|past| !is_in(past));
         self.past.get(at).map_or(&self.knowledge, |past| &past.knowledge)
+    }
+
+    /// Drops the outputs and the past eras, so that a run without end needs no more memory.
+    pub fn forget(&mut self) {
+        self.events.clear();
+        self.publications.clear();
+        self.past.clear();
     }
 
     /// Changes to the knowledge base of an era.

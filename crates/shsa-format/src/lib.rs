@@ -13,6 +13,7 @@ pub mod fault;
 pub mod journal;
 pub mod model;
 pub mod order;
+pub mod parquet;
 pub mod recording;
 pub mod state;
 pub mod story;

@@ -10,7 +10,7 @@ pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> Strin
         "<!DOCTYPE html>\n<html lang=\"en\">\n<head>\n<meta charset=\"utf-8\">\n\
          <meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n\
          <title>{title}: {kind}</title>\n<style>\n{css}</style>\n</head>\n<body>\n\
-         <header><h1>{title}</h1>\n<p>{lead}</p></header>\n\
+         <header><p class=\"kind\">{kind}</p><h1>{title}</h1>\n<p>{lead}</p></header>\n\
          {body}<footer>shsa {version}</footer>\n</body>\n</html>\n",
         css = include_str!("page.css"),
         version = env!("CARGO_PKG_VERSION"),

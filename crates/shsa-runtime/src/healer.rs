@@ -8,10 +8,12 @@ pub(super) use serving::{ReportedState, Served};
 use super::bindings::{Carriers, OutputOptions};
 use super::execution::Execution;
 use super::held_back::HeldBack;
+use super::input_log::InputLog;
 use super::inputs::Inputs;
 use super::journal::{Bounds, Journal, Missing};
 use super::options::Model;
 use super::outlet::Outlet;
+use super::recording::{Recording, RunRecorder};
 use super::sandbox::{Consequences, SandboxOptions, Workers};
 use super::state_file::StateFile;
 use super::undelivered::Backlog;
@@ -53,7 +55,7 @@ pub(super) struct Healer {
     reported_model: KnowledgeBase,
     inputs: Inputs,
     output_options: OutputOptions,
-    journal: Option<Journal>,
+    input_log: InputLog,
     state_file: Option<StateFile>,
     patterns: Option<Patterns>,
     /// Whether a decision has not been saved yet.
@@ -102,7 +104,7 @@ impl Healer {
             reported_model: knowledge,
             inputs: Inputs::default(),
             output_options,
-            journal: None,
+            input_log: InputLog::default(),
             state_file: None,
             patterns: None,
             has_decided: false,
@@ -140,7 +142,18 @@ impl Healer {
     /// When the journal cannot be begun.
     pub(super) fn keep_journal(&mut self, folder: &Path, bounds: Bounds) -> Result<(), RuntimeError> {
         let journal = Journal::begin(folder, &self.name, bounds, self.engine.knowledge());
-        self.journal = Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
+        self.input_log.journal =
+            Some(journal.with_context(|| format!("writing a journal in {}", folder.display()))?);
+        Ok(())
+    }
+
+    /// Has every input recorded from now on.
+    ///
+    /// # Errors
+    /// When there can be no thread.
+    pub(super) fn keep_record(&mut self, recorder: Box<dyn RunRecorder>) -> Result<(), RuntimeError> {
+        let recording = Recording::begin(recorder);
+        self.input_log.recording = Some(recording.context("starting a recorder")?);
         Ok(())
     }
 
@@ -180,14 +193,14 @@ impl Healer {
     /// Takes in a message about any of its signals.
     pub(super) fn receive(&mut self, message: &Message, clock: &Clock) {
         self.takeovers.iter_mut().for_each(|takeover| takeover.note_message(message));
-        let Healer { engine, journal, work, observed, .. } = self;
+        let Healer { engine, input_log, work, observed, .. } = self;
         observed.clear();
         self.inputs.read(message, clock, |observation| {
             if !matches!(observation.value, RawValue::Number(value) if value.is_nan()) {
                 observed.push(observation.signal);
             }
-            tick(engine, journal, work, Ticks::before(observation.received));
-            *work = give(engine, journal, Input::Observation(observation));
+            tick(engine, input_log, work, Ticks::before(observation.received));
+            *work = give(engine, input_log, Input::Observation(observation));
         });
         let copied = self.outlets.iter_mut().filter_map(Outlet::template);
         let copied = copied.chain(self.takeovers.iter_mut().map(Takeover::template));
@@ -213,11 +226,9 @@ impl Healer {
 
     /// Advances the time, and collects the results.
     pub(super) fn pass(&mut self, now: Time) {
-        tick(&mut self.engine, &mut self.journal, &mut self.work, Ticks::up_to(now));
+        tick(&mut self.engine, &mut self.input_log, &mut self.work, Ticks::up_to(now));
         self.supervise(now);
-        if let Some(journal) = &mut self.journal {
-            journal.hand_over();
-        }
+        self.input_log.hand_over();
     }
 
     /// Supervises the processes, and takes in their reports.
@@ -251,13 +262,13 @@ impl Healer {
     }
 
     fn give(&mut self, input: Input) {
-        self.work = give(&mut self.engine, &mut self.journal, input);
+        self.work = give(&mut self.engine, &mut self.input_log, input);
     }
 
-    /// What is missing in its journal and its state file.
+    /// What is missing in its journal, its record and its state file.
     pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
-        let journal = self.journal.as_ref().map(Journal::missing);
-        journal.into_iter().chain(self.state_file.as_ref().map(|state_file| state_file.missing().clone()))
+        let state_file = self.state_file.as_ref().map(|state_file| state_file.missing().clone());
+        self.input_log.missing().chain(state_file)
     }
 
     /// Carries out an operator's order.
@@ -270,7 +281,7 @@ impl Healer {
             return Ok(());
         }
         self.engine.order(order, now).map_err(|refusal| words::refusal(&refusal))?;
-        self.record(&Input::Order { time: now, order: order.clone() });
+        self.input_log.record(Given::Input(&Input::Order { time: now, order: order.clone() }));
         Ok(())
     }
 
@@ -293,13 +304,6 @@ impl Healer {
     pub(super) fn remember_all(&mut self) {
         self.has_decided = true;
         self.remember();
-    }
-
-    fn record(&mut self, input: &Input) {
-        if let Some(journal) = &mut self.journal {
-            // The journal itself counts what it cannot write.
-            let _ = journal.record(Given::Input(input));
-        }
     }
 
     /// The next output.
@@ -359,18 +363,15 @@ impl Healer {
 }
 
 /// Passes due ticks to the engine; `work` is the time for the last one.
-fn tick(engine: &mut Engine, journal: &mut Option<Journal>, work: &mut Duration, mut ticks: Ticks) {
+fn tick(engine: &mut Engine, input_log: &mut InputLog, work: &mut Duration, mut ticks: Ticks) {
     while let Some(due) = ticks.next(engine) {
-        *work = give(engine, journal, Input::Tick(due));
+        *work = give(engine, input_log, Input::Tick(due));
     }
 }
 
-/// Writes an input to the journal and passes it to the engine; returns the engine's time.
-fn give(engine: &mut Engine, journal: &mut Option<Journal>, input: Input) -> Duration {
-    if let Some(journal) = journal {
-        // The journal itself counts what it cannot write.
-        let _ = journal.record(Given::Input(&input));
-    }
+/// Writes an input down and passes it to the engine; returns the engine's time.
+fn give(engine: &mut Engine, input_log: &mut InputLog, input: Input) -> Duration {
+    input_log.record(Given::Input(&input));
     let began = Instant::now();
     engine.handle(input);
     began.elapsed()

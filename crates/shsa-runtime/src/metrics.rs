@@ -138,7 +138,11 @@ fn of_disk(registry: &mut Registry, healers: &[Healer]) {
         let labels = vec![("model", healer.name().to_owned())];
         unsaved.get_or_create(&labels).inc_by(healer.missing().map(|it| it.inputs).sum());
     }
-    registry.register("unsaved", "Inputs that the journal lacks, and states that were not written", unsaved);
+    registry.register(
+        "unsaved",
+        "Inputs that the journal or the record lacks, and states that were not written",
+        unsaved,
+    );
 }
 
 fn of_signals(registry: &mut Registry, healers: &[Healer]) {

@@ -2,11 +2,14 @@
 
 use crate::control::Token;
 use crate::event_log::Printer;
+use crate::explained::Explainer;
+use crate::recording::RunRecorder;
 use crate::sandbox::SandboxOptions;
 use shsa_core::engine;
 use shsa_core::time::Span;
 use shsa_format::model::live::Live;
 use shsa_format::wiring::{Form, Wiring};
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 /// A model to run.
@@ -43,6 +46,8 @@ pub struct Options {
     pub sandbox: SandboxOptions,
     /// The journal of every input; `None`: none is written.
     pub journal: Option<JournalOptions>,
+    /// The recorders of runs, by the names of the models that they record; each works in a thread of its own.
+    pub recorders: BTreeMap<String, Box<dyn RunRecorder>>,
     /// The folder of the state files `MODEL.json`; `None`: no state outlasts the process.
     pub state: Option<PathBuf>,
     /// Whether to announce the models to other instances and to join theirs.
@@ -55,6 +60,10 @@ pub struct Options {
     pub duration: Option<Span>,
     /// The printer of decisions, one a line; `None`: there is none.
     pub printer: Option<Printer>,
+    /// Other instances to whose pages the live page leads: their names and addresses.
+    pub other_pages: Vec<(String, String)>,
+    /// What puts the evidence behind accusations into words, for the live page; `None`: the page does not show it.
+    pub explainer: Option<Explainer>,
 }
 
 impl Default for Options {
@@ -67,12 +76,15 @@ impl Default for Options {
             wiring: Wiring::default(),
             sandbox: SandboxOptions::default(),
             journal: None,
+            recorders: BTreeMap::new(),
             state: None,
             join: false,
             token: None,
             view_token: None,
             duration: None,
             printer: None,
+            other_pages: Vec::new(),
+            explainer: None,
         }
     }
 }

@@ -5,6 +5,7 @@ use crate::connection::Connection;
 use crate::control::{Desk, Guard, Tokens, bus, http};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
+use crate::explained::Explained;
 use crate::federation::Federation;
 use crate::figures::Figures;
 use crate::handle::Handle;
@@ -101,6 +102,11 @@ impl Runtime {
             let bounds = Bounds { size: journal.size, older: journal.older };
             healers.iter_mut().try_for_each(|healer| healer.keep_journal(&journal.folder, bounds))?;
         }
+        for (model, recorder) in options.recorders {
+            if let Some(healer) = healers.iter_mut().find(|healer| healer.name() == model) {
+                healer.keep_record(recorder)?;
+            }
+        }
         if let Some(folder) = &options.state {
             healers.iter_mut().try_for_each(|healer| healer.keep_state(folder, clock.now()))?;
         }
@@ -115,6 +121,8 @@ impl Runtime {
             name,
             healers,
             log,
+            other_pages: options.other_pages,
+            explained: Explained::new(options.explainer, clock.now()),
             figures: Figures::new()?,
             requests,
             stop,

@@ -10,6 +10,7 @@ use crate::control::bus::Tally;
 use crate::control::{Call, Guard};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
+use crate::explained::Explained;
 use crate::federation::Federation;
 use crate::figures::Figures;
 use crate::healer::{Effect, Healer, Served};
@@ -32,6 +33,10 @@ pub(super) struct Session {
     pub(super) bridge: Box<dyn Bridge>,
     pub(super) healers: Vec<Healer>,
     pub(super) log: EventLog,
+    /// The names and the pages of other instances.
+    pub(super) other_pages: Vec<(String, String)>,
+    /// The evidence behind the latest accusations.
+    pub(super) explained: Explained,
     pub(super) figures: Figures,
     pub(super) requests: Receiver<Call>,
     pub(super) stop: Arc<AtomicBool>,
@@ -154,15 +159,15 @@ impl Session {
     /// Publishes the values of the healers, saves their decisions and reports them, in this order: a value does not wait for its
     /// report.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
-        let Session { bridge, healers, log, figures, ownership, reported, .. } = self;
+        let Session { bridge, healers, log, explained, figures, ownership, reported, .. } = self;
         let mut entries = Vec::new();
-        for healer in healers.iter_mut() {
+        for (at, healer) in healers.iter_mut().enumerate() {
             while let Some(effect) = healer.poll(bridge.as_mut())? {
                 match effect {
                     Effect::Decided(event) => {
                         figures.decided(event.kind);
                         reported.doubt = Time::MIN;
-                        entries.push(log.entry(healer.reported_model(), &event));
+                        entries.push((log.entry(healer.reported_model(), &event), at, event));
                     }
                     Effect::Noted(kind, because) => {
                         let now = bridge.inbox().clock().now();
@@ -191,7 +196,11 @@ impl Session {
         // A decision is saved before it is reported, so that it survives a crash; values go out before both.
         bridge.flush();
         healers.iter_mut().for_each(Healer::remember);
-        entries.into_iter().for_each(|entry| log.publish(entry, bridge.as_mut()));
+        for (entry, at, event) in entries {
+            let number = log.next();
+            log.publish(entry, bridge.as_mut());
+            healers.get(at).into_iter().for_each(|healer| explained.keep(number, healer, &event));
+        }
         Ok(())
     }
 

@@ -8,14 +8,14 @@ import { Orders } from "./orders.js";
 import { Bands } from "./bands.js";
 import { Graph } from "./graph.js";
 import { WhatIf } from "./whatif.js";
-import { setText } from "./words.js";
+import { made, setText } from "./words.js";
 
 const link = document.getElementById("link");
 const choice = document.getElementById("model");
 const orders = new Orders();
 const token = () => orders.token();
 const bands = new Bands({ token });
-const timeline = new Timeline({ show: showBands });
+const timeline = new Timeline({ token, show: showBands });
 const views = {
   needs: new Needs({ show: showBands }),
   signals: new Signals({ show: showBands }),
@@ -70,12 +70,27 @@ function follow(models) {
   for (const view of Object.values(views)) view.reset(model);
 }
 
+/** Leads to the pages of other instances, to the same view. */
+function lead(others) {
+  const element = document.getElementById("others");
+  const known = JSON.stringify([others, location.hash]);
+  if (element.dataset.known === known) return;
+  element.dataset.known = known;
+  element.hidden = others.length === 0;
+  element.replaceChildren(...others.map(([name, url]) => {
+    const link = made("a", { text: `→ ${name}` });
+    link.href = url.split("#")[0] + location.hash;
+    return link;
+  }));
+}
+
 const stream = new Stream({
   token,
   heard: ({ head, models, events, isNew }) => {
     document.title = `${head.name} · shsa`;
     setText(document.getElementById("name"), head.name);
     tell(head.link === null ? `live · shsa ${head.version}` : `✗ the bus is not connected: ${head.link}`, head.link !== null);
+    lead(head.others ?? []);
     follow(models);
     timeline.take(events, isNew);
     orders.take(events, isNew);

@@ -1,5 +1,7 @@
 //! `shsa run`: heals a running system with the library `shsa-runtime`: its arguments and its output.
 
+mod record;
+
 use crate::bus::BusArguments;
 use crate::log::{self, Log, LogArguments};
 use crate::outcome::{AlreadyReported, Outcome};
@@ -17,6 +19,7 @@ use shsa_format::wiring::{Form, Wiring};
 use shsa_message::span::parse_span;
 use shsa_report::analysis::unwatched;
 use shsa_report::event_text;
+use shsa_report::explanation::evidence_json;
 use shsa_runtime::{
     Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
     substitute,
@@ -70,6 +73,9 @@ pub(crate) struct Arguments {
     /// Any other name is refused, as a page of somewhere else can have one that points here.
     #[arg(long, value_name = "NAME")]
     http_host: Vec<String>,
+    /// Another instance to whose page the live page leads, as `truck=http://10.0.0.2:7410/`; may be given several times.
+    #[arg(long, value_name = "NAME=URL", value_parser = named_page)]
+    other_page: Vec<(String, String)>,
     /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
     /// nothing can be changed.
     #[arg(long, value_name = "FILE")]
@@ -98,6 +104,10 @@ pub(crate) struct Arguments {
     /// How many older files of the journal are kept.
     #[arg(long, value_name = "N", default_value_t = 7)]
     journal_keep: usize,
+    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler, as `shsa replay --record` does; of one model only. It
+    /// grows until the run ends, and can be replayed.
+    #[arg(long, value_name = "FILE")]
+    record: Option<PathBuf>,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
@@ -202,6 +212,15 @@ fn http_address(text: &str) -> Result<HttpAddress, String> {
     }
 }
 
+/// A name and the address of a page.
+fn named_page(text: &str) -> Result<(String, String), String> {
+    let named = text.split_once('=').filter(|(name, _)| !name.is_empty());
+    let is_page = |url: &str| url.starts_with("http://") || url.starts_with("https://");
+    let named = named.filter(|(_, url)| is_page(url));
+    let (name, url) = named.ok_or("write NAME=URL, as truck=http://10.0.0.2:7410/")?;
+    Ok((name.to_owned(), url.to_owned()))
+}
+
 /// Runs until it is interrupted, or its duration has passed.
 ///
 /// # Errors
@@ -268,6 +287,9 @@ fn reload(handle: &Handle) {
 
 /// The options of the run from the arguments, for these models.
 fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<Options> {
+    let engine = engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() };
+    let recorders = arguments.record.iter().map(|path| record::recorder(path, models, engine));
+    let recorders = recorders.collect::<anyhow::Result<_>>()?;
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
     let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
     let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
@@ -283,17 +305,20 @@ fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<
     };
     Ok(Options {
         name: arguments.name.clone(),
-        engine: engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() },
+        engine,
         form: arguments.form,
         wiring: wiring.unwrap_or_default(),
         sandbox: arguments.isolation.options()?,
         journal: arguments.journal.as_ref().map(journal),
+        recorders,
         state: arguments.state.clone(),
         join: arguments.join,
         token,
         view_token,
         duration: arguments.duration,
         printer: Some(printer(arguments.json, log)),
+        other_pages: arguments.other_page.clone(),
+        explainer: Some(Box::new(evidence_json)),
     })
 }
 

@@ -29,10 +29,13 @@ fn commands() -> Vec<String> {
     commands_of(&readme())
 }
 
-/// Every command in the console blocks of a page, without the comments behind them.
+/// Every command in the console blocks and in the indented blocks of a page, without the comments behind them.
 fn commands_of(page: &str) -> Vec<String> {
     let blocks = page.split("```console\n").skip(1).filter_map(|rest| rest.split("```").next());
-    let lines = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("$ "));
+    let prompted = blocks.flat_map(str::lines).filter_map(|line| line.strip_prefix("$ "));
+    let indented =
+        page.lines().filter_map(|line| line.strip_prefix("    ")).filter(|it| it.starts_with("shsa "));
+    let lines = prompted.chain(indented);
     lines.map(|line| line.split("  #").next().unwrap_or_default().trim().to_owned()).collect()
 }
 

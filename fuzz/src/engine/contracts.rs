@@ -75,7 +75,7 @@ pub(super) fn order(knowledge: &KnowledgeBase, kind: u8, about: usize, how: u8) 
     let attested: Vec<String> = rows
         .iter()
         .flat_map(|row| row.evidence.iter().map(move |it| (row, it)))
-        .filter(|(_, it)| it.source == EvidenceSource::Told)
+        .filter(|(_, it)| it.source == EvidenceSource::Attested)
         .map(|(row, it)| format!("{}/{}", row.name, it.name))
         .collect();
     let evidence = attested.get(about.checked_rem(attested.len())?)?.clone();

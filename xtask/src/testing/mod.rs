@@ -22,6 +22,9 @@ const BESIDE: [&str; 2] = ["data", "reference"];
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
 const WAITING: [&str; 7] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "memory"];
 
+/// How many tests of a program run at a time. Those that mostly wait, in the program that takes longest, need more than one a core.
+const THREADS: [(&str, &str); 1] = [("live", "3")];
+
 /// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 
@@ -231,7 +234,10 @@ fn work(
         let line: Vec<&OsStr> =
             under.iter().map(OsStr::new).chain([program.executable.as_os_str()]).collect();
         let began = Instant::now();
-        let output = Command::new(line[0]).args(&line[1..]).current_dir(&program.folder).output();
+        let mut command = Command::new(line[0]);
+        command.args(&line[1..]).current_dir(&program.folder);
+        command.envs(THREADS.iter().filter(|it| it.0 == program.name).map(|it| ("RUST_TEST_THREADS", it.1)));
+        let output = command.output();
         shared.change(|queue| {
             println!("-- {} in {} s", program.executable.display(), began.elapsed().as_secs());
             let Ok(output) = output else {

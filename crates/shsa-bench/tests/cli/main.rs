@@ -1,6 +1,7 @@
 //! `shsa-bench` from outside: small runs.
 
 mod bench;
+mod documents;
 mod estimation;
 mod experiments;
 #[path = "../../../shsa/tests/cli/folder.rs"]

@@ -186,7 +186,7 @@ impl Candidacy {
     fn while_fails(&self, knowledge: &KnowledgeBase, contract: ContractId, watched: &Watched) -> Assessment {
         let composition = &self.composition;
         let is_it = |of: ContractId, it: &Watched| {
-            let is_attested = it.source == EvidenceSource::Told;
+            let is_attested = it.source == EvidenceSource::Attested;
             let is_alike =
                 (it.source, it.within, it.max_age) == (watched.source, watched.within, watched.max_age);
             is_alike && (!is_attested || (of, &it.name) == (contract, &watched.name))

@@ -97,7 +97,7 @@ impl Piece {
                 signal,
                 Measure::Rate | Measure::Age | Measure::Width | Measure::Value,
             ) => self.reading.until <= now || has_spoken(signal),
-            EvidenceSource::Signal(..) | EvidenceSource::Source(_) | EvidenceSource::Told => true,
+            EvidenceSource::Signal(..) | EvidenceSource::Source(_) | EvidenceSource::Attested => true,
         }
     }
 
@@ -105,10 +105,10 @@ impl Piece {
     /// contract.
     fn is(&self, contract: ContractId, watched: &Watched, of: Option<usize>) -> bool {
         let own = &self.watched;
-        let is_told = own.source == EvidenceSource::Told;
+        let is_attested = own.source == EvidenceSource::Attested;
         (own.source, self.of, own.within, own.max_age)
             == (watched.source, of, watched.within, watched.max_age)
-            && (!is_told || (self.contract, &own.name) == (contract, &watched.name))
+            && (!is_attested || (self.contract, &own.name) == (contract, &watched.name))
     }
 }
 
@@ -189,19 +189,19 @@ impl Assessments {
 
     /// The preferred ways that do not meet the demands and have to be reported. A refusal is reported once when it begins, and
     /// not again within `calm`; an open verdict is reported once it has lasted too long.
-    pub fn untold(&mut self, calm: Span, now: Time) -> Vec<Refused> {
+    pub fn due_refusals(&mut self, calm: Span, now: Time) -> Vec<Refused> {
         let Some(demanded) = &mut self.0 else { return Vec::new() };
         let grace = demanded.grace;
-        let untold = |it: &mut Assessed| {
-            let is_due = it.told_at(grace).is_some_and(|at| at <= now);
-            let is_calm = it.told.is_none_or(|told| now - told >= calm);
+        let due_refusals = |it: &mut Assessed| {
+            let is_due = it.report_due_at(grace).is_some_and(|at| at <= now);
+            let is_calm = it.reported.is_none_or(|reported| now - reported >= calm);
             if !is_due || !is_calm {
                 return None;
             }
-            (it.is_news, it.told) = (false, Some(now));
+            (it.is_news, it.reported) = (false, Some(now));
             Some(it.refused())
         };
-        demanded.ways.iter_mut().filter_map(untold).collect()
+        demanded.ways.iter_mut().filter_map(due_refusals).collect()
     }
 
     /// The operator's override of the contract; `None` where there is none.

@@ -186,7 +186,7 @@ impl Engine {
 /// The names of the evidence that an operator can give.
 fn attestable(knowledge: &KnowledgeBase) -> Vec<String> {
     let of = |contract: &Contract| {
-        let attested_orders = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Told);
+        let attested_orders = contract.evidence.iter().filter(|it| it.source == EvidenceSource::Attested);
         attested_orders.map(|it| format!("{}/{}", contract.name, it.name)).collect::<Vec<_>>()
     };
     knowledge.contracts().rows().iter().flat_map(of).collect()

@@ -80,7 +80,7 @@ impl Instruments<'_> {
     /// of its variable.
     pub(super) fn read(&self, contract: ContractId, watched: &Watched, way: &Way) -> Reading {
         match watched.source {
-            EvidenceSource::Told => self.attested_reading(contract, watched),
+            EvidenceSource::Attested => self.attested_reading(contract, watched),
             EvidenceSource::Signal(signal, Measure::Verdict) => Reading::lasting(self.verdict(signal)),
             EvidenceSource::Source(Measure::Verdict) => Reading::lasting(self.verdict_of(way)),
             EvidenceSource::Signal(signal, measure) => self.judged(watched, self.of_signal(signal, measure)),

@@ -147,7 +147,7 @@ pub enum EvidenceSource {
     /// From the source that serves the need: the values of the substitution in use.
     Source(Measure),
     /// From an operator: a manual check.
-    Told,
+    Attested,
 }
 
 /// A quantity of a signal, or of the source of a need.

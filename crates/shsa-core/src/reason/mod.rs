@@ -71,7 +71,7 @@ impl Reasons {
     /// A reason in words from outside.
     #[must_use]
     pub fn in_words(words: impl Into<String>) -> Reasons {
-        Reasons::from(Reason::Told { words: words.into() })
+        Reasons::from(Reason::Text { words: words.into() })
     }
 
     /// Appends further reasons.

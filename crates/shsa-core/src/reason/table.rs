@@ -430,5 +430,5 @@ reasons! {
 
     // Words from outside.
     /// Words that were read from a state or a journal of an earlier version.
-    "told" Told { words: String = "The words." };
+    "told" Text { words: String = "The words." };
 }

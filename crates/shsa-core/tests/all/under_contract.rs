@@ -108,7 +108,7 @@ fn observed(leaf: &Leaf, signal: SignalId, heat: SignalId) -> (EvidenceSource, O
             (EvidenceSource::Signal(signal, Measure::Age), Some(Interval::new(0.0, *age_ms as f64 / 1e3)))
         }
         Leaf::Cool(most) => (EvidenceSource::Signal(heat, Measure::Value), Some(Interval::new(-1e9, *most))),
-        Leaf::Installed => (EvidenceSource::Told, None),
+        Leaf::Installed => (EvidenceSource::Attested, None),
     }
 }
 

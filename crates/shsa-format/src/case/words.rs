@@ -62,7 +62,7 @@ fn within(range: Interval, inclusion: Inclusion, quantity: &dyn Fn(f64) -> Strin
 #[must_use]
 pub fn watched(knowledge: &KnowledgeBase, watched: &Watched) -> String {
     let (of, measure) = match watched.source {
-        EvidenceSource::Told => return format!("{}, as somebody says", watched.name),
+        EvidenceSource::Attested => return format!("{}, as somebody says", watched.name),
         EvidenceSource::Signal(signal, measure) => (knowledge.signals()[signal].name.as_str(), measure),
         EvidenceSource::Source(measure) => ("what serves the need", measure),
     };

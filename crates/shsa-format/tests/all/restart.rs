@@ -219,7 +219,7 @@ fn reasons_that_an_earlier_version_wrote_in_words_are_read() {
     let again: Vec<_> = again.verdicts.iter().filter_map(|it| it.accusation.as_ref()).collect();
     assert_eq!(again.iter().map(|it| words::reasons(&it.because)).collect::<Vec<_>>(), reported);
     let is_reported =
-        |because: &Reasons| matches!(because.clauses(), [Clause { reason: Reason::Told { .. }, .. }]);
+        |because: &Reasons| matches!(because.clauses(), [Clause { reason: Reason::Text { .. }, .. }]);
     assert!(again.iter().all(|it| is_reported(&it.because)), "{again:?}");
     assert!(!accusations().any(|it| is_reported(&it.because)), "the engine tells no words of its own");
 }

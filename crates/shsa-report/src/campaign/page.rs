@@ -42,12 +42,15 @@ pub fn page(campaign: &Campaign<'_>, title: &str, comparison: Option<&Comparison
 
 fn maps(campaign: &Campaign<'_>, counted: &[Counted<'_>]) -> Vec<Heat> {
     let duration = campaign.grid.duration.seconds();
+    let slowest = counted.iter().filter_map(|(_, tally)| tally.median()).max();
+    let slowest = slowest.filter(|slowest| *slowest > Span::ZERO).map_or(duration, Span::seconds);
     let mut maps = vec![
         heat(campaign, counted, "Detected, share of the runs", |tally| tally.share(tally.detected)),
         heat(campaign, counted, "Isolated, share of the runs", |tally| tally.share(tally.isolated)),
         heat(campaign, counted, "Wrong blame, share of the runs", |tally| tally.share(tally.wrong_blame)),
         Heat {
-            full: duration,
+            // The colours resolve the latencies that occur; most are far shorter than the fault.
+            full: slowest,
             ..heat(campaign, counted, &format!("Median latency, s, of a fault's {duration:.1} s"), |tally| {
                 tally.median().map(Span::seconds)
             })

@@ -106,6 +106,18 @@ pub(crate) fn evidence_sections(
     EvidenceInWords { signal, words, evidence, event: Some(event) }.evidence_sections()
 }
 
+/// The evidence about the signal of a decision as JSON: sections with a `title` and `items`, each a `text` with `notes`. Times in the
+/// texts count from `first`.
+#[must_use]
+pub fn evidence_json(known: &KnowledgeBase, first: Time, evidence: &Evidence, event: &Event) -> Value {
+    let item = |item: Item| serde_json::json!({ "text": item.text, "notes": item.notes });
+    let section = |section: Section| {
+        let items: Vec<Value> = section.items.into_iter().map(item).collect();
+        serde_json::json!({ "title": section.title, "items": items })
+    };
+    evidence_sections(known, first, evidence, event).into_iter().map(section).collect()
+}
+
 fn item(text: impl Into<String>) -> Item {
     Item { text: text.into(), notes: Vec::new() }
 }

@@ -123,21 +123,21 @@ impl Track {
     }
 }
 
-/// The time to be shown before and after a decision, so that its cause is visible.
+/// The time to be shown before and after a decision, so that its cause is visible: that of a trend lies before its alarm, by
+/// the time over which the trend averages.
 pub(super) fn half_window(engine: &Engine, evidence: &Evidence) -> Span {
     let periods = evidence.comparisons.iter().flat_map(|each| [each.own.index, each.other.index]);
     let periods = periods.filter_map(|index| engine.monitor().way(index)?.computation.timing().period);
-    let onset =
-        evidence.comparisons.iter().filter(|each| each.is_conflict()).filter_map(|each| each.onset).min();
+    let period = periods.max().unwrap_or(Span::ZERO);
+    let conflicts = || evidence.comparisons.iter().filter(|each| each.is_conflict());
+    let onset = conflicts().filter_map(|each| each.onset).min();
     let latency = onset.map_or(Span::ZERO, |onset| evidence.time - onset);
+    let of_trends = conflicts().filter(|each| each.together.is_some());
+    let of_trends = of_trends.filter_map(|each| engine.monitor().residuals().get(each.pair));
+    let averaged = of_trends.map(|pair| pair.trend.latency(period)).max().unwrap_or(Span::ZERO);
     let timeout = engine.knowledge().signals()[evidence.signal].timeout.unwrap_or(Span::ZERO);
-    [
-        Span::from_millis(2_000),
-        latency.times(3),
-        timeout.times(3),
-        periods.max().unwrap_or(Span::ZERO).times(15),
-    ]
-    .into_iter()
-    .max()
-    .unwrap_or_default()
+    [Span::from_millis(2_000), latency.times(3), averaged.times(3), timeout.times(3), period.times(15)]
+        .into_iter()
+        .max()
+        .unwrap_or_default()
 }

@@ -138,6 +138,11 @@ impl<W: Seekable> Channels<W> {
         self.writer.write_to_known_channel(&header, data)
     }
 
+    /// Ends the chunk, and writes it out.
+    pub(super) fn flush(&mut self) -> McapResult<()> {
+        self.writer.flush()
+    }
+
     /// Writes an index and ends the file. `layout` is attached.
     pub(super) fn finish(&mut self, layout: &Value) -> McapResult<()> {
         self.writer.attach(&Attachment {

@@ -5,7 +5,10 @@
 //! inputs of the run, so that it replays to the same decisions.
 
 mod channels;
+mod follower;
 mod layout;
+
+pub use follower::Follower;
 
 use crate::bands::BandSource;
 use crate::replay::Provenance;
@@ -69,7 +72,9 @@ pub struct McapRecorder<W: Seekable> {
     channels: Channels<W>,
     journal: JournalWriter<Vec<u8>>,
     ways: Vec<Recorded>,
-    eras: Option<usize>,
+    /// The version of the model that is followed.
+    version: Option<u64>,
+    /// The decisions that are recorded, of those that the run has.
     events: usize,
     /// The signal of an observation whose reading is not yet recorded, with the time of its reception.
     observed: Option<(SignalId, Time)>,
@@ -92,7 +97,7 @@ impl<W: Seekable> McapRecorder<W> {
     pub fn new(output: W, known: &KnowledgeBase, provenance: &Provenance) -> io::Result<McapRecorder<W>> {
         let channels = Channels::new(output, provenance).map_err(io::Error::other)?;
         let journal = JournalWriter::new(Vec::new(), known)?;
-        Ok(McapRecorder { channels, journal, ways: Vec::new(), eras: None, events: 0, observed: None })
+        Ok(McapRecorder { channels, journal, ways: Vec::new(), version: None, events: 0, observed: None })
     }
 
     /// Records an input; call it before the input is given to the run.
@@ -104,10 +109,7 @@ impl<W: Seekable> McapRecorder<W> {
         if let Given::Input(Input::Observation(observation)) = given {
             self.observed = Some((observation.signal, observation.received));
         }
-        let time = match given {
-            Given::Input(input) => input.time(),
-            Given::Era(era) => era.from,
-        };
+        let time = given.time();
         let lines = std::mem::take(self.journal.output_mut());
         for line in lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
             self.channels
@@ -124,6 +126,20 @@ impl<W: Seekable> McapRecorder<W> {
     /// Errors of the output.
     pub fn look(&mut self, run: &Run, publications: usize) -> io::Result<()> {
         self.follow_up(run, publications).map_err(io::Error::other)
+    }
+
+    /// Drops the outputs of the run that are recorded, so that a run without end needs no more memory.
+    pub fn forget(&mut self, run: &mut Run) {
+        run.forget();
+        self.events = 0;
+    }
+
+    /// Writes out what is buffered: the file can be read up to here from then on.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.channels.flush().map_err(io::Error::other)
     }
 
     /// Ends the file. Returns a layout for Foxglove that shows needs, ways, verdicts and decisions; it is in the file, too.
@@ -144,7 +160,8 @@ impl<W: Seekable> McapRecorder<W> {
     }
 
     fn follow_up(&mut self, run: &Run, publications: usize) -> McapResult<()> {
-        if self.eras.replace(run.past.len()) != Some(run.past.len()) {
+        let version = run.engine.knowledge().version();
+        if self.version.replace(version) != Some(version) {
             self.follow(run);
             for signal in run.engine.knowledge().signals().ids() {
                 self.verdict(run, signal)?;

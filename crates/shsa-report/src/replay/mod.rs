@@ -2,6 +2,7 @@
 
 mod picture;
 mod needs;
+mod table;
 mod values;
 mod json;
 mod text;
@@ -14,7 +15,8 @@ mod page;
 pub use over_time::CasesOverTime;
 pub use page::Provenance;
 pub use picture::Recorder;
-pub use values::{write_value, write_values};
+pub use table::{ValueTable, write_event_table};
+pub use values::ValueWriter;
 
 use crate::analysis::{shortened, unwatched};
 use crate::{ReportError, Source};

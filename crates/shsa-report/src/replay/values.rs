@@ -1,6 +1,7 @@
-//! The values of needs that a replay publishes, as JSON lines.
+//! The values of needs that a replay publishes, as JSON lines or as a table.
 
 use super::Part;
+use super::table::ValueTable;
 use serde_json::{Value, json};
 use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{Publication, PublishedValue};
@@ -8,35 +9,68 @@ use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
 use std::io::{self, Write};
 
-/// Writes the values of all needs as JSON lines, in the variables' units; with the session's number if there are several.
-///
-/// # Errors
-/// Errors of the output.
-pub fn write_values(parts: &[Part<'_>], mut output: impl Write) -> io::Result<()> {
-    for (at, part) in parts.iter().enumerate() {
-        let session = (parts.len() > 1).then_some(at + 1);
-        for (knowledge, publication) in part.run.publications_with_models(0) {
-            write_value(knowledge, publication, session, &mut output)?;
-        }
-    }
-    output.flush()
+/// Writes the values of needs, in the variables' units.
+pub enum ValueWriter<W> {
+    /// As JSON lines.
+    Lines(W),
+    /// As a table of Parquet.
+    Table(ValueTable<W>),
 }
 
-/// Writes one value as a JSON line; with the number of its session, if it is one of several.
-///
-/// # Errors
-/// Errors of the output.
-pub fn write_value(
-    knowledge: &KnowledgeBase,
-    publication: &Publication,
-    session: Option<usize>,
-    output: &mut impl Write,
-) -> io::Result<()> {
-    let mut value = value_json(knowledge, publication);
-    if let (Some(session), Some(value)) = (session, value.as_object_mut()) {
-        value.insert("session".to_owned(), json!(session));
+impl<W: Write> ValueWriter<W> {
+    /// Writes a table of Parquet, or JSON lines.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn new(output: W, is_table: bool) -> io::Result<ValueWriter<W>> {
+        Ok(if is_table { ValueWriter::Table(ValueTable::new(output)?) } else { ValueWriter::Lines(output) })
     }
-    writeln!(output, "{value}")
+
+    /// Writes the values of all needs; with the session's number if there are several.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn write_all(&mut self, parts: &[Part<'_>]) -> io::Result<()> {
+        for (at, part) in parts.iter().enumerate() {
+            let session = (parts.len() > 1).then_some(at + 1);
+            for (knowledge, publication) in part.run.publications_with_models(0) {
+                self.write(knowledge, publication, session)?;
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes one value; with the number of its session, if it is one of several.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn write(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        publication: &Publication,
+        session: Option<usize>,
+    ) -> io::Result<()> {
+        let output = match self {
+            ValueWriter::Table(table) => return table.write(knowledge, publication, session),
+            ValueWriter::Lines(output) => output,
+        };
+        let mut value = value_json(knowledge, publication);
+        if let (Some(session), Some(value)) = (session, value.as_object_mut()) {
+            value.insert("session".to_owned(), json!(session));
+        }
+        writeln!(output, "{value}")
+    }
+
+    /// Ends the output.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn finish(&mut self) -> io::Result<()> {
+        match self {
+            ValueWriter::Lines(output) => output.flush(),
+            ValueWriter::Table(table) => table.finish(),
+        }
+    }
 }
 
 fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {

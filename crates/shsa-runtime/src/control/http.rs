@@ -8,6 +8,7 @@
 //! | `GET /bands?model=NAME&variable=NAME` | the values of all ways of knowing a variable, as server-sent events |
 //! | `GET /model?model=NAME` | the content of a model |
 //! | `GET /what-if?model=NAME&lost=["a"]` | what would serve its needs without some signals |
+//! | `GET /evidence?number=N` | the evidence for a decision that accuses a signal |
 //! | `GET /health` | 200 while every need is served, else 503; the needs with their quality |
 //! | `GET /state` | the whole state: needs, signals with verdicts and counts, figures |
 //! | `GET /events?since=N` | the last decisions from number N on |
@@ -98,6 +99,7 @@ fn routes(shared: Shared) -> Router {
         .route("/bands", get(web::bands))
         .route("/model", get(web::model))
         .route("/what-if", get(web::what_if))
+        .route("/evidence", get(web::evidence))
         .route("/metrics", get(metrics))
         .layer(from_fn_with_state(shared.clone(), admit));
     looks

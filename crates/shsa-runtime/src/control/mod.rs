@@ -36,6 +36,8 @@ pub(super) enum Request {
     Bands(BandsOf),
     /// To hand over the knowledge base of the model of this name, where there is one.
     Model(String, oneshot::Sender<Box<KnowledgeBase>>),
+    /// The evidence for the decision of this number.
+    Evidence(u64),
     /// The decisions from this number on.
     Events(u64),
     /// Figures in the text format of Prometheus.

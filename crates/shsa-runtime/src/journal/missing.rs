@@ -2,7 +2,7 @@
 
 use std::sync::{Mutex, PoisonError};
 
-/// What is missing in a journal or a state file.
+/// What is missing in a journal, a record or a state file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub(in super::super) struct Missing {
     /// Inputs that were not written.

@@ -20,7 +20,7 @@ const COMPARED: Span = Span::from_millis(60_000);
 pub(in super::super) struct Reported {
     pub(super) next: Time,
     losses: BTreeMap<Arc<str>, u64>,
-    /// Inputs missing in the journals, and failed savings of states.
+    /// Inputs missing in the journals and records, and failed savings of states.
     missing: u64,
     /// Whether a journal waits for the disk.
     waits: bool,

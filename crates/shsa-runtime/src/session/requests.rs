@@ -31,6 +31,9 @@ impl Session {
                     healer.map(|healer| taker.send(Box::new(healer.engine().knowledge().clone())).ok());
                     Reply::Json(Value::Null)
                 }
+                Request::Evidence(number) => {
+                    Reply::Json(self.explained.of(number).cloned().unwrap_or_default())
+                }
                 Request::Events(since) => Reply::Json(Value::Array(self.log.since(since))),
                 Request::Metrics => Reply::Text(self.metrics()?),
                 Request::Order { order, caller } => self.order(&order, &caller)?,
@@ -126,6 +129,7 @@ impl Session {
                 Link::Up => Value::Null,
                 Link::Down(why) => json!(why),
             },
+            "others": self.other_pages,
             "models": Value::Object(models.collect()),
             "next_event": next,
             "events": news,

@@ -20,9 +20,9 @@ use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
 use shsa_report::Source;
-use shsa_report::replay::{Part, Provenance, Recorder, Report, write_values};
+use shsa_report::replay::{Part, Provenance, Recorder, Report, ValueWriter, write_event_table};
 use std::fs::File;
-use std::io::{BufWriter, Write, stdout};
+use std::io::{self, BufWriter, Write, stdout};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 
@@ -77,9 +77,12 @@ pub(crate) struct Arguments {
     /// Write a layout for Foxglove that shows the record.
     #[arg(long, value_name = "FILE", requires = "record")]
     layout: Option<PathBuf>,
-    /// Write every value that the needs are served with, as JSON lines.
+    /// Write every value that the needs are served with, as JSON lines; as a table of Parquet if the name ends in .parquet.
     #[arg(long, value_name = "FILE")]
     output: Option<PathBuf>,
+    /// Write every decision as a table of Parquet, for pandas, Polars or DuckDB.
+    #[arg(long, value_name = "FILE")]
+    events: Option<PathBuf>,
     /// Write a page for the browser with the needs, signals and decisions of the whole replay; it needs nothing else.
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -96,7 +99,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
     only_one_is_written(arguments, sources.len())?;
-    let [mut journal, mut record, mut layout, output, page] = written(arguments)?;
+    let [mut journal, mut record, mut layout, output, events, page] = written(arguments)?;
     let made = made(arguments)?;
     let began = Instant::now();
     let options = arguments.options();
@@ -117,7 +120,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let part = |((source, run), clean)| Part { run, clean: Option::as_ref(clean), source };
     let parts: Vec<Part<'_>> = played.map(part).collect();
     if let Some(output) = output {
-        write_values(&parts, output)?;
+        let mut values = arguments.values(output)?;
+        values.write_all(&parts)?;
+        values.finish()?;
+    }
+    if let Some(events) = events {
+        write_event_table(&parts, events)?;
     }
     finish(arguments, &parts, elapsed, page.map(|file| (file, &*recorders)))
 }
@@ -137,14 +145,20 @@ impl Arguments {
     fn options(&self) -> Options {
         Options { watch: self.watching.budget(), ..Options::default() }
     }
+
+    /// Writes values in the form that the name of the file asks for.
+    fn values(&self, file: BufWriter<File>) -> io::Result<ValueWriter<BufWriter<File>>> {
+        let ending = self.output.as_ref().and_then(|path| path.extension());
+        ValueWriter::new(file, ending.is_some_and(|ending| ending.eq_ignore_ascii_case("parquet")))
+    }
 }
 
-/// Opens the output files: journal, record, its layout, values and page.
-fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 5]> {
+/// Opens the output files: journal, record, its layout, values, decisions and page.
+fn written(arguments: &Arguments) -> anyhow::Result<[Option<BufWriter<File>>; 6]> {
     let reloads = arguments.source.reload.iter().map(|reload| &reload.path);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).chain(reloads).collect();
-    let Arguments { journal, record, layout, output, report, .. } = arguments;
-    written::open([journal, record, layout, output, report].map(Option::as_deref), &read)
+    let Arguments { journal, record, layout, output, events, report, .. } = arguments;
+    written::open([journal, record, layout, output, events, report].map(Option::as_deref), &read)
 }
 
 fn finish(

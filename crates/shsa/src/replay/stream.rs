@@ -11,10 +11,10 @@ use shsa_format::drive::{Era, Given, Run};
 use shsa_format::journal::{JournalWriter, is_journal_file};
 use shsa_format::recording::{self, Sample, Session, Survey};
 use shsa_report::Source;
-use shsa_report::replay::{Part, Recorder, write_value};
+use shsa_report::replay::{Part, Recorder, ValueWriter, write_event_table};
 use std::cell::RefCell;
 use std::fs::{self, File};
-use std::io::{BufWriter, Write};
+use std::io::BufWriter;
 use std::path::Path;
 use std::time::Instant;
 
@@ -41,7 +41,8 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     }
     show::recording(&survey.recording);
     super::only_one_is_written(arguments, sessions.len())?;
-    let [mut journal, mut record, mut layout, mut values, page] = written(arguments)?;
+    let [mut journal, mut record, mut layout, output, events, page] = written(arguments)?;
+    let mut values = output.map(|file| arguments.values(file)).transpose()?;
     let made = made(arguments)?;
     let mut recorders: Vec<Recorder> = page.iter().flat_map(|_| &sessions).map(|_| Recorder::new()).collect();
     let mut pages = recorders.iter_mut();
@@ -63,8 +64,9 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
         let run = play(knowledge, session, arguments.options(), observations, outputs)?;
         played.push((run, source(knowledge, &survey, session)));
     }
-    values.as_mut().map(BufWriter::flush).transpose()?;
+    values.as_mut().map_or(Ok(()), ValueWriter::finish)?;
     let parts: Vec<Part<'_>> = played.iter().map(|(run, source)| Part { run, clean: None, source }).collect();
+    events.map_or(Ok(()), |events| write_event_table(&parts, events))?;
     let page = page.map(|file| (file, &*recorders));
     finish(arguments, &parts, began.elapsed(), page).map(Some)
 }
@@ -79,7 +81,7 @@ fn chosen<'s>(arguments: &Arguments, survey: &'s Survey) -> Vec<(usize, &'s Sess
 /// What is written during the run over a session.
 struct Outputs<'a> {
     onlookers: Onlookers<'a>,
-    values: Option<&'a mut BufWriter<File>>,
+    values: Option<&'a mut ValueWriter<BufWriter<File>>>,
     /// The number of the session, if it is one of several.
     number: Option<usize>,
 }
@@ -110,7 +112,7 @@ fn play(
         let values = values.as_mut();
         values.map_or(Ok(()), |values| {
             let mut publications = run.publications.iter();
-            Ok(publications.try_for_each(|it| write_value(knowledge, it, number, values))?)
+            Ok(publications.try_for_each(|it| values.write(knowledge, it, number))?)
         })
     };
     let run = Run::streamed(knowledge, session.span, options, observations, record, look)?;

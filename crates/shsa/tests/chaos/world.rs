@@ -185,7 +185,7 @@ impl World {
     fn begin(&mut self, fault: &Fault) {
         match (fault.target, fault.kind) {
             (Target::Wheel(at), Kind::Killed) => self.sensors[at].script = None,
-            (Target::Wheel(at), Kind::Told(order, amount)) => {
+            (Target::Wheel(at), Kind::Ordered(order, amount)) => {
                 self.sensors[at].script().order(&json!({ "fault": order, "amount": amount }));
             }
             (Target::Wheel(at), _) => self.sensors[at].script().signal("STOP"),
@@ -198,7 +198,7 @@ impl World {
     fn end(&mut self, fault: &Fault) {
         match (fault.target, fault.kind) {
             (Target::Wheel(at), Kind::Killed) => self.sensors[at].start(&self.python),
-            (Target::Wheel(at), Kind::Told(..)) => {
+            (Target::Wheel(at), Kind::Ordered(..)) => {
                 self.sensors[at].script().order(&json!({ "fault": "none" }))
             }
             (Target::Wheel(at), _) => self.sensors[at].script().signal("CONT"),

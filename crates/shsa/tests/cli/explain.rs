@@ -363,3 +363,14 @@ fn what_wraps_is_reported_in_one_turn_and_drawn_without_a_jump() {
     // All bands lie between 328 and 430 degrees; a jump back would reach down to 0.
     assert!(drawn.contains(">420<") && !drawn.contains(">100<"), "{drawn}");
 }
+
+/// The drift of 3 mK/s begins at 60 s, and is found at 103 s: the drawing begins before the one and goes on after the other.
+#[test]
+fn the_drawing_of_a_drift_begins_before_it() {
+    let story =
+        concat!(env!("CARGO_MANIFEST_DIR"), "/../../stories/04-a-drift-is-found-before-values-disagree.yaml");
+    let folder = Folder::new();
+    folder.ends(&format!("explain {story} /bath/a --svg drift.svg"), 0);
+    let drawn = folder.read("drift.svg");
+    tells(&drawn, &["failed 103 s", ">50</text>", ">150</text>"]);
+}

@@ -1,6 +1,9 @@
 //! The command from outside: checks output and exit status for arguments and files.
 #![cfg(test)]
 
+#[path = "../../../shsa-bridge/tests/real/mod.rs"]
+mod real;
+
 mod folder;
 mod tank;
 
@@ -32,6 +35,7 @@ mod service;
 mod sessions;
 mod streams;
 mod structures;
+mod tables;
 mod thesis;
 mod wrong;
 

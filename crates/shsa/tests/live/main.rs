@@ -23,6 +23,7 @@ mod package;
 mod page;
 mod platoon;
 mod prometheus;
+mod record;
 mod reference;
 mod roles;
 mod service_manager;

@@ -115,6 +115,28 @@ fn what_would_be_lost_is_reported_before_it_is() {
 }
 
 #[test]
+fn an_accusation_has_its_evidence_and_the_page_leads_to_other_instances() {
+    let run = Running::start(["--other-page", "truck=http://10.0.0.2:7410/"]);
+    let silent = run.decision("silent");
+    let (status, sections) = run.get(&format!("/evidence?number={}", silent["number"]));
+    assert_eq!(status, 200, "{sections}");
+    let sections = sections.as_array().unwrap();
+    let titles: Vec<&str> = sections.iter().map(|section| section["title"].as_str().unwrap()).collect();
+    assert!(
+        titles.contains(&"In plain words") && titles.contains(&"What would have cleared it"),
+        "{titles:?}"
+    );
+    let cleared = &sections.last().unwrap()["items"][0]["text"];
+    assert_eq!(cleared, "Possible values of /lidar/scan, in time.");
+    // A decision about a need accuses nobody.
+    let substituted = run.decision("substituted");
+    assert_eq!(run.get(&format!("/evidence?number={}", substituted["number"])), (200, Value::Null));
+    assert_eq!(Parts::of(&run).next("state")["head"]["others"], json!([["truck", "http://10.0.0.2:7410/"]]));
+    let ended = Running::ended(["--other-page", "truck=javascript:alert(1)"]);
+    assert_eq!(ended.status.code(), Some(2), "{ended:?}");
+}
+
+#[test]
 fn a_need_under_contract_tells_its_level_or_what_it_lacks() {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/stop.yaml");
     let run = Running::start([model, "--bus", "memory"]);

@@ -81,9 +81,22 @@ class Page:
         expect(self.page.locator("#timeline-list .silent").first).to_be_visible()
         expect(self.page.locator("#timeline-list .substituted")).to_have_count(0)
         self.page.get_by_label("About").fill("no such words")
-        expect(self.page.locator("#timeline-list")).to_have_text("No decision.")
+        expect(self.page.locator("#timeline-list li")).to_have_count(0)
+        expect(self.page.locator("#timeline")).to_contain_text("No decision.")
         self.page.get_by_label("About").fill("")
         self.page.get_by_label("Kind").select_option("")
+
+    def the_timeline_says_why(self):
+        """By keys: the evidence for an accusation opens."""
+        self.turn_to("timeline")
+        self.page.get_by_label("Kind").select_option("failed")
+        item = self.page.locator("#timeline-list li", has_text=BROKEN).first
+        item.locator("summary").focus()
+        self.page.keyboard.press("Enter")
+        for words in ("Evidence against it", "Other candidates", "What would have cleared it", "To be trusted again"):
+            expect(item.locator(".why")).to_contain_text(words)
+        self.page.get_by_label("Kind").select_option("")
+        expect(self.page.locator("#timeline-list li", has=self.page.locator(".failed")).first.locator("details")).to_be_visible()
 
     def orders_need_the_token(self, token):
         self.turn_to("orders")
@@ -248,6 +261,7 @@ def main(address, token=None, axe=None, screenshots=None):
         page.the_keyboard_is_enough()
         page.it_comes_back_after_a_restart()
         page.the_blamed_band_is_marked()
+        page.the_timeline_says_why()
         page.the_graph_shows_the_way_in_use()
         page.what_nothing_heals_is_told()
         page.nothing_is_too_wide()

@@ -28,7 +28,7 @@ pub(super) struct Assessed {
     /// Whether the refusal is not reported yet.
     pub(super) is_news: bool,
     /// When the refusal was last reported.
-    pub(super) told: Option<Time>,
+    pub(super) reported: Option<Time>,
 }
 
 impl Assessed {
@@ -48,7 +48,7 @@ impl Assessed {
             is_candidate: true,
             is_preferred: false,
             is_news: true,
-            told: None,
+            reported: None,
         }
     }
 
@@ -67,7 +67,7 @@ impl Assessed {
     }
 
     /// When the refusal has to be reported.
-    pub(super) fn told_at(&self, grace: Span) -> Option<Time> {
+    pub(super) fn report_due_at(&self, grace: Span) -> Option<Time> {
         match self.assessment.verdict {
             _ if !self.is_news || !self.is_preferred => None,
             Verdict::Holds => None,

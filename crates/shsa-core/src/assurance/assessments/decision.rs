@@ -125,8 +125,9 @@ impl Demanded {
         let evidence = self.pieces.iter().map(|piece| piece.reading.until);
         let running = self.running.and_then(|at| self.ways.get(at));
         let lapses = running.and_then(|it| it.lapses(self.grace)).map(|until| until + Span(1));
-        let told = self.ways.iter().filter_map(|it| it.told_at(self.grace));
-        let all = evidence.chain(lapses).chain(told).chain(self.overridden.as_ref().map(|order| order.until));
+        let reports = self.ways.iter().filter_map(|it| it.report_due_at(self.grace));
+        let all =
+            evidence.chain(lapses).chain(reports).chain(self.overridden.as_ref().map(|order| order.until));
         all.filter(|at| *at > now).min().unwrap_or(Time::MAX)
     }
 }

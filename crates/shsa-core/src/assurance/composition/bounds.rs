@@ -91,7 +91,7 @@ impl Bounds {
             });
             let is_true = watched.is_none_or(|(contract, watched)| match watched.source {
                 EvidenceSource::Source(_) => true,
-                EvidenceSource::Signal(..) | EvidenceSource::Told => {
+                EvidenceSource::Signal(..) | EvidenceSource::Attested => {
                     read(contract, watched, &nothing).truth.is_true()
                 }
             });

@@ -171,20 +171,20 @@ impl Provider {
     /// a value.
     pub(super) fn report_not_admitted(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let calm = self.settings.switching.probation;
-        let untold = self.contracts.untold(calm, now);
-        if untold.is_empty() {
+        let due_refusals = self.contracts.due_refusals(calm, now);
+        if due_refusals.is_empty() {
             return None;
         }
         let need = String::from(knowledge.need_name(self.settings.need));
         let mut because = Reasons::from(Reason::ContractForbids { need });
         let mut joint = Joint::Namely;
-        for refused in untold.iter().take(MOST_NAMED) {
+        for refused in due_refusals.iter().take(MOST_NAMED) {
             let source = Reasons::from(Reason::ShortSource { source: refused.way.describe(knowledge) });
             let shortfall = lacking(source.then(Joint::Namely, verdict(refused)), &refused.lacking);
             because = because.then(joint, shortfall);
             joint = Joint::Next;
         }
-        if let Some(more) = untold.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
+        if let Some(more) = due_refusals.len().checked_sub(MOST_NAMED).filter(|more| *more > 0) {
             because = because.then(Joint::Next, Reason::MoreSources { count: more as u64 });
         }
         if let Some(all_the_same) = self.goes_out_all_the_same(knowledge) {

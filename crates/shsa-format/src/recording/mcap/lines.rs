@@ -26,25 +26,39 @@ pub(crate) fn has_profile(path: &Path, profile: &str) -> bool {
     })
 }
 
-/// The messages of a topic, each with a line end; and the first damage, at which they end.
+/// The messages of a topic, each with a line end; and the first damage. They end where something is damaged or missing; a file
+/// without its end is read up to there.
 ///
 /// # Errors
 /// When the file cannot be read at all.
 pub(crate) fn lines(path: &Path, topic: &str) -> Result<(Vec<u8>, Option<String>), RecordingError> {
     let unreadable = |reason| RecordingError::Unreadable { file: path.to_owned(), reason };
     let file = File::open(path).map_err(unreadable)?;
-    let mut gathered = Lines { path, topic, wanted: None, topics: 0, lines: Vec::new(), damage: None };
+    let length = file.metadata().map_err(unreadable)?.len();
+    let mut gathered = Lines {
+        path,
+        length,
+        topic,
+        wanted: None,
+        topics: 0,
+        lines: Vec::new(),
+        damage: None,
+        is_over: false,
+    };
     super::read(&mut BufReader::new(file), &ReadOptions::default(), &mut gathered)?;
     Ok((gathered.lines, gathered.damage))
 }
 
 struct Lines<'a> {
     path: &'a Path,
+    length: u64,
     topic: &'a str,
     wanted: Option<TopicId>,
     topics: usize,
     lines: Vec<u8>,
     damage: Option<String>,
+    /// Something before the end of the file is damaged: the lines after it are not those that follow.
+    is_over: bool,
 }
 
 impl Listener for Lines<'_> {
@@ -62,7 +76,7 @@ impl Listener for Lines<'_> {
     }
 
     fn is_wanted(&self, topic: TopicId) -> bool {
-        self.wanted == Some(topic) && self.damage.is_none()
+        self.wanted == Some(topic) && !self.is_over
     }
 
     fn message(&mut self, _topic: TopicId, _times: Times, body: Body<'_>) {
@@ -72,7 +86,8 @@ impl Listener for Lines<'_> {
         }
     }
 
-    fn damaged(&mut self, _place: Place, problem: String) {
+    fn damaged(&mut self, place: Place, problem: String) {
+        self.is_over |= place != Place::Offset(self.length);
         self.damage.get_or_insert(problem);
     }
 

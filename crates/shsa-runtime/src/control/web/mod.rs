@@ -210,3 +210,21 @@ pub(super) async fn what_if(
         Err(_) => problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending"),
     }
 }
+
+/// The number of a decision.
+#[derive(Deserialize)]
+pub(super) struct OfDecision {
+    number: u64,
+}
+
+/// The evidence for a decision that accuses a signal; `null` where none is kept.
+pub(super) async fn evidence(
+    State(shared): State<Shared>,
+    Query(OfDecision { number }): Query<OfDecision>,
+) -> Response {
+    match ask(&shared, Request::Evidence(number)).await {
+        Ok(Reply::Json(evidence)) => Json(evidence).into_response(),
+        Ok(_) => problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending"),
+        Err(response) => response,
+    }
+}

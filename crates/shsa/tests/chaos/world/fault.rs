@@ -19,13 +19,13 @@ pub(crate) enum Kind {
     Suspended,
     Full,
     /// An order to a sensor.
-    Told(&'static str, f64),
+    Ordered(&'static str, f64),
 }
 
 impl Kind {
     /// Whether a sensor publishes wrong but plausible values.
     pub(crate) fn is_a_lie(self) -> bool {
-        matches!(self, Kind::Told("bias" | "drift" | "freeze", _))
+        matches!(self, Kind::Ordered("bias" | "drift" | "freeze", _))
     }
 }
 
@@ -46,7 +46,7 @@ impl Fault {
         amount: f64,
         (from, until): (f64, f64),
     ) -> Fault {
-        Fault { target: Target::Wheel(wheel), kind: Kind::Told(order, amount), from, until }
+        Fault { target: Target::Wheel(wheel), kind: Kind::Ordered(order, amount), from, until }
     }
 }
 

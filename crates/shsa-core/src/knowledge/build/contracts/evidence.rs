@@ -31,7 +31,7 @@ pub(super) fn watched(
     let max_age = age.and_then(|age| quantity::span(problems, &piece(text, age)));
     let name = name.text.clone();
     if observed.trim() == "told" {
-        return Some(Watched { name, source: EvidenceSource::Told, within: None, max_age });
+        return Some(Watched { name, source: EvidenceSource::Attested, within: None, max_age });
     }
     let words = Words::read(problems, text, observed)?;
     let source = words.source(problems, knowledge, subject, text)?;

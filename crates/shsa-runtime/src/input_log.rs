@@ -1,0 +1,37 @@
+//! What the inputs of a healer are written to: a journal, a recorder, both or none.
+
+use super::journal::{Journal, Missing};
+use super::recording::Recording;
+use shsa_format::drive::Given;
+
+/// Where inputs are written. Each writer counts by itself what it cannot write.
+#[derive(Default)]
+pub(super) struct InputLog {
+    pub(super) journal: Option<Journal>,
+    pub(super) recording: Option<Recording>,
+}
+
+impl InputLog {
+    /// Adds an input; call it before the input is given to the engine.
+    pub(super) fn record(&mut self, given: Given<'_>) {
+        if let Some(journal) = &mut self.journal {
+            // The journal itself counts what it cannot write.
+            let _ = journal.record(given);
+        }
+        if let Some(recording) = &mut self.recording {
+            recording.record(given);
+        }
+    }
+
+    /// Hands the added inputs to the writing threads, without waiting.
+    pub(super) fn hand_over(&mut self) {
+        self.journal.iter_mut().for_each(Journal::hand_over);
+        self.recording.iter_mut().for_each(Recording::hand_over);
+    }
+
+    /// What is missing in the journal and in the record.
+    pub(super) fn missing(&self) -> impl Iterator<Item = Missing> {
+        let journal = self.journal.as_ref().map(Journal::missing);
+        journal.into_iter().chain(self.recording.as_ref().map(Recording::missing))
+    }
+}
