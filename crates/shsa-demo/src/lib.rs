@@ -2,7 +2,7 @@
 //!
 //! [`rover`] is a robot on a bus: [`rover::simulate`] runs it in real time beside whatever listens, [`rover::Trial`] in
 //! simulated time together with the engine, measured against the truth. [`platoon`] is two trucks for two instances. [`stories`]
-//! are systems under contract, as stories.
+//! are systems as stories, some of them under contract.
 
 mod error;
 pub mod platoon;

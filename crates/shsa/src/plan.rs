@@ -39,6 +39,9 @@ pub(crate) struct Arguments {
     /// A signal that must not be used; may be given several times.
     #[arg(long, value_name = "SIGNAL")]
     exclude: Vec<String>,
+    /// Search behind variables that signals carry, too: by what else they can be computed.
+    #[arg(long, conflicts_with = "contingency")]
+    behind: bool,
     /// After how many decisions the search ends.
     #[arg(long, value_name = "N")]
     limit: Option<u64>,
@@ -89,7 +92,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = show::load_model(&arguments.model)?;
     let forbidden_signals =
         arguments.exclude.iter().map(|name| find_signal(&knowledge, name)).collect::<anyhow::Result<_>>()?;
-    let mut options = Options { forbidden_signals, ..Options::default() };
+    let mut options =
+        Options { forbidden_signals, substitute_provided: arguments.behind, ..Options::default() };
     if arguments.contingency {
         let preparation = Preparation {
             pairs: arguments.pairs,

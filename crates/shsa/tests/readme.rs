@@ -217,3 +217,63 @@ fn every_command_of_the_documents_on_recordings_runs() {
     }
     assert!(count >= 6, "{count} commands");
 }
+
+/// The rows of docs/thesis.md: what is here, and the commands that show it.
+fn rows_about_the_thesis() -> Vec<(String, Vec<String>)> {
+    let page = std::fs::read_to_string(format!("{ROOT}/docs/thesis.md")).expect("the page is there");
+    let rows = page
+        .lines()
+        .filter(|line| line.starts_with("| ") && !line.starts_with("| thesis |") && !line.contains("---"));
+    let cells = rows.map(|row| row.split('|').map(|cell| cell.trim().to_owned()).collect::<Vec<_>>());
+    let quoted = |cell: &str| cell.split('`').skip(1).step_by(2).map(str::to_owned).collect();
+    cells.map(|cells| (cells[2].clone(), quoted(&cells[3]))).collect()
+}
+
+/// Commands of other programs are looked for, not run. Writing a form that loses units or ranges of the model has status 3.
+#[test]
+fn every_row_about_the_thesis_is_shown_by_a_command_that_runs() {
+    let project = Project::new("thesis");
+    let rows = rows_about_the_thesis();
+    for (here, commands) in &rows {
+        assert!(!commands.is_empty() || here == "not here" || here.starts_with("see "), "{here}");
+        for command in commands {
+            let words = words(command);
+            if words[0] == "shsa" {
+                let run = project.run(&words[1..]);
+                let may_lose = words[1] == "convert" && run.status.code() == Some(3);
+                let reported = String::from_utf8_lossy(&run.stderr);
+                assert!(run.status.success() || may_lose, "{command}: {:?}\n{reported}", run.status);
+            } else {
+                assert!(is_there(&words), "{command}: nothing has this name");
+            }
+        }
+    }
+    assert!(rows.len() > 40, "{} rows", rows.len());
+}
+
+/// Whether a test, benchmark or command that another program runs has a file of its name, or is named in one.
+fn is_there(words: &[String]) -> bool {
+    let mut words = words.iter().map(String::as_str).skip_while(|word| word.contains('='));
+    match (words.next(), words.next(), words.collect::<Vec<_>>().as_slice()) {
+        (Some("shsa-bench"), Some(name), _) => is_named(&Path::new(ROOT).join("crates/shsa-bench/src"), name),
+        (Some("cargo"), Some("xtask"), [name]) => is_named(&Path::new(ROOT).join("xtask/src"), name),
+        (Some("cargo"), Some("test" | "bench"), ["-p", package, .., name]) => {
+            is_named(&Path::new(ROOT).join("crates").join(package), name)
+        }
+        _ => false,
+    }
+}
+
+/// Whether a source file below the folder has the name in its path, or in its text.
+fn is_named(folder: &Path, name: &str) -> bool {
+    std::fs::read_dir(folder).expect("a folder of the project").any(|entry| {
+        let path = entry.expect("an entry").path();
+        if path.is_dir() {
+            return is_named(&path, name);
+        }
+        let source = path.extension().is_some_and(|it| it == "rs");
+        source
+            && (path.to_string_lossy().contains(name)
+                || std::fs::read_to_string(&path).is_ok_and(|it| it.contains(name)))
+    })
+}

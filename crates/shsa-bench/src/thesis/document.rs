@@ -1,17 +1,18 @@
 //! The document that the command writes.
 
+use super::Arguments;
+use super::charts;
 use super::record::Record;
 use super::report::{self, Table};
-use super::{Arguments, assurance};
 use clap::ValueEnum;
 
 const HEAD: &str = "\
 Graphs are trees. Nodes at even depth are variables, nodes at odd depth are relations; `b` is the number of children of a node,
 and `d` the depth of the leaves, which are provided. In `ex1` the tree is complete, and only the leaves are provided. In `ex2`
-the tree is complete, and the probability that a variable is provided rises evenly from 0.2 to 1 at the leaves. `ex3` is `ex2`
-over `b`, and `ex3c` adds costs of relations from 1 to 10. In `ex4` a node has 1 to `b` children, evenly distributed, relations
-are usable towards the root only, and variables are provided as in `ex2`. The root is never provided. `rover` and `drivetrain`
-are the models in `models/`, without the signal of the steering angle.
+the tree is complete, and the probability that a variable at depth i is provided is 0.2 + 0.8 (i - 1) / (d - 1), as in the thesis.
+`ex3` is `ex2` over `b`, and `ex3c` adds costs of relations from 1 to 10. In `ex4` a node has 1 to `b` children, evenly distributed,
+relations are usable towards the root only, and variables are provided as in `ex2`. The root is never provided. `rover` and
+`drivetrain` are the models in `models/`, without the signal of the steering angle. All searches run over the same graphs.
 
 Times are for one core, with other work on the machine, so compare them within a row only. They do not include reading a model
 and preparing its graph. A search that takes less than a second is run several times, and the fastest run counts.";
@@ -23,16 +24,15 @@ The first answer of these programs need not be the best. The rover of these prog
 /// The tables as Markdown, with the command that makes them.
 pub(super) fn markdown(arguments: &Arguments, records: &[Record]) -> String {
     let tables: String = report::tables(records).iter().map(table).collect();
-    let plots: String = report::charts(records)
+    let plots: String = charts::charts(records)
         .iter()
         .map(|(name, chart)| format!("![{}]({name})\n\n", chart.title))
         .collect();
     format!(
-        "# The thesis's experiments\n\nWritten by `{}`; each measurement is a line in `thesis.jsonl`.\n\n{HEAD}\n\n{PUBLIC}\n\n\
-         {plots}{}\n\n{}\n",
+        "# The thesis's experiments\n\nWritten by `{}`; each measurement is a line in `experiments.jsonl`.\n\n{HEAD}\n\n{PUBLIC}\n\n\
+         {plots}{}\n",
         command(arguments),
         tables.trim_end(),
-        assurance::markdown().trim_end(),
     )
 }
 

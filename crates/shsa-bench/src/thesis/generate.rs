@@ -24,7 +24,7 @@ pub(super) struct Tree {
     /// The depth of the leaves; even.
     pub(super) depth: usize,
     pub(super) branching: Branching,
-    /// The probability that a variable is provided, near the root; it rises linearly to 1 at the leaves. `None`: only leaves are
+    /// The probability that a variable is provided, at depth 1; it rises linearly to 1 at the leaves. `None`: only leaves are
     /// provided.
     pub(super) availability: Option<f64>,
     /// Whether relations have costs, uniform from 1 to 10.
@@ -57,12 +57,13 @@ impl Tree {
         KnowledgeBase::from_parts(parts.variables, parts.relations, parts.signals, IdVec::new())
     }
 
-    /// The probability that a variable is provided.
+    /// The probability that a variable is provided: `low + (1 - low) (d - 1) / (D - 1)` at depth d of D, as in the thesis.
     fn share(&self, depth: usize) -> f64 {
         if depth == self.depth {
             return 1.0;
         }
-        self.availability.map_or(0.0, |low| low + (1.0 - low) * depth as f64 / self.depth as f64)
+        let share = (depth - 1) as f64 / (self.depth - 1) as f64;
+        self.availability.map_or(0.0, |low| low + (1.0 - low) * share)
     }
 
     fn children(&self, random: &mut ChaCha8Rng) -> usize {
@@ -207,7 +208,8 @@ mod tests {
             let level = first..first + (1 << depth);
             let provided =
                 level.clone().filter(|&at| knowledge.is_provided(VariableId::from_index(at))).count();
-            let (share, expected) = (provided as f64 / level.len() as f64, 0.2 + 0.8 * depth as f64 / 14.0);
+            let (share, expected) =
+                (provided as f64 / level.len() as f64, 0.2 + 0.8 * (depth - 1) as f64 / 13.0);
             let deviation = (expected * (1.0 - expected) / level.len() as f64).sqrt();
             assert!((share - expected).abs() <= 4.0 * deviation, "{share} at depth {depth}, not {expected}");
             first = level.end;

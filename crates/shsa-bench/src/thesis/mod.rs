@@ -2,7 +2,6 @@
 //!
 //! D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, chapters 6 and 7.
 
-mod assurance;
 mod document;
 mod experiment;
 mod generate;
@@ -10,6 +9,7 @@ mod measure;
 mod published;
 mod record;
 mod report;
+mod charts;
 mod visit;
 
 use crate::Outcome;
@@ -32,12 +32,12 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "NAME,..", value_enum, value_delimiter = ',')]
     experiment: Vec<Experiment>,
     /// How many random graphs of each kind, with the seeds 0, 1, and so on.
-    #[arg(long, value_name = "N", default_value = "11", value_parser = at_least_one)]
+    #[arg(long, value_name = "N", default_value = "100", value_parser = at_least_one)]
     seeds: NonZeroUsize,
     /// After how many decisions, and how many kept states, a search is stopped.
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = at_least_one)]
     limit: NonZeroUsize,
-    /// Write thesis.md, its plots and the raw results there.
+    /// Write experiments.md, its plots and the raw results there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print a JSON object for each measurement instead of tables.
@@ -76,18 +76,18 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(Outcome::Done)
 }
 
-/// Writes `thesis.md`, its plots and the raw results.
+/// Writes `experiments.md`, its plots and the raw results.
 fn write(folder: &Path, arguments: &Arguments, records: &[Record]) -> anyhow::Result<()> {
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
     let put = |name: &str, text: String| {
         let path = folder.join(name);
         fs::write(&path, text).with_context(|| format!("cannot write {}", path.display()))
     };
-    for (name, chart) in report::charts(records) {
+    for (name, chart) in charts::charts(records) {
         put(&name, chart.svg())?;
     }
-    put("thesis.jsonl", records.iter().map(|record| format!("{}\n", record.to_json())).collect())?;
-    put("thesis.md", document::markdown(arguments, records))
+    put("experiments.jsonl", records.iter().map(|record| format!("{}\n", record.to_json())).collect())?;
+    put("experiments.md", document::markdown(arguments, records))
 }
 
 fn progress(length: u64) -> ProgressBar {

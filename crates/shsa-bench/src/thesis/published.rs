@@ -25,6 +25,18 @@ pub(super) fn of(kind: Kind) -> Option<&'static Published> {
     PUBLISHED.iter().find(|published| published.experiment == kind.experiment && published.size == kind.size)
 }
 
+/// The number of seconds of a time as written here; `None` for a search that was stopped, or not run.
+pub(super) fn seconds(text: &str) -> Option<f64> {
+    let (number, unit) = text.split_once(' ')?;
+    let factor = match unit {
+        "s" => 1.0,
+        "ms" => 1e-3,
+        "us" => 1e-6,
+        _ => return None,
+    };
+    Some(number.parse::<f64>().ok()? * factor)
+}
+
 const fn tree(
     experiment: Experiment,
     size: (usize, usize),
@@ -96,3 +108,17 @@ const QUALITY: [(Experiment, (usize, usize), [&str; 2]); 9] = [
     (Experiment::Ex4, (3, 8), ["15 of 60; 0.970, 0.634", "39 of 60; 0.777, 0.233"]),
     (Experiment::Ex4, (4, 8), ["15 of 60; 0.965, 0.646", "51 of 60; 0.630, 0.130"]),
 ];
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn times_are_read_and_searches_that_were_stopped_have_none() {
+        assert_eq!(
+            ["58 us", "1.1 ms", "8.7 s"].map(seconds),
+            [Some(58.0 * 1e-6), Some(1.1 * 1e-3), Some(8.7)]
+        );
+        assert_eq!(["> 60 s", ""].map(seconds), [None, None]);
+    }
+}

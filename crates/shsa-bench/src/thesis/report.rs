@@ -1,20 +1,19 @@
-//! The results as tables and plots.
+//! The results as tables.
 
-use super::experiment::{Experiment, Kind};
+use super::experiment::Kind;
 use super::published;
 use super::record::{Record, Search};
 use shsa_core::plan::Take;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
 use shsa_format::text::{self, seconds};
 
-const FIRST: [Search; 4] = [
+pub(super) const FIRST: [Search; 4] = [
     Search::BestFirst(Take::First),
     Search::PropertyGuided(Take::First),
     Search::Ontology,
     Search::DepthFirst(Take::First),
 ];
 
-const ALL: [Search; 4] = [
+pub(super) const ALL: [Search; 4] = [
     Search::BestFirst(Take::All),
     Search::PropertyGuided(Take::All),
     Search::DepthFirst(Take::All),
@@ -56,19 +55,21 @@ pub(super) fn text(records: &[Record]) -> String {
 }
 
 /// The measurements of one kind of graph.
-struct Group<'a> {
-    kind: Kind,
-    records: &'a [Record],
+pub(super) struct Group<'a> {
+    pub(super) kind: Kind,
+    pub(super) records: &'a [Record],
 }
 
-fn groups(records: &[Record]) -> Vec<Group<'_>> {
+/// The measurements by kind of graph, in their order.
+pub(super) fn groups(records: &[Record]) -> Vec<Group<'_>> {
     let same = |one: &Record, other: &Record| one.case.kind == other.case.kind;
     let group = |records: &'_ [Record]| records.first().map(|first| first.case.kind);
     records.chunk_by(same).filter_map(|records| Some(Group { kind: group(records)?, records })).collect()
 }
 
 impl Group<'_> {
-    fn of(&self, search: Search) -> impl Iterator<Item = &Record> {
+    /// The measurements of a search.
+    pub(super) fn of(&self, search: Search) -> impl Iterator<Item = &Record> {
         self.records.iter().filter(move |record| record.search == search)
     }
 
@@ -318,42 +319,6 @@ fn lookups(groups: &[Group]) -> Table {
     }
 }
 
-/// The plots with the names of their files.
-pub(super) fn charts(records: &[Record]) -> Vec<(String, Chart)> {
-    let groups = groups(records);
-    let mut visited = FIRST.to_vec();
-    visited.push(Search::Visit);
-    [("first", "First answer in ex2", &visited[..]), ("all", "All answers in ex2", &ALL[..])]
-        .into_iter()
-        .map(|(name, title, searches)| (format!("thesis-{name}.svg"), chart(&groups, title, searches)))
-        .filter(|(_, chart)| chart.series.iter().any(|series| !series.points.is_empty()))
-        .collect()
-}
-
-fn chart(groups: &[Group], title: &str, searches: &[Search]) -> Chart {
-    let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Log };
-    let ex2 = || groups.iter().filter(|group| group.kind.experiment == Experiment::Ex2);
-    let series = searches.iter().map(|&search| Series {
-        name: search.name().to_owned(),
-        points: ex2().filter_map(|group| point(group, search)).collect(),
-    });
-    Chart {
-        title: title.to_owned(),
-        x: axis("variables and relations of the tree", ""),
-        y: axis("time", "s"),
-        series: series.collect(),
-    }
-}
-
-/// The times of a search, if it was never stopped.
-fn point(group: &Group, search: Search) -> Option<Point> {
-    let seconds = || group.of(search).map(|record| record.seconds);
-    let x = group.of(search).next()?.nodes as f64;
-    let (low, high) = (seconds().fold(f64::INFINITY, f64::min), seconds().fold(0.0, f64::max));
-    let stopped = group.of(search).any(Record::is_limited);
-    (!stopped).then_some(Point { x, low, y: middle(seconds())?, high })
-}
-
 fn tenths(value: f64) -> String {
     format!("{value:.1}")
 }
@@ -370,7 +335,7 @@ fn spread(values: impl Iterator<Item = f64>, write: impl Fn(f64) -> String) -> S
 }
 
 /// The median; the upper one of two.
-fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
+pub(super) fn middle(values: impl Iterator<Item = f64>) -> Option<f64> {
     let mut values: Vec<f64> = values.collect();
     values.sort_by(f64::total_cmp);
     values.get(values.len() / 2).copied()

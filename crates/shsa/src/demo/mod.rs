@@ -11,6 +11,7 @@ use crate::outcome::Outcome;
 use crate::replay::provenance;
 use crate::story;
 use anyhow::{Context, bail};
+use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use map::Ink;
 use screen::Screen;
@@ -18,6 +19,7 @@ use shsa_core::time::{Span, Time};
 use shsa_demo::rover::{Happening, NEED, Provision, Trial};
 use shsa_demo::stories;
 use shsa_format::story::load;
+use shsa_format::text;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -36,16 +38,30 @@ pub(crate) enum System {
     Stop,
     /// A truck behind another: what the leader guarantees comes over the network, and ends with it.
     Platoon,
+    /// Radars along a road: one goes blind, one drifts, one tells too late.
+    Radars,
+    /// A car without its steering angle: each way to it provides it in turn.
+    Drivetrain,
+    /// A tank whose float sticks: its flows and its weight say so.
+    Tank,
+    /// A room whose thermometer stands in the sun.
+    Room,
+    /// Three sensors of one level: two decide, and how surely is a number.
+    Vote,
 }
 
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
 #[command(
-    after_help = "Example: shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
+    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
 )]
 pub(crate) struct DemoArgs {
     /// The simulated system
-    name: System,
+    #[arg(required_unless_present = "list")]
+    name: Option<System>,
+    /// List the systems
+    #[arg(long, exclusive = true)]
+    list: bool,
     /// Do not wait for the time to pass: events and summary only
     #[arg(long)]
     fast: bool,
@@ -64,7 +80,7 @@ pub(crate) struct DemoArgs {
     /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
     page: bool,
-    /// Writes the page of `shsa replay --report` about it, with the assurance case: car, stop, platoon
+    /// Writes the page of `shsa replay --report` about it, with the assurance case where there are contracts; not of the rover
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
 }
@@ -72,7 +88,7 @@ pub(crate) struct DemoArgs {
 impl DemoArgs {
     /// Whether the robot is shown on the live page.
     pub(crate) fn is_live(&self) -> bool {
-        self.page && self.name == System::Rover
+        self.page && self.name == Some(System::Rover)
     }
 }
 
@@ -83,14 +99,35 @@ impl DemoArgs {
 /// # Errors
 /// When standard output is closed.
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
-    match args.name {
-        System::Platoon if args.live => live_platoon(args.json),
+    let Some(name) = args.name else { return list() };
+    let story = match name {
+        System::Platoon if args.live => return live_platoon(args.json),
         _ if args.live => bail!("--live is of the platoon; the rover has --page"),
-        System::Rover => rover(args),
-        System::Car => print_story(args, &stories::car()),
-        System::Stop => print_story(args, &stories::stop()),
-        System::Platoon => print_story(args, &stories::platoon()),
-    }
+        System::Rover => return rover(args),
+        System::Car => stories::car(),
+        System::Stop => stories::stop(),
+        System::Platoon => stories::platoon(),
+        System::Radars => stories::radars(),
+        System::Drivetrain => stories::drivetrain(),
+        System::Tank => stories::tank(),
+        System::Room => stories::room(),
+        System::Vote => stories::vote(),
+    };
+    print_story(args, &story)
+}
+
+/// Prints each system with what happens to it.
+fn list() -> anyhow::Result<Outcome> {
+    let systems = System::value_variants().iter().filter_map(System::to_possible_value);
+    let row = |system: PossibleValue| {
+        vec![system.get_name().to_owned(), system.get_help().map(ToString::to_string).unwrap_or_default()]
+    };
+    writeln!(
+        io::stdout(),
+        "{}",
+        text::table(&["system", "what happens"], systems.map(row).collect()).trim_end()
+    )?;
+    Ok(Outcome::Done)
 }
 
 #[cfg(feature = "zenoh")]
@@ -105,9 +142,10 @@ fn live_platoon(_: bool) -> anyhow::Result<Outcome> {
 
 /// Tells the story of a system, and writes the page about it.
 fn print_story(args: &DemoArgs, text: &str) -> anyhow::Result<Outcome> {
-    if args.fast || args.without_shsa || args.json || args.page || args.seed != 1 {
-        bail!("this demonstration is a story, the same each time: it takes --report only");
+    if args.fast || args.without_shsa || args.json || args.page {
+        bail!("this demonstration is a story: it takes --seed and --report only");
     }
+    let text = &stories::with_seed(text, args.seed);
     let story = load(text, "story", Path::new(".")).story.context("the story has errors")?;
     let report =
         args.report.as_deref().map(|path| (path, provenance(Path::new("story.yaml"), text.as_bytes())));

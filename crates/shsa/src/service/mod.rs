@@ -45,14 +45,14 @@ again for the time of --patience.
 Exit status: 0 after a signal or the end of its life; 2 bad usage; 4 the bus could not be reached for longer than --patience."
 )]
 pub(crate) struct Arguments {
-    /// An input, as TOPIC#FIELD; once for each.
-    #[arg(short, long = "input", value_name = "TOPIC#FIELD")]
+    /// The inputs, as TOPIC#FIELD, in their order: several at once, or one after the other.
+    #[arg(short, long = "input", value_name = "TOPIC#FIELD", num_args = 1..)]
     input: Vec<String>,
     /// The computation: `y = x[0] + x[1]`; several statements with `;` or several times.
     #[arg(short, long, value_name = "FORMULA", required = true)]
     program: Vec<String>,
-    /// An output, as TOPIC or TOPIC#FIELD; once for each.
-    #[arg(short, long = "output", value_name = "TOPIC#FIELD", required = true)]
+    /// The outputs, as TOPIC or TOPIC#FIELD, in their order: several at once, or one after the other.
+    #[arg(short, long = "output", value_name = "TOPIC#FIELD", num_args = 1.., required = true)]
     output: Vec<String>,
     /// Compute in this period, as `100 ms`, on the latest values; else with each new value, when all inputs are known.
     #[arg(long, value_name = "TIME", value_parser = parse_span, conflicts_with = "complete")]

@@ -83,7 +83,7 @@ fn demonstrations_are_reported_with_their_cases() {
         let page = folder.read(&format!("{name}.html"));
         assert!(between(&page, "<h2>Assurance</h2>", "</section>").contains(words), "{name}: no {words}");
     }
-    folder.refuses("demo stop --fast", &["--report"]);
+    folder.refuses("demo stop --fast", &["--seed and --report"]);
     folder.refuses("demo rover --report out.html", &["--page"]);
 }
 

@@ -15,6 +15,7 @@ mod learn;
 mod campaign;
 mod case_over_time;
 mod check;
+mod conformance;
 mod contingency;
 mod convert;
 mod drivetrain;

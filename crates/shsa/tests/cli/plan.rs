@@ -39,6 +39,26 @@ fn one_is_found_unless_more_are_asked_for() {
 }
 
 #[test]
+fn what_is_behind_a_provided_variable_is_found_when_asked_for() {
+    let folder = Folder::with(&[(
+        "chain.yaml",
+        b"shsa: 1\nvariables: { a: {}, b: {}, c: {} }\n\
+          relations: { r: { output: a, inputs: [b] }, s: { output: b, inputs: [c] } }\n\
+          signals: { sb: { variable: b }, sc: { variable: c } }\n",
+    )]);
+    let relations = |arguments: &str| -> Vec<serde_json::Value> {
+        let answer = folder.json(&format!("plan chain.yaml a --all {arguments}"), 0);
+        answer["substitutions"].as_array().unwrap().iter().map(|it| it["relations"].clone()).collect()
+    };
+    use serde_json::json;
+    assert_eq!(relations(""), [json!(["r"])]);
+    for engine in ["best-first", "dfs", "sh-pgsa", "exhaustive"] {
+        assert_eq!(relations(&format!("--behind --engine {engine}")), [json!(["r"]), json!(["r", "s"])]);
+    }
+    folder.refuses("plan chain.yaml a --contingency --behind", &["cannot be used with"]);
+}
+
+#[test]
 fn engines_agree() {
     let folder = tank::folder();
     let found = |engine: &str| {

@@ -87,7 +87,7 @@ fn a_complete_set_is_waited_for_where_that_is_asked() {
 #[test]
 fn several_outputs_lists_and_changes() {
     let program = "y[0] = min(x[0]); y[1] = x[1] - previous(x[1])";
-    let arguments = ["-i", "/scan#ranges", "-i", "/step", "-p", program, "-o", "/nearest", "-o", "/change"];
+    let arguments = ["-i", "/scan#ranges", "/step", "-p", program, "-o", "/nearest", "/change"];
     let mut service = Service::start(&[&arguments[..], &["--vector", "0", "--complete"]].concat());
     for (stamp, scan, step) in [(1.0, [4.0, 2.0, 9.0], 1), (2.0, [7.0, 8.0, 6.5], 5)] {
         service.say("/scan", json!({ "ranges": scan, "frame": "lidar" }), stamp);

@@ -2,8 +2,9 @@
 //!
 //! Of every two substitutions, every two outputs that overlap in time are compared; the error of a pair, `max(0, max(lows) -
 //! min(highs))`, is added to both substitutions. The sums pass an average, then a median filter; the substitution with the
-//! highest error above zero has failed. Source: D. Ratasich et al., "A Self-Healing Framework for Building Resilient
-//! Cyber-Physical Systems", and the thesis, chapter 5.
+//! highest error above zero has failed. Source: D. Ratasich, M. Platzer, R. Grosu, E. Bartocci, "Adaptive Fault Detection
+//! exploiting Redundancy with Uncertainties in Space and Time", SASO 2019, arXiv:1903.04326; D. Ratasich, "Self-Healing
+//! Cyber-Physical Systems", TU Wien 2019, chapter 5.
 //!
 //! The method is kept exactly, except for errors of the public program: a tie names no substitution, and an output without a
 //! value never agrees with anything (its own error is infinite, and no other substitution is blamed for it). Variables that wrap,
