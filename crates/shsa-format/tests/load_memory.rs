@@ -159,7 +159,7 @@ fn what_many_small_pieces_unpack_to_is_bounded() {
 #[cfg(feature = "zstd")]
 fn a_file_that_would_fill_the_disk_is_refused() {
     let packed = zstd::bulk::compress(&vec![b' '; 100 << 20], 1).unwrap();
-    defused("large.jsonl.zst", &packed, "unpack it first (zstd -d)");
+    defused("large.jsonl.zst", &packed, "unpack it first (zstd -d, gunzip)");
 }
 
 #[test]
@@ -308,8 +308,9 @@ fn list(number: u8, items: &[Vec<u8>]) -> (u8, u8, Vec<u8>) {
 /// A file of Parquet: columns and row groups that all share one page, of 2^20 whole numbers in this encoding, packed by gzip.
 fn pages(columns: usize, groups: usize, encoding: usize, unpacked: &[u8]) -> Vec<u8> {
     const ROWS: usize = 1 << 20;
-    let packed = miniz_oxide::deflate::compress_to_vec(unpacked, 6);
-    let packed = [&[0x1f, 0x8b, 8, 0, 0, 0, 0, 0, 0, 0][..], &packed].concat();
+    let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::default());
+    std::io::Write::write_all(&mut packed, unpacked).unwrap();
+    let packed = packed.finish().unwrap();
     let about = structure(&[whole(1, ROWS), whole(2, encoding), whole(3, 3), whole(4, 3)]);
     let head = structure(&[whole(1, 0), whole(2, unpacked.len()), whole(3, packed.len()), (5, 12, about)]);
     let page = [head, packed].concat();

@@ -86,18 +86,35 @@ def nmea(path, _topics):
 
 
 def lines(path, _topics):
+    from datetime import datetime
+
     def read():
         for line in open(path):
-            json.loads(line)
+            delta = json.loads(line)
+            for update in delta.get("updates", []):
+                if "timestamp" in update:
+                    datetime.fromisoformat(update["timestamp"])
+                for value in update.get("values", []):
+                    value.get("path"), value.get("value")
 
     return read
 
 
 def influx(path, _topics):
+    def number(text):
+        try:
+            return float(text.rstrip("iu"))
+        except ValueError:
+            return text
+
     def read():
         for line in open(path):
             if not line.startswith("#"):
-                line.rsplit(" ", 1)[0].split(",")
+                point, moment = line.rsplit(" ", 1)
+                tags, fields = point.replace("\\ ", "\0").split(" ", 1)
+                dict(tag.split("=") for tag in tags.split(",")[1:])
+                {name: number(text) for name, _, text in (field.partition("=") for field in fields.split(","))}
+                int(moment)
 
     return read
 
@@ -141,7 +158,14 @@ def table(path, _topics):
     import pandas
 
     separator = r"\s+" if path.suffix == ".txt" else None
-    return lambda: pandas.read_csv(path, sep=separator, engine="python" if separator is None else "c", header=0)
+
+    def read():
+        frame = pandas.read_csv(path, sep=separator, engine="python" if separator is None else "c", header=0)
+        texts = [name for name in frame if pandas.api.types.is_string_dtype(frame[name])]
+        for name in texts[:1]:
+            pandas.to_datetime(frame[name], errors="coerce")
+
+    return read
 
 
 READERS = {

@@ -20,7 +20,7 @@ use std::collections::BTreeMap;
 pub(super) const LEAP: Span = Span::from_millis(3_600_000);
 
 /// The largest distance of messages that overtake each other.
-const BACK: Span = Span::from_millis(5_000);
+pub(super) const BACK: Span = Span::from_millis(5_000);
 
 /// A leap is longer than this number of periods of the signal.
 const PERIODS: i64 = 100;

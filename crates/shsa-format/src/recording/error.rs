@@ -16,6 +16,14 @@ pub enum RecordingError {
         /// The system's error.
         reason: io::Error,
     },
+    /// Samples cannot be sorted in a temporary file.
+    #[error("{}: cannot be sorted by time in the folder for temporary files: {reason}", file.display())]
+    Unsorted {
+        /// The file.
+        file: PathBuf,
+        /// The system's error.
+        reason: io::Error,
+    },
     /// Neither the extension nor the first bytes of the file determine the format.
     #[error("{}: not a recording that is known here; known are: {}", file.display(), format::known())]
     UnknownFormat {

@@ -1,6 +1,7 @@
 //! From messages to samples: which topics and fields are wanted, and which stamp counts.
 
 use super::fields::{Locator, Unlocated};
+use super::files::without_packing;
 use super::gathered::Gathered;
 use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError, Want, names, stamp};
@@ -157,7 +158,7 @@ fn tag<'t>(topic: &Topic<'t>, name: &str) -> Option<&'t str> {
 /// Whether a source fits this topic, by its name and tags.
 fn is_meant(want: &Want<'_>, topic: &Topic<'_>, file: &Path, naming: Naming) -> bool {
     let is_named = match naming {
-        Naming::File => want.source.is_of_file(file),
+        Naming::File => want.source.is_of_file(&without_packing(file)),
         Naming::Topic => {
             let asked = names::bare(want.source.in_bag().0);
             asked == names::bare(topic.name) || asked == names::bare(topic.full)

@@ -3,8 +3,7 @@
 
 use super::RecordingError;
 use super::format::{self, HEAD, Row};
-use super::topic::Input;
-use super::unpack::{self, ZSTD_MAGIC};
+use super::unpack::{self, Packing};
 use std::fs;
 use std::io::{self, BufReader, Read};
 use std::path::{Path, PathBuf};
@@ -101,11 +100,13 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
     let mut head = Vec::new();
     let read = opened(file).and_then(|opened| opened.take(1 << 16).read_to_end(&mut head));
     read.map_err(|reason| unreadable(file, reason))?;
-    if !head.starts_with(ZSTD_MAGIC) {
-        head.truncate(HEAD as usize);
-        return format_of(file, &head);
+    match Packing::of(&head) {
+        Some(packing) => format_of(&without_packing(file), &packing.head(&head, HEAD)),
+        None => {
+            head.truncate(HEAD as usize);
+            format_of(file, &head)
+        }
     }
-    format_of(&without_packing(file), &unpack::unpack("zstd", &head, HEAD).bytes)
 }
 
 /// The format of a file with this name and these first bytes.
@@ -127,27 +128,35 @@ pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, Record
 }
 
 /// The name without the ending of a compression: `bag.db3` of `bag.db3.zstd`.
-fn without_packing(file: &Path) -> PathBuf {
-    let is_packed = file.extension().is_some_and(|ending| ending == "zstd" || ending == "zst");
-    if is_packed { file.with_extension("") } else { file.to_owned() }
+pub(super) fn without_packing(file: &Path) -> PathBuf {
+    let ending = file.extension().unwrap_or_default().to_string_lossy();
+    if Packing::of_ending(&ending).is_some() { file.with_extension("") } else { file.to_owned() }
 }
 
-/// The content of a file. A compressed file is decompressed into a file without a name.
+/// The content of a file.
+pub(super) struct Opened {
+    pub(super) input: BufReader<fs::File>,
+    /// What is wrong with a compressed file of which only the beginning can be decompressed.
+    pub(super) problem: Option<String>,
+}
+
+/// Opens a file. A compressed file is decompressed into a file without a name.
 ///
 /// # Errors
 /// When the file cannot be opened or decompressed.
-pub(super) fn open(file: &Path) -> Result<Box<dyn Input>, RecordingError> {
-    let open = || -> io::Result<fs::File> {
+pub(super) fn open(file: &Path) -> Result<Opened, RecordingError> {
+    let open = || -> io::Result<(fs::File, Option<String>)> {
         let mut opened = opened(file)?;
         let mut head = [0; 4];
         let length = opened.read(&mut head)?;
         io::Seek::rewind(&mut opened)?;
-        if head.get(..length) == Some(ZSTD_MAGIC) { unpack::file(opened) } else { Ok(opened) }
+        match Packing::of(head.get(..length).unwrap_or_default()) {
+            Some(packing) => unpack::file(opened, packing),
+            None => Ok((opened, None)),
+        }
     };
-    match open() {
-        Ok(opened) => Ok(Box::new(BufReader::new(opened))),
-        Err(reason) => Err(unreadable(file, reason)),
-    }
+    let (opened, problem) = open().map_err(|reason| unreadable(file, reason))?;
+    Ok(Opened { input: BufReader::new(opened), problem })
 }
 
 fn unreadable(file: &Path, reason: io::Error) -> RecordingError {

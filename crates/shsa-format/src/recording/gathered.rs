@@ -6,18 +6,13 @@ use std::sync::mpsc::SyncSender;
 
 use shsa_core::time::Time;
 
+use super::batch::{BATCH, Batch, is_full};
 use super::cut::Stretch;
-use super::room::Room;
+use super::room::{Room, numbers};
 use super::session::{Group, Piece, Session, groups};
 use super::stamps::Stamps;
 use super::stream::Surveyed;
-use super::{Found, Place, RawValue, Recording, RecordingError, Sample, Want, Warning, clock, names};
-
-/// The samples that are handed over together.
-pub(super) type Batch = Result<Vec<Sample>, RecordingError>;
-
-/// The size of a batch.
-const BATCH: usize = 4_096;
+use super::{Found, Place, RawValue, Recording, Sample, Want, Warning, clock, names};
 
 /// The use of the samples.
 pub(super) enum Destination {
@@ -35,7 +30,7 @@ pub(super) struct Gathered {
     destination: Destination,
     streams: Vec<Stream>,
     file: PathBuf,
-    /// The number of files so far.
+    /// The number of files that are done.
     files: usize,
     /// The pieces of earlier files; without samples where these are not kept.
     pieces: Vec<Piece>,
@@ -43,6 +38,8 @@ pub(super) struct Gathered {
     piece: Piece,
     /// The values that may still be taken of the current file.
     room: Room,
+    /// The numbers in the current batch.
+    numbers: usize,
     damages: usize,
     last_untold: Option<Warning>,
     names: BTreeSet<String>,
@@ -90,6 +87,7 @@ impl Gathered {
             pieces: Vec::new(),
             piece: Piece::default(),
             room: Room::default(),
+            numbers: 0,
             damages: 0,
             last_untold: None,
             names: BTreeSet::new(),
@@ -108,11 +106,15 @@ impl Gathered {
         &self.unstamped
     }
 
+    /// Names the file that the next warnings are about.
+    pub(super) fn about(&mut self, file: &Path) {
+        self.file = file.into();
+    }
+
     /// Begins a file, which has this many bytes on disk.
     pub(super) fn begin(&mut self, file: &Path, length: u64) {
         self.file = file.into();
         self.room = Room::of(length);
-        self.files += 1;
         for stream in &mut self.streams {
             // Another file may be another recording, in which the first value counts.
             stream.last_value = None;
@@ -178,15 +180,16 @@ impl Gathered {
         match &mut self.destination {
             Destination::Kept => self.recording.samples.push(Sample { wanted, time, received, value }),
             Destination::Surveyed(surveyed) => {
-                surveyed.see(received);
+                surveyed.see(wanted, received);
                 self.piece.see(wanted, received);
             }
             Destination::Sent(_) => {
                 let is_unstamped =
                     self.unstamped.first().is_some_and(|unstamped| unstamped.contains(&wanted));
                 let time = if is_unstamped { received } else { time };
+                self.numbers += numbers(&value);
                 self.recording.samples.push(Sample { wanted, time, received, value });
-                if self.recording.samples.len() == BATCH {
+                if is_full(&self.recording.samples, self.numbers) {
                     self.send();
                 }
             }
@@ -197,6 +200,7 @@ impl Gathered {
     pub(super) fn send(&mut self) {
         if let Destination::Sent(receiver) = &self.destination {
             let batch = std::mem::replace(&mut self.recording.samples, Vec::with_capacity(BATCH));
+            self.numbers = 0;
             let _ = receiver.send(Ok(batch));
         }
     }
@@ -246,6 +250,7 @@ impl Gathered {
             self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
         }
         self.damages = 0;
+        self.files += 1;
     }
 
     /// Replaces unusable stamps by times of reception, with a warning for each signal.
@@ -315,46 +320,42 @@ impl Gathered {
         }
     }
 
-    /// Sorts the samples into sessions, and within each by reception, and reports missing signals. Also returns whether there is
-    /// one session only, as a recording without samples has no sessions.
-    pub(super) fn finish(mut self, wants: &[Want<'_>]) -> (Recording, bool) {
+    /// Sorts the samples into sessions, and within each by reception, and reports missing signals. Also returns the pieces of each
+    /// session, without their samples.
+    pub(super) fn finish(mut self, wants: &[Want<'_>]) -> (Recording, Vec<Vec<Piece>>) {
         for want in wants {
             if let Some(remark) = self.remark(want) {
                 self.warn(Place::Whole, format!("signal {}: {remark}", want.signal));
             }
         }
         let groups = self.groups(wants);
-        let is_one = groups.len() <= 1;
         self.recording.joined = groups.iter().filter_map(Group::joined).collect();
-        if matches!(self.destination, Destination::Kept) {
-            groups.into_iter().for_each(|group| self.begin_session(group));
-        }
-        (self.recording, is_one)
+        let pieces = groups.into_iter().map(|group| self.begin_session(group)).collect();
+        (self.recording, pieces)
     }
 
-    fn begin_session(&mut self, group: Group) {
-        let begin = self.recording.samples.len();
-        let mut files: Vec<PathBuf> = Vec::new();
-        for piece in group.pieces {
-            if files.last() != Some(&piece.path) {
-                files.push(piece.path);
-            }
-            self.recording.samples.extend(piece.samples);
+    fn begin_session(&mut self, Group { mut pieces, because, .. }: Group) -> Vec<Piece> {
+        let begin = self.recording.sessions.last().map_or(0, |session| session.samples.end);
+        let mut files: Vec<PathBuf> = pieces.iter().map(|piece| piece.path.clone()).collect();
+        files.dedup();
+        let spans = || pieces.iter().map(Piece::span);
+        let ends = spans().map(|it| it.0).min().zip(spans().map(|it| it.1).max());
+        let span = ends.unwrap_or_default();
+        let samples = begin..begin + pieces.iter().map(Piece::count).sum::<usize>();
+        for piece in &mut pieces {
+            self.recording.samples.append(&mut piece.samples);
         }
-        let samples = self.recording.samples.get_mut(begin..).unwrap_or_default();
-        samples.sort_by_key(|sample| sample.received);
-        let ends = samples.first().zip(samples.last());
-        let Some(span) = ends.map(|(first, last)| (first.received, last.received)) else { return };
-        if let (Some(because), Some(file)) = (&group.because, files.first()) {
+        self.recording.samples.get_mut(begin..).unwrap_or_default().sort_by_key(|sample| sample.received);
+        if let (Some(because), Some(file)) = (&because, files.first()) {
             let message =
                 format!("a session of its own, in which nothing counts of what came before: {because}");
             let warning = Warning { file: file.clone(), place: Place::Whole, message };
             self.recording.warnings.push(warning);
         }
-        let samples = begin..self.recording.samples.len();
         let recording = self.recording.sessions.len();
-        let (part, origin, because) = (Stretch::ALL, span.0, group.because);
+        let (part, origin) = (Stretch::ALL, span.0);
         self.recording.sessions.push(Session { samples, recording, part, origin, span, files, because });
+        pieces
     }
 
     /// The warning about a signal after all files.

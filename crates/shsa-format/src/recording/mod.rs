@@ -11,10 +11,12 @@ mod error;
 mod files;
 mod cut;
 mod room;
+mod batch;
 mod gathered;
 mod jsonl;
 mod line;
 mod lines;
+mod wanted;
 mod names;
 mod topic;
 mod fields;
@@ -22,6 +24,7 @@ mod extraction;
 mod inventory;
 mod format;
 mod rosbag;
+mod utf16;
 mod unpack;
 mod ros2;
 pub(crate) mod mcap;
@@ -40,6 +43,7 @@ mod parquet;
 mod session;
 mod stamp;
 mod stamps;
+mod sorted;
 mod stream;
 
 use std::path::{Path, PathBuf};
@@ -47,12 +51,12 @@ use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_message::{source::Source, zone::Zone};
+use shsa_message::zone::Zone;
 
 pub use cut::{Cuts, Stretch};
 pub use error::RecordingError;
 use extraction::{Extraction, Naming};
-use files::{File, files_of, format_of, open};
+use files::{File, Opened, files_of, format_of, open, without_packing};
 pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
 use inventory::Inventory;
@@ -61,23 +65,8 @@ pub use session::{Because, Session};
 pub use stamp::TIME_NAMES;
 pub use stream::{Stream, Survey, stream, survey};
 use topic::{Fields, Input, Listener};
-
-/// A signal that a model asks for.
-#[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Wanted {
-    /// The signal's name on the bus.
-    pub signal: String,
-    /// The place in a recording, in the grammar of [`Source`]; empty: the signal's own name.
-    pub source: String,
-}
-
-impl Wanted {
-    /// A signal and its source.
-    #[must_use]
-    pub fn new(signal: impl Into<String>, source: impl Into<String>) -> Wanted {
-        Wanted { signal: signal.into(), source: source.into() }
-    }
-}
+pub use wanted::Wanted;
+use wanted::{Want, understand};
 
 /// Options about times and definitions that a file itself does not have.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -245,14 +234,6 @@ pub struct FieldInfo {
     pub sample: Option<String>,
 }
 
-/// One wanted signal with its parsed source.
-struct Want<'a> {
-    index: usize,
-    signal: &'a str,
-    text: &'a str,
-    source: Source,
-}
-
 /// Reads the wanted signals from files and folders (from a folder: its files of known formats, in the order of their names).
 ///
 /// A signal that is not in the recording is no error, as a recording may lack a topic: its [`Found`] has no places, and a warning
@@ -289,7 +270,9 @@ fn read_all(
     }
     for File { path, row } in files {
         gathered.begin(path, files::size(path));
-        read_one(row, &mut *open(path)?, wants, options, &mut gathered)?;
+        let Opened { mut input, problem } = open(path)?;
+        problem.into_iter().for_each(|problem| gathered.damaged(Place::Whole, problem));
+        read_one(row, &mut input, wants, options, &mut gathered)?;
     }
     Ok(gathered)
 }
@@ -363,32 +346,23 @@ fn read_with(
 pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
     let of_file = |File { path, row }: &File| {
         let mut inventory = Inventory::new(path);
-        read_with(row.format, &mut *open(path)?, options, &mut inventory)?;
+        let Opened { mut input, problem } = open(path)?;
+        problem.into_iter().for_each(|problem| inventory.damaged(Place::Whole, problem));
+        read_with(row.format, &mut input, options, &mut inventory)?;
         Ok(inventory.finish(row.name))
     };
     files_of(paths)?.iter().map(of_file).collect()
 }
 
-fn understand(wanted: &[Wanted]) -> Result<Vec<Want<'_>>, RecordingError> {
-    let understood = wanted.iter().enumerate().map(|(index, Wanted { signal, source: text })| {
-        let written = if text.trim().is_empty() { signal } else { text };
-        let source = written.parse().map_err(|problem| RecordingError::Source {
-            signal: signal.clone(),
-            text: text.clone(),
-            problem,
-        })?;
-        Ok(Want { index, signal, text, source })
-    });
-    understood.collect()
-}
-
 /// Where a single table has a name that no source knows, the sources mean that table: it may be a copy, a part, a download.
 fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
     let named = |want: &Want<'_>| want.source.file.is_some();
-    if !wants.iter().any(named) || wants.iter().any(|want| named(want) && want.source.is_of_file(file)) {
+    if !wants.iter().any(named)
+        || wants.iter().any(|want| named(want) && want.source.is_of_file(&without_packing(file)))
+    {
         return;
     }
-    gathered.begin(file, 0);
+    gathered.about(file);
     gathered
         .warn(Place::Whole, "no source names this file; as it is the only one, it is read for all of them");
     for want in wants {

@@ -9,6 +9,14 @@ const BASE: u64 = 1 << 15;
 /// tenth of a second, has 13 values a byte; sixty-four flags of a packed CAN frame are about five.
 const PER_BYTE: u64 = 20;
 
+/// How many numbers a value counts for: each one of a list.
+pub(super) fn numbers(value: &RawValue) -> usize {
+    match value {
+        RawValue::Vector(list) => list.len().max(1),
+        _ => 1,
+    }
+}
+
 /// The values that may still be taken of a file.
 #[derive(Default)]
 pub(super) struct Room {
@@ -26,11 +34,7 @@ impl Room {
 
     /// Whether this value is taken; each number of a list counts.
     pub(super) fn take(&mut self, value: &RawValue) -> bool {
-        let numbers = match value {
-            RawValue::Vector(list) => list.len().max(1) as u64,
-            _ => 1,
-        };
-        let left = self.left.checked_sub(numbers);
+        let left = self.left.checked_sub(numbers(value) as u64);
         self.over += u64::from(left.is_none());
         self.left = left.unwrap_or(self.left);
         left.is_some()

@@ -6,7 +6,7 @@
 
 use super::sqlite::{Cell, Database, Event};
 use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
-use super::unpack::{Budget, UNPACKED_MAX, ZSTD_MAGIC, unpack};
+use super::unpack::{Budget, Packing, UNPACKED_MAX, unpack};
 use super::{Fields, Place, ReadOptions, RecordingError, ros2};
 use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
@@ -152,7 +152,7 @@ impl Bag {
         let Some(topic) = self.topics.get(topic).filter(|topic| listener.is_wanted(**topic)) else { return };
         let times = Times::at(Time(*received));
         // No message begins like zstd data: the first byte of a message is 0.
-        if !content.starts_with(ZSTD_MAGIC) {
+        if Packing::of(content) != Some(Packing::Zstd) {
             return listener.message(*topic, times, Body::Bytes(content));
         }
         let mut unpacked = unpack("zstd", content, UNPACKED_MAX.min(self.budget.left()));

@@ -110,16 +110,6 @@ pub(super) struct Extent {
 }
 
 impl Extent {
-    /// The extent with one more sample; `None` for none so far.
-    pub(super) fn with(extent: Option<Extent>, received: Time) -> Extent {
-        match extent {
-            None => Extent { from: received, to: received, count: 1 },
-            Some(Extent { from, to, count }) => {
-                Extent { from: from.min(received), to: to.max(received), count: count + 1 }
-            }
-        }
-    }
-
     fn period(&self) -> Span {
         Span((self.to - self.from).0 / (self.count - 1).max(1))
     }
@@ -146,11 +136,20 @@ impl Piece {
     }
 
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
-        let extent = Extent::with(self.extents.get(&wanted).copied(), received);
-        self.extents.insert(wanted, extent);
+        let new = Extent { from: received, to: received, count: 0 };
+        let extent = self.extents.entry(wanted).or_insert(new);
+        extent.from = extent.from.min(received);
+        extent.to = extent.to.max(received);
+        extent.count += 1;
     }
 
-    fn span(&self) -> (Time, Time) {
+    /// The number of its samples.
+    pub(super) fn count(&self) -> usize {
+        self.extents.values().map(|it| usize::try_from(it.count).unwrap_or(0)).sum()
+    }
+
+    /// The earliest and the latest reception.
+    pub(super) fn span(&self) -> (Time, Time) {
         let from = self.extents.values().map(|it| it.from).min();
         let to = self.extents.values().map(|it| it.to).max();
         (from.unwrap_or_default(), to.unwrap_or_default())

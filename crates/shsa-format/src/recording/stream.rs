@@ -1,14 +1,17 @@
 //! Recordings too long for the memory: surveyed in one pass, then read again sample by sample.
 //!
-//! A thread for each file reads ahead by a bounded number of samples; the files are merged by reception. The samples are
-//! those of [`super::read`], in its order, for recordings whose files are each in the order of reception.
+//! A thread for each file reads ahead by a bounded number of samples; a file that is not in the order of reception is sorted on disk;
+//! the files are merged by reception. The samples are those of [`super::read`], in its order. Only where a clock may have been set
+//! within a file, all of its samples decide, and are kept: then nothing is streamed.
 
-use super::clock::LEAP;
+use super::batch::Batch;
+use super::clock::{BACK, LEAP};
 use super::files::{File, files_of};
-use super::gathered::{Batch, Destination, Gathered};
-use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, understand};
+use super::gathered::{Destination, Gathered};
+use super::session::Piece;
+use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, sorted, understand};
 use shsa_core::time::Time;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::path::PathBuf;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::{thread, vec};
@@ -22,17 +25,30 @@ const BATCHES_AHEAD: usize = 2;
 /// The content of a recording, without its samples.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// The results of [`super::read`] except those about sessions; `samples` and `sessions` are empty.
+    /// The result of [`super::read`], without its samples. Where [`Survey::can_stream`] is false, the sessions are not decided.
     pub recording: Recording,
     /// The number of samples.
     pub count: usize,
     /// The earliest and the latest reception.
     pub span: Option<(Time, Time)>,
-    /// Whether [`stream`] gives the samples in the order in which [`super::read`] does: there is one session, and no clock was
-    /// set in it.
+    /// Whether [`stream`] gives the samples as [`super::read`] does: no clock may have been set within a file, and at most 32
+    /// files are of the same time.
     pub can_stream: bool,
-    /// For each file the signals whose stamps are unusable.
-    unstamped: Vec<BTreeSet<usize>>,
+    /// The files of each session.
+    parts: Vec<Vec<Part>>,
+}
+
+/// A file of a session.
+#[derive(Clone, Debug)]
+struct Part {
+    /// The number of the file.
+    file: usize,
+    /// The first and the last reception.
+    span: (Time, Time),
+    /// Whether its samples are not in the order of their reception.
+    is_mixed: bool,
+    /// The signals whose stamps are unusable.
+    unstamped: BTreeSet<usize>,
 }
 
 /// Surveys recordings without keeping a sample.
@@ -45,13 +61,24 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
     let gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
     let (surveyed, unstamped) = (gathered.surveyed(), gathered.unstamped().to_vec());
-    let (recording, is_one_session) = gathered.finish(&wants);
+    let (recording, sessions) = gathered.finish(&wants);
+    let part = |piece: &Piece| Part {
+        file: piece.file,
+        span: piece.span(),
+        is_mixed: surveyed.mixed.contains(&piece.file),
+        unstamped: unstamped.get(piece.file).cloned().unwrap_or_default(),
+    };
+    let parts: Vec<Vec<Part>> = sessions.iter().map(|pieces| pieces.iter().map(part).collect()).collect();
+    let is_open = |part: &Part, at: Time| part.span.0 <= at && at <= part.span.1;
+    let side_by_side = |parts: &[Part], at: Time| parts.iter().filter(|part| is_open(part, at)).count();
+    let is_narrow =
+        |parts: &Vec<Part>| parts.iter().all(|part| side_by_side(parts, part.span.0) <= MOST_FILES);
     Ok(Survey {
         recording,
         count: surveyed.count,
         span: surveyed.span,
-        unstamped,
-        can_stream: is_one_session && !surveyed.is_mixed && files.len() <= MOST_FILES,
+        can_stream: !surveyed.may_be_set && parts.iter().all(is_narrow),
+        parts,
     })
 }
 
@@ -59,61 +86,70 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
 #[derive(Clone, Debug, Default)]
 pub(super) struct Surveyed {
     /// The number of samples.
-    pub(super) count: usize,
+    count: usize,
     /// The earliest and the latest reception.
-    pub(super) span: Option<(Time, Time)>,
-    /// Whether a file has a sample that was received before the one above it, or so long after it that its clock may have been
-    /// set.
-    pub(super) is_mixed: bool,
+    span: Option<(Time, Time)>,
+    /// The numbers of the files with a sample that was received before the one above it.
+    mixed: BTreeSet<usize>,
+    /// Whether the clock of a file may have been set, by the times of a signal.
+    may_be_set: bool,
+    /// The number of files that have begun.
+    begun: usize,
     /// The last reception in the current file.
     last: Option<Time>,
+    /// By signal, the last and the latest reception in the current file.
+    of_signal: BTreeMap<usize, (Time, Time)>,
 }
 
 impl Surveyed {
     /// Begins another file.
     pub(super) fn begin(&mut self) {
+        self.begun += 1;
         self.last = None;
+        self.of_signal.clear();
     }
 
-    /// Adds a reception.
-    pub(super) fn see(&mut self, received: Time) {
+    /// Adds a reception of a signal.
+    pub(super) fn see(&mut self, wanted: usize, received: Time) {
         self.count += 1;
-        self.is_mixed |= self.last.is_some_and(|last| received < last || received - last > LEAP);
+        if self.last.is_some_and(|last| received < last) {
+            self.mixed.insert(self.begun - 1);
+        }
         self.last = Some(received);
+        let (last, latest) = self.of_signal.entry(wanted).or_insert((received, received));
+        // Otherwise `clock::pieces` finds one piece, and nothing to leave out.
+        self.may_be_set |=
+            (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
+        (*last, *latest) = (received, received.max(*latest));
         let (from, to) = self.span.unwrap_or((received, received));
         self.span = Some((from.min(received), to.max(received)));
     }
 }
 
-/// Reads the samples of surveyed recordings while they are consumed.
+/// Reads the samples of one session of surveyed recordings while they are consumed; sessions are counted from 0.
 ///
 /// # Errors
-/// When a source is malformed, or a file cannot be opened; later errors are among the samples. Memory: some thousands of samples
-/// for each file.
+/// When a source is malformed, or a file cannot be opened; later errors are among the samples. Memory: some ten thousand numbers
+/// for each file of the same time, and 10 MB for one that is not in the order of reception; such a file is sorted on disk.
 pub fn stream(
     paths: &[PathBuf],
     wanted: &[Wanted],
     options: &ReadOptions,
     survey: &Survey,
+    session: usize,
 ) -> Result<Stream, RecordingError> {
     understand(wanted)?;
     let files = files_of(paths)?;
     let is_alone = files.len() == 1;
-    let start = |(at, file): (usize, &File)| {
-        let (sender, batches) = sync_channel(BATCHES_AHEAD);
-        let reader = Reader {
-            file: [file.clone()],
-            is_alone,
-            wanted: wanted.to_vec(),
-            options: options.clone(),
-            unstamped: survey.unstamped.get(at).cloned().unwrap_or_default(),
-        };
-        thread::spawn(move || reader.run(&sender));
-        Head { batches, batch: Vec::new().into_iter(), next: None }
+    let reader = |(rank, part): (usize, &Part)| {
+        let file = [files.get(part.file)?.clone()];
+        let (wanted, options) = (wanted.to_vec(), options.clone());
+        Some((rank, Reader { file, is_alone, wanted, options, part: part.clone() }))
     };
-    let mut heads: Vec<Head> = files.iter().enumerate().map(start).collect();
-    heads.iter_mut().for_each(Head::advance);
-    Ok(Stream { heads })
+    let parts = survey.parts.get(session).map_or(&[][..], Vec::as_slice);
+    let mut waiting: Vec<(usize, Reader)> = parts.iter().enumerate().filter_map(reader).collect();
+    waiting.sort_by_key(|(rank, reader)| std::cmp::Reverse((reader.part.span.0, *rank)));
+    Ok(Stream { waiting, heads: Vec::new() })
 }
 
 /// The arguments of a thread that reads one file.
@@ -122,15 +158,26 @@ struct Reader {
     is_alone: bool,
     wanted: Vec<Wanted>,
     options: ReadOptions,
-    unstamped: BTreeSet<usize>,
+    part: Part,
 }
 
 impl Reader {
+    /// Begins to read the file.
+    fn start(self) -> Receiver<Batch> {
+        let (sender, batches) = sync_channel(BATCHES_AHEAD);
+        let (is_mixed, path) = (self.part.is_mixed, self.file.first().map(|file| file.path.clone()));
+        thread::spawn(move || self.run(&sender));
+        let Some(path) = path.filter(|_| is_mixed) else { return batches };
+        let (sender, sorted) = sync_channel(BATCHES_AHEAD);
+        thread::spawn(move || sorted::sort(&path, &batches, &sender));
+        sorted
+    }
+
     fn run(&self, sender: &SyncSender<Batch>) {
         let read = || {
             let mut wants = understand(&self.wanted)?;
             let gathered = Gathered::new(&wants, Destination::Sent(sender.clone()));
-            let gathered = gathered.without_stamps(self.unstamped.clone());
+            let gathered = gathered.without_stamps(self.part.unstamped.clone());
             read_all(&self.file, self.is_alone, &mut wants, &self.options, gathered)
         };
         // When the consumer has gone, neither the rest nor the error is needed.
@@ -143,44 +190,79 @@ impl Reader {
 
 /// The samples of one file, in their order.
 struct Head {
+    /// The rank of the file in its session.
+    rank: usize,
     batches: Receiver<Batch>,
     batch: vec::IntoIter<Sample>,
-    next: Option<Result<Sample, RecordingError>>,
+    next: Result<Sample, RecordingError>,
 }
 
 impl Head {
-    /// Goes to the next sample; there is none at the end of the file.
-    fn advance(&mut self) {
-        while self.batch.len() == 0 {
-            match self.batches.recv() {
-                Ok(Ok(batch)) => self.batch = batch.into_iter(),
-                Ok(Err(error)) => return self.next = Some(Err(error)),
-                Err(_) => break,
-            }
-        }
-        self.next = self.batch.next().map(Ok);
+    /// Waits for the first sample; `None`: there is none.
+    fn of(rank: usize, batches: Receiver<Batch>) -> Option<Head> {
+        let mut batch = Vec::new().into_iter();
+        let next = next(&batches, &mut batch)?;
+        Some(Head { rank, batches, batch, next })
     }
 
-    /// The reception of the next sample; an error goes before all samples.
-    fn time(&self) -> Option<Time> {
-        self.next.as_ref().map(|next| next.as_ref().map_or(Time::MIN, |sample| sample.received))
+    /// The reception of the next sample, and the rank of the file; an error goes before all samples.
+    fn key(&self) -> (Time, usize) {
+        (self.next.as_ref().map_or(Time::MIN, |sample| sample.received), self.rank)
     }
+}
+
+/// The next sample of a batch, or of the next batch; `None` at the end.
+fn next(
+    batches: &Receiver<Batch>,
+    batch: &mut vec::IntoIter<Sample>,
+) -> Option<Result<Sample, RecordingError>> {
+    while batch.len() == 0 {
+        match batches.recv() {
+            Ok(Ok(more)) => *batch = more.into_iter(),
+            Ok(Err(error)) => return Some(Err(error)),
+            Err(_) => return None,
+        }
+    }
+    batch.next().map(Ok)
 }
 
 /// Samples in the order of reception; ties keep the order of the files.
 pub struct Stream {
+    /// The files that have not begun, with their ranks; the earliest is the last.
+    waiting: Vec<(usize, Reader)>,
     heads: Vec<Head>,
+}
+
+impl Stream {
+    /// The place of the earliest head.
+    fn earliest(&self) -> Option<usize> {
+        (0..self.heads.len()).min_by_key(|at| self.heads.get(*at).map(Head::key))
+    }
+
+    /// Begins the files whose first sample may be the next one.
+    fn begin(&mut self) {
+        loop {
+            let next = self.heads.iter().map(|head| head.key().0).min();
+            let is_due =
+                |(_, reader): &mut (usize, Reader)| next.is_none_or(|next| reader.part.span.0 <= next);
+            let Some((rank, reader)) = self.waiting.pop_if(is_due) else { return };
+            self.heads.extend(Head::of(rank, reader.start()));
+        }
+    }
 }
 
 impl Iterator for Stream {
     type Item = Result<Sample, RecordingError>;
 
     fn next(&mut self) -> Option<Self::Item> {
-        let times = self.heads.iter().enumerate().filter_map(|(at, head)| Some((head.time()?, at)));
-        let (_, earliest) = times.min()?;
+        if !self.waiting.is_empty() {
+            self.begin();
+        }
+        let earliest = self.earliest()?;
         let head = self.heads.get_mut(earliest)?;
-        let next = head.next.take();
-        head.advance();
-        next
+        Some(match next(&head.batches, &mut head.batch) {
+            Some(following) => std::mem::replace(&mut head.next, following),
+            None => self.heads.remove(earliest).next,
+        })
     }
 }

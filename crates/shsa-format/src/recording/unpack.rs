@@ -1,7 +1,9 @@
 //! Decompression: bounded in size; of truncated data the bytes before the end.
 
+use super::utf16::Utf16;
+use flate2::bufread::MultiGzDecoder;
 use std::fs::{self, File};
-use std::io::{self, Read, Seek};
+use std::io::{self, BufReader, Read, Seek};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
 
@@ -12,8 +14,8 @@ pub(super) const UNPACKED_MAX: u64 = 1 << 26;
 /// fill the disk, or keep a reader busy for hours.
 const RATIO_MAX: u64 = 255;
 
-/// The first bytes of zstd data.
-pub(super) const ZSTD_MAGIC: &[u8] = &[0x28, 0xb5, 0x2f, 0xfd];
+/// The name of gzip as a method of [`unpack`].
+pub(super) const GZIP: &str = "gzip";
 
 /// What all pieces of one file may unpack to: [`UNPACKED_MAX`], and [`RATIO_MAX`] times the size of the file. Bytes of the file that
 /// are read again, because several links lead to them, and what a packed table is expanded to are counted, too.
@@ -61,34 +63,83 @@ impl Budget {
     }
 }
 
-/// Decompresses a whole file into one without a name, which is removed when it is closed. A truncated file gives the bytes before
-/// its end.
+/// How a file is packed as a whole.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Packing {
+    Zstd,
+    Gzip,
+    /// Not packed: text in UTF-16, as spreadsheets write it; it becomes UTF-8. Whether the low byte is the first one.
+    Utf16 {
+        is_little: bool,
+    },
+}
+
+impl Packing {
+    /// By the first bytes of a file; `None`: it is not packed.
+    pub(super) fn of(head: &[u8]) -> Option<Packing> {
+        let starts = |magic: &[u8]| head.starts_with(magic);
+        if starts(&[0x28, 0xb5, 0x2f, 0xfd]) {
+            Some(Packing::Zstd)
+        } else {
+            let is_gzip = starts(&[0x1f, 0x8b, 8]).then_some(Packing::Gzip);
+            let is_text = |mark: &[u8], is_little| starts(mark).then_some(Packing::Utf16 { is_little });
+            is_gzip.or_else(|| is_text(&[0xff, 0xfe], true)).or_else(|| is_text(&[0xfe, 0xff], false))
+        }
+    }
+
+    /// By the ending of a file's name.
+    pub(super) fn of_ending(ending: &str) -> Option<Packing> {
+        match ending {
+            "zstd" | "zst" => Some(Packing::Zstd),
+            "gz" => Some(Packing::Gzip),
+            _ => None,
+        }
+    }
+
+    /// The first bytes of a packed file, unpacked: at most `limit`.
+    pub(super) fn head(self, packed: &[u8], limit: u64) -> Vec<u8> {
+        match self {
+            Packing::Zstd => unpack("zstd", packed, limit).bytes,
+            Packing::Gzip => unpack(GZIP, packed, limit).bytes,
+            Packing::Utf16 { is_little } => bounded(Utf16::new(packed, is_little), limit).bytes,
+        }
+    }
+
+    fn decoder(self, packed: File) -> io::Result<Box<dyn Read>> {
+        match self {
+            #[cfg(feature = "zstd")]
+            Packing::Zstd => Ok(Box::new(zstd::stream::read::Decoder::new(packed)?)),
+            #[cfg(not(feature = "zstd"))]
+            Packing::Zstd => Err(io::Error::other(NO_ZSTD)),
+            Packing::Gzip => Ok(Box::new(MultiGzDecoder::new(BufReader::new(packed)))),
+            Packing::Utf16 { is_little } => Ok(Box::new(Utf16::new(BufReader::new(packed), is_little))),
+        }
+    }
+}
+
+/// Decompresses a whole file into one without a name, which is removed when it is closed. Also returns what is wrong with a file
+/// that is damaged or cut short: it gives the bytes before the damage.
 ///
 /// # Errors
 /// Those of the files, and when the content is larger than its [`Budget`].
-#[cfg(feature = "zstd")]
-pub(super) fn file(packed: File) -> io::Result<File> {
+pub(super) fn file(packed: File, packing: Packing) -> io::Result<(File, Option<String>)> {
     let budget = Budget::of(packed.metadata()?.len());
     let mut unpacked = nameless()?;
-    let mut decoder = zstd::stream::read::Decoder::new(packed)?;
-    let copied = io::copy(&mut decoder.by_ref().take(budget.most + 1), &mut unpacked);
-    match copied {
+    let copied = io::copy(&mut packing.decoder(packed)?.take(budget.most + 1), &mut unpacked);
+    let problem = match copied {
         Ok(length) if length > budget.most => {
-            let help = "where that is right, unpack it first (zstd -d)";
+            let help = "where that is right, unpack it first (zstd -d, gunzip)";
             return Err(io::Error::other(format!("{}; {help}", budget.exceeded())));
         }
+        Ok(_) => None,
         Err(error) if error.kind() == io::ErrorKind::StorageFull => return Err(error),
-        // The reader of the format reports the missing end.
-        Ok(_) | Err(_) => {}
-    }
+        Err(error) => {
+            let length = unpacked.stream_position()?;
+            Some(format!("only its first {length} bytes can be unpacked: {error}"))
+        }
+    };
     unpacked.rewind()?;
-    Ok(unpacked)
-}
-
-/// Decompresses nothing: the library is not in this build.
-#[cfg(not(feature = "zstd"))]
-pub(super) fn file(_packed: File) -> io::Result<File> {
-    Err(io::Error::other(NO_ZSTD))
+    Ok((unpacked, problem))
 }
 
 #[cfg(not(feature = "zstd"))]
@@ -122,6 +173,7 @@ pub(super) fn unpack(method: &str, packed: &[u8], limit: u64) -> Unpacked {
     match method {
         "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
         "zstd" => zstd(packed, limit),
+        GZIP => bounded(MultiGzDecoder::new(packed), limit),
         other => Unpacked {
             bytes: Vec::new(),
             problem: Some(format!("packed by '{other}', which is not known here")),

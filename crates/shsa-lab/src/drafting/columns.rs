@@ -96,8 +96,11 @@ impl Origin {
         let mut warnings: Vec<String> = self.mixed_rows(&survey.recording).into_iter().collect();
         let mut values = Values::new(wanted.len());
         if survey.can_stream {
-            for sample in recording::stream(&self.recordings, &wanted, options, &survey)? {
-                values.take(&sample?);
+            for session in 0..survey.recording.sessions.len() {
+                values.begin();
+                for sample in recording::stream(&self.recordings, &wanted, options, &survey, session)? {
+                    values.take(&sample?);
+                }
             }
         } else {
             let recording = recording::read(&self.recordings, &wanted, options)?;

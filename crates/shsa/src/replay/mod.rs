@@ -63,7 +63,7 @@ pub(crate) struct Arguments {
     cut: CutArguments,
     #[command(flatten)]
     watching: Watching,
-    /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 64 MiB on.
+    /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 1 MiB on.
     /// They are looked through once before.
     #[arg(long, conflicts_with_all = ["inject", "reload"])]
     stream: bool,
@@ -98,14 +98,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(outcome);
     }
     let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
-    if let (Some(_), [_, _, ..]) =
-        (arguments.journal.as_ref().or(arguments.record.as_ref()), sources.as_slice())
-    {
-        bail!(
-            "a journal, or a record, is of one session, and these are {}; say which with --session NUMBER",
-            sources.len()
-        );
-    }
+    only_one_is_written(arguments, sources.len())?;
     let [mut journal, mut record, mut layout, output, events, page] = written(arguments)?;
     let made = made(arguments)?;
     let began = Instant::now();
@@ -135,6 +128,17 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         write_event_table(&parts, events)?;
     }
     finish(arguments, &parts, elapsed, page.map(|file| (file, &*recorders)))
+}
+
+/// # Errors
+/// When a journal or a record is asked for of several sessions.
+fn only_one_is_written(arguments: &Arguments, sessions: usize) -> anyhow::Result<()> {
+    if sessions > 1 && arguments.journal.as_ref().or(arguments.record.as_ref()).is_some() {
+        bail!(
+            "a journal, or a record, is of one session, and these are {sessions}; say which with --session NUMBER"
+        );
+    }
+    Ok(())
 }
 
 impl Arguments {

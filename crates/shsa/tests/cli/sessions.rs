@@ -56,6 +56,31 @@ fn accused(report: &Value) -> Vec<(u64, f64, &str)> {
 }
 
 #[test]
+fn sessions_that_are_streamed_give_the_same() {
+    // The rows of the second day are in no order.
+    let mixed = rows((0..100).map(|second| second ^ 1), 50..100);
+    let folder = days(&[("1", rows(0..100, 0..0)), ("2", mixed), ("3", rows(0..100, 20..90))]);
+    let play = |more: &str| {
+        let mut report = replayed(&folder, more);
+        report.as_object_mut().unwrap().remove("elapsed_s");
+        report
+    };
+    for which in ["1 2 3", "1 2 3 --session 2"] {
+        let whole = play(&format!("{which} --output a.jsonl --report a.html"));
+        let streamed = play(&format!("{which} --output b.jsonl --report b.html --stream"));
+        assert!(!accused(&whole).is_empty());
+        assert_eq!(whole, streamed);
+        assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"));
+        assert!(folder.read("a.jsonl").len() > 1_000);
+    }
+    folder.refuses(
+        "replay m.yaml 1 2 3 --stream --journal j",
+        &["these are 3; say which with --session NUMBER"],
+    );
+    folder.refuses("replay m.yaml 1 2 3 --stream --session 4", &["there is no session 4: there are 3"]);
+}
+
+#[test]
 fn a_fault_of_the_second_day_is_seen_beside_a_sound_first() {
     let folder = days(&[("1", rows(0..100, 0..0)), ("2", rows(0..100, 50..100)), ("3", rows(0..100, 0..0))]);
     let alone = replayed(&folder, "2");

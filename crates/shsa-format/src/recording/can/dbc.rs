@@ -37,8 +37,10 @@ impl Database {
     /// cannot be understood, with the problem.
     pub(super) fn add(&mut self, text: &str) -> Vec<(u64, String)> {
         let mut reader = Reader::default();
-        for (number, line) in (1..).zip(text.lines()) {
-            if let Err(problem) = reader.line(line.trim()) {
+        let lines = (1..).zip(text.lines().map(str::trim));
+        // The list of words under `NS_` names kinds of lines, and has nothing of them.
+        for (number, line) in lines.filter(|(_, line)| line.contains(char::is_whitespace)) {
+            if let Err(problem) = reader.line(line) {
                 reader.problems.push((number, problem));
             }
         }
@@ -234,7 +236,7 @@ fn multiplexing(text: &str) -> Option<Multiplexing> {
 mod tests {
     use super::*;
 
-    const TEXT: &str = "VERSION \"\"\n\nNS_ :\n\tCM_\n\nBU_: ECU\n\n\
+    const TEXT: &str = "VERSION \"\"\n\nNS_ :\n\tCM_\n\tSIG_VALTYPE_\n\tSG_MUL_VAL_\n\nBU_: ECU\n\n\
 BO_ 100 Engine: 8 ECU\n SG_ Speed : 7|16@0- (0.25,-40) [-40|215] \"m/s\" Vector__XXX\n\
  SG_ Mode M : 16|4@1+ (1,0) [0|0] \"\" A,B\n SG_ Hot m1 : 24|8@1+ (1,0) [0|0] \"\" A\n SG_ Deep m0M : 32|8@1+ (1,0) [0|0] \"\" A\n\n\
  SG_ Deeper m2 : 40|8@1+ (1,0) [0|0] \"\" A\n\

@@ -80,7 +80,8 @@ fn tied(input: &mut dyn Input) -> io::Result<(Log, Option<Span>)> {
 
 fn tell(input: &mut dyn Input, log: Log, epoch: Option<Span>, listener: &mut dyn Listener) -> io::Result<()> {
     let mut records = Records::default();
-    let mut last = Time::default();
+    // What comes before the first time is of the boot.
+    let mut last = Time::default() + epoch.unwrap_or_default();
     walk(input, log, &mut |event| {
         match event {
             Event::Message(kind, message) => {

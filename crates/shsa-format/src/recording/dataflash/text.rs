@@ -52,7 +52,8 @@ pub(in super::super) fn read(
     }
     listener.note(Place::Whole, said_of_times(epoch.is_some()));
     let mut lines = Lines::new(input);
-    let mut last = Time::default();
+    // What comes before the first time is of the boot.
+    let mut last = Time::default() + epoch.unwrap_or_default();
     let mut other = 0_u64;
     while let Some(line) = lines.next(listener) {
         let time = log.tell(&line.text, last, epoch, listener);

@@ -67,6 +67,7 @@ pub(super) fn find(
     let layout = Layout {
         separator: Separator::Character(','),
         units: Vec::new(),
+        preamble: 0,
         headers,
         lines: 0,
         has_index: false,

@@ -31,6 +31,8 @@ pub(super) enum Meaning {
     Plain,
     /// An unsigned whole number.
     Unsigned,
+    /// A floating-point number of 16 bits.
+    Half,
     /// A whole number of fractions, with the factor of one fraction.
     Decimal(f64),
     /// A time since 1970, with the nanoseconds of one step; whether it is in UTC, or in the local time of the writer.
@@ -166,6 +168,9 @@ fn meaning(element: &Struct) -> Meaning {
                 1
             };
             return Meaning::Moment { step_ns, is_utc: moment.bool(1).unwrap_or(false) };
+        }
+        if logical.structure(15).is_some() && element.whole(2) == Some(2) {
+            return Meaning::Half;
         }
         if let Some(number) = logical.structure(5) {
             return decimal(number.whole(1).unwrap_or(0));

@@ -23,14 +23,36 @@ fn whole(column: &Column, whole: i64) -> Cell {
 
 /// Adds bytes as a value of the column: a decimal number, or a text.
 fn push_bytes(cells: &mut Cells, column: &Column, bytes: &[u8]) -> Option<()> {
-    let Meaning::Decimal(part) = column.meaning else { return cells.push_text(bytes) };
+    let part = match (column.meaning, bytes.first_chunk()) {
+        (Meaning::Decimal(part), _) => part,
+        (Meaning::Half, Some(half)) => {
+            return cells.push(Cell::Number(half_number(u16::from_le_bytes(*half))), 1);
+        }
+        _ => return cells.push_text(bytes),
+    };
     let sign = if bytes.first().is_some_and(|first| *first >= 0x80) { -1.0 } else { 0.0 };
     let number = bytes.iter().fold(sign, |number, byte| number * 256.0 + f64::from(*byte));
     cells.push(Cell::Number(number * part), 1)
 }
 
+/// A floating-point number of 16 bits: the sign, 5 bits of the exponent, 10 of the fraction (IEEE 754 binary16).
+fn half_number(bits: u16) -> f64 {
+    let sign = if bits >> 15 == 1 { -1.0 } else { 1.0 };
+    let (exponent, fraction) = (i32::from(bits >> 10 & 0x1f), f64::from(bits & 0x3ff));
+    sign * match exponent {
+        0 => fraction * 2.0_f64.powi(-24),
+        0x1f if fraction == 0.0 => f64::INFINITY,
+        0x1f => f64::NAN,
+        _ => (1024.0 + fraction) * 2.0_f64.powi(exponent - 25),
+    }
+}
+
 /// Reads values that are stored one after the other.
 pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
+    // A value takes a bit at least; otherwise values of no length would be read without end.
+    if count.div_ceil(8) > bytes.0.len() {
+        return None;
+    }
     if column.physical == Physical::Bool {
         let bits = bytes.take(count.div_ceil(8))?;
         let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
@@ -98,6 +120,9 @@ pub(super) fn of_dictionary(
         .try_for_each(|(number, times)| cells.push(*dictionary.get(*number as usize)?, *times as usize))
 }
 
+/// The most runs of different numbers in a page, which take 32 MiB.
+const RUNS_MAX: usize = 1 << 22;
+
 /// Reads small numbers in runs of one number, or packed in `width` bits each.
 pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Runs<u32>> {
     if width > 32 {
@@ -105,10 +130,15 @@ pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Run
     }
     let mut numbers = Runs::default();
     while numbers.count < count {
+        if numbers.list.len() > RUNS_MAX {
+            return None;
+        }
         let head = bytes.varint()?;
         let left = count - numbers.count;
         let length = usize::try_from(head >> 1).ok()?;
-        if head & 1 == 0 {
+        if width == 0 {
+            numbers.push(0, if head & 1 == 0 { length } else { length.saturating_mul(8) }.min(left));
+        } else if head & 1 == 0 {
             let value = bytes.take(usize::from(width).div_ceil(8))?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
             numbers.push(value, length.min(left));
@@ -117,7 +147,12 @@ pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Run
             // The last run may be shorter than stated where no more values follow.
             let taken = bytes.take(packed.min(bytes.0.len()))?;
             let numbered = unpacked(taken, width.into(), length.saturating_mul(8).min(left));
-            numbered?.for_each(|number| numbers.push(number as u32, 1));
+            for number in numbered? {
+                if numbers.list.len() > RUNS_MAX {
+                    return None;
+                }
+                numbers.push(number as u32, 1);
+            }
         }
     }
     Some(numbers)
@@ -214,4 +249,24 @@ pub(super) fn texts(
         push_bytes(cells, column, &before)?;
     }
     Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn halves_are_numbers() {
+        for (bits, expected) in [
+            (0x3c00, 1.0),
+            (0xc000, -2.0),
+            (0x7bff, 65_504.0),
+            (0x0001, 5.960_464_477_539_063e-8),
+            (0x3555, 0.333_251_953_125),
+            (0xfc00, f64::NEG_INFINITY),
+        ] {
+            assert_eq!(half_number(bits), expected);
+        }
+        assert!(half_number(0x7e00).is_nan());
+    }
 }

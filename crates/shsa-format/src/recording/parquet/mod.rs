@@ -15,6 +15,7 @@ mod source;
 mod pages;
 mod clock;
 
+use super::files::without_packing;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use cells::Cell;
@@ -48,7 +49,7 @@ pub(super) fn read(
         }
     };
     let file = listener.file().to_path_buf();
-    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = without_packing(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let headers: Vec<String> = description.columns.iter().map(|column| column.name.clone()).collect();
     let fields = Fields::named(description.columns.iter().map(field));
     let topic = listener.topic(Topic::new(&name, &headers.join(", "), fields));

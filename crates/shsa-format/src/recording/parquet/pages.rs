@@ -1,6 +1,6 @@
 //! The pages of a column: read from the file one after the other, decompressed, and decoded.
 
-use super::super::unpack::unpack;
+use super::super::unpack::{GZIP, unpack};
 use super::bytes::Bytes;
 use super::cells::{Cell, Cells, Runs};
 use super::description::{Chunk, Column, Physical};
@@ -8,7 +8,6 @@ use super::encoding;
 use super::snappy;
 use super::source::Source;
 use super::thrift::Struct;
-use miniz_oxide::inflate::decompress_to_vec_with_limit;
 use std::io;
 use std::iter::repeat_n;
 use std::mem::size_of;
@@ -22,8 +21,9 @@ const HEAD_USUAL: u64 = 1 << 8;
 /// The largest page after decompression, bytes; writers put about one MiB into one.
 const UNPACKED_MAX: usize = 1 << 24;
 
-/// The most values of a page that are accepted; writers put some ten thousand into one.
-const VALUES_MAX: usize = 1 << 20;
+/// The most values of a page of lists, each of which takes [`OF_LIST`], or of differences, which are decoded one by one. Of other
+/// pages equal values are kept once: the memory that they take is bounded, not their number.
+const LISTED_MAX: usize = 1 << 20;
 
 /// What a value of a list takes besides itself, bytes: its repetition level, and its place in the list.
 const OF_LIST: usize = 12;
@@ -151,11 +151,13 @@ impl<'d> Pages<'d> {
             return Ok(false);
         };
         self.at = content.saturating_add(page.packed as u64);
-        if page.packed > UNPACKED_MAX || page.unpacked > UNPACKED_MAX || page.values > VALUES_MAX {
-            let limit = format!("{} MiB and {VALUES_MAX} values", UNPACKED_MAX >> 20);
+        let is_listed = self.column.repeated > 0 || matches!(page.encoding, 5..=7);
+        let is_long = is_listed && page.values > LISTED_MAX;
+        if page.packed > UNPACKED_MAX || page.unpacked > UNPACKED_MAX || is_long {
+            let limit = format!("{} MiB, or {LISTED_MAX} values of lists or differences", UNPACKED_MAX >> 20);
             self.damages
                 .push((begin, format!("a page of '{}' is larger than {limit}; left out", self.column.name)));
-            return Ok(self.lose(page.values.min(VALUES_MAX)));
+            return Ok(self.lose(page.values));
         }
         let packed = source.bytes(content, page.packed as u64)?;
         source.take(page.unpacked + if self.column.repeated > 0 { OF_LIST * page.values } else { 0 })?;
@@ -360,9 +362,9 @@ fn unpacked(codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String>
     match codec {
         0 => Ok(packed.to_vec()),
         1 => all(snappy::unpack(packed, length)),
-        2 => all(gzip(packed, length)),
-        6 => {
-            let unpacked = unpack("zstd", packed, length as u64);
+        2 | 6 => {
+            let method = if codec == 2 { GZIP } else { "zstd" };
+            let unpacked = unpack(method, packed, length as u64);
             unpacked.problem.map_or(Ok(unpacked.bytes), Err)
         }
         7 => all(lz4_flex::block::decompress(packed, length).ok()),
@@ -376,22 +378,4 @@ fn unpacked(codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String>
             }
         )),
     }
-}
-
-/// Decompresses gzip: a head, a deflate stream, and a checksum that is not compared.
-fn gzip(packed: &[u8], length: usize) -> Option<Vec<u8>> {
-    let mut bytes = Bytes(packed);
-    let &[0x1f, 0x8b, 8, flags, ..] = bytes.take(10)? else { return None };
-    if flags & 4 != 0 {
-        let length = u16::from_le_bytes(*bytes.take(2)?.first_chunk()?);
-        bytes.take(length.into())?;
-    }
-    // A name and a comment, each up to a zero.
-    for flag in [8, 16] {
-        while flags & flag != 0 && bytes.byte()? != 0 {}
-    }
-    if flags & 2 != 0 {
-        bytes.take(2)?;
-    }
-    decompress_to_vec_with_limit(bytes.0, length).ok()
 }

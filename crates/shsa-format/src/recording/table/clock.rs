@@ -123,7 +123,7 @@ fn apart(layout: &Layout, rows: &Cells<'_>) -> Option<Found> {
             .filter(|column| row.get(*column).is_some_and(|cell| is(cell)))
     };
     let date = named(&["date", "datum", "day"], is_date)?;
-    let clock = named(&["time", "uhrzeit", "clock", "hour"], is_time_of_day)?;
+    let clock = named(&["time", "uhrzeit", "zeit", "clock", "hour"], is_time_of_day)?;
     let texts: Vec<String> = rows
         .iter()
         .filter_map(|row| Some(format!("{} {}", row.get(date)?, row.get(clock)?)))

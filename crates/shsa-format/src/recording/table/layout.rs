@@ -39,6 +39,8 @@ pub(in crate::recording) struct Layout {
     pub(in crate::recording) headers: Vec<String>,
     /// The units in a line of their own.
     pub(in crate::recording) units: Vec<Option<String>>,
+    /// The number of lines before the names that are neither comments nor blank: what a logger writes about itself.
+    pub(in crate::recording) preamble: usize,
     /// The number of lines before the first row.
     pub(in crate::recording) lines: usize,
     /// Whether rows have a first cell that the header lacks.
@@ -76,11 +78,13 @@ impl Layout {
         let lines: Vec<(usize, &str)> = head.iter().map(|line| line.text.as_str()).enumerate().collect();
         let lines: Vec<(usize, &str)> =
             lines.into_iter().filter(|(_, text)| !text.trim().is_empty()).collect();
+        let preamble = preamble(&lines);
+        let lines = lines.get(preamble..).unwrap_or_default();
         let plain = lines.iter().position(|(_, text)| !is_comment(text));
         let at = match plain {
             // Names after a `#`, with rows of numbers below.
             Some(plain) if looks_like_data(lines.get(plain)?.1) => {
-                named_by_comment(&lines, plain).unwrap_or(plain)
+                named_by_comment(lines, plain).unwrap_or(plain)
             }
             Some(plain) => plain,
             None => 0,
@@ -93,6 +97,7 @@ impl Layout {
             separator,
             headers: separator.cells(text).iter().map(|cell| cell.trim().to_owned()).collect(),
             units: Vec::new(),
+            preamble,
             lines: line + 1,
             has_index: false,
             has_decimal_commas: false,
@@ -169,6 +174,25 @@ impl Layout {
 /// A line without the `#` at its start.
 fn uncommented(text: &str) -> &str {
     text.trim_start().trim_start_matches('#').trim_start()
+}
+
+/// How many lines stand before the names, although they are neither comments nor blank: the line `sep=;` of Excel, or what a logger
+/// writes about itself. The latter have another number of cells than the names, which all lines behind the names have.
+fn preamble(lines: &[(usize, &str)]) -> usize {
+    let Some((_, first)) = lines.first() else { return 0 };
+    if first.trim_start().starts_with("sep=") {
+        return 1;
+    }
+    // The last line may be cut short.
+    let Some((_, row)) = lines.iter().rev().nth(1).filter(|_| !is_comment(first)) else { return 0 };
+    let separator = separator(row, &[]);
+    let width = |text: &str| separator.cells(text).len();
+    let cells = width(row);
+    let alike = lines.iter().rev().skip(1).take_while(|(_, text)| width(text) == cells).count();
+    let names = lines.len() - 1 - alike;
+    let has_names =
+        lines.get(names).is_some_and(|(_, text)| !separator.cells(text).iter().any(|it| is_number(it)));
+    if cells > 1 && alike > 2 && width(first) + 1 < cells && has_names { names } else { 0 }
 }
 
 /// Whether most cells of a line are numbers.

@@ -7,6 +7,7 @@ pub(super) mod clock;
 pub(super) mod layout;
 mod rows;
 
+use super::files::without_packing;
 use super::stamp::Doubts;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, Value};
 use super::{Place, ReadOptions, RecordingError};
@@ -36,7 +37,7 @@ pub(super) fn read(
     expect_names(&layout, &file)?;
     let clock = clock::find(&layout, &first_rows(rows.head(), &layout), options);
     rows.skip(layout.lines);
-    let name = file.file_stem().unwrap_or_default().to_string_lossy().into_owned();
+    let name = without_packing(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
     let kind = layout.headers.join(", ");
     let field = |(at, name): (usize, &String)| Field { name: name.clone(), unit: layout.unit(at) };
     let fields = Fields::named(layout.headers.iter().enumerate().map(field));
@@ -57,6 +58,9 @@ pub(super) fn read(
             None
         }
     };
+    if layout.preamble > 0 {
+        listener.note(Place::Whole, format!("the lines before the names are left out: {}", layout.preamble));
+    }
     if layout.has_index {
         let note = "rows have one cell more than the header: the first cell is the number of the row";
         listener.note(Place::Whole, note.into());

@@ -70,7 +70,7 @@ proptest! {
 
     #[test]
     fn any_source(text in ".{0,40}") {
-        if let Ok(source) = text.parse::<Source>() {
+        if let Ok(source) = text.parse::<shsa_message::source::Source>() {
             prop_assert!(!source.field.is_empty());
         }
     }

@@ -36,7 +36,11 @@ fn is_near(what: &str, value: f64, expected: f64) {
 }
 
 fn samples_of(path: &Path, source: &str) -> Recording {
-    read(&[path.into()], &wanted(&[source]), &ReadOptions::default()).unwrap()
+    samples_of_result(path, source).unwrap()
+}
+
+fn samples_of_result(path: &Path, source: &str) -> Result<Recording, RecordingError> {
+    read(&[path.into()], &wanted(&[source]), &ReadOptions::default())
 }
 
 #[test]
@@ -113,33 +117,60 @@ fn damaged_at(path: PathBuf, sources: &[&str]) {
     let files = files::files_of(&[path]).unwrap();
     for File { path, .. } in files.iter().filter(|file| file.path.extension().is_some_and(|it| it != "json"))
     {
-        let whole = fs::read(path).unwrap();
-        let is_told = |bytes: &[u8]| match read_bytes(path, bytes, &wanted(sources), &ReadOptions::default())
-        {
-            Ok(recording) => {
-                let in_order = |(_, samples): (_, &[Sample])| samples.is_sorted_by_key(|it| it.received);
-                assert!(recording.by_session().all(in_order), "{}", path.display());
-                recording.degraded
-            }
-            Err(_) => true,
+        let read = |bytes: &[u8]| read_bytes(path, bytes, &wanted(sources), &ReadOptions::default());
+        damaged_bytes(path, &fs::read(path).unwrap(), read);
+    }
+}
+
+/// Does the same with the bytes of a file that `read` reads.
+fn damaged_bytes(path: &Path, whole: &[u8], read: impl Fn(&[u8]) -> Result<Recording, RecordingError>) {
+    let is_told = |bytes: &[u8]| match read(bytes) {
+        Ok(recording) => {
+            let in_order = |(_, samples): (_, &[Sample])| samples.is_sorted_by_key(|it| it.received);
+            assert!(recording.by_session().all(in_order), "{}", path.display());
+            recording.degraded
+        }
+        Err(_) => true,
+    };
+    for part in 0..20 {
+        let length = whole.len() * part / 20;
+        let is_endless = path.extension().is_some_and(|ending| ENDLESS.iter().any(|it| ending == *it));
+        // A logger that was switched off leaves a file without an end mark.
+        let has_no_end = is_endless || whole.starts_with(b"UnFinMF");
+        assert!(is_told(&whole[..length]) || has_no_end, "{} cut at {length}", path.display());
+    }
+    for round in 0..5 {
+        let mut flipped = whole.to_vec();
+        let mut at: usize = 7_919 * (round + 1);
+        for _ in 0..200 {
+            at = at.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            let length = flipped.len();
+            flipped[(at >> 20) % length] ^= 1 << (at % 8);
+        }
+        is_told(&flipped);
+    }
+}
+
+/// Files that are packed as a whole are read from the disk.
+#[test]
+#[cfg(feature = "zstd")]
+fn damaged_packed_files_are_survived_and_told() {
+    let Some((bags, _)) = family("rosbag2") else { return };
+    let Some((tables, _)) = family("tables") else { return };
+    let bag = fs::read(bags.join("gps_nav_zstd_file/gps_nav_zstd_file.db3.zstd")).unwrap();
+    let table = gzipped(&fs::read(tables.join("occupancy.csv")).unwrap());
+    for (name, whole, source) in
+        [("bag.db3.zstd", bag, "/vehicle_pose#pose.position.x"), ("occupancy.csv.gz", table, "Temperature")]
+    {
+        let folder = Folder::with(&[]);
+        let path = folder.0.join(name);
+        let read = |bytes: &[u8]| {
+            fs::write(&path, bytes).unwrap();
+            samples_of_result(&path, source)
         };
-        for part in 0..20 {
-            let length = whole.len() * part / 20;
-            let is_endless = path.extension().is_some_and(|ending| ENDLESS.iter().any(|it| ending == *it));
-            // A logger that was switched off leaves a file without an end mark.
-            let has_no_end = is_endless || whole.starts_with(b"UnFinMF");
-            assert!(is_told(&whole[..length]) || has_no_end, "{} cut at {length}", path.display());
-        }
-        for round in 0..5 {
-            let mut flipped = whole.clone();
-            let mut at: usize = 7_919 * (round + 1);
-            for _ in 0..200 {
-                at = at.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-                let length = flipped.len();
-                flipped[(at >> 20) % length] ^= 1 << (at % 8);
-            }
-            is_told(&flipped);
-        }
+        let sound = read(&whole).unwrap();
+        assert!(sound.samples.len() > 500 && !sound.degraded, "{name}: {:?}", sound.warnings);
+        damaged_bytes(&path, &whole, read);
     }
 }
 

@@ -230,3 +230,19 @@ fn a_table_is_a_topic() {
     };
     assert_eq!((name.as_str(), kind.as_str()), ("log", "t [s], v"));
 }
+
+#[test]
+fn lines_before_the_names_are_left_out() {
+    let note = "! log.csv: the lines before the names are left out: ";
+    check("sep=;\nt [s];a\n1;5\n", &["log#a"], &format!("0@1000=5\n{note}1"));
+    let text =
+        "Logger: ABC 123\nStart: 2024-01-01\n\nTime (s),Voltage (V),x\n0.0,12.1,1\n0.1,12.0,2\n0.2,12.2,3\n";
+    check(text, &["log#Voltage"], &format!("0@0=12.1\n0@100=12\n0@200=12.2\n{note}2"));
+}
+
+#[test]
+fn a_text_in_utf_16_is_read() {
+    let text = "\u{feff}time [s]\ta [\u{b0}C]\n1\t5\n";
+    let units: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
+    assert_eq!(shown(&[("log.csv", &units)], &["log#a"], &ReadOptions::default()), "0@1000=5");
+}
