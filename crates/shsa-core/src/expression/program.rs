@@ -157,14 +157,15 @@ impl Program {
         windows.max().unwrap_or(Span::ZERO)
     }
 
-    /// How far back the time operators look; integrals, which never forget, do not count.
+    /// How far back the time operators look at most: one may take the result of another, so their spans are added. Integrals,
+    /// which never forget, do not count.
     #[must_use]
     pub fn looks_back(&self) -> Span {
         let spans = self.memories.iter().map(|operation| match operation {
             Operation::Derivative(span) | Operation::Delay(span) | Operation::MovingMean(span) => *span,
             _ => Span::ZERO,
         });
-        spans.max().unwrap_or(Span::ZERO)
+        spans.fold(Span::ZERO, |sum, span| sum + span)
     }
 
     /// Whether an input is the last trusted value of a variable, so that `dt` is the age of that value.

@@ -36,7 +36,8 @@ impl Monitor {
             .filter_map(|way| Computation::new(knowledge, way, Computation::slowest_input))
             .collect();
         let lookback = lookback(&computations);
-        let ports = IdVec::filled(knowledge.signals().len(), |signal| port(knowledge, signal, lookback));
+        let reach = reach_of_inputs(knowledge, &computations, lookback);
+        let ports = IdVec::filled(knowledge.signals().len(), |signal| port(knowledge, signal, reach[signal]));
         let mut completes = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
         for (at, computation) in computations.iter().enumerate() {
             if let Some(trigger) = computation.trigger() {
@@ -196,20 +197,37 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: Sup
     !is_made_of_it && (one.rests_on != other.rests_on || fallible(one.way) != fallible(other.way))
 }
 
-/// The longest time between an event and the last observation of it: how far back histories reach.
+/// Three periods of the outputs of a computation: so much later than expected may an observation come.
+fn patience(computation: &Computation) -> Span {
+    computation.timing().period.unwrap_or(Span::ZERO).times(3)
+}
+
+/// The longest time between an event and the last observation of it: how far back histories reach at least.
 fn lookback(computations: &[Computation]) -> Span {
-    let slowest = |computation: &Computation| {
-        let timing = computation.timing();
-        timing.complete_after() + timing.period.unwrap_or(Span::ZERO).times(3)
-    };
+    let slowest = |it: &Computation| it.timing().complete_after() + patience(it);
     computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
 }
 
-fn port(knowledge: &KnowledgeBase, signal: SignalId, lookback: Span) -> Port {
+/// How far back the history of each signal reaches: as far as the time operators that take it, too. A service that starts fills
+/// their windows from it, so that its first value comes at once.
+fn reach_of_inputs(
+    knowledge: &KnowledgeBase,
+    computations: &[Computation],
+    lookback: Span,
+) -> IdVec<SignalId, Span> {
+    let mut reach = IdVec::filled(knowledge.signals().len(), |_| lookback);
+    for computation in computations {
+        let own = computation.looks_back() + computation.timing().lag + patience(computation);
+        computation.way().inputs().for_each(|signal| reach[signal] = reach[signal].max(own));
+    }
+    reach
+}
+
+fn port(knowledge: &KnowledgeBase, signal: SignalId, reach: Span) -> Port {
     let signal = &knowledge.signals()[signal];
     let variable = &knowledge.variables()[signal.variable];
     let estimated = if signal.access == Access::Port { 0 } else { History::AHEAD };
-    Port::new(variable.shape, signal, capacity(signal.rate_hz, lookback).max(estimated))
+    Port::new(variable.shape, signal, capacity(signal.rate_hz, reach).max(estimated))
 }
 
 fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {
