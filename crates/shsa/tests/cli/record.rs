@@ -1,8 +1,10 @@
 //! `shsa replay --record`: a run as a file of MCAP.
 
 use crate::folder::keys;
+use crate::real::python;
 use crate::tank;
 use serde_json::Value;
+use std::process::Command;
 
 #[test]
 fn a_record_is_read_by_others_and_replays_to_the_same_decisions() {
@@ -32,4 +34,20 @@ fn a_record_is_read_by_others_and_replays_to_the_same_decisions() {
     assert!(ended.stderr.contains("warning: cut.mcap:251: the file ends"), "{}", ended.stderr);
     folder.refuses("replay tank.yaml run.mcap --inject drop:/level", &["a journal is replayed as it was"]);
     folder.refuses("replay tank.yaml run.csv --layout l.json", &["--record"]);
+}
+
+#[test]
+fn the_python_library_reads_a_record() {
+    let Some(python) = python() else { return };
+    let folder = tank::folder();
+    folder.ends("replay tank.yaml run.csv --record run.mcap", 0);
+    let script = concat!(env!("CARGO_MANIFEST_DIR"), "/tests/python/record.py");
+    let output = Command::new(python).arg(script).arg(folder.path("run.mcap")).output().unwrap();
+    assert!(output.status.success(), "{}", String::from_utf8_lossy(&output.stderr));
+    let read: Value = serde_json::from_slice(&output.stdout).unwrap();
+    let counts = read["counts"].as_object().unwrap();
+    let all: u64 = counts.values().filter_map(Value::as_u64).sum();
+    assert_eq!(read["stated"], all, "{read}");
+    assert_eq!(counts["/shsa/signals/level"], 60, "{read}");
+    assert_eq!(read["attached"], serde_json::json!(["tank.yaml", "foxglove-layout.json"]));
 }
