@@ -213,6 +213,8 @@ pub fn seeds() -> Vec<Vec<u8>> {
         "x^2 - 2 * p = ln(x + 1)",
         "w = [1 m, y, k, 0 m] + w",
         "y / z = derivative(y, 0.1 s) + 5 km/h",
+        "table(x, [-3, 2], [-1, 1], [-1, 4], [2, 4]) + one_of(x, p, 2)",
+        "x = table(p, [0, 1], [2, 5], [4, 2]) * one_of(2, 3)",
         "-40 degC",
         "twice(x, y)",
     ];

@@ -4,7 +4,7 @@
 //! [`WIDTH`] variables (L. B. Rall, "Automatic Differentiation", 1981, doi:10.1007/3-540-10861-0). At a corner of a function
 //! (`abs`, `min`, `floor`, `if`), the derivative is that of the branch taken.
 
-use shsa_core::expression::{Binary, Comparison, Constant, Number, Unary};
+use shsa_core::expression::{Binary, Comparison, Constant, Curve, Number, Unary};
 use shsa_core::interval::{Interval, Truth};
 
 /// The number of directions of one evaluation.
@@ -158,6 +158,11 @@ impl Number for Dual {
 
     fn within(self, bounds: Interval) -> Dual {
         if bounds.contains(self.value) { self } else { Dual::MISSING }
+    }
+
+    fn along(self, curve: Curve<'_>) -> Dual {
+        let segment = curve.segment(self.value);
+        segment.map_or(Dual::MISSING, |segment| self.through(segment.value(self.value), segment.slope()))
     }
 
     fn bounds(self) -> Interval {

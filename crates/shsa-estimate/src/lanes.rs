@@ -3,7 +3,7 @@
 //! The overhead of a program is then paid once for [`LANES`] numbers, and the arithmetic becomes vector instructions. Every lane
 //! has exactly the value that the formula has for its number alone.
 
-use shsa_core::expression::{Binary, Comparison, Constant, Number, Unary};
+use shsa_core::expression::{Binary, Comparison, Constant, Curve, Number, Unary};
 use shsa_core::interval::{Interval, Truth};
 
 /// The number of lanes.
@@ -87,6 +87,10 @@ impl Number for Lanes {
 
     fn within(self, bounds: Interval) -> Lanes {
         self.map(|number| number.within(bounds))
+    }
+
+    fn along(self, curve: Curve<'_>) -> Lanes {
+        self.map(|number| number.along(curve))
     }
 
     fn bounds(self) -> Interval {

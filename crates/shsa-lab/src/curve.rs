@@ -59,9 +59,20 @@ impl Curve {
         &self.values
     }
 
+    /// The place of the first value that is not before a time. Time: O(log n); constant where values come evenly.
+    fn first_from(&self, time: f64) -> usize {
+        let is_before = |place: usize| self.times.get(place).is_some_and(|it| *it < time);
+        let guess = self.times.first().map_or(0.0, |start| ((time - start) / self.period_s).ceil());
+        // As an integer, a guess that is not a number is 0, and one below 0, too.
+        let guess = guess as usize;
+        let near = guess.saturating_sub(1)..guess.saturating_add(2).min(self.times.len());
+        let is_it = |place: &usize| !is_before(*place) && (*place == 0 || is_before(place - 1));
+        near.into_iter().find(is_it).unwrap_or_else(|| self.times.partition_point(|it| *it < time))
+    }
+
     /// The value, and the integral up to there; `None` outside of what is known. Time: O(log n).
     pub(crate) fn read(&self, time: f64) -> Option<(f64, f64)> {
-        let after = self.times.partition_point(|it| *it < time);
+        let after = self.first_from(time);
         let end = *self.times.get(after)?;
         let before = if end == time { after } else { after.checked_sub(1)? };
         let (start, value) = (self.times[before], self.values[before]);
@@ -72,7 +83,7 @@ impl Curve {
 
     /// The value of the nearest moment, for what takes steps.
     pub(crate) fn nearest(&self, time: f64) -> Option<f64> {
-        let after = self.times.partition_point(|it| *it < time);
+        let after = self.first_from(time);
         let end = *self.times.get(after)?;
         let before = if end == time { after } else { after.checked_sub(1)? };
         let is_after = end - time < time - self.times[before];
@@ -86,5 +97,26 @@ impl Curve {
             return Some(value);
         }
         Some((end - self.read(from)?.1) / (to - from))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn a_place_is_found_by_its_rhythm_as_by_halving(
+            steps in prop::collection::vec(prop_oneof![4 => Just(0.1), 1 => 0.01..3.0_f64], 0..40),
+            time in -1.0..12.0_f64, place in 0_usize..40,
+        ) {
+            let mut at = 0.0;
+            let points = steps.iter().map(|step| { at += step; (at, at) }).collect();
+            let curve = Curve::new(points);
+            for time in [time, curve.times.get(place).copied().unwrap_or(time), f64::NAN] {
+                prop_assert_eq!(curve.first_from(time), curve.times.partition_point(|it| *it < time));
+            }
+        }
     }
 }

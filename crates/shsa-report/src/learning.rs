@@ -5,7 +5,7 @@ use serde_json::{Value, json};
 use shsa_format::text::counted;
 use shsa_lab::learning::Learned;
 use shsa_lab::naming::{fine, number};
-use shsa_lab::proposal::{Proposal, Proposals, Subject, Worth};
+use shsa_lab::proposal::{Proposal, Proposals, Serving, Subject, Worth};
 
 /// Relations that were learned, with what they were learned from.
 ///
@@ -32,7 +32,7 @@ use shsa_lab::proposal::{Proposal, Proposals, Subject, Worth};
 /// let subject = Subject::of_model(model, live.knowledge(), &recording);
 /// let learned = learn(&subject.signals)?;
 /// let proposals = Proposals::new(&subject, &learned)?;
-/// let report = Report { subject: &subject, learned: &learned, proposals: &proposals };
+/// let report = Report { subject: &subject, learned: &learned, proposals: &proposals, serving: None };
 /// assert!(report.text(Style::PLAIN).contains("w = 3.333 rad/m * v"));
 /// assert!(report.patch().contains("w_from_v"));
 /// # Ok::<(), Box<dyn std::error::Error>>(())
@@ -45,6 +45,8 @@ pub struct Report<'a> {
     pub learned: &'a Learned,
     /// The relations as entries of the model.
     pub proposals: &'a Proposals,
+    /// What they do for the need that they are chosen for.
+    pub serving: Option<&'a Serving>,
 }
 
 impl Report<'_> {
@@ -61,6 +63,7 @@ impl Report<'_> {
         if !lines.is_empty() {
             lines.push(String::new());
         }
+        lines.extend(self.serving.map(for_need));
         let signals = counted(self.subject.signals.len(), "variable");
         if self.proposals.all.is_empty() {
             lines.push(format!("no relation found between {signals}"));
@@ -90,7 +93,7 @@ impl Report<'_> {
         let name = |signal: usize| self.subject.signals[signal].name.clone();
         let copies =
             self.learned.copies.iter().map(|it| json!({ "variable": name(it.signal), "of": name(it.of) }));
-        json!({
+        let mut found = json!({
             "model": self.subject.model,
             "variables": self.subject.signals.len(),
             "equal": self.subject.equal,
@@ -98,7 +101,11 @@ impl Report<'_> {
             "relations": self.proposals.all.iter().map(of_proposal).collect::<Vec<_>>(),
             "before": of_worth(self.proposals.before),
             "after": of_worth(self.proposals.after),
-        })
+        });
+        if let Some(serving) = self.serving {
+            found["for"] = of_serving(serving);
+        }
+        found
     }
 
     /// The change of the model; relations that the model cannot have, or with statistical evidence only, are comments.
@@ -126,6 +133,27 @@ impl Report<'_> {
         }
         text
     }
+}
+
+/// What relations do for a need, in words.
+fn for_need(serving: &Serving) -> String {
+    let Serving { need, variable, is_served, single_points, left, relations } = serving;
+    let now = match (is_served, single_points.as_slice()) {
+        (false, _) => "no signal and no relation gives it".to_owned(),
+        (true, []) => "no single loss fails it".to_owned(),
+        (true, lost) => format!("nothing stands in for {}", lost.join(", ")),
+    };
+    let with = match (relations.len(), left.as_slice()) {
+        (0, _) if *is_served && single_points.is_empty() => return format!("{need} ({variable}): {now}.\n"),
+        (0, _) => {
+            "no relation that was found changes this; `shsa analyze` lists sensors that would".to_owned()
+        }
+        (count, []) => format!("with {} no single loss fails it", counted(count, "relation")),
+        (count, left) => {
+            format!("with {} something does, but for {}", counted(count, "relation"), left.join(", "))
+        }
+    };
+    format!("{need} ({variable}): {now}; {with}.\n")
 }
 
 fn row(proposal: &Proposal) -> Vec<String> {
@@ -156,6 +184,17 @@ fn of_proposal(proposal: &Proposal) -> Value {
         "statistical": proposal.is_statistical,
         "refused": proposal.refusal,
         "with_it": of_worth(proposal.worth),
+    })
+}
+
+fn of_serving(serving: &Serving) -> Value {
+    json!({
+        "need": serving.need,
+        "variable": serving.variable,
+        "served": serving.is_served,
+        "single_points": serving.single_points,
+        "relations": serving.relations,
+        "left": serving.left,
     })
 }
 

@@ -22,6 +22,7 @@ use std::path::{Path, PathBuf};
 #[command(after_help = "Example: shsa learn drive/ --model car.yaml --patch relations.yaml
          shsa patch car.yaml relations.yaml -o car.yaml
          shsa calibrate car.yaml drive/ --patch tuned.yaml
+         shsa learn drive/ --model car.yaml --for speed --patch stand_ins.yaml
 
 Searched are sums, products and quotients, polynomials to the third degree, rates and integrals, delays, means and slow followers, \
 limits, the larger or smaller of two, and factors or sources that a mode selects. Units must match; other constants carry a unit. Constants are fitted to the \
@@ -36,6 +37,10 @@ pub(crate) struct Arguments {
     /// The knowledge base, YAML: its signals are read, and relations that it has are not proposed.
     #[arg(long, value_name = "MODEL", conflicts_with = "by")]
     model: Option<PathBuf>,
+    /// Keep the fewest relations with which something stands in for what serves this need: a variable, or the name of a need's
+    /// publication.
+    #[arg(long = "for", value_name = "NEED", requires = "model")]
+    need: Option<String>,
     /// Write the relations as a change of the model, for `shsa patch`.
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
@@ -44,7 +49,7 @@ pub(crate) struct Arguments {
     json: bool,
 }
 
-/// Learns; the answer is no when nothing was found.
+/// Learns; the answer is no when nothing was found, or nothing that serves the named need.
 ///
 /// # Errors
 /// When a file cannot be read or written, or the recordings have no signal that changes.
@@ -59,8 +64,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
     let learned = learn(&subject.signals)?;
-    let proposals = Proposals::new(&subject, &learned)?;
-    let report = Report { subject: &subject, learned: &learned, proposals: &proposals };
+    let mut proposals = Proposals::new(&subject, &learned)?;
+    let serving = arguments.need.as_ref().map(|need| proposals.serve(&subject, need)).transpose()?;
+    let report =
+        Report { subject: &subject, learned: &learned, proposals: &proposals, serving: serving.as_ref() };
     let text = match arguments.json {
         true => report.json().to_string(),
         false => report.text(show::style()),
@@ -69,7 +76,11 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.patch {
         write(path, &report.patch())?;
     }
-    Ok(match (proposals.all.is_empty() && subject.equal.is_empty(), subject.degraded) {
+    let is_nothing = match &serving {
+        Some(serving) => serving.relations.is_empty(),
+        None => proposals.all.is_empty() && subject.equal.is_empty(),
+    };
+    Ok(match (is_nothing, subject.degraded) {
         (true, _) => Outcome::No,
         (false, true) => Outcome::Degraded,
         (false, false) => Outcome::Done,

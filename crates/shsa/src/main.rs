@@ -15,6 +15,7 @@ mod draft;
 mod explain;
 mod fmt;
 mod help;
+mod init;
 mod info;
 mod learn;
 mod log;
@@ -87,6 +88,8 @@ enum Command {
     Explain(explain::Arguments),
     /// Draft a model from recordings: which columns are signals, which of them measure the same, with which numbers.
     Draft(draft::Arguments),
+    /// Make a first model from recordings, with the answers to a few questions.
+    Init(init::Arguments),
     /// Learn relations between the signals of recordings: fitted to one part of the time, kept where they hold in another.
     Learn(learn::Arguments),
     /// Learn errors, delays and offsets from healthy recordings, and test them on the later part.
@@ -136,6 +139,7 @@ fn main() -> ExitCode {
         Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
         Command::Draft(arguments) => draft::run(&arguments),
+        Command::Init(arguments) => init::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),
         Command::Calibrate(arguments) => calibrate::run(&arguments),
         Command::Campaign(arguments) => campaign::run(&arguments),

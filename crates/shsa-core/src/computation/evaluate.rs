@@ -168,6 +168,15 @@ impl Computation {
         }
     }
 
+    /// The values of which the output is one, as of the last evaluation (see [`Program::alternatives`](crate::expression::Program::alternatives)).
+    #[must_use]
+    pub fn alternatives(&self) -> &[Interval] {
+        match &self.body {
+            Body::Direct(_) => &[],
+            Body::Computed(computed) => computed.program.alternatives(&computed.state),
+        }
+    }
+
     /// The value of a way that rests on constants alone; `None` for all others.
     pub fn constant(&mut self) -> Option<Interval> {
         let Body::Computed(computed) = &mut self.body else { return None };

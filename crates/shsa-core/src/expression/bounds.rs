@@ -1,14 +1,12 @@
 //! What a formula can be, by the ranges of its variables, and how much of its arguments it leaves open.
 
 use super::Symbol;
+use super::curve::Curve;
 use super::formula::Formula;
 use super::number::Number;
 use super::operation::{Binary, Operation, Reduction};
 use crate::interval::Interval;
 use alloc::vec::Vec;
-
-/// What holds several inverses.
-const EITHER: Operation = Operation::Reduce(Reduction::Either);
 
 const NOT_NEGATIVE: Interval = Interval::new(0.0, f64::INFINITY);
 
@@ -28,6 +26,9 @@ impl Formula {
             (Operation::Unary(unary), [of]) => of.unary(unary),
             (Operation::Binary(binary), [left, right]) => left.binary(binary, *right),
             (Operation::Within(bounds), [of]) => of.intersection(bounds.bounds),
+            (Operation::Table, [of, ..]) => Curve::new(&self.points()).over(*of),
+            (Operation::Reduce(Reduction::OneOf), [of]) => *of,
+            (Operation::List, all) => all.iter().copied().fold(Interval::EMPTY, Interval::hull),
             (Operation::Select, [_, then, other]) => Interval::hull(*then, *other),
             (Operation::Reduce(Reduction::Norm), _) | (Operation::Elapsed, _) => NOT_NEGATIVE,
             (Operation::Index, [of, _]) | (Operation::Delay(_) | Operation::Slice(..), [of]) => *of,
@@ -39,12 +40,12 @@ impl Formula {
         }
     }
 
-    /// In how many places exact arguments may leave the value open: between several inverses (`either`), or by a division by
+    /// In how many places exact arguments may leave the value open: between several values (`either`, `one_of`), or by a division by
     /// what may be zero. Complexity: O(nodes times levels).
     #[must_use]
     pub fn open_places(&self, range: Range<'_>) -> usize {
         let is_open = match (self.operation(), self.arguments()) {
-            (EITHER, _) => true,
+            (Operation::Reduce(Reduction::Either | Reduction::OneOf), _) => true,
             (Operation::Binary(Binary::Div), [_, divisor]) => divisor.bounds(range).contains(0.0),
             _ => false,
         };
@@ -55,7 +56,15 @@ impl Formula {
     /// Whether exact arguments may leave several values: of several inverses, say. Complexity: O(nodes).
     #[must_use]
     pub fn has_branches(&self) -> bool {
-        self.operation() == EITHER || self.arguments().iter().any(Formula::has_branches)
+        matches!(self.operation(), Operation::Reduce(Reduction::Either | Reduction::OneOf))
+            || self.arguments().iter().any(Formula::has_branches)
+    }
+
+    /// Whether one of several values is chosen in it, and which one is not known (`one_of`). Complexity: O(nodes).
+    #[must_use]
+    pub fn has_choice(&self) -> bool {
+        self.operation() == Operation::Reduce(Reduction::OneOf)
+            || self.arguments().iter().any(Formula::has_choice)
     }
 
     /// Whether the present value of a variable is used, and in derivatives alone, which an offset leaves as they are.

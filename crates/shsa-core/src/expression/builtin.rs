@@ -19,6 +19,8 @@ pub(super) enum Builtin {
     Floor,
     Root,
     If,
+    Table,
+    OneOf,
     Min,
     Max,
     Sum,
@@ -38,7 +40,7 @@ pub(super) enum Builtin {
 }
 
 /// By name: the least and largest number of arguments, and the notation.
-pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
+pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 34] = [
     ("sqrt", Builtin::Sqrt, 1, 1, "sqrt(x)"),
     ("exp", Builtin::Exp, 1, 1, "exp(x)"),
     ("ln", Builtin::Ln, 1, 1, "ln(x)"),
@@ -55,6 +57,8 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
     ("floor", Builtin::Floor, 1, 1, "floor(x)"),
     ("root", Builtin::Root, 2, 2, "root(x, 3)"),
     ("if", Builtin::If, 3, 3, "if(condition, then, else)"),
+    ("table", Builtin::Table, 3, MANY, "table(x, [0, 1], [2, 5])"),
+    ("one_of", Builtin::OneOf, 2, MOST_ALTERNATIVES, "one_of(x, y)"),
     ("min", Builtin::Min, 1, MANY, "min(vector) or min(x, y)"),
     ("max", Builtin::Max, 1, MANY, "max(vector) or max(x, y)"),
     ("sum", Builtin::Sum, 1, MANY, "sum(vector) or sum(x, y)"),
@@ -74,6 +78,8 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 32] = [
 ];
 
 const MANY: usize = 1_000;
+/// The most values of which one holds.
+pub(super) const MOST_ALTERNATIVES: usize = 16;
 
 /// The functions of the language: each name and its notation.
 pub fn functions() -> impl Iterator<Item = (&'static str, &'static str)> {

@@ -169,6 +169,7 @@ impl<'a> Checker<'a> {
             Node::Infix(infix, left, right) => self.infix(&expression.span, *infix, left, right),
             Node::Index(of, index) => self.index(&expression.span, of, index),
             Node::Slice(of, from, to) => self.slice(&expression.span, of, from.as_deref(), to.as_deref()),
+            Node::Point(..) => self.point_alone(&expression.span),
             Node::Call(name, arguments) => self.call(&expression.span, name, arguments),
         };
         self.depth -= 1;

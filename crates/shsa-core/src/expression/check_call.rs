@@ -29,6 +29,7 @@ impl<'a> Checker<'a> {
         let what = format!("`{name}`");
         match (function, arguments) {
             (Builtin::If, [condition, then, other]) => self.select(span, condition, then, other),
+            (Builtin::Table, [of, points @ ..]) => self.table(span, of, points),
             (Builtin::Within, [of, least, greatest]) => self.within(span, of, least, greatest),
             (Builtin::Atan2 | Builtin::Hypot, [left, right]) => {
                 self.of_two(span, name, function, left, right)
@@ -336,6 +337,7 @@ fn reduction(function: Builtin) -> Option<Reduction> {
         Builtin::Median => Reduction::Median,
         Builtin::Count => Reduction::Count,
         Builtin::Either => Reduction::Either,
+        Builtin::OneOf => Reduction::OneOf,
         _ => return None,
     })
 }
@@ -356,7 +358,7 @@ fn of_list(how: Reduction, formulas: Vec<Formula>) -> Formula {
             let squares = formulas.into_iter().map(|formula| whole_power(formula, 2)).collect();
             Formula::unary(Unary::Sqrt, chain(Binary::Add, squares))
         }
-        Reduction::Median | Reduction::Count | Reduction::Either => {
+        Reduction::Median | Reduction::Count | Reduction::Either | Reduction::OneOf => {
             Formula::node(Operation::Reduce(how), vec![Formula::node(Operation::List, formulas)])
         }
     }

@@ -236,7 +236,7 @@ impl Checker<'_> {
                     all().map(|one| self.want_difference(&format!("`{name}`"), one.typed, one.at));
                 differences.fold(Weight::DIFFERENCE, Weight::plus)
             }
-            Reduction::Min | Reduction::Max | Reduction::Median | Reduction::Either => {
+            Reduction::Min | Reduction::Max | Reduction::Median | Reduction::Either | Reduction::OneOf => {
                 let mut pairs = all();
                 let Some(mut first) = pairs.next() else { return Weight::UNKNOWN };
                 let mut weight = first.typed.weight;

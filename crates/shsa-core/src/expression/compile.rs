@@ -5,6 +5,7 @@ use alloc::format;
 use alloc::vec::Vec;
 
 use super::Symbol;
+use super::curve::Point;
 use super::formula::{Formula, Shape};
 use super::operation::Operation;
 use super::problem::Problem;
@@ -44,6 +45,7 @@ impl Compiler {
             truths: Vec::new(),
             instructions: Vec::new(),
             listed: Vec::new(),
+            points: Vec::new(),
             retained: Vec::new(),
             memories: Vec::new(),
             elapsed: None,
@@ -88,8 +90,7 @@ impl Compiler {
             Operation::Previous(symbol) => return self.previous(symbol, formula.shape()),
             _ => {}
         }
-        let arguments = formula.arguments().iter().map(|argument| self.formula(argument));
-        let arguments: Vec<Register> = arguments.collect::<Result<_, _>>()?;
+        let arguments = self.arguments(formula)?;
         let key = (formula.operation(), arguments);
         if let Some(register) = self.known.get(&key) {
             return Ok(*register);
@@ -98,6 +99,28 @@ impl Compiler {
         self.emit(key.0, &key.1, register)?;
         self.known.insert(key, register);
         Ok(register)
+    }
+
+    /// The registers of a formula's arguments; those of a table hold its argument, and where its points stand.
+    fn arguments(&mut self, formula: &Formula) -> Result<Vec<Register>, Problem> {
+        if formula.operation() == Operation::Table
+            && let Some(of) = formula.arguments().first()
+        {
+            let (first, count) = self.points(&formula.points());
+            return Ok(Vec::from([self.formula(of)?, Register::Scalar(first), Register::Scalar(count)]));
+        }
+        formula.arguments().iter().map(|argument| self.formula(argument)).collect()
+    }
+
+    /// Where these points stand; equal ones are kept once.
+    fn points(&mut self, points: &[Point]) -> (u32, u32) {
+        let known = &mut self.program.points;
+        let place = known.windows(points.len().max(1)).position(|window| window == points);
+        let place = place.unwrap_or_else(|| {
+            known.extend(points);
+            known.len() - points.len()
+        });
+        (place as u32, points.len() as u32)
     }
 
     fn emit(

@@ -220,6 +220,10 @@ impl Program {
                 let number = state.scalar(first).within(constant.bounds);
                 set(&mut state.scalars, to, number);
             }
+            (Operation::Table, Register::Scalar(to)) => {
+                let number = state.scalar(first).along(self.curve(second, third));
+                set(&mut state.scalars, to, number);
+            }
             (Operation::Select, Register::Scalar(to)) => {
                 let number = state.select(first, second, third);
                 set(&mut state.scalars, to, number);
@@ -240,7 +244,9 @@ impl Program {
                 let truth = state.truth_of(operation, first, second);
                 set(&mut state.truths, to, truth);
             }
-            (operation, Register::Vector(to)) => self.execute_vector(state, operation, first, second, to),
+            (operation, Register::Vector(to)) => {
+                self.execute_vector(state, operation, instruction.arguments, to);
+            }
             _ => {}
         }
     }
@@ -249,13 +255,16 @@ impl Program {
         &self,
         state: &mut State<N>,
         operation: Operation,
-        first: Register,
-        second: Register,
+        [first, second, third]: [Register; 3],
         to: u32,
     ) {
         let State { scalars, vectors, .. } = state;
         vectors.compute(to, |below, own| match operation {
             Operation::Unary(unary) => each(own, below.operand(first, scalars), |number| number.unary(unary)),
+            Operation::Table => {
+                let curve = self.curve(second, third);
+                each(own, below.operand(first, scalars), |number| number.along(curve))
+            }
             Operation::Within(constant) => {
                 each(own, below.operand(first, scalars), |number| number.within(constant.bounds))
             }
@@ -296,7 +305,7 @@ impl<N: Number> State<N> {
         }
     }
 
-    fn vector(&self, register: Register) -> &[N] {
+    pub(super) fn vector(&self, register: Register) -> &[N] {
         match register {
             Register::Vector(place) => self.vectors.get(place),
             _ => &[],
@@ -377,7 +386,7 @@ impl<N: Number> State<N> {
             Reduction::Mean => folded(Binary::Add).binary(Binary::Div, whole(present.clone().count())),
             Reduction::Count => whole(present.clone().count()),
             Reduction::Median => N::median(present, &mut self.scratch),
-            Reduction::Either => N::either_of(present),
+            Reduction::Either | Reduction::OneOf => N::either_of(present),
         }
     }
 }

@@ -4,7 +4,8 @@ use alloc::vec;
 use alloc::vec::Vec;
 
 use super::Symbol;
-use super::operation::{Binary, Comparison, Constant, Operation, Unary};
+use super::curve::Point;
+use super::operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
 
 /// What kind of value a formula has.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -74,7 +75,11 @@ impl Formula {
                 Shape::Truth
             }
             Operation::List | Operation::Slice(..) => Shape::Vector,
-            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) if is_vector => Shape::Vector,
+            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) | Operation::Table
+                if is_vector =>
+            {
+                Shape::Vector
+            }
             _ => Shape::Scalar,
         };
         let size = arguments.iter().fold(1_usize, |sum, argument| sum.saturating_add(argument.size));
@@ -112,6 +117,26 @@ impl Formula {
         }
         let arguments = self.arguments.iter().map(|argument| argument.clone().with_elapsed(symbol));
         self.with_arguments(arguments.collect())
+    }
+
+    /// A number through the lines between points, which ascend in their arguments.
+    pub(super) fn table(of: Formula, points: &[Point]) -> Formula {
+        let constants = points.iter().flat_map(|point| [point.at, point.value]).map(Formula::constant);
+        Formula::node(Operation::Table, core::iter::once(of).chain(constants).collect())
+    }
+
+    /// The points of a table; empty for other operations.
+    #[must_use]
+    pub fn points(&self) -> Vec<Point> {
+        if self.operation != Operation::Table {
+            return Vec::new();
+        }
+        let pairs = self.arguments.get(1..).unwrap_or(&[]).chunks_exact(2);
+        let point = |pair: &[Formula]| match pair {
+            [at, value] => Some(Point { at: at.as_constant()?, value: value.as_constant()? }),
+            _ => None,
+        };
+        pairs.filter_map(point).collect()
     }
 
     /// The same operation on other arguments of the same shapes.
@@ -226,11 +251,13 @@ impl Formula {
         count
     }
 
-    /// Whether the formula contains a number that is uncertain beyond rounding, so that two copies of it may differ in value.
+    /// Whether the formula contains a number that is uncertain beyond rounding, or a choice, so that two copies of it may differ
+    /// in value.
     pub(super) fn is_uncertain(&self) -> bool {
         let mut found = false;
         self.visit(&mut |node| {
-            found |= node.as_constant().is_some_and(|constant| !constant.is_certain() && !constant.is(0.0))
+            found |= node.as_constant().is_some_and(|constant| !constant.is_certain() && !constant.is(0.0));
+            found |= node.operation == Operation::Reduce(Reduction::OneOf);
         });
         found
     }

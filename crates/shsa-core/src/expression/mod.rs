@@ -18,6 +18,8 @@
 //!   number go element by element; vectors of different lengths have no result.
 //! * Uncertainty: `plusminus(e)`, `interval(lo, hi)` of constants; each place in a formula is a number of its own.
 //!   `within(x, lo, hi)` is what of `x` lies in the bounds (`inf` for none), `either(x, y)` the one that has a value.
+//! * `table(x, [x0, y0], [x1, y1], ..)`: the lines between points; no value outside. `one_of(x, y)`: one of both, which one is
+//!   not known.
 //! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`,
 //!   `moving_mean(x, window)` of the values within the last window, which has to be over once.
 //! * Functions of the model, which may not use themselves.
@@ -34,6 +36,7 @@ mod builtin;
 mod lexer;
 mod parser;
 mod operation;
+mod curve;
 mod number;
 mod formula;
 mod inline;
@@ -43,20 +46,25 @@ mod measure;
 mod affine;
 mod check;
 mod check_call;
+mod check_table;
 mod check_operator;
 mod checked;
 mod bounds;
+mod inverse_table;
+mod alternatives;
 mod solve;
 mod program;
 mod compile;
 mod history;
 mod registers;
 mod evaluate;
+mod choice;
 
 use alloc::vec::Vec;
 
 pub use builtin::{WORDS, functions, is_reserved};
 pub use checked::{Checked, CheckedEquation, check, check_equation, check_function};
+pub use curve::{Curve, Point, Segment};
 pub use evaluate::{Outcome, State, Value};
 pub use formula::{Formula, MAX_LEVELS, MAX_NODES, Shape};
 pub use number::Number;

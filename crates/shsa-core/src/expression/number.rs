@@ -2,6 +2,7 @@
 
 use core::fmt::Debug;
 
+use super::curve::Curve;
 use super::operation::{Binary, Comparison, Constant, Unary};
 use crate::interval::{Interval, Truth};
 use core::f64::consts::PI;
@@ -52,6 +53,10 @@ pub trait Number: Copy + Debug + PartialEq {
     /// The part of the number within the bounds.
     #[must_use]
     fn within(self, bounds: Interval) -> Self;
+
+    /// The number through a table; missing outside of it.
+    #[must_use]
+    fn along(self, curve: Curve<'_>) -> Self;
 
     /// The smallest and the largest possible value; empty when missing.
     fn bounds(self) -> Interval;
@@ -171,6 +176,10 @@ impl Number for f64 {
         if bounds.lo() <= self && self <= bounds.hi() { self } else { f64::NAN }
     }
 
+    fn along(self, curve: Curve<'_>) -> f64 {
+        curve.segment(self).map_or(f64::NAN, |segment| segment.value(self))
+    }
+
     fn bounds(self) -> Interval {
         Interval::point(self)
     }
@@ -274,6 +283,10 @@ impl Number for Interval {
 
     fn within(self, bounds: Interval) -> Interval {
         self.intersection(bounds)
+    }
+
+    fn along(self, curve: Curve<'_>) -> Interval {
+        curve.over(self)
     }
 
     fn bounds(self) -> Interval {

@@ -33,6 +33,8 @@ pub enum Operation {
     Not,
     /// The second argument where the first is true, the third where it is false; both when it is unknown.
     Select,
+    /// The first argument through a piecewise linear curve; the others are its points, each an argument and its value.
+    Table,
     /// Numbers to a vector.
     List,
     /// A vector to a number.
@@ -143,6 +145,8 @@ pub enum Reduction {
     Count,
     /// The hull of the elements that have a value; over plain numbers the only such element, else missing.
     Either,
+    /// The same of values of which one holds; they are told apart where they are compared.
+    OneOf,
 }
 
 /// A number in SI: a nominal value for plain numbers, and bounds for intervals.

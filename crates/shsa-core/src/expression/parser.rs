@@ -320,6 +320,14 @@ impl<'a> Parser<'a> {
                     if self.take("(")? { Node::Call(name, self.arguments(depth)?) } else { Node::Name(name) };
                 self.node(node, start)
             }
+            Token::Symbol("[") => {
+                self.advance()?;
+                let at = self.expression(0, depth + 1)?;
+                self.expect(",")?;
+                let value = self.expression(0, depth + 1)?;
+                self.expect("]")?;
+                self.node(Node::Point(Box::new(at), Box::new(value)), start)
+            }
             Token::Symbol("(") => {
                 self.advance()?;
                 let inner = self.expression(0, depth + 1)?;

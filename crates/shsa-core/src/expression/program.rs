@@ -3,6 +3,7 @@
 use alloc::vec::Vec;
 
 use super::Symbol;
+use super::curve::{Curve, Point};
 use super::formula::Formula;
 use super::operation::{Constant, Operation, Reduction};
 use crate::time::Span;
@@ -78,6 +79,8 @@ pub struct Program {
     pub(super) instructions: Vec<Instruction>,
     /// The elements of `List` instructions.
     pub(super) listed: Vec<Register>,
+    /// The points of `Table` instructions.
+    pub(super) points: Vec<Point>,
     /// The values to keep for the next evaluation.
     pub(super) retained: Vec<Retained>,
     /// The operations that keep samples of their argument; instructions name them by their place here.
@@ -133,7 +136,7 @@ impl Program {
     #[must_use]
     pub fn is_branch_free(&self) -> bool {
         let is_plain = |instruction: &Instruction| match instruction.operation {
-            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) => true,
+            Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_) | Operation::Table => true,
             Operation::List | Operation::Slice(..) => true,
             Operation::Reduce(reduction) => matches!(reduction, Reduction::Sum | Reduction::Norm),
             _ => false,
@@ -166,6 +169,14 @@ impl Program {
             _ => Span::ZERO,
         });
         spans.fold(Span::ZERO, |sum, span| sum + span)
+    }
+
+    /// The curve of a table, by the registers that hold the place of its first point and their number.
+    pub(super) fn curve(&self, first: Register, count: Register) -> Curve<'_> {
+        let (Register::Scalar(first), Register::Scalar(count)) = (first, count) else {
+            return Curve::new(&[]);
+        };
+        Curve::new(self.points.get(first as usize..first.saturating_add(count) as usize).unwrap_or(&[]))
     }
 
     /// Whether an input is the last trusted value of a variable, so that `dt` is the age of that value.

@@ -8,6 +8,7 @@
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
+use super::curve::Curve;
 use super::formula::{Formula, whole_power};
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation, Unary};
@@ -32,6 +33,11 @@ fn folded(formula: &Formula) -> Option<Formula> {
     let constant = match (formula.operation(), constants?.as_slice()) {
         (Operation::Unary(unary), [of]) => joined(of.value.unary(unary), of.bounds.unary(unary)),
         (Operation::Binary(binary), [left, right]) => computed(binary, *left, *right),
+        (Operation::Table, [of, ..]) => {
+            let points = formula.points();
+            let curve = Curve::new(&points);
+            joined(of.value.along(curve), of.bounds.along(curve))
+        }
         (Operation::Compare(comparison), [left, right]) => {
             let truth = left.bounds.compare(comparison, right.bounds);
             let is_known = truth.is_true() || truth.is_false();

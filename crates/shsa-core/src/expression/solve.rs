@@ -9,8 +9,12 @@ use alloc::vec;
 use alloc::vec::Vec;
 use core::f64::consts::{FRAC_PI_2, PI};
 
+use super::alternatives::{alternatives, count, one_of};
+use super::builtin::MOST_ALTERNATIVES;
 use super::checked::check_equation;
+use super::curve::{Curve, Point};
 use super::formula::{Formula, Shape, whole_power};
+use super::inverse_table::inverses;
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::{Problem, Severity};
 use super::simplify::simplified;
@@ -45,7 +49,7 @@ pub fn solve(equation: &Equation, wanted: Symbol, scope: &dyn Scope) -> Result<F
         places
     };
     let solver = Solver { wanted, scope };
-    let solution = solver.solve(lhs, rhs).map_err(|why| {
+    let solution = solver.solve_each(lhs, rhs).map_err(|why| {
         let place = places().pop().unwrap_or(span.clone());
         Problem::error(place, format!("this cannot be solved for it: {}", why.message)).with_help(why.help)
     })?;
@@ -77,6 +81,33 @@ struct Solver<'a> {
 }
 
 impl Solver<'_> {
+    /// Solves for each of the values of `one_of` by itself: the solution is one of the solutions.
+    fn solve_each(&self, lhs: Formula, rhs: Formula) -> Result<Formula, Obstacle> {
+        let count = count(&lhs).saturating_mul(count(&rhs));
+        if count == 1 {
+            return self.solve(lhs, rhs);
+        }
+        if count > MOST_ALTERNATIVES {
+            return obstacle(
+                format!("`one_of` leaves {count} alternatives, more than {MOST_ALTERNATIVES}"),
+                "give what is chosen a variable of its own",
+            );
+        }
+        let (left, right) = (alternatives(&lhs), alternatives(&rhs));
+        let pairs = left.iter().flat_map(|lhs| right.iter().map(move |rhs| (lhs, rhs)));
+        let occurs = |(lhs, rhs): (&Formula, &Formula)| {
+            lhs.occurrences(self.wanted) + rhs.occurrences(self.wanted) > 0
+        };
+        if !pairs.clone().all(occurs) {
+            return obstacle(
+                "one of the alternatives does not need it",
+                "it may have every value where that one holds",
+            );
+        }
+        let solutions = pairs.map(|(lhs, rhs)| self.solve(lhs.clone(), rhs.clone()).map(simplified));
+        Ok(one_of(solutions.collect::<Result<Vec<Formula>, Obstacle>>()?))
+    }
+
     fn solve(&self, lhs: Formula, rhs: Formula) -> Result<Formula, Obstacle> {
         match (lhs.occurrences(self.wanted), rhs.occurrences(self.wanted)) {
             (0, 0) => {
@@ -116,6 +147,7 @@ impl Solver<'_> {
                     self.of_left(binary, of, other, target)?
                 }
                 (Operation::Binary(binary), [other, of]) => self.of_right(binary, of, other, target)?,
+                (Operation::Table, [of, ..]) => self.of_table(side, of, target)?,
                 (Operation::Within(bounds), [_]) => Formula::node(Operation::Within(bounds), vec![target]),
                 _ => return blocked(operation),
             };
@@ -152,6 +184,33 @@ impl Solver<'_> {
             Unary::Floor => return blocked_by("floor", "many values give the same result"),
         };
         Ok(solved)
+    }
+
+    /// The inverse of each stretch in which the table only rises or falls, where the inner term can be there.
+    fn of_table(&self, table: &Formula, of: &Formula, target: Formula) -> Result<Formula, Obstacle> {
+        let inverses = inverses(&table.points());
+        if let [inverse] = inverses.as_slice() {
+            return Ok(Formula::table(target, inverse));
+        }
+        if inverses.is_empty() {
+            return obstacle("it cancels out", "the table has one value wherever it may be");
+        }
+        let range = self.bounds(of);
+        let is_possible = |inverse: &&Vec<Point>| Curve::new(inverse).over(Interval::ENTIRE).overlaps(range);
+        let possible: Vec<&Vec<Point>> = inverses.iter().filter(is_possible).collect();
+        // Where the inner term is never on the table, the bounds choose nothing.
+        let (chosen, range) = match possible.as_slice() {
+            [] => (inverses.iter().collect(), Interval::ENTIRE),
+            _ => (possible, range),
+        };
+        if chosen.len() > MAX_BRANCHES {
+            return obstacle(
+                format!("the table rises and falls, and {} places give the same result", chosen.len()),
+                "declare a range of the variables inside in which it only rises or only falls",
+            );
+        }
+        let branches = chosen.into_iter().map(|inverse| Formula::table(target.clone(), inverse));
+        self.branches(of, branches.collect(), range)
     }
 
     fn of_power(&self, power: i32, of: &Formula, target: Formula) -> Result<Formula, Obstacle> {

@@ -32,6 +32,8 @@ pub enum Node {
     Infix(Infix, Box<Expr>, Box<Expr>),
     /// `vector[index]`
     Index(Box<Expr>, Box<Expr>),
+    /// A point of a table: `[argument, value]`
+    Point(Box<Expr>, Box<Expr>),
     /// `vector[from..to]`, half open, each end may be left out.
     Slice(Box<Expr>, Option<Box<Expr>>, Option<Box<Expr>>),
 }
@@ -174,7 +176,9 @@ impl Node {
             Node::Number(..) | Node::Name(_) => ([None; 3], &[]),
             Node::Call(_, arguments) => ([None; 3], arguments),
             Node::Prefix(_, of) => ([Some(of), None, None], &[]),
-            Node::Infix(_, left, right) | Node::Index(left, right) => ([Some(left), Some(right), None], &[]),
+            Node::Infix(_, left, right) | Node::Index(left, right) | Node::Point(left, right) => {
+                ([Some(left), Some(right), None], &[])
+            }
             Node::Slice(of, from, to) => ([Some(of), from.as_deref(), to.as_deref()], &[]),
         };
         fixed.into_iter().flatten().chain(list)

@@ -4,6 +4,7 @@ use alloc::format;
 use alloc::string::String;
 
 use super::Symbol;
+use super::curve::Point;
 use super::formula::Formula;
 use super::operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
 
@@ -78,6 +79,7 @@ impl Writer<'_> {
                 let to = if to == u32::MAX { String::new() } else { format!("{to}") };
                 self.push(&format!("[{from}..{to}]"));
             }
+            (Operation::Table, [of, ..]) => self.table(of, &formula.points()),
             (operation, arguments) => self.call(operation, arguments),
         }
     }
@@ -157,6 +159,15 @@ impl Writer<'_> {
             self.push(&rest);
             self.push(")");
         }
+    }
+
+    fn table(&mut self, of: &Formula, points: &[Point]) {
+        self.push("table(");
+        self.formula(of, OR);
+        for Point { at, value } in points {
+            self.push(&format!(", [{}, {}]", decimal(at.value), decimal(value.value)));
+        }
+        self.push(")");
     }
 
     fn list(&mut self, arguments: &[Formula]) {
@@ -241,5 +252,6 @@ fn reduction_name(reduction: Reduction) -> &'static str {
         Reduction::Median => "median",
         Reduction::Count => "count",
         Reduction::Either => "either",
+        Reduction::OneOf => "one_of",
     }
 }

@@ -61,8 +61,15 @@ impl Round<'_> {
                 // Means are expensive, and the consensus needs them again when all ways have a value.
                 pair.known = Some((validity, known));
             }
+            let apart;
+            let (output, known) = if pair.has_branches {
+                apart = told_apart(watched, *measured, other, known, newest.is_some());
+                (&apart.0, apart.1)
+            } else {
+                (measured, known)
+            };
             let guessed = guessed(pair, other, known, validity);
-            let recorded = pair.record(measured, &guessed, validity, self.now);
+            let recorded = pair.record(output, &guessed, validity, self.now);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
                 self.index.note(number, restless);
@@ -106,8 +113,13 @@ impl Round<'_> {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
                     pair.known = Some((sample.validity, known));
+                    let (output, known) = if pair.has_branches {
+                        told_apart(watched, measured, other, known, false)
+                    } else {
+                        (measured, known)
+                    };
                     let guessed = guessed(pair, other, known, sample.validity);
-                    let recorded = pair.record(&measured, &guessed, sample.validity, self.now);
+                    let recorded = pair.record(&output, &guessed, sample.validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
@@ -147,6 +159,23 @@ impl Round<'_> {
             }
         }
         self.consensus.rate_values(way, measured, self.now);
+    }
+}
+
+/// The alternatives that two values agree in best, where one of them has several. The value beside is taken apart only where it
+/// is the faster way's newest output.
+#[inline(never)]
+fn told_apart(
+    slower: &WatchedWay,
+    output: Measured,
+    faster: &WatchedWay,
+    known: Measured,
+    is_newest: bool,
+) -> (Measured, Measured) {
+    let nearest = slower.nearest_alternative(output.value, output, known.value);
+    match faster.measured.filter(|_| is_newest) {
+        Some(newest) => (nearest, faster.nearest_alternative(newest.value, known, nearest.value)),
+        None => (nearest, known),
     }
 }
 

@@ -13,8 +13,10 @@ pub(super) use paths::Paths;
 pub use shortfall::Shortfall;
 
 use super::graph::Options;
+use crate::expression::Formula;
 use crate::knowledge::{
-    INTEGRITY, KnowledgeBase, Need, Properties, RelationId, SignalId, SignalSet, VariableId, integrity_level,
+    INTEGRITY, KnowledgeBase, Need, Properties, Relation, RelationId, SignalId, SignalSet, VariableId,
+    integrity_level,
 };
 use crate::substitution::{Substitution, Way};
 use crate::time::Span;
@@ -36,6 +38,8 @@ pub struct Requirements {
     /// The least integrity level of the signals, 1 (`A`) to 4 (`D`), by their property `integrity` (0 without), and of the
     /// relations (any without).
     pub integrity: Option<f64>,
+    /// Whether no relation may leave one of several values open (`one_of`): the middle of all of them is none of them.
+    pub single_valued: bool,
     /// Suspects: a substitution must share no signal with them, nor rest on signals with a common origin.
     pub independent_of: Vec<SignalId>,
 }
@@ -49,6 +53,7 @@ impl Requirements {
             max_period: Some(need.max_age),
             max_width: need.max_width,
             min_rate_hz: need.min_rate_hz,
+            single_valued: need.max_width.is_none(),
             integrity: need.integrity.and_then(|letter| integrity_level(letter.encode_utf8(&mut [0; 4]))),
             ..Requirements::default()
         }
@@ -77,8 +82,10 @@ impl Requirements {
         let signals = knowledge.signals().ids().filter(|&signal| !self.admits(knowledge, &suspects, signal));
         options.forbidden_signals.extend(signals);
         let relations = knowledge.relations().enumerate();
-        let low = relations.filter(|(_, relation)| self.low_relation(&relation.properties).is_some());
-        options.forbidden_relations.extend(low.map(|(id, _)| id));
+        let short = relations.filter(|(_, relation)| {
+            self.low_relation(&relation.properties).is_some() || self.is_open(relation)
+        });
+        options.forbidden_relations.extend(short.map(|(id, _)| id));
         options
     }
 
@@ -102,6 +109,20 @@ impl Requirements {
         (own < least).then_some((own, least))
     }
 
+    /// Whether a relation leaves open what must have one value.
+    fn is_open(&self, relation: &Relation) -> bool {
+        let is_choice = |&output: &VariableId| relation.formula(output).is_some_and(Formula::has_choice);
+        self.single_valued && relation.outputs.iter().any(is_choice)
+    }
+
+    /// The shortfalls of a relation on its own.
+    fn relation(&self, knowledge: &KnowledgeBase, id: RelationId) -> impl Iterator<Item = Shortfall> {
+        let relation = &knowledge.relations()[id];
+        let low = self.low_relation(&relation.properties);
+        let low = low.map(|(own, least)| Shortfall::RelationIntegrity(id, own, least));
+        low.into_iter().chain(self.is_open(relation).then_some(Shortfall::Alternatives(id)))
+    }
+
     /// All shortfalls of a substitution; empty for one that the search would return.
     ///
     /// Complexity: O(s) for s inputs of its relations, times the signals that carry each.
@@ -121,8 +142,7 @@ impl Requirements {
             if options.forbidden_relations.contains(&relation) {
                 found.push(Shortfall::Relation(relation));
             }
-            let low = self.low_relation(&knowledge.relations()[relation].properties);
-            found.extend(low.map(|(own, least)| Shortfall::RelationIntegrity(relation, own, least)));
+            found.extend(self.relation(knowledge, relation));
         }
         let admitted = |signal: &SignalId| self.admits(knowledge, &suspects, *signal);
         let source = |variable| {
@@ -179,8 +199,7 @@ impl Requirements {
             found.extend(self.signal(knowledge, &suspects, source, signal));
         }
         for relation in way.substitution.relations() {
-            let low = self.low_relation(&knowledge.relations()[relation].properties);
-            found.extend(low.map(|(own, least)| Shortfall::RelationIntegrity(relation, own, least)));
+            found.extend(self.relation(knowledge, relation));
         }
         let source =
             |variable| Cost::of_source(knowledge, variable, chosen.get(&variable).copied().into_iter());

@@ -210,8 +210,7 @@ reasons! {
     };
     /// The values of the source are older than the need allows.
     "source-too-old" SourceTooOld {
-        source: String = "The source.", age: Span = "How old they are.",
-        most: Span = "What the need allows."
+        source: String = "The source.", age: Span = "How old they are.", most: Span = "What the need allows."
     };
     /// Elements of the source are gone with the changed model.
     "gone" Gone { names: Vec<String> = "The signals and relations." };
@@ -312,9 +311,10 @@ reasons! {
     };
     /// A relation does not have the required level.
     "relation-integrity" RelationIntegrity {
-        relation: String = "The relation.", level: String = "Its level.",
-        least: String = "What was asked."
+        relation: String = "The relation.", level: String = "Its level.", least: String = "What was asked."
     };
+    /// A relation leaves open which of several values holds.
+    "one-of-several" OneOfSeveral { relation: String = "The relation." };
     /// The only signal of a variable has an origin in common with a suspect.
     "not-independent" NotIndependent { variable: String = "The variable.", signal: String = "The signal." };
     /// The source rests on values that are too old.

@@ -127,6 +127,10 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("rate-too-low", "signals of {variable} come {rate_hz} times a second, not {least_hz}"),
     ("signals-integrity", "signals of {variable} have integrity {level}, not {least}"),
     ("relation-integrity", "{relation} has integrity {level}, not {least}"),
+    (
+        "one-of-several",
+        "{relation} leaves open which of several values holds, and no `max_width` says that this will do",
+    ),
     ("not-independent", "{variable} is known only by {signal}, which is not independent of the suspects"),
     ("rests-on-old", "it rests on values {age_s} s old, more than {most_s} s"),
     ("comes-rarely", "its values come every {period_s} s, and may be {most_s} s old"),

@@ -64,6 +64,38 @@ pub struct Columns {
     pub degraded: bool,
 }
 
+/// The values of a field that were received live.
+#[derive(Clone, Debug)]
+pub struct Series {
+    /// Where it was received.
+    pub topic: String,
+    /// The path of the field in its messages; empty for a message that is a number.
+    pub path: String,
+    /// The source as models write it.
+    pub source: String,
+    /// Times in seconds, with values.
+    pub points: Vec<(f64, f64)>,
+}
+
+impl Columns {
+    /// The columns of what was received live, named as those of recordings.
+    #[must_use]
+    pub fn of_series(all: Vec<Series>) -> Columns {
+        let listed = |one: &Series| {
+            let (topic, path) = (one.topic.clone(), one.path.clone());
+            Listed { topic, bare: path.clone(), path, key: None, source: one.source.clone(), unit: None }
+        };
+        let listed: Vec<Listed> = all.iter().map(listed).collect();
+        let mut about = named(&listed);
+        let columns = all.into_iter().zip(&mut about).map(|(one, about)| {
+            let points = Points { points: one.points, breaks: Vec::new() };
+            points.column(about, kind(&one.path))
+        });
+        let columns = columns.collect();
+        Columns { columns, about, left_out: Vec::new(), warnings: Vec::new(), degraded: false }
+    }
+}
+
 /// Recordings, and how their columns are found.
 #[derive(Clone, Debug, Default)]
 pub struct Origin {
@@ -340,10 +372,19 @@ impl Values {
 
 impl Points {
     fn column(self, about: &mut About, kind: String) -> Column {
-        let unit = about.declared_unit.as_deref().and_then(unit_of);
+        let signal = Signal { name: about.signal.clone(), unit: None, points: self.points };
+        let mut column = Column { signal, breaks: self.breaks, kind, turn: None };
+        about.declared_unit.iter().for_each(|unit| column.take_unit(unit));
+        column
+    }
+}
+
+impl Column {
+    /// Takes a unit as a header writes it.
+    pub(super) fn take_unit(&mut self, text: &str) {
+        let unit = unit_of(text);
         let angle = unit.as_ref().filter(|unit| unit.dimension == Dimension::ANGLE);
-        let turn = angle.map(|unit| std::f64::consts::TAU / unit.scale);
-        let signal = Signal { name: about.signal.clone(), unit, points: self.points };
-        Column { signal, breaks: self.breaks, kind, turn }
+        self.turn = angle.map(|unit| std::f64::consts::TAU / unit.scale);
+        self.signal.unit = unit;
     }
 }

@@ -3,7 +3,7 @@
 use super::column::{Column, Facts};
 use super::{Because, Group, Member};
 use crate::curve::Curve;
-use crate::learning::{Relation, Shape, Signal, between};
+use crate::learning::{Relation, Shape, between};
 use crate::order::{median, quantile, sorted, winsorised};
 
 /// The most that two columns of one kind may differ, as a share of the spread of the one that moves less; by their names alone they
@@ -31,12 +31,14 @@ pub(super) fn of(
     equal: &[Relation],
 ) -> Vec<Group> {
     let mut parts = Parts { of: (0..columns.len()).collect() };
+    let curves: Vec<Curve> = columns.iter().map(|it| Curve::new(it.signal.points.clone())).collect();
+    let measured = Measured { columns, facts, curves: &curves };
     for relation in equal.iter().filter(|it| matches!(it.shape, Shape::Equal { .. })) {
         parts.join(relation.target, relation.inputs[0]);
     }
     for (at, &one) in own.iter().enumerate() {
         for &other in &own[at + 1..] {
-            if parts.of[one] != parts.of[other] && is_one_kind(columns, facts, one, other) {
+            if parts.of[one] != parts.of[other] && measured.is_one_kind(one, other) {
                 parts.join(one, other);
             }
         }
@@ -48,7 +50,7 @@ pub(super) fn of(
             None => groups.push(vec![column]),
         }
     }
-    groups.into_iter().map(|members| group(columns, facts, members)).collect()
+    groups.into_iter().map(|members| measured.group(members)).collect()
 }
 
 /// The group of each column, by one of its columns.
@@ -63,32 +65,119 @@ impl Parts {
     }
 }
 
-/// Whether two columns have one kind and unit, and nearly the same values but for an offset.
-fn is_one_kind(columns: &[Column], facts: &[Option<Facts>], one: usize, other: usize) -> bool {
-    let (first, second) = (&columns[one], &columns[other]);
-    let says_something = first.kind.chars().filter(|it| it.is_alphabetic()).count() >= LETTERS;
-    let same_unit = first.signal.unit == second.signal.unit;
-    let is_choice = [one, other].iter().any(|it| facts[*it].as_ref().is_none_or(|it| it.levels.is_some()));
-    if first.kind != second.kind || !says_something || !same_unit || is_choice || first.turn.is_some() {
-        return false;
+/// The columns with what is known of them, and their values as curves.
+struct Measured<'a> {
+    columns: &'a [Column],
+    facts: &'a [Option<Facts>],
+    curves: &'a [Curve],
+}
+
+impl Measured<'_> {
+    /// Whether two columns have one kind and unit, and nearly the same values but for an offset.
+    fn is_one_kind(&self, one: usize, other: usize) -> bool {
+        let (first, second) = (&self.columns[one], &self.columns[other]);
+        let says_something = first.kind.chars().filter(|it| it.is_alphabetic()).count() >= LETTERS;
+        let same_unit = first.signal.unit == second.signal.unit;
+        let is_choice =
+            [one, other].iter().any(|it| self.facts[*it].as_ref().is_none_or(|it| it.levels.is_some()));
+        if first.kind != second.kind || !says_something || !same_unit || is_choice || first.turn.is_some() {
+            return false;
+        }
+        let pairs = self.together(one, other, 0.0);
+        if pairs.len() < 30 {
+            return false;
+        }
+        let spread = |values: &dyn Fn(&(f64, f64)) -> f64, of: &[(f64, f64)]| {
+            winsorised(&of.iter().map(values).collect::<Vec<f64>>()).sqrt()
+        };
+        let apart = |of: &[(f64, f64)]| spread(&|it| it.0 - it.1, of);
+        let moves = |of: &[(f64, f64)]| [spread(&|it| it.0, of), spread(&|it| it.1, of)];
+        let [one_moves, other_moves] = moves(&pairs);
+        let least = one_moves.min(other_moves).min(beside_time(&pairs) * BEATS_TIME / FAIR);
+        let (early, late) = pairs.split_at(pairs.len() / 2);
+        let holds = |half: &[(f64, f64)]| {
+            let [one, other] = moves(half);
+            apart(half) <= FAIR * one.max(other)
+        };
+        apart(&pairs) <= FAIR * least && holds(early) && holds(late)
     }
-    let pairs = together(&first.signal, &second.signal, 0.0);
-    if pairs.len() < 30 {
-        return false;
+
+    /// The values of two signals at the moments of the slower one, in SI units from the zeros of their units; the second one earlier
+    /// by a delay.
+    fn together(&self, one: usize, other: usize, delay_s: f64) -> Vec<(f64, f64)> {
+        let scale = |column: usize| self.columns[column].signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
+        let curves = [one, other].map(|it| &self.curves[it]);
+        let by_one = curves[0].period_s() >= curves[1].period_s();
+        let shift = if by_one { 0.0 } else { delay_s };
+        let times = curves[usize::from(!by_one)].times();
+        let every = times.len().div_ceil(MOMENTS).max(1);
+        let at = |time: &f64| {
+            let time = time + shift;
+            let (one, other) =
+                (curves[0].read(time)?.0 * scale(one), curves[1].read(time - delay_s)?.0 * scale(other));
+            Some((one, other))
+        };
+        times.iter().step_by(every).filter_map(at).collect()
     }
-    let spread = |values: &dyn Fn(&(f64, f64)) -> f64, of: &[(f64, f64)]| {
-        winsorised(&of.iter().map(values).collect::<Vec<f64>>()).sqrt()
-    };
-    let apart = |of: &[(f64, f64)]| spread(&|it| it.0 - it.1, of);
-    let moves = |of: &[(f64, f64)]| [spread(&|it| it.0, of), spread(&|it| it.1, of)];
-    let [one_moves, other_moves] = moves(&pairs);
-    let least = one_moves.min(other_moves).min(beside_time(&pairs) * BEATS_TIME / FAIR);
-    let (early, late) = pairs.split_at(pairs.len() / 2);
-    let holds = |half: &[(f64, f64)]| {
-        let [one, other] = moves(half);
-        apart(half) <= FAIR * one.max(other)
-    };
-    apart(&pairs) <= FAIR * least && holds(early) && holds(late)
+
+    /// A group with its members compared with one that none of them is ahead of.
+    fn group(&self, mut members: Vec<usize>) -> Group {
+        let period = |column: usize| self.facts[column].as_ref().map_or(f64::INFINITY, |it| it.period_s);
+        members.sort_by(|one, other| period(*one).total_cmp(&period(*other)).then(one.cmp(other)));
+        let mut first = members[0];
+        let lags = members[1..].iter().map(|it| (self.delay(*it, first).0, *it));
+        let earliest = lags.min_by(|one, other| one.0.total_cmp(&other.0));
+        if let Some((_, column)) = earliest.filter(|it| it.0 < -period(it.1)) {
+            first = column;
+        }
+        let mut found = vec![Member {
+            column: first,
+            delay_s: 0.0,
+            offset: 0.0,
+            apart: 0.0,
+            share: 0.0,
+            because: Because::First,
+        }];
+        members.retain(|it| *it != first);
+        members.sort_unstable();
+        found.extend(members.into_iter().map(|column| self.member(column, first)));
+        Group { members: found }
+    }
+
+    /// The delay of a column after another, where a relation shows one, and whether a relation shows that both are equal.
+    fn delay(&self, column: usize, first: usize) -> (f64, bool) {
+        let signals = [column, first].map(|it| self.columns[it].signal.clone());
+        let Some(found) = between(&signals) else { return (0.0, false) };
+        match found.shape {
+            Shape::Equal { lag_s } if found.target == 0 => (lag_s, true),
+            Shape::Equal { lag_s } => (-lag_s, true),
+            _ => (0.0, false),
+        }
+    }
+
+    fn member(&self, column: usize, first: usize) -> Member {
+        let (delay_s, is_equal) = self.delay(column, first);
+        let differs = |delay_s: f64| {
+            let pairs = self.together(column, first, delay_s);
+            winsorised(&pairs.iter().map(|it| it.0 - it.1).collect::<Vec<f64>>())
+        };
+        let is_later = delay_s > 0.0 && differs(delay_s) < WORTH.powi(2) * differs(0.0);
+        let delay_s = if is_later { delay_s } else { 0.0 };
+        let pairs = self.together(column, first, delay_s);
+        let scale = self.columns[column].signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
+        let offset = median(pairs.iter().map(|it| it.0 - it.1));
+        let apart = sorted(pairs.iter().map(|it| (it.0 - it.1 - offset).abs()));
+        let moves = winsorised(&pairs.iter().map(|it| it.1).collect::<Vec<f64>>()).sqrt();
+        let differs = winsorised(&pairs.iter().map(|it| it.0 - it.1).collect::<Vec<f64>>()).sqrt();
+        Member {
+            column,
+            delay_s,
+            offset: offset / scale,
+            apart: quantile(&apart, 0.95).unwrap_or(0.0) / scale,
+            share: if moves > 0.0 { differs / moves } else { 0.0 },
+            because: if is_equal { Because::Equal } else { Because::Named },
+        }
+    }
 }
 
 /// The smaller spread of two beside a parabola in time.
@@ -102,81 +191,4 @@ fn beside_time(pairs: &[(f64, f64)]) -> f64 {
         winsorised(&left).sqrt()
     };
     left(pairs.iter().map(|it| it.0).collect()).min(left(pairs.iter().map(|it| it.1).collect()))
-}
-
-/// The values of two signals at the moments of the slower one, in SI units from the zeros of their units; the second one earlier
-/// by a delay.
-fn together(one: &Signal, other: &Signal, delay_s: f64) -> Vec<(f64, f64)> {
-    let scale = |signal: &Signal| signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
-    let curves = [Curve::new(one.points.clone()), Curve::new(other.points.clone())];
-    let by_one = curves[0].period_s() >= curves[1].period_s();
-    let shift = if by_one { 0.0 } else { delay_s };
-    let times = curves[usize::from(!by_one)].times();
-    let every = times.len().div_ceil(MOMENTS).max(1);
-    let at = |time: &f64| {
-        let time = time + shift;
-        let (one, other) =
-            (curves[0].read(time)?.0 * scale(one), curves[1].read(time - delay_s)?.0 * scale(other));
-        Some((one, other))
-    };
-    times.iter().step_by(every).filter_map(at).collect()
-}
-
-/// A group with its members compared with one that none of them is ahead of.
-fn group(columns: &[Column], facts: &[Option<Facts>], mut members: Vec<usize>) -> Group {
-    let period = |column: usize| facts[column].as_ref().map_or(f64::INFINITY, |it| it.period_s);
-    members.sort_by(|one, other| period(*one).total_cmp(&period(*other)).then(one.cmp(other)));
-    let mut first = members[0];
-    let lags = members[1..].iter().map(|it| (delay(columns, *it, first).0, *it));
-    let earliest = lags.min_by(|one, other| one.0.total_cmp(&other.0));
-    if let Some((_, column)) = earliest.filter(|it| it.0 < -period(it.1)) {
-        first = column;
-    }
-    let mut found = vec![Member {
-        column: first,
-        delay_s: 0.0,
-        offset: 0.0,
-        apart: 0.0,
-        share: 0.0,
-        because: Because::First,
-    }];
-    members.retain(|it| *it != first);
-    members.sort_unstable();
-    found.extend(members.into_iter().map(|column| member(columns, column, first)));
-    Group { members: found }
-}
-
-/// The delay of a column after another, where a relation shows one, and whether a relation shows that both are equal.
-fn delay(columns: &[Column], column: usize, first: usize) -> (f64, bool) {
-    let signals = [columns[column].signal.clone(), columns[first].signal.clone()];
-    let Some(found) = between(&signals) else { return (0.0, false) };
-    match found.shape {
-        Shape::Equal { lag_s } if found.target == 0 => (lag_s, true),
-        Shape::Equal { lag_s } => (-lag_s, true),
-        _ => (0.0, false),
-    }
-}
-
-fn member(columns: &[Column], column: usize, first: usize) -> Member {
-    let (delay_s, is_equal) = delay(columns, column, first);
-    let differs = |delay_s: f64| {
-        let pairs = together(&columns[column].signal, &columns[first].signal, delay_s);
-        winsorised(&pairs.iter().map(|it| it.0 - it.1).collect::<Vec<f64>>())
-    };
-    let is_later = delay_s > 0.0 && differs(delay_s) < WORTH.powi(2) * differs(0.0);
-    let delay_s = if is_later { delay_s } else { 0.0 };
-    let pairs = together(&columns[column].signal, &columns[first].signal, delay_s);
-    let scale = columns[column].signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
-    let offset = median(pairs.iter().map(|it| it.0 - it.1));
-    let apart = sorted(pairs.iter().map(|it| (it.0 - it.1 - offset).abs()));
-    let moves = winsorised(&pairs.iter().map(|it| it.1).collect::<Vec<f64>>()).sqrt();
-    let differs = winsorised(&pairs.iter().map(|it| it.0 - it.1).collect::<Vec<f64>>()).sqrt();
-    Member {
-        column,
-        delay_s,
-        offset: offset / scale,
-        apart: quantile(&apart, 0.95).unwrap_or(0.0) / scale,
-        share: if moves > 0.0 { differs / moves } else { 0.0 },
-        because: if is_equal { Because::Equal } else { Because::Named },
-    }
 }

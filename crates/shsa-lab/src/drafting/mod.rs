@@ -6,12 +6,15 @@ mod column;
 mod groups;
 mod columns;
 mod text;
+mod answers;
 
+pub use answers::Needed;
 pub use column::{Column, Facts};
-pub use columns::{About, Columns, Origin};
+pub use columns::{About, Columns, Origin, Series};
 pub use text::{model_text, variable_names};
 
 use crate::LabError;
+use crate::campaign::parallel::on_all_cores;
 use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};
 
 /// What a column is.
@@ -75,6 +78,8 @@ pub struct Drafted {
     pub groups: Vec<Group>,
     /// Rates and integrals: candidates of relations.
     pub rates: Vec<Relation>,
+    /// What must stay available; a draft alone cannot tell.
+    pub needs: Vec<Needed>,
 }
 
 /// Drafts a model of columns. Equal columns give equal drafts. Time: O(pairs of columns), with bounded moments each; on all cores.
@@ -82,7 +87,7 @@ pub struct Drafted {
 /// # Errors
 /// When a thread panics.
 pub fn draft(columns: &[Column]) -> Result<Drafted, LabError> {
-    let facts: Vec<Option<Facts>> = columns.iter().map(Facts::of).collect();
+    let facts = on_all_cores(columns.len(), None, &(), "", |column| Facts::of(&columns[column]))?;
     let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
     let may_measure = |column: usize| {
         facts[column].as_ref().is_some_and(|it| !it.is_constant() && !it.is_even && it.levels.is_none())
@@ -99,7 +104,7 @@ pub fn draft(columns: &[Column]) -> Result<Drafted, LabError> {
     let groups = groups::of(columns, &facts, &own, &relations);
     let is_rate = |it: &Relation| matches!(it.shape, Shape::Rate { .. } | Shape::Integral);
     let rates = relations.into_iter().filter(is_rate).collect();
-    Ok(Drafted { facts, roles, groups, rates })
+    Ok(Drafted { facts, roles, groups, rates, needs: Vec::new() })
 }
 
 fn role(columns: &[Column], facts: &[Option<Facts>], copies: &[Copied], column: usize) -> Role {

@@ -36,15 +36,24 @@ pub fn model_text(read: &Columns, drafted: &Drafted, recordings: &str) -> String
     }
     text += &copies(read, drafted, &names);
     text += &left_out(read, drafted);
-    text += "\n# What must stay available, under which name and how fresh:\n# needs:\n";
-    if let Some(name) = drafted.groups.iter().zip(&names).find(|it| it.0.members.len() > 1).or(drafted
-        .groups
-        .iter()
-        .zip(&names)
-        .next())
-    {
-        let _cannot_fail = writeln!(text, "#   {}: {{ signal: /served/{}, max_age: 1 s }}", name.1, name.1);
+    text += &needs(drafted, &names);
+    text
+}
+
+/// The needs; where none are known, a commented example.
+fn needs(drafted: &Drafted, names: &[String]) -> String {
+    let mut text = "\n# What must stay available, under which name and how fresh:\n".to_owned();
+    let line = |group: usize, max_age: &str| {
+        let name = &names[group];
+        format!("  {name}: {{ signal: /served/{name}, max_age: {max_age} }}\n")
+    };
+    if drafted.needs.is_empty() {
+        text += "# needs:\n";
+        text.extend(drafted.most_measured().map(|group| format!("# {}", line(group, "1 s"))));
+        return text;
     }
+    text += "needs:\n";
+    text.extend(drafted.needs.iter().map(|need| line(need.group, &need.max_age)));
     text
 }
 
@@ -188,7 +197,7 @@ fn tolerance(read: &Columns, group: &Group, member: &Member, facts: &Facts) -> f
     if facts.levels.is_some() { 0.0 } else { shared + facts.tolerance() }
 }
 
-fn timeout(facts: &Facts) -> String {
+pub(super) fn timeout(facts: &Facts) -> String {
     let most = (GAPS * facts.gap_s).max(5.0 * facts.period_s).max(0.1);
     if most < 1.0 { format!("{} ms", number(1e3 * most)) } else { format!("{} s", number(most)) }
 }

@@ -1,7 +1,9 @@
 //! Relations as entries of a model: formula, tolerance, where it was seen to hold, and what it adds.
 
 mod subject;
+mod serving;
 
+pub use serving::Serving;
 pub use subject::Subject;
 
 use crate::LabError;

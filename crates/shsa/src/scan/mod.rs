@@ -29,6 +29,8 @@ use topic_record::TopicRecord;
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
 
+A draft states what was received: listen until the plant has been through what it usually does.
+
 Exit status: 1 when no message is received, or a signal of the model is missing; 4 when the bus cannot be reached.")]
 pub(crate) struct Arguments {
     /// A knowledge base: the scan shows which signal each field carries, and which signals are missing.
@@ -38,7 +40,8 @@ pub(crate) struct Arguments {
     /// How long to listen, as `10 s`.
     #[arg(long = "for", value_name = "TIME", default_value = "5s", value_parser = parse_span)]
     duration: Span,
-    /// Write a model with the received signals that MODEL does not have, to be completed by hand.
+    /// Write a model with the received signals that MODEL does not have: numbers with the figures that `shsa draft` finds in as
+    /// long a recording.
     #[arg(long, conflicts_with = "json")]
     draft: bool,
     /// Print one JSON object instead of text.
@@ -52,7 +55,12 @@ struct Scan {
     seconds: f64,
     topics: BTreeMap<Arc<str>, TopicRecord>,
     matched: Option<Matched>,
+    /// How many more values are kept for a draft.
+    room: usize,
 }
+
+/// The most values that are kept for a draft: 16 bytes each.
+const VALUES_MAX: usize = 4_000_000;
 
 /// Receives messages for a while, and reports the results.
 ///
@@ -80,6 +88,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         seconds: duration.as_secs_f64(),
         topics: BTreeMap::new(),
         matched,
+        room: if arguments.draft { VALUES_MAX } else { 0 },
     };
     scan.listen(bridge.as_mut(), duration);
     scan.topics.values_mut().for_each(TopicRecord::finish);
@@ -88,9 +97,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(show::unreachable(&arguments.bus.bus, &reason));
     }
     print_losses(bridge.as_mut());
+    if arguments.draft && scan.room == 0 {
+        show::warn(format_args!(
+            "the draft is of the first {VALUES_MAX} values; listen for less time (--for)"
+        ));
+    }
     let output = match (arguments.json, arguments.draft) {
         (true, _) => json::shown(&scan),
-        (_, true) => draft::drafted(&scan),
+        (_, true) => draft::drafted(&scan)?,
         _ => text::shown(&scan),
     };
     writeln!(std::io::stdout().lock(), "{}", output.trim_end())?;
@@ -109,7 +123,7 @@ impl Scan {
                 if let Some(matched) = &mut self.matched {
                     matched.take(&message, inbox.clock());
                 }
-                self.topics.entry(message.topic.clone()).or_default().take(message);
+                self.topics.entry(message.topic.clone()).or_default().take(message, &mut self.room);
                 if Instant::now() >= end {
                     return;
                 }

@@ -2,8 +2,9 @@
 
 use shsa_bridge::payload::{Content, Leaf, Unreadable, explore};
 use shsa_bridge::{Message, Payload, PublisherId, Quality};
+use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
 
 /// The number of messages whose fields are read from the first one on; of later ones only the last is read.
@@ -29,10 +30,13 @@ pub(super) struct TopicRecord {
     pub(super) fields: Vec<Leaf>,
     pub(super) unreadable: Option<Unreadable>,
     pub(super) last_message: Option<Message>,
+    /// When numbers were received, with their values, by their paths; for a draft.
+    values: BTreeMap<String, Vec<(Time, f64)>>,
 }
 
 impl TopicRecord {
-    pub(super) fn take(&mut self, message: Message) {
+    /// Takes in a message, and keeps its numbers as long as there is `room` for them.
+    pub(super) fn take(&mut self, message: Message, room: &mut usize) {
         if message.retained {
             self.kept += 1;
         } else {
@@ -48,10 +52,26 @@ impl TopicRecord {
         }
         self.quality = message.quality.or(self.quality);
         self.message_type = message.message_type.clone().or_else(|| self.message_type.take());
-        if self.count + self.kept <= EXPLORED_MAX {
-            self.explore(&message);
+        if *room > 0 || self.count + self.kept <= EXPLORED_MAX {
+            self.explore(&message, room);
         }
         self.last_message = Some(message);
+    }
+
+    /// Keeps the number of a field, if there is room for it.
+    fn keep(&mut self, received: Time, leaf: &Leaf, room: &mut usize) {
+        let Content::Value(RawValue::Number(number)) = leaf.content else { return };
+        let Some(less) = room.checked_sub(1) else { return };
+        *room = less;
+        match self.values.get_mut(&leaf.path) {
+            Some(values) => values.push((received, number)),
+            None => _ = self.values.insert(leaf.path.clone(), vec![(received, number)]),
+        }
+    }
+
+    /// The values of a field that were kept, with the times of their reception.
+    pub(super) fn values(&self, path: &str) -> &[(Time, f64)] {
+        self.values.get(path).map_or(&[], Vec::as_slice)
     }
 
     /// Reads the fields of the last message, if that has not been done.
@@ -59,14 +79,21 @@ impl TopicRecord {
         if self.count + self.kept > EXPLORED_MAX
             && let Some(message) = self.last_message.clone()
         {
-            self.explore(&message);
+            self.explore(&message, &mut 0);
         }
     }
 
-    fn explore(&mut self, message: &Message) {
+    fn explore(&mut self, message: &Message, room: &mut usize) {
         match explore(message) {
             Err(unreadable) => self.unreadable = Some(unreadable),
-            Ok(leaves) => leaves.into_iter().for_each(|leaf| self.update(leaf)),
+            Ok(leaves) => {
+                for leaf in leaves {
+                    if !message.retained {
+                        self.keep(message.received, &leaf, room);
+                    }
+                    self.update(leaf);
+                }
+            }
         }
     }
 
@@ -125,7 +152,7 @@ mod tests {
         let mut topic_record = TopicRecord::default();
         messages
             .iter()
-            .for_each(|(at, payload, retained)| topic_record.take(message(*at, payload, *retained)));
+            .for_each(|(at, payload, retained)| topic_record.take(message(*at, payload, *retained), &mut 0));
         topic_record.finish();
         topic_record
     }

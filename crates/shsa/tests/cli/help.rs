@@ -16,6 +16,7 @@ const COMMANDS: &[&str] = &[
     "service",
     "explain",
     "draft",
+    "init",
     "learn",
     "calibrate",
     "campaign",

@@ -80,6 +80,40 @@ fn the_change_is_put_into_the_model_which_knows_it_then() {
     assert!(first.is_some(), "{report}");
 }
 
+/// The draft of a recording, with its power as a need.
+pub(crate) fn with_need(folder: &Folder, recording: &str) -> String {
+    let draft = folder.ends(&format!("draft {recording}"), 0).stdout;
+    let (before, _) = draft.split_once("# needs:").unwrap();
+    format!(
+        "{before}needs:\n  power: {{ signal: /served/power, max_age: 1 s }}\n  case: {{ max_age: 1 s }}\n"
+    )
+}
+
+#[test]
+fn what_serves_a_need_is_kept_and_nothing_else() {
+    let folder = folder();
+    folder.write("m.yaml", with_need(&folder, "power.csv"));
+    let found = folder.json("learn power.csv --model m.yaml --for power --patch found.yaml", 0);
+    let (need, relations) = (&found["for"], found["relations"].as_array().unwrap());
+    assert_eq!(need["single_points"], serde_json::json!(["power"]), "{need}");
+    assert_eq!(need["left"], serde_json::json!([]), "{need}");
+    assert_eq!(relations.len(), 1, "{found}");
+    assert_eq!(relations[0]["equation"], "power = volts * amps");
+    folder.ends("patch m.yaml found.yaml -o m.yaml", 0);
+    let after = folder.json("analyze m.yaml", 0);
+    let survives = after["needs"].as_array().unwrap().iter().find(|it| it["variable"] == "power").unwrap();
+    assert_eq!(survives["single_points"], serde_json::json!([]), "{survives}");
+    // Named by its publication; and a need that nothing serves.
+    let text = folder.ends("learn power.csv --model m.yaml --for /served/power", 1).stdout;
+    assert!(text.starts_with("/served/power (power): no single loss fails it.\n"), "{text}");
+    let text = folder.ends("learn power.csv --model m.yaml --for case", 1).stdout;
+    assert!(
+        text.contains("(case): nothing stands in for case; no relation that was found changes this"),
+        "{text}"
+    );
+    folder.refuses("learn power.csv --model m.yaml --for speed", &["no need `speed`", "power, case"]);
+}
+
 #[test]
 fn the_answer_is_no_where_nothing_is_found() {
     let mut text = "t [s],a [m],b [V]\n".to_owned();

@@ -22,6 +22,7 @@ mod drivetrain;
 mod explain;
 mod gsn;
 mod help;
+mod init;
 mod logs;
 mod monitor;
 mod parts;

@@ -118,7 +118,9 @@ fn fields_of_what_is_found_out_from_recordings() {
     ];
     let learned: Vec<Value> = learned.iter().flat_map(|it| objects(&folder, it)).collect();
     folder.write("power.csv", learn::power(2_000));
-    check("learn", &[learned, objects(&folder, "learn power.csv")].concat());
+    folder.write("need.yaml", learn::with_need(&folder, "power.csv"));
+    let serving = objects(&folder, "learn power.csv --model need.yaml --for power");
+    check("learn", &[learned, objects(&folder, "learn power.csv"), serving].concat());
     let campaign = format!("campaign {car} --kinds bias --json");
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let printed = |arguments: &str| -> Value {

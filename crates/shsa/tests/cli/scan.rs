@@ -41,6 +41,12 @@ fn a_draft_is_a_model_that_hears_what_it_was_drafted_from() {
     let draft = folder.run("scan --for 700ms --draft").stdout;
     folder.write("draft.yaml", &draft);
     assert_eq!(folder.run("check draft.yaml").status, 0, "{draft}");
+    // What moves has the figures of a recording's draft; lists have none.
+    let speed = draft.lines().find(|line| line.contains("source: \"/odom/speed\"")).unwrap_or_default();
+    for key in ["rate: ", "value_error: ", "timeout: ", " values, noise "] {
+        assert!(speed.contains(key), "no {key}: {draft}");
+    }
+    assert!(draft.contains("lidar_scan: { shape: vector }"), "{draft}");
     let again = folder.run("scan draft.yaml --for 700ms");
     assert_eq!(again.status, 0, "{}", again.stdout);
     assert!(again.stdout.contains("All 4 signals are there."), "{}", again.stdout);

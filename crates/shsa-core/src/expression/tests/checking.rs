@@ -4,14 +4,14 @@ use super::*;
 
 /// Checks that a formula reads back from its own text.
 #[track_caller]
-fn check_text(text: &str, expected: &str) {
+pub(super) fn check_text(text: &str, expected: &str) {
     let model = rover();
     let formula = model.formula(text);
     assert_eq!(model.text(&formula), expected, "of {text}");
 }
 
 #[track_caller]
-fn check_problems(text: &str, expected: &str) {
+pub(super) fn check_problems(text: &str, expected: &str) {
     assert_eq!(rover().problems(text), expected, "of {text}");
 }
 

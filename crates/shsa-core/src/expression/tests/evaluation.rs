@@ -54,6 +54,22 @@ fn check(text: &str, expected: &[f64]) {
 }
 
 #[test]
+fn tables_and_choices() {
+    check("table(x, [0, 1], [2, 5], [4, 6])", &[5.5]);
+    check("table(v, [0, 1], [2, 5], [4, 6])", &[3.0, 5.0, f64::NAN]);
+    check("table(z, [1, 1], [2, 5])", &[f64::NAN]);
+    check("table(0.5, [0, 1], [2, 5])", &[2.0]);
+    check("one_of(x, 3)", &[3.0]);
+    check("one_of(x, sqrt(y))", &[3.0]);
+    let point = Interval::point;
+    let chosen = value(&bench(), "one_of(x, z, 5)", [3.0, -4.0, 0.5].map(point), &[], &[]);
+    assert_eq!(chosen, [Interval::new(0.5, 5.0)]);
+    assert!(value(&bench(), "one_of(x, z)", [3.0, -4.0, 0.5], &[], &[])[0].is_nan());
+    let twice = value(&bench(), "one_of(1, 2) - one_of(1, 2)", [0.0; 3].map(point), &[], &[]);
+    assert_eq!(twice, [Interval::new(-1.0, 1.0)]);
+}
+
+#[test]
 fn functions_of_numbers() {
     check("sqrt(x^2 + y^2) / z", &[10.0]);
     check("if(x > y and not z == 1, x, y)", &[3.0]);

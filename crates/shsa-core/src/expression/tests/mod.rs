@@ -9,6 +9,7 @@ mod checking;
 mod evaluation;
 mod random;
 mod solving;
+mod tables;
 mod time;
 
 /// A model for tests: variables with shape, unit, range; functions.

@@ -17,6 +17,9 @@ fn model() -> Model {
         .define("twice(a)", "a + a")
 }
 
+/// A table with a jump and a level stretch.
+const POINTS: &str = "[-3, 2], [-1, -1], [-1, 1], [2, 1], [9, 5]";
+
 /// The text of a random number; with angles or without.
 fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
     let leaf = prop_oneof![
@@ -25,7 +28,7 @@ fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
         (-40..40_i32).prop_map(|number| format!("({})", f64::from(number) / 8.0)),
     ];
     leaf.prop_recursive(5, 40, 3, move |inner| {
-        let plain = ["-", "sqrt", "abs", "exp", "ln", "twice", "floor", "log10"];
+        let plain = ["-", "table", "sqrt", "abs", "exp", "ln", "twice", "floor", "log10"];
         let of_angles = ["asin", "acos", "atan", "sin", "cos", "tan"];
         let unary = plain.iter().chain(of_angles.iter().filter(|_| has_angles)).copied();
         let unary = prop::sample::select(unary.collect::<std::vec::Vec<_>>());
@@ -37,6 +40,7 @@ fn scalar(has_angles: bool) -> impl Strategy<Value = String> {
             (unary, inner.clone()).prop_map(|(name, of)| match name {
                 "sin" | "cos" | "tan" => format!("{name}(({of}) * 1 rad)"),
                 "asin" | "acos" | "atan" => format!("({name}({of}) / 1 rad)"),
+                "table" => format!("table({of}, {POINTS})"),
                 _ => format!("{name}({of})"),
             }),
             (inner.clone(), infix, inner.clone())
@@ -83,8 +87,28 @@ fn plain(expression: &Expr, at: &[f64; 3]) -> f64 {
                 _ => f64::from(left != right),
             }
         }
+        Node::Call(name, arguments) if name == "table" => {
+            let [at, points @ ..] = arguments.as_slice() else { return f64::NAN };
+            along(of(at), points)
+        }
         Node::Call(name, arguments) => call(name, &arguments.iter().map(of).collect::<std::vec::Vec<f64>>()),
         _ => f64::NAN,
+    }
+}
+
+/// The value of a table: on the first line that holds the argument, and none where it jumps.
+fn along(at: f64, points: &[Expr]) -> f64 {
+    let number = |expression: &Expr| plain(expression, &[f64::NAN; 3]);
+    let pair = |point: &Expr| match &point.node {
+        Node::Point(at, value) => (number(at), number(value)),
+        _ => (f64::NAN, f64::NAN),
+    };
+    let pairs: std::vec::Vec<(f64, f64)> = points.iter().map(pair).collect();
+    let on = |ends: &&[(f64, f64)]| ends[0].0 <= at && at <= ends[1].0;
+    match pairs.windows(2).find(on) {
+        Some(ends) if ends[1].0 == at && at == -1.0 => f64::NAN,
+        Some(ends) => ends[0].1 + (at - ends[0].0) / (ends[1].0 - ends[0].0) * (ends[1].1 - ends[0].1),
+        None => f64::NAN,
     }
 }
 
@@ -149,6 +173,7 @@ fn roomy(interval: Interval) -> Interval {
 /// number has a power only where the exponent is written as a whole number, not where rounding made it one.
 fn is_defined(expression: &Expr, at: &[f64; 3]) -> bool {
     let below = match &expression.node {
+        Node::Point(..) => return true,
         Node::Call(_, arguments) => arguments.iter().all(|argument| is_defined(argument, at)),
         Node::Prefix(_, of) => is_defined(of, at),
         Node::Infix(Infix::Power, left, right) if !is_written(right) => {
@@ -226,7 +251,7 @@ proptest! {
     }
 
     #[test]
-    fn any_text_is_a_formula_or_a_problem(text in "\\PC{0,60}|[ -~]{0,80}|([-+*/^(),.<=>\\[\\] 0-9xyzvwm%°e]|if|min|previous|delay|derivative|deg| m/s|and|not|\\.\\.|twice|either|within|inf){0,30}") {
+    fn any_text_is_a_formula_or_a_problem(text in "\\PC{0,60}|[ -~]{0,80}|([-+*/^(),.<=>\\[\\] 0-9xyzvwm%°e]|if|min|previous|delay|derivative|deg| m/s|and|not|\\.\\.|twice|either|one_of|table|,\\[1,2\\]|within|inf){0,30}") {
         let model = model();
         let _ = parse_quantity(&text);
         let _ = parse_function_head(&text);
@@ -257,7 +282,7 @@ proptest! {
 /// The text of a random formula that can be solved for `x` in [-3, 3], with `z` positive.
 fn invertible() -> impl Strategy<Value = String> {
     let other = prop::sample::select(vec!["z", "2", "(z + 1)", "z * z", "0.3", "exp(z)"]);
-    let step = (0..22_usize, other);
+    let step = (0..25_usize, other);
     prop::collection::vec(step, 1..5).prop_map(|steps| {
         steps.into_iter().fold(String::from("x"), |inner, (step, other)| match step {
             0 => format!("({inner} + {other})"),
@@ -281,6 +306,9 @@ fn invertible() -> impl Strategy<Value = String> {
             18 => format!("root({inner}, 3)"),
             19 => format!("({inner})^4"),
             20 => format!("sin(atan({inner}))"),
+            22 => format!("table({inner}, {POINTS})"),
+            23 => format!("table({inner}, [-20, -9], [-2, -1], [-2, 0], [3, 0], [30, 40])"),
+            24 => format!("one_of({inner} * {other}, {inner} + 1)"),
             _ => format!("cos(atan({inner}) * 1.5)"),
         })
     })

@@ -42,6 +42,44 @@ fn arithmetic_is_turned_round() {
 }
 
 #[test]
+fn a_table_is_turned_round_where_it_only_rises_or_only_falls() {
+    check("y = table(x, [0, 1], [2, 5], [4, 6])", "x", "table(y, [1, 0], [5, 2], [6, 4])");
+    check("y = table(x, [0, 6], [2, 5], [4, 1])", "x", "table(y, [1, 4], [5, 2], [6, 0])");
+    check("y = table(x, [0, 1], [2, 1], [4, 6])", "x", "table(y, [1, 0], [1, 2], [6, 4])");
+    check("y = table(2 * x, [0, 1], [2, 5])", "x", "table(y, [1, 0], [5, 2]) / 2");
+    check(
+        "y = table(x, [-9, 3], [0, 0], [4, 8])",
+        "x",
+        "either(table(y, [0, 0], [3, -9]), table(y, [0, 0], [8, 4]))",
+    );
+    check("y = table(p, [-9, 3], [-1, 0], [4, 8])", "p", "within(table(y, [0, -1], [8, 4]), 0, 100)");
+    check(
+        "y = table(x, [0, 3], [4, 3])",
+        "x",
+        "[x] this cannot be solved for it: it cancels out -- the table has one value wherever it may be",
+    );
+}
+
+#[test]
+fn one_of_several_is_solved_for_each_of_them() {
+    check("y = one_of(2, 3, 5) * x", "y", "one_of(2 * x, 3 * x, 5 * x)");
+    check("y = one_of(2, 3, 5) * x", "x", "one_of(y / 2, y / 3, y / 5)");
+    check("y = one_of(x, z + 1) - one_of(0, 1)", "y", "one_of(x, x - 1, z + 1, z)");
+    check("one_of(x, x^2) = y", "x", "one_of(y, sqrt(y), -sqrt(y))");
+    check("y = delay(one_of(x, z), 1 s)", "y", "delay(one_of(x, z), 1 s)");
+    check(
+        "y = one_of(x, z)",
+        "x",
+        "[x] this cannot be solved for it: one of the alternatives does not need it -- it may have every value where that one holds",
+    );
+    check(
+        "y = one_of(1, 2, 3) * one_of(1, 2, 3) * one_of(1, 2) * x",
+        "x",
+        "[x] this cannot be solved for it: `one_of` leaves 18 alternatives, more than 16 -- give what is chosen a variable of its own",
+    );
+}
+
+#[test]
 fn powers_have_the_branches_that_the_range_allows() {
     check("p^2 = y", "p", "sqrt(y)");
     check("n^2 = y", "n", "-sqrt(y)");

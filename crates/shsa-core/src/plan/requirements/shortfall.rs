@@ -18,6 +18,8 @@ pub enum Shortfall {
     SignalIntegrity(VariableId, f64, f64),
     /// A relation does not have the level: its own, and the required one.
     RelationIntegrity(RelationId, f64, f64),
+    /// A relation leaves open which of several values holds.
+    Alternatives(RelationId),
     /// All signals of a variable have an origin in common with a suspect.
     Shared(VariableId, SignalId),
     /// The age of the inputs, and the largest allowed one.
@@ -46,6 +48,7 @@ impl Shortfall {
             Shortfall::RelationIntegrity(id, own, least) => {
                 Reason::RelationIntegrity { relation: relation(id), level: letter(own), least: letter(least) }
             }
+            Shortfall::Alternatives(id) => Reason::OneOfSeveral { relation: relation(id) },
             Shortfall::Shared(id, signal) => {
                 let signal = knowledge.signals()[signal].name.clone();
                 Reason::NotIndependent { variable: variable(id), signal }

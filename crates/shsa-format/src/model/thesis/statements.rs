@@ -69,6 +69,7 @@ impl Writer<'_> {
                 Ok(Term::atom(format!("{}[{from}:{to}]", self.term(of)?.at_least(Binding::Atom))))
             }
             (Operation::Within(_), _) => Err("`within`".to_owned()),
+            (Operation::Table, _) => Err("`table`".to_owned()),
             _ => Err("values of other times".to_owned()),
         }
     }
@@ -143,6 +144,7 @@ impl Writer<'_> {
             Reduction::Norm => "numpy.linalg.norm",
             Reduction::Count => "len",
             Reduction::Either => return Err("`either`".to_owned()),
+            Reduction::OneOf => return Err("`one_of`".to_owned()),
         };
         self.call(name, &[of])
     }

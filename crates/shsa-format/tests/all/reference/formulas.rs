@@ -171,7 +171,9 @@ fn an_example_shows_what_it_stands_beside() {
 #[test]
 fn models_of_the_page_load() {
     let blocks = page().blocks("yaml");
-    assert_eq!(blocks.len(), 2);
-    let report = load(&blocks[1], "docs/formulas.md").report.without_notes();
-    assert!(report.diagnostics.is_empty(), "{}", report.render(false));
+    assert_eq!(blocks.len(), 4);
+    for block in &blocks[1..] {
+        let report = load(block, "docs/formulas.md").report.without_notes();
+        assert!(report.diagnostics.is_empty(), "{}", report.render(false));
+    }
 }
