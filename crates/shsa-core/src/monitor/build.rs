@@ -2,25 +2,20 @@
 
 use super::consensus::Consensus;
 use super::index::Index;
+use super::past::{capacity, lookback, port, reach_of_inputs};
 use super::{
     Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
 };
-use crate::alignment::{Clocks, History, Port, Reach};
+use crate::alignment::{Clocks, History, Reach};
 use crate::computation::Computation;
 use crate::expression::{Formula, Symbol};
 use crate::knowledge::{
-    Access, Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
+    Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
 use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
-
-/// Least and largest number of samples in a history.
-const CAPACITY: (usize, usize) = (16, 4_096);
-
-/// Samples in a history of a signal whose rate is not declared.
-const CAPACITY_WITHOUT_RATE: usize = 256;
 
 /// At most this many moments of a way wait until all its inputs are known there.
 const MOST_LATE: usize = 64;
@@ -195,46 +190,6 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: Sup
     let is_fused = |way: &Way| way.inputs().any(|signal| knowledge.is_fused(signal));
     let is_made_of_it = (is_fused(one.way) || is_fused(other.way)) && one.rests_on.meets(other.rests_on);
     !is_made_of_it && (one.rests_on != other.rests_on || fallible(one.way) != fallible(other.way))
-}
-
-/// Three periods of the outputs of a computation: so much later than expected may an observation come.
-fn patience(computation: &Computation) -> Span {
-    computation.timing().period.unwrap_or(Span::ZERO).times(3)
-}
-
-/// The longest time between an event and the last observation of it: how far back histories reach at least.
-fn lookback(computations: &[Computation]) -> Span {
-    let slowest = |it: &Computation| it.timing().complete_after() + patience(it);
-    computations.iter().map(slowest).max().unwrap_or(Span::ZERO)
-}
-
-/// How far back the history of each signal reaches: as far as the time operators that take it, too. A service that starts fills
-/// their windows from it, so that its first value comes at once.
-fn reach_of_inputs(
-    knowledge: &KnowledgeBase,
-    computations: &[Computation],
-    lookback: Span,
-) -> IdVec<SignalId, Span> {
-    let mut reach = IdVec::filled(knowledge.signals().len(), |_| lookback);
-    for computation in computations {
-        let own = computation.looks_back() + computation.timing().lag + patience(computation);
-        computation.way().inputs().for_each(|signal| reach[signal] = reach[signal].max(own));
-    }
-    reach
-}
-
-fn port(knowledge: &KnowledgeBase, signal: SignalId, reach: Span) -> Port {
-    let signal = &knowledge.signals()[signal];
-    let variable = &knowledge.variables()[signal.variable];
-    let estimated = if signal.access == Access::Port { 0 } else { History::AHEAD };
-    Port::new(variable.shape, signal, capacity(signal.rate_hz, reach).max(estimated))
-}
-
-fn capacity(rate_hz: Option<f64>, lookback: Span) -> usize {
-    let (fewest, most) = CAPACITY;
-    rate_hz.map_or(CAPACITY_WITHOUT_RATE, |rate| {
-        (libm::ceil(rate * 1.5 * lookback.seconds()) as usize).clamp(fewest, most)
-    })
 }
 
 fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback: Span) -> WatchedWay {

@@ -6,9 +6,8 @@
 //! the window. Disjoint intervals disagree. A residual is in conflict when enough of its recent comparisons disagree
 //! ([`Debounce`]).
 //!
-//! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does not matter. The
-//! cost of an observation is that of the ways that it completes and their pairs; nothing is allocated and nothing grows with
-//! history.
+//! Observations of one moment of reception are compared together ([`Monitor::settle`]), so that their order does not matter. An
+//! observation costs what its ways and their pairs cost; nothing is allocated and nothing grows with history.
 
 mod symptom;
 mod trend;
@@ -23,6 +22,7 @@ mod way;
 mod index;
 mod comparison;
 pub mod thesis;
+mod past;
 mod build;
 mod inherit;
 mod amend;
