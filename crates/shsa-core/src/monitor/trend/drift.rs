@@ -37,6 +37,8 @@ pub(super) struct Drift {
     pub(super) mean: f64,
     /// The weight of this mean and of those of a shift in time, up to 1.
     pub(super) weight: f64,
+    /// The sum of the differences since a cumulative sum left zero, SI, and their number: since the change, as far as that is known.
+    since_change: (f64, f64),
     /// How near to an alarm the drift was when single comparisons began to disagree.
     begun: f64,
 }
@@ -51,6 +53,7 @@ impl Drift {
             enough: if matches!(noise, Noise::Known(_)) { EARLY } else { FULL },
             mean: 0.0,
             weight: 0.0,
+            since_change: (0.0, 0.0),
             begun: 0.0,
         }
     }
@@ -58,23 +61,34 @@ impl Drift {
     /// Adds the excess over the allowance; a disagreement is left to the single comparisons.
     // Part of every comparison: `inline` alone would not inline it.
     #[inline(always)]
-    pub(super) fn accumulate(&mut self, share: f64, shares: f64, gain: f64) {
+    pub(super) fn accumulate(&mut self, difference: f64, share: f64, shares: f64, gain: f64) {
         let [above, below] = self.sums;
         if share.abs() <= self.allowance && above + below == 0.0 {
             // The most frequent case: the sums are zero and stay so.
             return;
         }
-        self.add_excess(share, shares, gain);
+        self.add_excess(difference, share, shares, gain);
     }
 
     #[inline(never)]
-    fn add_excess(&mut self, share: f64, shares: f64, gain: f64) {
+    fn add_excess(&mut self, difference: f64, share: f64, shares: f64, gain: f64) {
         let allowance = self.allowance;
-        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
+        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return self.settle() };
         let share = common(share, share - usual * shares);
         for (sum, share) in self.sums.iter_mut().zip([share, -share]) {
             *sum = (*sum + gain * (share - allowance) / allowance).clamp(0.0, 1.0);
         }
+        self.follow_change(difference);
+    }
+
+    /// Takes a difference into the mean since the change; that begins anew where both sums are zero.
+    #[inline(always)]
+    fn follow_change(&mut self, difference: f64) {
+        let (sum, count) = self.since_change;
+        self.since_change = match self.sums {
+            [0.0, 0.0] => (0.0, 0.0),
+            _ => (sum + difference, count + 1.0),
+        };
     }
 
     /// Adds the excess over the known noise, from the usual difference; a disagreement is left to the single comparisons.
@@ -86,13 +100,14 @@ impl Drift {
         per_deviation: f64,
         scatter: f64,
     ) {
-        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return };
+        let Some(usual) = self.usual.filter(|_| share.abs() <= 1.0) else { return self.settle() };
         let beyond = ((difference - usual) * per_deviation).clamp(-WILD, WILD);
         // Too large a scatter would reach the sum by chance.
         let step = STEP * scatter.max(1.0);
         for (sum, beyond) in self.sums.iter_mut().zip([beyond, -beyond]) {
             *sum = (*sum + (beyond - step) / ENOUGH).clamp(0.0, 1.0);
         }
+        self.follow_change(difference);
     }
 
     /// Takes a difference into the mean.
@@ -102,13 +117,20 @@ impl Drift {
         approach(&mut self.weight, 1.0, gain);
     }
 
-    /// Learns the usual difference until it is final.
+    /// Learns the usual difference from a comparison that agrees, until it is final: when enough is known, or a departure from it
+    /// begins. What a fault shows must not be taken for usual, or the return to what is sound would be a drift.
     #[inline(always)]
     pub(super) fn learn(&mut self, time: Time) {
-        if self.settled.is_none() && self.rests_on_enough() {
+        if self.rests_on_enough() {
             self.usual = Some(self.mean / self.weight);
-            self.settled = (self.weight > FULL).then_some(time);
+            self.settled = (self.weight > FULL || !self.stays_calm()).then_some(time);
         }
+    }
+
+    /// Makes what is known of the usual difference final, as single comparisons begin to disagree.
+    #[cold]
+    pub(super) fn settle(&mut self) {
+        self.settled = self.settled.or(self.usual.map(|_| Time::MIN));
     }
 
     /// Keeps the usual difference of before: it must not be learnt anew from a fault.
@@ -151,15 +173,23 @@ impl Drift {
         self.begun > BEGUN
     }
 
-    /// The recent mean difference, SI.
+    /// The mean difference, SI: since it began to depart from the usual one, else the recent one.
     pub(super) fn mean(&self) -> f64 {
+        match self.since_change {
+            (sum, count) if count > 0.0 => sum / count,
+            _ => self.recent(),
+        }
+    }
+
+    /// The recent mean difference, SI.
+    fn recent(&self) -> f64 {
         if self.weight > 0.0 { self.mean / self.weight } else { 0.0 }
     }
 
     /// The time until the mean difference reaches the tolerance (SI), at its pace since the usual difference was final.
     pub(super) fn parts_in(&self, tolerance: f64, now: Time) -> Option<Span> {
         let (usual, settled) = (self.usual?, self.settled?);
-        let mean = self.mean();
+        let mean = self.recent();
         let pace = (mean - usual) / (now - settled).seconds();
         let seconds = (tolerance - mean.abs()) / (pace * mean.signum());
         (seconds.is_finite() && seconds > 0.0).then(|| Span::from_seconds(seconds))

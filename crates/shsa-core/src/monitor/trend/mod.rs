@@ -182,7 +182,7 @@ impl Trend {
                 let (per_deviation, scatter) = (self.per_deviation, self.scatter.variance);
                 self.drift.accumulate_beyond(difference, share, per_deviation, scatter);
             }
-            Noise::Unknown | Noise::Declared(_) => self.drift.accumulate(share, shares, gain),
+            Noise::Unknown | Noise::Declared(_) => self.drift.accumulate(difference, share, shares, gain),
         }
         self.scatter.record(clipped, before.clipped, elapsed);
         let gain = gain / MEMORY;
@@ -193,7 +193,9 @@ impl Trend {
             let slope = (middle - before.other) * shares / elapsed;
             self.skew.record(apart, slope, gain);
         }
-        self.drift.learn(time);
+        if self.drift.settled.is_none() && !self.in_conflict {
+            self.drift.learn(time);
+        }
         if !self.stays_calm() {
             self.raise(now);
         }
@@ -238,6 +240,7 @@ impl Trend {
     /// Notes a conflict of single comparisons: while it lasts, the trend is not evaluated.
     pub fn engage(&mut self) {
         if !self.in_conflict {
+            self.drift.settle();
             self.drift.note();
             self.skew.note(self.alarm == Tendency::Skew, self.drift.rests_on_enough());
         }

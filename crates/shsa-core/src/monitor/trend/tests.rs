@@ -90,6 +90,31 @@ fn a_drift_is_over_when_the_difference_is() {
     assert_eq!(trend.tendency(), Tendency::Calm);
 }
 
+/// What a fault shows while the usual difference is learnt is not taken for usual: when the fault is over, all is calm.
+#[test]
+fn a_fault_at_the_beginning_teaches_nothing() {
+    for (fault, is_conflict) in [(0.9, false), (3.0, true)] {
+        let mut trend = Trend::new(TrendOptions::default(), Span::ZERO, Noise::Known(0.2));
+        let mut noise = noise();
+        let mut accused = 0;
+        for number in 0..2_000 {
+            let is_faulty = (100..700).contains(&number);
+            match is_faulty && is_conflict {
+                true => trend.engage(),
+                false => trend.relax(),
+            }
+            let now = Time::from_seconds(f64::from(number));
+            let middle = 0.3 * noise() + if is_faulty { fault } else { 0.0 };
+            let value = Interval::new(middle - 0.5, middle + 0.5);
+            let other = Interval::new(-0.5, 0.5);
+            trend.record(&Measured::of(value), &Measured::of(other), Validity { from: now, to: now }, now);
+            accused += i32::from(is_faulty && trend.tendency() == Tendency::Drift);
+            assert!(number < 800 || !trend.tendency().is_alarm(), "{fault} at {number}: {trend:?}");
+        }
+        assert!(is_conflict || accused > 500, "{accused}");
+    }
+}
+
 proptest! {
     #[test]
     fn what_stays_within_the_allowance_is_calm(
