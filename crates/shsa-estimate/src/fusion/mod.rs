@@ -363,6 +363,12 @@ impl Fusion {
             .find_map(|moment| Some((moment.at, moment.measured.get(sensor)?.as_ref()?.innovation?)))
     }
 
+    /// Whether the present estimate fits a measurement of this moment, up to this square of standard deviations.
+    pub fn fits(&mut self, measurement: &Measurement, limit: f64) -> bool {
+        let innovation = self.method.innovation(measurement, &self.now.controls);
+        innovation.is_some_and(|it| it.normalized_square() <= limit)
+    }
+
     /// The recent record of a sensor.
     #[must_use]
     pub fn watch(&self, sensor: usize) -> Option<&Watch> {

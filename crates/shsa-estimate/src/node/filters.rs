@@ -96,6 +96,12 @@ impl Filters {
         begin(rest, set, from, at);
     }
 
+    /// Whether the estimate of all inputs fits a measurement of this moment. Where sensors return together and contradict each
+    /// other, it lies between them, and is no estimate at all.
+    pub(super) fn fits_together(&mut self, measurement: &Measurement, limit: f64) -> bool {
+        self.witnesses.first_mut().is_some_and(|together| together.fits(measurement, limit))
+    }
+
     /// Restarts the filter without this set from the estimate of all inputs, as a reckoning of this length bears no witness.
     pub(super) fn anchor_together(&mut self, set: usize, at: Time) {
         let Some((together, rest)) = self.witnesses.split_first_mut() else { return };

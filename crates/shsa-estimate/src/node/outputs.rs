@@ -69,6 +69,8 @@ struct Prediction {
     /// How long a reckoning without the input bears witness about it, and when the input last spoke.
     reckoned: Span,
     last_input: Option<Time>,
+    /// Whether the reckoning was too long to bear witness, and waits for an estimate to restart from.
+    is_void: bool,
 }
 
 /// An anchored prediction restarts when the last innovation of the filter over all inputs is this many times less uncertain, in
@@ -81,10 +83,13 @@ const CONTRADICTS: f64 = 9.0;
 const LONGEST: Span = Span::from_millis(10_000);
 
 impl Prediction {
-    /// Whether the input returns after a gap that is too long for a reckoning to bear witness.
-    fn is_back(&mut self, at: Time) -> bool {
+    /// Notes a measurement of the input; whether the reckoning bears no witness about it: the input returns after too long a
+    /// gap and does not fit, or did so before and nothing was there to restart from.
+    fn is_void_at(&mut self, at: Time, contradicts: bool) -> bool {
         let before = self.last_input.replace(at);
-        self.is_anchored && before.is_some_and(|before| at - before > self.reckoned)
+        let is_back = before.is_some_and(|before| at - before > self.reckoned);
+        self.is_void |= self.is_anchored && is_back && contradicts;
+        self.is_void
     }
 
     /// Restarts the prediction's filter where it has become vague beside the filter over all inputs and no contradiction is lost,
@@ -145,6 +150,7 @@ impl Outputs {
                 contradicts_since,
                 reckoned,
                 last_input,
+                is_void: false,
             })
         });
         let n = model.states.len();
@@ -165,7 +171,7 @@ impl Outputs {
     pub(super) fn forget(&mut self) {
         self.latest = None;
         self.expected.fill(None);
-        self.predictions.iter_mut().for_each(|it| it.last_input = None);
+        self.predictions.iter_mut().for_each(|it| (it.last_input, it.is_void) = (None, false));
     }
 
     pub(super) fn control(&mut self, place: usize, value: f64) {
@@ -189,6 +195,8 @@ impl Outputs {
 
     /// Outputs the predictions for the measurements of this moment.
     pub(super) fn predict(&mut self, filters: &mut Filters, now: Time, queue: &mut VecDeque<Observation>) {
+        let mut measured = self.expected.iter().flatten();
+        let is_one = measured.all(|(_, measurement)| filters.fits_together(measurement, CONTRADICTS));
         for prediction in &mut self.predictions {
             let Some((at, measurement)) = self.expected.get(prediction.input).copied().flatten() else {
                 continue;
@@ -197,8 +205,11 @@ impl Outputs {
                 filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
             let own = measurement.variance.unwrap_or(0.0);
             let contradicts = known.is_some_and(|(_, it)| it.normalized_square() > CONTRADICTS);
-            if prediction.is_back(at) && contradicts {
-                filters.anchor_together(prediction.set, at);
+            if prediction.is_void_at(at, contradicts) {
+                if is_one {
+                    filters.anchor_together(prediction.set, at);
+                    prediction.is_void = false;
+                }
                 continue;
             }
             if let Some((_, innovation)) = known
