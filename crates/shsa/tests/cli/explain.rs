@@ -364,7 +364,7 @@ fn what_wraps_is_reported_in_one_turn_and_drawn_without_a_jump() {
     assert!(drawn.contains(">420<") && !drawn.contains(">100<"), "{drawn}");
 }
 
-/// The drift of 3 mK/s begins at 60 s, and is found at 103 s: the drawing begins before the one and goes on after the other.
+/// The drift of 3 mK/s begins at 60 s, and is found at 99.5 s: the drawing begins before the one and goes on after the other.
 #[test]
 fn the_drawing_of_a_drift_begins_before_it() {
     let story =
@@ -372,5 +372,5 @@ fn the_drawing_of_a_drift_begins_before_it() {
     let folder = Folder::new();
     folder.ends(&format!("explain {story} /bath/a --svg drift.svg"), 0);
     let drawn = folder.read("drift.svg");
-    tells(&drawn, &["failed 103 s", ">50</text>", ">150</text>"]);
+    tells(&drawn, &["failed 99.5 s", ">50</text>", ">150</text>"]);
 }

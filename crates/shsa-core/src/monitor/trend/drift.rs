@@ -173,11 +173,14 @@ impl Drift {
         self.begun > BEGUN
     }
 
-    /// The mean difference, SI: since it began to depart from the usual one, else the recent one.
+    /// The mean difference, SI: recently, or since it began to depart from the usual one, whichever is further from that. The one
+    /// lags behind the beginning of a drift, the other behind a drift that goes on.
     pub(super) fn mean(&self) -> f64 {
+        let recent = self.recent();
+        let usual = self.usual.unwrap_or(0.0);
         match self.since_change {
-            (sum, count) if count > 0.0 => sum / count,
-            _ => self.recent(),
+            (sum, count) if (sum / count - usual).abs() > (recent - usual).abs() => sum / count,
+            _ => recent,
         }
     }
 
