@@ -191,7 +191,8 @@ impl Drift {
 
     /// The time until the mean difference reaches the tolerance (SI), at its pace since the usual difference was final.
     pub(super) fn parts_in(&self, tolerance: f64, now: Time) -> Option<Span> {
-        let (usual, settled) = (self.usual?, self.settled?);
+        // When it became final is not known after a conflict.
+        let (usual, settled) = (self.usual?, self.settled.filter(|settled| *settled > Time::MIN)?);
         let mean = self.recent();
         let pace = (mean - usual) / (now - settled).seconds();
         let seconds = (tolerance - mean.abs()) / (pace * mean.signum());
