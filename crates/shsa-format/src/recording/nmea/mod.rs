@@ -43,7 +43,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
     let mut lines = Lines::new(input);
     while let Some(line) = lines.next(listener) {
         match sentence(&line.text, rehearsal.has_checksums) {
-            Ok(found) => reader.tell(&found, line.number, listener),
+            Ok(found) => reader.report(&found, line.number, listener),
             Err(Flaw::Torn) if !line.is_ended => {
                 listener.damaged(
                     Place::Line(line.number),
@@ -133,8 +133,8 @@ fn dated(sentence: &Sentence<'_>) -> Option<Time> {
         _ => return None,
     };
     // Receivers without a fix send a year before 2000; written in two digits, it looks like one at the end of the century.
-    let is_told = (2_000..2_080).contains(&year);
-    let of_day = time_of_day(cell(0)?).filter(|_| is_told)?;
+    let is_plausible = (2_000..2_080).contains(&year);
+    let of_day = time_of_day(cell(0)?).filter(|_| is_plausible)?;
     civil(year, month, day, of_day.0)
 }
 
@@ -161,7 +161,7 @@ struct ReportedTopic {
 }
 
 impl Reader {
-    fn tell(&mut self, sentence: &Sentence<'_>, line: u64, listener: &mut dyn Listener) {
+    fn report(&mut self, sentence: &Sentence<'_>, line: u64, listener: &mut dyn Listener) {
         let own = self.clock.own(sentence);
         let Some(received) = sentence.noted.or(self.clock.now) else {
             self.untimed += 1;
@@ -172,12 +172,12 @@ impl Reader {
             return self.transducers(sentence, times, listener);
         }
         let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
-        let Some(told) = self.told(sentence.address, cells.len(), listener) else {
+        let Some(topic) = self.report_topic(sentence.address, cells.len(), listener) else {
             self.other += 1;
             return;
         };
         let mut values = Vec::new();
-        match told.known {
+        match topic.known {
             Some(known) => {
                 if let Some(at) = known.values(&cells, &mut values) {
                     let problem = format!(
@@ -189,14 +189,19 @@ impl Reader {
             }
             None => values.extend(cells.iter().map(|cell| Value::Text(cell))),
         }
-        if listener.is_wanted(told.id) {
-            listener.message(told.id, times, Body::Values(&values));
+        if listener.is_wanted(topic.id) {
+            listener.message(topic.id, times, Body::Values(&values));
         }
     }
 
-    fn told(&mut self, address: &str, cells: usize, listener: &mut dyn Listener) -> Option<ReportedTopic> {
-        if let Some(told) = self.topics.get(&(address.to_owned(), String::new())) {
-            return Some(*told);
+    fn report_topic(
+        &mut self,
+        address: &str,
+        cells: usize,
+        listener: &mut dyn Listener,
+    ) -> Option<ReportedTopic> {
+        if let Some(topic) = self.topics.get(&(address.to_owned(), String::new())) {
+            return Some(*topic);
         }
         if self.topics.len() == TOPICS_MAX {
             return None;
@@ -209,9 +214,9 @@ impl Reader {
         };
         let kind = format!("NMEA {name}");
         let id = listener.topic(Topic { full: address, ..Topic::new(name, &kind, fields) });
-        let told = ReportedTopic { id, known };
-        self.topics.insert((address.to_owned(), String::new()), told);
-        Some(told)
+        let topic = ReportedTopic { id, known };
+        self.topics.insert((address.to_owned(), String::new()), topic);
+        Some(topic)
     }
 
     /// `XDR` has four cells for each transducer: kind, value, unit, name.
@@ -222,7 +227,7 @@ impl Reader {
             let name = name.first().copied().filter(|name| !name.is_empty()).unwrap_or(kind);
             let key = (sentence.address.to_owned(), name.to_owned());
             let id = match self.topics.get(&key) {
-                Some(told) => told.id,
+                Some(topic) => topic.id,
                 None if self.topics.len() == TOPICS_MAX => continue,
                 None => {
                     let unit = Some(unit_of(kind, unit)).filter(|unit| !unit.is_empty());

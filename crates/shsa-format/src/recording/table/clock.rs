@@ -91,12 +91,12 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
             return Err(format!("column '{header}' holds times of day without a date ('{first}')"));
         }
     }
-    let told = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
+    let stated = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
         let unit = layout.units.get(column)?.as_deref()?;
         shsa_message::span::time_unit(unit)
     });
     let mut notes = Vec::new();
-    let scale = told.unwrap_or_else(|| {
+    let scale = stated.unwrap_or_else(|| {
         let step = likely_step(first.parse::<f64>().unwrap_or(0.0).abs() as u64);
         if !first.is_empty() {
             notes.push(format!(

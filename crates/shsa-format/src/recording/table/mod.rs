@@ -80,7 +80,7 @@ pub(super) fn read(
         rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
     }
     rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
-    table.doubts.told().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
+    table.doubts.notes().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
 }
 
