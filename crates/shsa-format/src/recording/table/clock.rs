@@ -1,5 +1,6 @@
 //! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
+use super::cells::trimmed;
 use super::layout::Layout;
 use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
@@ -163,8 +164,8 @@ fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
 
 impl Clock {
     /// The time of a row; `None` where its cells have none.
-    pub(in crate::recording) fn moment(&self, cells: &[&str], zone: &Zone) -> Option<Moment> {
-        let cell = |column: usize| cells.get(column).copied();
+    pub(in crate::recording) fn moment(&self, cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
+        let cell = |column: usize| cells.get(column).map(|cell| trimmed(cell.as_ref()));
         match self {
             Clock::Number(column, scale) => {
                 decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true, doubt: None })
@@ -176,9 +177,9 @@ impl Clock {
     }
 
     /// The text of a row in the place of its time.
-    pub(super) fn text(&self, cells: &[&str]) -> String {
+    pub(super) fn text(&self, cells: &[impl AsRef<str>]) -> String {
         let columns = self.columns();
-        let cells = columns.iter().filter_map(|column| cells.get(*column).copied());
+        let cells = columns.iter().filter_map(|column| Some(trimmed(cells.get(*column)?.as_ref())));
         cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
     }
 
@@ -192,11 +193,11 @@ impl Clock {
     }
 }
 
-fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: &Zone) -> Option<Moment> {
+fn of_parts(columns: &[Option<usize>], cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
     let mut numbers = [0; 6];
     for (number, column) in numbers.iter_mut().zip(columns) {
         if let Some(column) = column {
-            let cell = cells.get(*column)?;
+            let cell = trimmed(cells.get(*column)?.as_ref());
             *number = decimal(cell, Span(SECOND)).map(Time::seconds)? as i64;
         }
     }
