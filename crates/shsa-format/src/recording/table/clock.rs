@@ -6,7 +6,7 @@ use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
 use crate::recording::{ReadOptions, Zone};
 use shsa_core::time::{Span, Time};
-use shsa_message::moment::{DateOrder, Moment, is_date, is_time_of_day, moment, moment_of};
+use shsa_message::moment::{DateOrder, Moment, is_compact, is_date, is_time_of_day, moment, moment_of};
 use shsa_message::stamp::{civil, decimal, likely_step};
 
 const SECOND: i64 = 1_000_000_000;
@@ -84,7 +84,10 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
     let header = layout.headers.get(column).map_or("", String::as_str);
     let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(column).copied()).collect();
     let first = texts.iter().find(|text| !text.is_empty()).copied().unwrap_or("");
-    if first.parse::<f64>().is_err() {
+    // Digits alone may be a number of microseconds: where all of them are dates and times of day, that is the likelier meaning.
+    let has_unit = scale.is_some() || stamp::unit_of(header).is_some();
+    let are_compact = !has_unit && texts.iter().filter(|text| !text.is_empty()).all(|text| is_compact(text));
+    if first.parse::<f64>().is_err() || !first.is_empty() && are_compact {
         if let Some((order, note)) = order_of(&texts) {
             return Ok(Found { clock: Clock::Text(column, order), notes: note.into_iter().collect() });
         }
