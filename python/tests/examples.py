@@ -28,4 +28,7 @@ with contextlib.redirect_stdout(printed):
     for block in guide:
         exec(compile(block, "docs/python.md", "exec"), around)
 assert len(guide) == 3 and "failed /gnss/speed" in printed.getvalue() and used, printed.getvalue()
+tuned, grid, found = (around[name] for name in ("tuned", "grid", "found"))
+assert "signals" in tuned.report and (tuned.patch is None or "signals" in tuned.patch), tuned
+assert grid.report["cells"] and "relations" in found.patch, (grid, found)
 print(f"{runner.tries} examples hold")
