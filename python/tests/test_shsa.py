@@ -108,6 +108,16 @@ class Replays(unittest.TestCase):
     def test_a_table_of_arrow(self) -> None:
         self.check(pyarrow.table(columns()))
 
+    def test_several_tables_by_their_names(self) -> None:
+        car = shsa.Model.load("examples/car.yaml")
+        files = sorted(pathlib.Path("examples/monday").glob("*.csv"))
+        frames = {file.stem: pandas.read_csv(file) for file in files}
+        self.assertGreater(len(frames), 1)
+        from_files, from_frames = shsa.replay(car, "examples/monday").report, shsa.replay(car, frames).report
+        self.assertEqual(from_files["observations"], from_frames["observations"])
+        self.assertEqual(from_files["signals"], from_frames["signals"])
+        self.assertEqual(from_files["needs"], from_frames["needs"])
+
     def test_a_file_gives_what_its_data_frame_gives(self) -> None:
         path = pathlib.Path("target/tmp/wheel/tank.csv")
         frame = pandas.DataFrame(columns())

@@ -218,7 +218,7 @@ def replay(
     seed: int = 1,
     progress: Progress = None,
 ) -> Replay:
-    """The whole loop over recordings: files and folders, a data frame, a table of Arrow, or a dictionary of arrays.
+    """The whole loop over recordings: files and folders, a data frame, a table of Arrow, a dictionary of arrays, or of tables.
 
     ``inject`` are faults as ``KIND[=AMOUNT]:SIGNAL@FROM..TO``, ``seed`` is that of what is random in them.
 
@@ -230,7 +230,8 @@ def replay(
     True
     """
     faults = [inject] if isinstance(inject, str) else list(inject)
-    return Replay(_shsa.replay(model._model, _recordings.given(recordings), faults, seed, progress))
+    with _recordings.given(recordings) as read:
+        return Replay(_shsa.replay(model._model, read, faults, seed, progress))
 
 
 @dataclass(frozen=True)
@@ -258,9 +259,10 @@ def calibrate(
     ``false_alarms`` an hour are accepted on data not seen. ``split`` is where the part to fit ends, in seconds from the beginning, half of
     each session if it is not given; ``skip`` are times with a fault, in seconds, too.
     """
-    report, patch, warnings = _shsa.calibrate(
-        model._model, _recordings.given(recordings), false_alarms, split, list(skip), progress
-    )
+    with _recordings.given(recordings) as read:
+        report, patch, warnings = _shsa.calibrate(
+            model._model, read, false_alarms, split, list(skip), progress
+        )
     return Calibration(json.loads(report), patch, warnings)
 
 
@@ -290,17 +292,11 @@ def campaign(
     ``amounts`` are multiples of the declared errors; all ``kinds`` and ``signals`` if none are named. A fault begins at ``onsets`` moments, and
     lasts ``duration`` seconds, a quarter of the recording if it is not given.
     """
-    report, warnings = _shsa.campaign(
-        model._model,
-        _recordings.given(recordings),
-        list(kinds),
-        [float(amount) for amount in amounts],
-        list(signals),
-        onsets,
-        seeds,
-        duration,
-        progress,
-    )
+    multiples = [float(amount) for amount in amounts]
+    with _recordings.given(recordings) as read:
+        report, warnings = _shsa.campaign(
+            model._model, read, list(kinds), multiples, list(signals), onsets, seeds, duration, progress
+        )
     return Campaign(json.loads(report), warnings)
 
 
@@ -322,9 +318,9 @@ def learn(
 
     ``need`` keeps the fewest relations with which something stands in for what serves this need of the model.
     """
-    report, patch, warnings = _shsa.learn(
-        None if model is None else model._model, _recordings.given(recordings), need, progress
-    )
+    known = None if model is None else model._model
+    with _recordings.given(recordings) as read:
+        report, patch, warnings = _shsa.learn(known, read, need, progress)
     return Learned(json.loads(report), patch, warnings)
 
 

@@ -3,7 +3,10 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping, Sequence
+import pathlib
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from tempfile import TemporaryDirectory
 from typing import TYPE_CHECKING, Any, Union
 
 if TYPE_CHECKING:
@@ -11,17 +14,34 @@ if TYPE_CHECKING:
     import pyarrow
 
 Path = Union[str, "os.PathLike[str]"]
-Recordings = Union[Path, Sequence[Path], "pandas.DataFrame", "pyarrow.Table", Mapping[str, Any]]
+Table = Union["pandas.DataFrame", "pyarrow.Table"]
+Recordings = Union[Path, Sequence[Path], Table, Mapping[str, Any]]
 """Files and folders of any format that ``shsa replay`` reads; or a table, whose columns are the sources of signals, with a column of
-times (``time``: seconds, or moments), which in a data frame may be the index."""
+times (``time``: seconds, or moments), which in a data frame may be the index; or a dictionary of such columns, or of several tables
+by their names: the column ``speed`` of the table ``gnss`` is the source ``gnss#speed``."""
 
 
-def given(recordings: Recordings) -> list[str] | bytes:
-    """Recordings for the compiled part. A table is read as a file of Parquet would be."""
+@contextmanager
+def given(recordings: Recordings) -> Iterator[list[str] | bytes]:
+    """Recordings for the compiled part. Tables are read as files of Parquet would be."""
     if isinstance(recordings, (str, os.PathLike)):
-        return [os.fspath(recordings)]
-    if isinstance(recordings, Sequence):
-        return [os.fspath(path) for path in recordings]
+        yield [os.fspath(recordings)]
+    elif isinstance(recordings, Sequence):
+        yield [os.fspath(path) for path in recordings]
+    elif isinstance(recordings, Mapping) and all(_is_table(one) for one in recordings.values()):
+        with TemporaryDirectory(prefix="shsa-") as folder:
+            for name, table in recordings.items():
+                (pathlib.Path(folder) / f"{name}.parquet").write_bytes(_parquet(table))
+            yield [folder]
+    else:
+        yield _parquet(recordings)
+
+
+def _is_table(recordings: Any) -> bool:
+    return hasattr(recordings, "columns")
+
+
+def _parquet(recordings: Table | Mapping[str, Any]) -> bytes:
     import pyarrow
     import pyarrow.parquet
 
@@ -31,7 +51,7 @@ def given(recordings: Recordings) -> list[str] | bytes:
     return bytes(sink.getvalue().to_pybytes())
 
 
-def _table(recordings: pandas.DataFrame | pyarrow.Table | Mapping[str, Any]) -> pyarrow.Table:
+def _table(recordings: Table | Mapping[str, Any]) -> pyarrow.Table:
     import pyarrow
 
     if isinstance(recordings, pyarrow.Table):
