@@ -85,13 +85,9 @@ impl<S: Ensemble> Particle<S> {
                 range: "2 or more, below 2^32",
             });
         }
-        let share = options.resample_below;
-        if !(0.0..=1.0).contains(&share) {
-            return Err(Error::Range {
-                what: "the share to resample at",
-                value: share,
-                range: "from 0 to 1",
-            });
+        let value = options.resample_below;
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Error::Range { what: "the share to resample at", value, range: "from 0 to 1" });
         }
         let (mut random, mut normal) = (Random::new(options.seed), Normal::new(mean, spread)?);
         let mut particles = Matrix::zeros(options.count, n);
@@ -370,10 +366,9 @@ impl<S: Ensemble> Method for Particle<S> {
 
     fn widen(&mut self, factor: f64) {
         let Gaussian { mean, spread } = &mut self.estimate;
-        let far = factor.sqrt();
         for (state, mean) in mean.iter().enumerate() {
-            let own = column_mut(&mut self.particles, state);
-            own.iter_mut().for_each(|own| *own = mean + far * (*own - mean));
+            let own = column_mut(&mut self.particles, state).iter_mut();
+            own.for_each(|own| *own = mean + factor.sqrt() * (*own - mean));
         }
         *spread *= factor;
     }

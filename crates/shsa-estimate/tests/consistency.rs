@@ -6,6 +6,7 @@
 //! Navigation", 2001, 5.4, doi:10.1002/0471221279).
 #![allow(
     clippy::unwrap_used,
+    clippy::expect_used,
     clippy::indexing_slicing,
     reason = "a test may fail loudly, in its helpers too"
 )]

@@ -36,7 +36,7 @@ fn car(file: &Path) -> anyhow::Result<Drive> {
     let (start, heading) = from_start(heading.into_iter().map(|(at, it)| (at, it.to_radians())).collect());
     let turn = turn.into_iter().map(|(at, it)| (at, -it.to_radians())).collect();
     let sensors = vec![now(COMMANDED, speed), now(COMPASS, heading), now(GYROSCOPE, turn)];
-    Ok(by_fixes("Car", (&latitude, &longitude), start, sensors))
+    Ok(by_fixes("Car", [&latitude, &longitude], start, sensors))
 }
 
 /// A vehicle of a course: odometry without a turn rate, and a pose with the heading, whose stamps are 0.
@@ -53,7 +53,7 @@ fn vehicle(file: &Path) -> anyhow::Result<Drive> {
     let from_north = yaw(&sine, &cosine).into_iter().map(|(at, it)| (at, FRAC_PI_2 - it));
     let (start, heading) = from_start(from_north.collect());
     let sensors = vec![now(WHEEL[0], speed), now(COMPASS, heading)];
-    Ok(by_fixes("Vehicle", (&latitude, &longitude), start, sensors))
+    Ok(by_fixes("Vehicle", [&latitude, &longitude], start, sensors))
 }
 
 /// A copter, which need not fly where it heads: its course is the receiver's.
@@ -61,7 +61,7 @@ fn copter(file: &Path) -> anyhow::Result<Drive> {
     let [latitude, longitude, speed, course] = fields(file, ["GPS#Lat", "GPS#Lng", "GPS#Spd", "GPS#GCrs"])?;
     let (start, course) = from_start(course.into_iter().map(|(at, it)| (at, it.to_radians())).collect());
     let sensors = vec![now(COMMANDED, speed), now(COMPASS, course)];
-    Ok(by_fixes("Copter", (&latitude, &longitude), start, sensors))
+    Ok(by_fixes("Copter", [&latitude, &longitude], start, sensors))
 }
 
 /// A sailing boat, with a log of its speed through the water.
@@ -71,7 +71,7 @@ fn boat(file: &Path) -> anyhow::Result<Drive> {
     let metres = |speed: Series| speed.into_iter().map(|(at, knots)| (at, KNOT * knots)).collect();
     let (start, course) = from_start(course.into_iter().map(|(at, it)| (at, it.to_radians())).collect());
     let sensors = vec![now(WHEEL[0], metres(water)), now(COMMANDED, metres(speed)), now(COMPASS, course)];
-    Ok(by_fixes("Boat", (&latitude, &longitude), start, sensors))
+    Ok(by_fixes("Boat", [&latitude, &longitude], start, sensors))
 }
 
 /// A sensor whose values come at once.

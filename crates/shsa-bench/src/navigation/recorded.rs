@@ -180,17 +180,18 @@ pub(super) fn husky(file: &Path) -> anyhow::Result<Drive> {
     // The unit is mounted on its side.
     turn.iter_mut().for_each(|(_, turn)| *turn = -*turn);
     let sensors = vec![(WHEEL[0], wheels, Span(400_000_000)), (GYROSCOPE, turn, Span::ZERO)];
-    Ok(by_fixes("Husky", (&latitude, &longitude), HUSKY_HEADING, sensors))
+    Ok(by_fixes("Husky", [&latitude, &longitude], HUSKY_HEADING, sensors))
 }
 
-/// A drive with satellite fixes in degrees, which heads in this direction at first, in radians from north to the east. The methods
+/// A drive with satellite fixes, their latitudes and longitudes in degrees, which heads in this direction at first, in radians from north to the east. The methods
 /// are given every fifth fix, and judged by the others.
 pub(super) fn by_fixes(
     name: &'static str,
-    (latitude, longitude): (&Series, &Series),
+    fixes: [&Series; 2],
     heading: f64,
     mut sensors: Vec<(usize, Series, Span)>,
 ) -> Drive {
+    let [latitude, longitude] = fixes;
     let cosine = latitude.first().map_or(1.0, |(_, latitude)| latitude.to_radians().cos());
     let metres = |(north, east): (&(Time, f64), &(Time, f64))| Truth {
         at: north.0,

@@ -81,18 +81,30 @@ fn the_charge_is_known_with_one_sensor_lost() {
     }
 }
 
-/// The same holds for what the model serves in the loop, and its voltage is there throughout: no gap as long as its max_age.
+/// What the model serves in the loop is right to 2 % of the capacity also while one sensor is silent, stuck, off, or drifts; and its
+/// voltage is there throughout: no gap as long as its max_age.
 #[test]
-fn the_model_serves_charge_and_voltage_with_one_sensor_lost() {
+fn the_model_serves_charge_and_voltage_with_one_sensor_failing() {
     let Some(file) = recorded("battery/discharge_1c.csv") else { return };
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/cell-charge.yaml");
     let lines = lines(&format!("charge {} --model {model}", file.display()));
-    let runs: Vec<&Value> = lines.iter().filter(|line| line["model"].is_string()).collect();
-    assert_eq!(runs.len(), 6);
-    for run in runs {
-        let limit = if run["lost"].is_null() { 0.01 } else { 0.02 };
-        assert!(run["greatest"].as_f64().unwrap() < limit, "{run}");
-        assert!(run["voltage_gap_s"].as_f64().unwrap() < 150.0, "{run}");
+    let runs: Vec<&Value> = lines.iter().filter(|line| line["model"] == "student").collect();
+    assert_eq!(runs.len(), 18);
+    // Far beyond the offsets and the noise that the model states.
+    let is_beyond = |run: &Value| {
+        ["offset 3 A", "outliers of 20 A", "offset 500 mV", "noise 100 mV"]
+            .iter()
+            .any(|it| run["failure"] == *it)
+    };
+    for run in runs.into_iter().filter(|run| !is_beyond(run)) {
+        let limit = if run["failure"].is_null() { 0.01 } else { 0.02 };
+        assert!(run["rms"].as_f64().unwrap() < limit, "{run}");
+        assert!(run["voltage_gap_s"].as_f64().unwrap() <= 150.0, "{run}");
+        let repeats = run["failure"] == "silent" || run["failure"] == "stuck";
+        assert!(
+            !repeats || run["accused"].as_str().unwrap().starts_with(run["sensor"].as_str().unwrap()),
+            "{run}"
+        );
     }
 }
 
