@@ -106,14 +106,15 @@ heading. It has no fixes, so methods without a model have no position.
 
 The others are real, and their true position is unknown. The methods are given every fifth satellite fix, and are \
 judged by the other four. The errors of fixes are correlated for a minute: how far a fix is from the truth does not \
-show here, but only how well a method carries it on. With few fixes, particles are too sparse.
+show here, but only how well a method carries it on. With few fixes, particles are too sparse. Where there is no \
+gyroscope, dead reckoning goes straight on.
 
 * Husky (`husky/test1.bag`, 395 s, 359 m): wheels, gyroscope, a fix in 2 s. The gated filter has no estimate at times \
 there: fixes contradict it, and nothing decides.
 * Car (`formats/mdf/car_decoded.mf4`, MDF 4, 170 s): speed and heading of the satellite receiver and a fix in 5 s, \
 gyroscope.
 * Vehicle (`formats/rosbag2/gps_nav`, ROS 2 bag, 114 s): odometry, heading, a fix in 5 s; times are those of the \
-reception. It turns at a crawl.
+reception. The odometry follows the motion only loosely.
 * Copter (`formats/dataflash/log.bin`, ArduPilot, 51 s): speed and course of the receiver, a fix in a second. It \
 hovers for two thirds of the time, where the course means nothing.
 * Boat (`formats/nmea/boat.log`, NMEA 0183, 103 minutes): speed through the water, speed and course of the receiver, \

@@ -193,9 +193,7 @@ fn held(knowledge: &KnowledgeBase, is_uniform: bool, lost: Lost, seed: u64) -> (
         let ms = tick * TICK;
         let level = truth[tick as usize - 1] + WALK * (TICK as f64 / 1000.0).sqrt() * random.normal();
         truth.push(level);
-        for (sensor, (_, period)) in
-            SENSORS.into_iter().enumerate().filter(|(_, (_, period))| ms % period == 0)
-        {
+        for (sensor, _) in SENSORS.into_iter().enumerate().filter(|(_, (_, period))| ms % period == 0) {
             let error = if is_uniform { 0.2 * (2.0 * random.share() - 1.0) } else { 0.1 * random.normal() };
             if let Some(received) = lost.received(sensor, ms) {
                 let at = Time(0) + Span::from_millis(ms);
