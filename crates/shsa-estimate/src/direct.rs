@@ -29,6 +29,16 @@ pub enum Rule {
     BrooksIyengar(Faulty),
 }
 
+impl Rule {
+    /// The rule for a number of inputs: of a single one no fault can be tolerated.
+    pub(crate) fn among(mut self, inputs: usize) -> Rule {
+        if let Rule::Marzullo(faulty) | Rule::Schmid(faulty) | Rule::BrooksIyengar(faulty) = &mut self {
+            faulty.count = faulty.count.min(inputs.saturating_sub(1));
+        }
+        self
+    }
+}
+
 /// The parameters of interval fusion.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Faulty {

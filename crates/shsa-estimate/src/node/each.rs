@@ -50,8 +50,9 @@ impl Each {
         initial: &[(f64, f64)],
     ) -> Result<Each, Error> {
         let variances: Vec<f64> = sensors.iter().map(|sensor| sensor.variance).collect();
-        let parts = initial.iter().zip(growth).map(|((mean, deviation), growth)| {
-            Direct::new(rule.clone(), &variances, growth, (*mean, deviation * deviation))
+        let parts = initial.iter().zip(growth).enumerate().map(|(state, ((mean, deviation), growth))| {
+            let inputs = sensors.iter().filter(|sensor| sensor.state == state).count();
+            Direct::new(rule.clone().among(inputs), &variances, growth, (*mean, deviation * deviation))
         });
         let n = initial.len();
         let mut each = Each {

@@ -1,6 +1,6 @@
 //! The observations of a node's inputs and controls, as numbers at times.
 
-use super::build::{REACH, deviation};
+use super::build::REACH;
 use shsa_core::circle;
 use shsa_core::engine::FusionInput;
 use shsa_core::interval::Interval;
@@ -60,17 +60,16 @@ impl Inlet {
     /// are intersected, and noise first where they are not.
     fn deviation(&self, observation: &Observation, interval: Interval) -> Option<f64> {
         let has_own = matches!(observation.value, RawValue::Interval { lo, hi } if lo < hi);
-        let noise = || self.signal.noise.map(|_| deviation(&self.signal));
         if self.has_formula && !has_own {
             return None;
         }
-        let ValueError { lo, hi, relative } = self.signal.value_error;
-        let (share, noise) = if self.is_of_intervals {
-            (0.5 / REACH, noise().filter(|_| !has_own && lo == hi && relative == 0.0))
-        } else {
-            (UNIFORM, noise().filter(|_| !has_own))
-        };
-        Some(noise.unwrap_or(interval.width() * share))
+        let Signal { noise, value_error: ValueError { lo, hi, relative }, .. } = self.signal;
+        // A conversion of units alone widens the interval, too.
+        let is_bounded = has_own || lo != hi || relative != 0.0;
+        let share = if self.is_of_intervals { 0.5 / REACH } else { UNIFORM };
+        let bounds = is_bounded.then(|| interval.width() * share);
+        let own = if has_own || self.is_of_intervals { bounds.or(noise) } else { noise.or(bounds) };
+        Some(own.unwrap_or(0.0))
     }
 
     /// Notes the moment of an observation.
