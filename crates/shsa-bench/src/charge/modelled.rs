@@ -155,6 +155,6 @@ otherwise is not accused: current and voltage make one equation over the charge,
 the curve. `shsa analyze models/cell-charge.yaml` has both among the faults that nothing shows, and one more sensor of \
 the charge, the voltage or the current among what would help most: with it they could be told. So the filter learns an \
 offset of both sensors, which the open-circuit \
-curve bears witness about over whole cycles: the charge stays within 2 % while an offset is within some times of what the \
-model says of it. A voltage of 4.2 V that the charger keeps is another witness: a sensor that shows it as another number is \
+curve bears witness about over whole cycles: the charge stays within 2 % of the capacity (root of the mean square), but for \
+what is far beyond the offsets and the noise of the model: 3 A, 500 mV, noise of 100 mV, and outliers of the current. A voltage of 4.2 V that the charger keeps is another witness: a sensor that shows it as another number is \
 accused of being stuck, for as long as it lasts. The served voltage is that of the sensor, with its offset.";
