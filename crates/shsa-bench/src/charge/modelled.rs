@@ -154,7 +154,8 @@ A sensor that is silent, or repeats one reading for longer than it can be right,
 otherwise is not accused: current and voltage make one equation over the charge, and what contradicts it may be either, or \
 the curve. `shsa analyze models/cell-charge.yaml` has both among the faults that nothing shows, and one more sensor of \
 the charge, the voltage or the current among what would help most: with it they could be told. So the filter learns an \
-offset of both sensors, which the open-circuit \
-curve bears witness about over whole cycles: the charge stays within 2 % of the capacity (root of the mean square), but for \
-what is far beyond the offsets and the noise of the model: 3 A, 500 mV, noise of 100 mV, and outliers of the current. A voltage of 4.2 V that the charger keeps is another witness: a sensor that shows it as another number is \
+offset of both sensors, which the open-circuit curve bears witness about over whole cycles: the charge stays within 2 % \
+of the capacity (root of the mean square), but for what is far beyond the offsets and the noise of the model: 3 A, \
+500 mV, noise of 100 mV, and outliers of the current. A voltage of 4.2 V that the charger keeps is another witness: a \
+sensor that shows it as another number is \
 accused of being stuck, for as long as it lasts. The served voltage is that of the sensor, with its offset.";
