@@ -35,7 +35,7 @@ fn car(file: &Path) -> anyhow::Result<Drive> {
     let [latitude, longitude, speed, heading, turn] = fields(file, sources)?;
     let (start, heading) = from_start(heading.into_iter().map(|(at, it)| (at, it.to_radians())).collect());
     let turn = turn.into_iter().map(|(at, it)| (at, -it.to_radians())).collect();
-    let sensors = vec![now(WHEEL[0], speed), now(COMPASS, heading), now(GYROSCOPE, turn)];
+    let sensors = vec![now(COMMANDED, speed), now(COMPASS, heading), now(GYROSCOPE, turn)];
     Ok(by_fixes("Car", [&latitude, &longitude], start, sensors))
 }
 
@@ -60,7 +60,7 @@ fn vehicle(file: &Path) -> anyhow::Result<Drive> {
 fn copter(file: &Path) -> anyhow::Result<Drive> {
     let [latitude, longitude, speed, course] = fields(file, ["GPS#Lat", "GPS#Lng", "GPS#Spd", "GPS#GCrs"])?;
     let (start, course) = from_start(course.into_iter().map(|(at, it)| (at, it.to_radians())).collect());
-    let sensors = vec![now(WHEEL[0], speed), now(COMPASS, course)];
+    let sensors = vec![now(COMMANDED, speed), now(COMPASS, course)];
     Ok(by_fixes("Copter", [&latitude, &longitude], start, sensors))
 }
 
