@@ -4,7 +4,7 @@
 //! observability matrix of R. E. Kalman 1960; for nonlinear systems along a trajectory: R. Hermann, A. Krener 1977,
 //! doi:10.1109/TAC.1977.1101601). Formulas may have no derivative at a special point, such as a bearing at rest, so the run
 //! begins next to the initial state. Some states show only where others move, as the offset of a sensor where a curve is steep and
-//! where it is flat: so the run goes on for an hour, and what noise moves, and an input shows in proportion, moves.
+//! where it is flat: so the run goes on for an hour and a half, and what noise moves, and an input shows in proportion, moves.
 
 use super::build;
 use crate::continuous::Continuous;
@@ -16,7 +16,7 @@ use shsa_core::knowledge::{Diagnostic, Fusion, FusionState, KnowledgeBase, Place
 /// Seconds between two points of the run: long enough to show what grows with time.
 const STEP_S: f64 = 1.0;
 /// After a step for each state this many steps follow, each so many times as long as the one before.
-const LONG_STEPS: i32 = 6;
+const LONG_STEPS: i32 = 7;
 const LONGER: f64 = 4.0;
 /// How far a state is moved at each step, in its initial deviations.
 const MOVES: [f64; 4] = [0.7, -0.4, 0.5, -0.9];

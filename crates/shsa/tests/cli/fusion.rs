@@ -61,7 +61,7 @@ fn a_replay_says_what_has_become_of_the_measurements() {
     let sonar = &report["fusion"]["tank"]["/sonar"];
     assert_eq!((&sonar["duplicate"], &sonar["too_late"]), (&1.into(), &1.into()), "{sonar}");
     let text = folder.ends("replay tank.yaml run.jsonl", 1).stdout;
-    let used = format!("tank    /sonar  {:<4}  1          1         0", sonar["used"]);
+    let used = format!("tank    /sonar  {:<4}  1          1         0", sonar["used"].as_u64().unwrap());
     assert!(text.contains(&used), "{used}\n{text}");
 }
 
