@@ -123,7 +123,8 @@ proptest! {
         }
     }
 
-    /// A stamp that is 1 us off, also one of two at the same moment, moves the result by less than a thousandth of its deviation.
+    /// A stamp that is 1 us off, also one of two at the same moment, moves the result by less than a thousandth of its deviation; that of
+    /// particles, which may be resampled a moment earlier or later, by less than their sampling error.
     #[test]
     fn a_stamp_a_microsecond_off_moves_next_to_nothing((sorted, _) in arrivals(), at in 0_usize..26, is_late: bool) {
         prop_assume!(!sorted.is_empty());
@@ -136,7 +137,8 @@ proptest! {
             let knowledge = knowledge(method, "noise: 0.1");
             let ((lo, hi), (other_lo, other_hi)) = (last(&knowledge, &sorted), last(&knowledge, &moved));
             let far = (lo - other_lo).abs().max((hi - other_hi).abs());
-            prop_assert!(far < (hi - lo) / (2.0 * REACH) / 1000.0, "{method}: {far} of {}", hi - lo);
+            let parts = if method == "particle" { 5.0 } else { 1000.0 };
+            prop_assert!(far < (hi - lo) / (2.0 * REACH) / parts, "{method}: {far} of {}", hi - lo);
         }
     }
 }
