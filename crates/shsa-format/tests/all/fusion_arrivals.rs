@@ -137,7 +137,7 @@ proptest! {
             let knowledge = knowledge(method, "noise: 0.1");
             let ((lo, hi), (other_lo, other_hi)) = (last(&knowledge, &sorted), last(&knowledge, &moved));
             let far = (lo - other_lo).abs().max((hi - other_hi).abs());
-            let parts = if method == "particle" { 5.0 } else { 1000.0 };
+            let parts = if method == "particle" { 2.0 } else { 1000.0 };
             prop_assert!(far < (hi - lo) / (2.0 * REACH) / parts, "{method}: {far} of {}", hi - lo);
         }
     }
