@@ -135,7 +135,7 @@ fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -
         value_error: error
             .and_then(|bounds| quantity::value_error(problems, bounds, unit.as_ref()))
             .unwrap_or_default(),
-        noise: draft.noise.as_ref().and_then(|text| noise(problems, text, unit.as_ref())),
+        noise: draft.noise.as_ref().and_then(|text| noise(problems, draft, text, unit.as_ref())),
         time_error: time_error
             .and_then(|bounds| quantity::time_error(problems, bounds))
             .unwrap_or((Span::ZERO, Span::ZERO)),
@@ -217,8 +217,17 @@ fn scaling(
     (scale != 1.0 || offset != 0.0).then_some(Scaling { scale, offset })
 }
 
-fn noise(problems: &mut Problems, text: &Text, unit: Option<&Unit>) -> Option<f64> {
+fn noise(problems: &mut Problems, draft: &SignalDraft, text: &Text, unit: Option<&Unit>) -> Option<f64> {
     let deviation = quantity::difference(problems, text, unit)?;
+    if draft.value_error.is_none() {
+        let name = &draft.name.text;
+        let message = format!(
+            "`{name}` has noise, but no `value_error`: its values count as exact, and every difference as a contradiction"
+        );
+        let help = "give the bound that a sound value keeps, several times its noise; \
+                    where the relations carry the error, `value_error: 0`";
+        problems.warn(text, message, help);
+    }
     if deviation > 0.0 {
         return Some(deviation);
     }

@@ -5,7 +5,7 @@ use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
 
 const PLANT: &str = "variables: { position: { unit: m }, speed: { unit: m/s } }
 signals:
-  /gps: { variable: position, rate: 5 Hz, noise: 0.5 }
+  /gps: { variable: position, rate: 5 Hz, value_error: 2, noise: 0.5 }
   /odom: { variable: speed, rate: 20 Hz, value_error: 0.1 }
 fusion:
   motion:
