@@ -20,11 +20,13 @@ mod reload;
 mod restore;
 mod evidence;
 mod fusing;
+mod learning;
 mod ticks;
 mod what_if;
 
 pub use evidence::{Comparison, Evidence, NoValue, Rival, Side};
 pub use fusing::{Fuse, FusionInput, Measurements};
+pub use learning::{LearnedNow, Recollection};
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
 pub use options::{Options, Ties};
@@ -50,6 +52,7 @@ use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 use contracts::Contracts;
+use learning::Fitted;
 use news::Return;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
@@ -83,6 +86,10 @@ pub struct Engine {
     /// Who computes the signals that are fused.
     estimators: Option<Box<dyn Fuse>>,
     has_fusions: bool,
+    /// The variables that are learned.
+    fitted: Vec<Fitted>,
+    /// Whether there are estimators or learned variables.
+    prepares: bool,
 }
 
 impl Engine {
@@ -113,6 +120,7 @@ impl Engine {
             Provider::new(&knowledge, assurance, &graph, &ready_sources, &monitor, need, proven)
         });
         let has_fusions = !knowledge.fusions().is_empty();
+        let fitted = Fitted::all(&knowledge);
         Engine {
             knowledge,
             graph,
@@ -132,6 +140,8 @@ impl Engine {
             options,
             estimators: None,
             has_fusions,
+            prepares: has_fusions || !fitted.is_empty(),
+            fitted,
         }
     }
 
@@ -311,15 +321,13 @@ impl Engine {
     /// The same after something from outside, which may have changed what the evidence means.
     fn settle_after(&mut self, is_intervention: bool) {
         let Some(now) = self.now else { return };
-        if self.fuses() {
-            self.fuse(now);
-        }
+        let has_learned = self.prepares && self.prepare(now);
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
         let review_due = self.judge.next_review().is_some_and(|due| due <= now)
             || self.judge.has_awaited_comparison(&self.monitor);
         let mut trust_changed = self.report_findings(now);
-        trust_changed |= self.report_changes(now);
+        trust_changed |= self.report_changes(now) | has_learned;
         if evidence_changed || review_due || trust_changed || is_intervention {
             trust_changed |= self.review(now);
         }
@@ -330,6 +338,14 @@ impl Engine {
             self.replan_under_contract(now);
         }
         self.provide(now);
+    }
+
+    /// Estimates and learns before the comparisons of this moment. Returns whether the trust in a relation has changed by that.
+    fn prepare(&mut self, now: Time) -> bool {
+        if self.fuses() {
+            self.fuse(now);
+        }
+        !self.fitted.is_empty() && self.learn(now)
     }
 
     /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent.
@@ -346,7 +362,7 @@ impl Engine {
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.judge.distrusted_relations(false),
+            relations: self.with_aged(self.judge.distrusted_relations(false)),
         }
     }
 
@@ -366,11 +382,13 @@ impl Engine {
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
         let usable = |signal| self.judge.trusts(signal);
         let unproven = |signal| self.judge.tolerates(signal);
-        let tolerated =
-            Lost { relations: self.judge.distrusted_relations(true), ..self.lost(false, unproven) };
+        let tolerated = Lost {
+            relations: self.with_aged(self.judge.distrusted_relations(true)),
+            ..self.lost(false, unproven)
+        };
         let lost = [self.lost(true, usable), self.lost(false, usable), tolerated];
         let doubted = Lost {
-            relations: self.judge.refuted_relations(),
+            relations: self.with_aged(self.judge.refuted_relations()),
             ..self.lost(false, |signal| self.judge.may_be_right(signal))
         };
         let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, contracts, .. } =

@@ -53,6 +53,7 @@ impl Engine {
             trends: self.monitor.residuals().iter().filter_map(|pair| self.trending(pair)).collect(),
             orders: self.standing_orders(),
             needs: self.providers.ids().map(|need| self.served(need)).collect(),
+            learned: self.recollections(),
         }
     }
 
@@ -104,6 +105,7 @@ impl Engine {
         snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, &compared, now));
         snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
         self.recall_trends(&snapshot.trends, &compared, now);
+        self.recollect(&snapshot.learned, now);
         self.keep_orders(&snapshot.orders, (now - snapshot.time).max(Span::ZERO), now);
         let mut served: Vec<(NeedId, &Served)> = Vec::new();
         for need in &snapshot.needs {

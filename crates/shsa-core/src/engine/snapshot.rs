@@ -1,5 +1,6 @@
 //! The state that outlasts the process, by names, so that a changed knowledge base can go on with unchanged elements.
 
+use super::learning::Recollection;
 use crate::diagnosis::Record;
 use crate::interval::Interval;
 use crate::monitor::{Absence, Symptom, TrendRecord};
@@ -26,6 +27,8 @@ pub struct Snapshot {
     pub orders: Vec<Order>,
     /// How each need is served.
     pub needs: Vec<Served>,
+    /// What was learned.
+    pub learned: Vec<Recollection>,
 }
 
 /// The record of a signal or a relation.

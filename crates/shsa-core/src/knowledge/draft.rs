@@ -205,6 +205,8 @@ pub struct RelationDraft {
     /// By how much the left side may differ from the right: a number in the unit of the left side, a quantity,
     /// or bounds.
     pub error: Option<Bounds>,
+    /// Variables that change slowly, and are fitted to the relation while its signals are trusted.
+    pub learn: Vec<Text>,
     /// Named numbers.
     pub properties: PropertyDrafts,
 }

@@ -46,3 +46,4 @@ mod change;
 mod hostile_engine;
 mod ticks;
 mod what_if;
+mod learning;

@@ -112,6 +112,7 @@ fn knowledge(sensors: &[Sensor], needs: Vec<NeedDraft>) -> KnowledgeBase {
                 directions: Some(vec![text("v")]),
                 condition: None,
                 error: None,
+                learn: Vec::new(),
                 properties: vec![(text("cost"), text(format!("{}", 1 + at % 3)))],
             });
         }

@@ -135,6 +135,7 @@ impl System {
                     directions: Some(vec![text("v")]),
                     condition: None,
                     error: None,
+                    learn: Vec::new(),
                     properties: vec![(text("cost"), text(format!("{}", 1 + at % 3)))],
                 });
             }

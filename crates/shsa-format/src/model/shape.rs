@@ -184,6 +184,7 @@ fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<Relation
             directions: None,
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties,
         });
     }
@@ -198,6 +199,7 @@ fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<Relation
         directions: keys.names("for"),
         condition: keys.text("when"),
         error: keys.bounds("error"),
+        learn: keys.names("learn").unwrap_or_default(),
         properties: keys.numbers("properties"),
     })
 }
