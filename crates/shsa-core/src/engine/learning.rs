@@ -232,10 +232,12 @@ impl Engine {
         let (name, is) = (variable.name.clone(), range(fitted.parameter.set(now)));
         let limits = range(variable.range.unwrap_or(Interval::ENTIRE));
         let (kind, reason) = match news {
-            News::Drifts(Drift { from, within, to, limit, remaining }) => {
-                let limit = range(Interval::point(limit));
+            News::Drifts(Drift { from, within, to, remaining, .. }) => {
                 let (from, to) = (range(from), range(to));
-                (EventKind::Ageing, Reason::Drifts { variable: name, from, to, within, limit, remaining })
+                (
+                    EventKind::Ageing,
+                    Reason::Drifts { variable: name, from, to, within, range: limits, remaining },
+                )
             }
             News::Left => {
                 (EventKind::Failed, Reason::LeftItsRange { variable: name, value: is, range: limits })

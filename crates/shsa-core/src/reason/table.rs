@@ -148,8 +148,7 @@ reasons! {
     "drifts" Drifts {
         variable: String = "The variable.", from: Range = "All that it can have been.",
         to: Range = "All that it can be now.", within: Span = "The time between.",
-        limit: Range = "The end of the range that it moves to.",
-        remaining: Span = "After how long it reaches that end, if it goes on like this."
+        range: Range = "Its range.", remaining: Span = "After how long it leaves the range, if it goes on like this."
     };
     /// A learned variable has certainly left its range.
     "left-its-range" LeftItsRange {

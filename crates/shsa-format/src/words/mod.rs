@@ -133,9 +133,6 @@ fn shown(argument: &Argument, manner: &str) -> String {
         Argument::Count(count) => count.to_string(),
         Argument::Number(number) => number.to_string(),
         Argument::Probability(share) => probability(*share),
-        Argument::Range(Range { lo, unit, .. }) if manner == "point" => {
-            amount(&Amount { value: *lo, unit: unit.clone() })
-        }
         Argument::Range(value) => range(value),
         Argument::Amount(value) => amount(value),
         Argument::Subject(subject) => subject.to_string(),

@@ -48,7 +48,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("shared-explains-best", "{cause}, which {signals} share, explains it best"),
     (
         "drifts",
-        "{variable} has moved from {from} to {to} within {within:long}, and reaches {limit:point} in {remaining:long} if it \
+        "{variable} has moved from {from} to {to} within {within:long}, and leaves {range} in {remaining:long} if it \
          goes on like this",
     ),
     ("left-its-range", "{variable} is {value} by now, out of {range}"),
