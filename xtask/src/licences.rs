@@ -12,7 +12,7 @@ use std::fs;
 const SHIPPED: &str = "shsa";
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
-const LIBRARIES: [&str; 8] = [
+const LIBRARIES: [&str; 9] = [
     "shsa-core",
     "shsa-message",
     "shsa-format",
@@ -21,6 +21,7 @@ const LIBRARIES: [&str; 8] = [
     "shsa-report",
     "shsa-runtime",
     "shsa-demo",
+    "shsa-c",
 ];
 
 /// The part of `deny.toml` that is used here; cargo-deny uses the rest.

@@ -48,6 +48,9 @@ impl Moment {
 #[must_use]
 pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let text = text.trim();
+    if let (Some((date, clock)), DateOrder::YearMonthDay) = (compact(text), order) {
+        return joined(date, of_day(&clock)?, order, zone);
+    }
     let at = text.find(['T', 't', ' ', '_']).unwrap_or(text.len());
     let (date, rest) = text.split_at_checked(at)?;
     let of_day = match rest.get(1..).map(str::trim) {
@@ -55,6 +58,26 @@ pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
         Some(clock) => of_day(clock)?,
     };
     joined(date, of_day, order, zone)
+}
+
+/// Whether a text is a date and a time of day in digits alone: `20180408103137`, with seconds, and a fraction if any.
+#[must_use]
+pub fn is_compact(text: &str) -> bool {
+    let digits = text.bytes().take_while(u8::is_ascii_digit).count();
+    digits == 14 && moment(text, DateOrder::YearMonthDay, &Zone::default()).is_some()
+}
+
+/// The date, and the time of day with colons, of the basic format of ISO 8601: `20180408T103137Z`, `20180408103137.5`.
+fn compact(text: &str) -> Option<(&str, String)> {
+    let digits = |text: &str| text.bytes().take_while(u8::is_ascii_digit).count();
+    let (date, rest) = text.split_at_checked(8).filter(|(date, _)| digits(date) == 8)?;
+    let clock = rest.strip_prefix(['T', 't', ' ', '_']).unwrap_or(rest);
+    let (hour, rest) = clock.split_at_checked(2)?;
+    match digits(clock) {
+        4 => Some((date, format!("{hour}:{rest}"))),
+        6 => rest.split_at_checked(2).map(|(minute, rest)| (date, format!("{hour}:{minute}:{rest}"))),
+        _ => None,
+    }
 }
 
 /// A moment whose date and time of day are in separate texts.
@@ -225,6 +248,11 @@ mod tests {
         check("2018-04-08T05:01:37-05:30", YearMonthDay, Some((THEN, true)));
         check("2018/4/8 10:31:37", YearMonthDay, Some((THEN, false)));
         check("20180408 10:31:37,5 UTC", YearMonthDay, Some((THEN + 500_000_000, true)));
+        check("20180408T103137Z", YearMonthDay, Some((THEN, true)));
+        check("20180408T123137.5+0200", YearMonthDay, Some((THEN + 500_000_000, true)));
+        check("20180408T1031", YearMonthDay, Some((THEN - 37 * SECOND, false)));
+        check("20180408103137", YearMonthDay, Some((THEN, false)));
+        check("20180408103137.25", YearMonthDay, Some((THEN + 250_000_000, false)));
         check("08/04/2018 10.31.37", DayMonthYear, Some((THEN, false)));
         check("8.4.18 10:31:37", DayMonthYear, Some((THEN, false)));
         check("04/08/2018 10:31:37 AM", MonthDayYear, Some((THEN, false)));
@@ -260,6 +288,8 @@ mod tests {
         }
         check("31/02/2018", DateOrder::DayMonthYear, None);
         assert!(is_date("2018-04-08") && is_date("13/04/2018") && !is_date("1.5") && !is_date("10:31"));
+        assert!(is_compact("20180408103137") && is_compact("20180408103137.5"));
+        assert!(!is_compact("20181308103137") && !is_compact("1523183497") && !is_compact("15231834970000"));
         assert!(is_time_of_day("10:31") && is_time_of_day("18.00.00") && !is_time_of_day("18.5"));
     }
 

@@ -6,7 +6,7 @@ use crate::workspace::{File, Package};
 /// -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 15] = [
+const ARROWS: [(&str, &[&str]); 16] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -14,6 +14,7 @@ const ARROWS: [(&str, &[&str]); 15] = [
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
     ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format"]),
     ("shsa-report", &["shsa-core", "shsa-estimate", "shsa-format", "shsa-lab"]),
+    ("shsa-c", &["shsa-core", "shsa-estimate", "shsa-format"]),
     ("shsa-web", &[]),
     ("shsa-demo", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
     (
@@ -54,6 +55,12 @@ const ARROWS: [(&str, &[&str]); 15] = [
 /// Keys that only the workspace's manifest sets.
 const INHERITED: [&str; 4] = ["version", "edition", "rust-version", "license"];
 
+/// The only files that may be unsafe, each of a crate whose lints deny unsafe code elsewhere; ARCHITECTURE.md says why.
+const UNSAFE: [&str; 1] = ["crates/shsa-c/src/border.rs"];
+
+/// What switches that lint off, written in two parts because this file is checked, too.
+const SWITCHES: [&str; 2] = [concat!("expect(", "unsafe_code"), concat!("allow(", "unsafe_code")];
+
 /// The texts of the workspace's licence.
 const LICENCES: [&str; 2] = ["LICENSE-MIT", "LICENSE-APACHE"];
 
@@ -90,11 +97,23 @@ pub(super) fn manifest(file: &File) -> Vec<String> {
         .map(|key| format!("{}: `{key}` must be the workspace's: `{key}.workspace = true`", file.path))
         .collect();
     let lints = at(&["lints", "workspace"]).and_then(toml::Value::as_bool) == Some(true);
-    let forbids = at(&["lints", "rust", "unsafe_code"]).and_then(toml::Value::as_str) == Some("forbid");
-    if !lints && !forbids {
+    let level = at(&["lints", "rust", "unsafe_code"]).and_then(toml::Value::as_str);
+    let has_exception = UNSAFE.iter().any(|path| path.starts_with(file.path.trim_end_matches("Cargo.toml")));
+    if !lints && level != Some("forbid") && !(has_exception && level == Some("deny")) {
         problems.push(format!("{}: nothing forbids unsafe code: `lints.workspace = true`", file.path));
     }
     problems
+}
+
+/// No source of a crate, other than the exceptions, switches the lint against unsafe code off; tests may.
+pub(super) fn unsafe_code(file: &File) -> Option<String> {
+    let switches = |line: &str| SWITCHES.iter().any(|switch| line.contains(switch));
+    let is_source = file.path.contains("/src/") && file.path.ends_with(".rs");
+    if !is_source || UNSAFE.contains(&&*file.path) {
+        return None;
+    }
+    let number = file.text.lines().position(switches)? + 1;
+    Some(format!("{}:{number}: only {} may be unsafe", file.path, UNSAFE.join(", ")))
 }
 
 fn look_up<'a>(table: &'a toml::Table, path: &[&str]) -> Option<&'a toml::Value> {
@@ -161,6 +180,30 @@ mod tests {
                 "a/Cargo.toml: nothing forbids unsafe code: `lints.workspace = true`",
             ],
         );
+    }
+
+    #[test]
+    fn unsafe_code_stands_in_the_named_files_only() {
+        let check = |path: &str, text: &str| {
+            unsafe_code(&File { path: path.into(), text: text.into() }).unwrap_or_default()
+        };
+        let switch = format!("//! Fast.\n#![{}, reason = \"speed\")]\n", SWITCHES[0]);
+        assert_eq!(check("crates/shsa-c/src/border.rs", &switch), "");
+        assert_eq!(check("crates/shsa-c/tests/c.rs", &switch), "");
+        assert_eq!(check("crates/a/src/lib.rs", "//! Slow.\n"), "");
+        let problem = "crates/a/src/lib.rs:2: only crates/shsa-c/src/border.rs may be unsafe";
+        assert_eq!(check("crates/a/src/lib.rs", &switch), problem);
+    }
+
+    #[test]
+    fn the_crate_of_an_exception_denies_unsafe_code() {
+        let manifest_of = |folder: &str| {
+            let package = "[package]\nname = \"a\"\nedition.workspace = true\nrust-version.workspace = true\nlicense.workspace = true\n";
+            let text = format!("{package}version.workspace = true\n[lints.rust]\nunsafe_code = \"deny\"\n");
+            manifest(&File { path: format!("crates/{folder}/Cargo.toml"), text })
+        };
+        assert_eq!(manifest_of("shsa-c"), [""; 0]);
+        assert_eq!(manifest_of("shsa-core").len(), 1);
     }
 
     #[test]

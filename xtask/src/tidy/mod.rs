@@ -29,6 +29,7 @@ pub(crate) fn check() -> Result<()> {
     problems.extend(items::problems(&files, &read(SPREAD)?));
     problems.extend(metadata.members().flat_map(crates::arrows));
     problems.extend(files.iter().flat_map(crates::manifest));
+    problems.extend(files.iter().filter_map(crates::unsafe_code));
     problems.extend(crates::licence_files(&files));
     if !problems.is_empty() {
         bail!("{} broken rules\n{}", problems.len(), problems.join("\n"));

@@ -63,7 +63,7 @@ impl Round<'_> {
             }
             let apart;
             let (output, known) = if pair.has_branches {
-                apart = told_apart(watched, *measured, other, known, newest.is_some());
+                apart = nearest_alternatives(watched, *measured, other, known, newest.is_some());
                 (&apart.0, apart.1)
             } else {
                 (measured, known)
@@ -114,7 +114,7 @@ impl Round<'_> {
                     let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
                     pair.known = Some((sample.validity, known));
                     let (output, known) = if pair.has_branches {
-                        told_apart(watched, measured, other, known, false)
+                        nearest_alternatives(watched, measured, other, known, false)
                     } else {
                         (measured, known)
                     };
@@ -165,7 +165,7 @@ impl Round<'_> {
 /// The alternatives that two values agree in best, where one of them has several. The value beside is taken apart only where it
 /// is the faster way's newest output.
 #[inline(never)]
-fn told_apart(
+fn nearest_alternatives(
     slower: &WatchedWay,
     output: Measured,
     faster: &WatchedWay,

@@ -24,8 +24,8 @@ pub struct Stretch {
 /// The verdicts of a node over time in words: `given 0 to 15 s, refused 15 to 36 s`.
 #[must_use]
 pub fn course(stretches: &[Stretch]) -> String {
-    let told = |it: &Stretch| format!("{} {} to {} s", words::verdict(it.verdict), it.from_s, it.to_s);
-    stretches.iter().map(told).collect::<Vec<_>>().join(", ")
+    let described = |it: &Stretch| format!("{} {} to {} s", words::verdict(it.verdict), it.from_s, it.to_s);
+    stretches.iter().map(described).collect::<Vec<_>>().join(", ")
 }
 
 /// The verdicts of a node over time as JSON.
@@ -63,7 +63,7 @@ pub fn write(argument: &Argument, name: &str, brief: &str, over_time: &[String])
             keys.push("defeated: true".to_owned());
         }
         keys.push(format!("classes: [{}]", words::verdict(node.state)));
-        keys.extend(over_time.get(at).map(|told| format!("over_time: {}", quoted(told))));
+        keys.extend(over_time.get(at).map(|course| format!("over_time: {}", quoted(course))));
         line(format_args!("{}: {{ {} }}", id(at, node), keys.join(", ")));
         if is_defeated {
             let text = quoted("this does not hold now");
@@ -136,7 +136,7 @@ pub fn json(argument: &Argument, name: &str, over_time: &[Vec<Stretch>]) -> Valu
     let module = identifier(name);
     let node = |(at, node): (usize, &Node)| {
         let by = node.supported_by.iter().filter_map(|&by| Some(id(&module, by, argument.nodes.get(by)?)));
-        let mut told = json!({
+        let mut node = json!({
             "id": id(&module, at, node),
             "kind": words::kind(node.kind),
             "text": node.text,
@@ -144,9 +144,9 @@ pub fn json(argument: &Argument, name: &str, over_time: &[Vec<Stretch>]) -> Valu
             "supported_by": by.collect::<Vec<_>>(),
         });
         if let Some(stretches) = over_time.get(at) {
-            told["over_time"] = course_json(stretches);
+            node["over_time"] = course_json(stretches);
         }
-        told
+        node
     };
     argument.nodes.iter().enumerate().map(node).collect()
 }

@@ -75,12 +75,12 @@ pub fn watched(knowledge: &KnowledgeBase, watched: &Watched) -> String {
 #[must_use]
 pub fn observed(knowledge: &KnowledgeBase, composition: &Composition) -> Vec<String> {
     let count = composition.system().certificates().evidence.len();
-    let mut told = vec!["what nobody measures in this flow".to_owned(); count];
+    let mut words = vec!["what nobody measures in this flow".to_owned(); count];
     for (id, contract, watched) in composition.evidence(knowledge) {
         let of = &knowledge.contracts().rows()[contract].name;
-        told[id.index()] = format!("{} of {of}: {}", watched.name, self::watched(knowledge, watched));
+        words[id.index()] = format!("{} of {of}: {}", watched.name, self::watched(knowledge, watched));
     }
-    told
+    words
 }
 
 /// A bound of evidence: of a signal's values in the unit of its variable, else in SI.

@@ -198,7 +198,7 @@ fn random_system(random: &mut impl FnMut(usize) -> usize) -> System {
     System::new(rows).unwrap()
 }
 
-/// What SWI-Prolog derives from a program: `g(GUARANTEE)` and `d(DEMAND)`; `None`, told loudly, where there is no SWI-Prolog.
+/// What SWI-Prolog derives from a program: `g(GUARANTEE)` and `d(DEMAND)`; `None`, with a loud message, where there is no SWI-Prolog.
 fn derived(program: &str) -> Option<BTreeSet<String>> {
     let all = "forall(guarantee(G), (write(g(G)), nl)), forall(demand(D), (write(d(D)), nl)), halt";
     let mut swipl = match Command::new("swipl")

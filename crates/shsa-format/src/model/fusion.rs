@@ -71,7 +71,7 @@ fn output(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionOutputDraft
         return FusionOutputDraft { name: name.clone(), value, variable: None, confidence: None, properties };
     }
     let example = "fused/speed: speed";
-    let mut keys = Known::of(reader, node, &FUSION_OUTPUT, "what it tells, or an output's keys", example);
+    let mut keys = Known::of(reader, node, &FUSION_OUTPUT, "what it provides, or an output's keys", example);
     FusionOutputDraft {
         name: name.clone(),
         value: keys.text("value"),

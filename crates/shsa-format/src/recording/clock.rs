@@ -94,9 +94,9 @@ pub(super) fn pieces(samples: &[Sample]) -> Pieces {
         let Some(own) = places.get(&wanted) else { continue };
         let before = at.own.checked_sub(1).and_then(|before| own.get(before)).copied().unwrap_or(0);
         // A step that another signal has shown already.
-        let is_told =
+        let is_reported =
             |(set, by, until): (usize, usize, usize)| before < if by == wanted { set } else { until };
-        if last.is_some_and(is_told) {
+        if last.is_some_and(is_reported) {
             continue;
         }
         let until = own.get(at.own + NEIGHBOURS).map_or(samples.len(), |place| place + 1);

@@ -135,9 +135,10 @@ mod tests {
         let seconds = |it: i64| Span::from_millis(it * 1_000);
         let skip = skip.iter().map(|text| text.parse().unwrap()).collect();
         let kept = Cuts { from: from.map(seconds), until: until.map(seconds), skip }.kept();
-        let told = |it: Span| if it == Span::MAX { "end".to_owned() } else { it.seconds().to_string() };
-        let told: Vec<String> = kept.iter().map(|it| format!("{}..{}", told(it.from), told(it.to))).collect();
-        assert_eq!(told.join(" "), expected);
+        let second = |it: Span| if it == Span::MAX { "end".to_owned() } else { it.seconds().to_string() };
+        let spans: Vec<String> =
+            kept.iter().map(|it| format!("{}..{}", second(it.from), second(it.to))).collect();
+        assert_eq!(spans.join(" "), expected);
     }
 
     #[test]

@@ -89,7 +89,7 @@ impl<'a, 'g> Extraction<'a, 'g> {
             return Err(error);
         }
         if self.naming == Naming::File {
-            tell_oddities(&self.topics, self.gathered);
+            report_oddities(&self.topics, self.gathered);
         }
         let several = self.choices.into_iter().find(|(_, choices)| choices.len() > 1);
         let Some((index, choices)) = several else { return Ok(()) };
@@ -137,16 +137,16 @@ fn conditions_of<'w>(want: &'w Want<'_>, naming: Naming) -> &'w [(String, String
 }
 
 /// Reports which cells of a table were taken as missing.
-fn tell_oddities(topics: &[Vec<Extract<'_>>], gathered: &mut Gathered) {
-    let mut told: Vec<String> = Vec::new();
+fn report_oddities(topics: &[Vec<Extract<'_>>], gathered: &mut Gathered) {
+    let mut reported: Vec<String> = Vec::new();
     for Oddities { field, empty, not_numbers, first } in topics.iter().flatten().map(|it| &it.oddities) {
         let example = first.as_ref().map_or(String::new(), |first| format!(" (the first: '{first}')"));
         let message = format!(
             "column '{field}': {empty} cells are empty and {not_numbers} are no numbers{example}; taken as missing"
         );
-        if empty + not_numbers > 0 && !told.contains(&message) {
+        if empty + not_numbers > 0 && !reported.contains(&message) {
             gathered.warn(Place::Whole, message.clone());
-            told.push(message);
+            reported.push(message);
         }
     }
 }

@@ -243,9 +243,9 @@ pub(super) fn by_ending(file: &Path) -> Option<&'static Row> {
 
 /// The known formats for errors: `JSON lines (.jsonl, .ndjson, .json), ...`.
 pub(super) fn known() -> String {
-    let told = |row: &Row| {
+    let described = |row: &Row| {
         let endings: Vec<String> = row.endings.iter().map(|ending| format!(".{ending}")).collect();
         format!("{} ({})", row.name, endings.join(", "))
     };
-    FORMATS.iter().map(told).collect::<Vec<_>>().join("; ")
+    FORMATS.iter().map(described).collect::<Vec<_>>().join("; ")
 }

@@ -61,7 +61,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
                 );
             }
             Ok(Point { time: None, .. }) => untimed += 1,
-            Ok(point) => too_many += u64::from(!tell(&point, &mut series, listener)),
+            Ok(point) => too_many += u64::from(!report(&point, &mut series, listener)),
             Err(problem) => listener.damaged(Place::Line(line.number), format!("{problem}; line left out")),
         }
     }
@@ -76,7 +76,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
 }
 
 /// Reports a point; returns `false` where there are too many series.
-fn tell(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut dyn Listener) -> bool {
+fn report(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut dyn Listener) -> bool {
     let Some(time) = point.time else { return true };
     let is_known =
         |known: &Series| point.fields.iter().all(|(name, _)| known.fields.iter().any(|field| field == name));
@@ -84,7 +84,7 @@ fn tell(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut
         if series.len() == SERIES_MAX {
             return false;
         }
-        let known = told(point, series.get(point.series), listener);
+        let known = report_series(point, series.get(point.series), listener);
         series.insert(point.series.to_owned(), known);
     }
     let Some(known) = series.get(point.series) else { return false };
@@ -100,7 +100,7 @@ fn tell(point: &Point<'_>, series: &mut BTreeMap<String, Series>, listener: &mut
 }
 
 /// Reports the series of a point as a topic; with new fields, again.
-fn told(point: &Point<'_>, before: Option<&Series>, listener: &mut dyn Listener) -> Series {
+fn report_series(point: &Point<'_>, before: Option<&Series>, listener: &mut dyn Listener) -> Series {
     let mut fields: Vec<String> = before.map(|series| series.fields.clone()).unwrap_or_default();
     for (name, _) in &point.fields {
         if !fields.iter().any(|field| field == name) && fields.len() < PARTS_MAX {
@@ -231,7 +231,7 @@ fn unescaped(text: &str) -> Cow<'_, str> {
 #[cfg(test)]
 mod tests {
     use super::super::tests::independent::{
-        Reader, check_cut, check_flipped, check_values, expected, sample, told,
+        Reader, check_cut, check_flipped, check_values, collected, expected, sample,
     };
     use super::*;
 
@@ -244,7 +244,7 @@ cpu load=0.5\nroom temperature= 5\nroom a=1 2 3\nroom temperature=1 14228867";
 
     #[test]
     fn points_are_messages() {
-        let all = told(READ, TEXT.as_bytes());
+        let all = collected(READ, TEXT.as_bytes());
         assert_eq!(
             all.shown(),
             [
@@ -279,7 +279,7 @@ cpu load=0.5\nroom temperature= 5\nroom a=1 2 3\nroom temperature=1 14228867";
         else {
             return;
         };
-        let all = told(READ, &bytes);
+        let all = collected(READ, &bytes);
         assert_eq!((all.damages.len(), all.count() as u64), (0, expected["points"].as_u64().unwrap()));
         for (name, of_field) in expected["fields"].as_object().unwrap() {
             let (topic, field) = name.split_once('#').unwrap();

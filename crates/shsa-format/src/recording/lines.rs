@@ -5,6 +5,7 @@ use super::line::LINE_MAX;
 use super::topic::Listener;
 use std::borrow::Cow;
 use std::io::{self, BufRead, Read};
+use std::str;
 
 /// One line.
 pub(super) struct Line<'a> {
@@ -52,7 +53,9 @@ impl<R: BufRead> Lines<R> {
         let is_ended = bytes.len() < self.bytes.len();
         let bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        Line { number: self.number, text: String::from_utf8_lossy(bytes), is_ended }
+        // Nearly all text is valid, and checking it is several times as quick as looking for what to replace.
+        let text = str::from_utf8(bytes).map_or_else(|_| String::from_utf8_lossy(bytes), Cow::Borrowed);
+        Line { number: self.number, text, is_ended }
     }
 
     fn fetch(&mut self) -> Option<Result<(), (u64, String)>> {

@@ -155,8 +155,8 @@ pub(super) struct Records {
 }
 
 impl Records {
-    /// Passes the values of these fields in a record to `tell`, in their order.
-    pub(super) fn tell(&mut self, slots: &[Slot], record: &[u8], tell: impl FnOnce(Body<'_>)) {
+    /// Passes the values of these fields in a record to `take`, in their order.
+    pub(super) fn pass(&mut self, slots: &[Slot], record: &[u8], take: impl FnOnce(Body<'_>)) {
         self.numbers.clear();
         let lists = slots.iter().filter(|slot| slot.list().is_some());
         for slot in lists {
@@ -172,7 +172,7 @@ impl Records {
             None => slot.value(record),
         };
         let values: Vec<Value<'_>> = slots.iter().map(value).collect();
-        tell(Body::Values(&values));
+        take(Body::Values(&values));
     }
 }
 
@@ -217,7 +217,7 @@ mod tests {
             Body::Values(values) => format!("{values:?}"),
             Body::Bytes(_) => String::new(),
         };
-        Records::default().tell(&slots, &[1, 2, 3, b'x', 0], |body| shown = show(body));
+        Records::default().pass(&slots, &[1, 2, 3, b'x', 0], |body| shown = show(body));
         assert_eq!(shown, "[Whole(1), List([2.0, 3.0]), Number(1.5), Text(\"x\"), Missing]");
     }
 }

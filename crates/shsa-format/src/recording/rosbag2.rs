@@ -66,23 +66,23 @@ impl Bag {
         if !database.has_magic {
             listener.damaged(Place::Offset(0), "the file does not begin as a database does".into());
         }
-        let mut told = |event: Event<'_>, listener: &mut dyn Listener| {
+        let mut report = |event: Event<'_>, listener: &mut dyn Listener| {
             if let Event::Damage(offset, problem) = event {
                 is_damaged = true;
                 listener.damaged(Place::Offset(offset), problem);
             }
         };
-        let tables = database.tables(&mut |event| told(event, listener))?;
+        let tables = database.tables(&mut |event| report(event, listener))?;
         if let Some(root) = tables.get("message_definitions") {
             database.rows(*root, &mut |event| match event {
                 Event::Row(_, cells) => self.define(cells),
-                damage => told(damage, listener),
+                damage => report(damage, listener),
             })?;
         }
         if let Some(root) = tables.get("topics") {
             database.rows(*root, &mut |event| match event {
                 Event::Row(id, cells) => self.topic(id, cells, listener),
-                damage => told(damage, listener),
+                damage => report(damage, listener),
             })?;
         }
         if self.topics.is_empty() {
@@ -91,7 +91,7 @@ impl Bag {
         match tables.get("messages") {
             Some(root) => database.rows(*root, &mut |event| match event {
                 Event::Row(_, cells) => self.message(cells, listener),
-                damage => told(damage, listener),
+                damage => report(damage, listener),
             })?,
             None => {
                 is_damaged = true;

@@ -114,8 +114,8 @@ impl<R: Read + Seek> Database<R> {
             let (head, page) = frame.split_at(24);
             sum = checksum(head.get(..8).unwrap_or_default(), is_big, sum);
             sum = checksum(page, is_big, sum);
-            let told = (word(at + 16), word(at + 20));
-            if head.get(8..16) != Some(salts) || told != (Some(u64::from(sum.0)), Some(u64::from(sum.1))) {
+            let stated = (word(at + 16), word(at + 20));
+            if head.get(8..16) != Some(salts) || stated != (Some(u64::from(sum.0)), Some(u64::from(sum.1))) {
                 break;
             }
             pending.push((word(at).unwrap_or(0) as u32, at as u64 + 24));

@@ -113,7 +113,7 @@ impl Doubts {
     }
 
     /// The notes about the assumptions.
-    pub(super) fn told(&self) -> Vec<String> {
+    pub(super) fn notes(&self) -> Vec<String> {
         let twice = "rows were written in an hour that the clock showed twice, as it was put back; \
                      they are taken for the first, and for the second once they go back";
         let never = "rows have times that the clock never showed, as it was put forward; they are taken as before that";

@@ -40,7 +40,7 @@ impl Stamps {
             let which = if stamp < received { "before" } else { "after" };
             return Some(format!(
                 "its stamps are of another clock: the first is {} {which} its reception",
-                told(off)
+                in_words(off)
             ));
         }
         let is_still = !self.has_moved && self.count > FEW && self.last_received > received;
@@ -49,7 +49,7 @@ impl Stamps {
 }
 
 /// A length of time in a suitable unit.
-fn told(span: Span) -> String {
+fn in_words(span: Span) -> String {
     match span.seconds() {
         seconds if seconds < 172_800.0 => format!("{:.1} h", seconds / 3_600.0),
         seconds => format!("{:.0} days", seconds / 86_400.0),

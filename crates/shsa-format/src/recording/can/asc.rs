@@ -75,7 +75,7 @@ pub(in super::super) fn read(
         }
         match head.frame(text) {
             Some(Ok(Line { time, channel, id, data })) => {
-                bus.tell(&Frame { time, channel, id, data: &data }, listener);
+                bus.report(&Frame { time, channel, id, data: &data }, listener);
             }
             Some(Err(_)) if !line.is_ended => {
                 listener.damaged(

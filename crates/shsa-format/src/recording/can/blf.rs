@@ -255,7 +255,7 @@ impl Reader<'_> {
         match parsed {
             Some((channel, id, Some(data))) => {
                 let channel = channel.to_string();
-                self.bus.tell(&Frame { time, channel: &channel, id, data }, self.listener);
+                self.bus.report(&Frame { time, channel: &channel, id, data }, self.listener);
             }
             _ => self.bus.pass(),
         }

@@ -77,7 +77,7 @@ impl Bus {
     }
 
     /// Reports a frame.
-    pub(in super::super) fn tell(&mut self, frame: &Frame<'_>, listener: &mut dyn Listener) {
+    pub(in super::super) fn report(&mut self, frame: &Frame<'_>, listener: &mut dyn Listener) {
         let Some((topic, message)) = self.known(frame, listener) else { return self.pass() };
         if !listener.is_wanted(topic) {
             return;
@@ -122,14 +122,14 @@ impl Bus {
             return None;
         }
         let found = self.database.message(frame.id);
-        let topic = tell_topic(frame, found, listener);
+        let topic = report_topic(frame, found, listener);
         let message = found.map(|(id, _)| id);
         self.topics.insert((frame.id, channel), Known { topic, message });
         Some((topic, message))
     }
 }
 
-fn tell_topic(frame: &Frame<'_>, found: Option<(u32, &Message)>, listener: &mut dyn Listener) -> TopicId {
+fn report_topic(frame: &Frame<'_>, found: Option<(u32, &Message)>, listener: &mut dyn Listener) -> TopicId {
     let id = frame.id & !EXTENDED;
     let Some((of_database, message)) = found else {
         let name = format!("0x{id:X}");

@@ -45,7 +45,7 @@ pub(in super::super) fn read(
             Ok(Some(frame)) if frame.has_data => {
                 let Parsed { time, channel, id, ref data, length, .. } = frame;
                 let data = data.get(..length).unwrap_or_default();
-                bus.tell(&Frame { time, channel, id, data }, listener);
+                bus.report(&Frame { time, channel, id, data }, listener);
             }
             Ok(Some(_)) => bus.pass(),
             Ok(None) => {}

@@ -1,10 +1,10 @@
 //! CAN recordings written by these tests, and those of a car and a boat.
 
+use super::super::tests::collector::Collector;
 use super::super::tests::independent::{
-    Reader, check_cut, check_flipped, check_values, counted, expected, sample_path, told_with,
+    Reader, check_cut, check_flipped, check_values, collected_with, counted, expected, sample_path,
 };
-use super::super::tests::independent::{sample, told};
-use super::super::tests::told::Collector;
+use super::super::tests::independent::{collected, sample};
 use super::super::*;
 use super::{asc, blf, candump};
 
@@ -15,7 +15,11 @@ BO_ 2147483671 wide: 8 X\n SG_ Mode M : 0|8@1+ (1,0) [0|1] \"\" X\n SG_ A m1 : 8
 /// The messages of a recording with this DBC.
 fn with_dbc(reader: Reader, bytes: &[u8]) -> Collector {
     let folder = tests::Folder::with(&[("a.dbc", DBC.as_bytes())]);
-    told_with(reader, bytes, &ReadOptions { dbc: vec![folder.0.join("a.dbc")], ..ReadOptions::default() })
+    collected_with(
+        reader,
+        bytes,
+        &ReadOptions { dbc: vec![folder.0.join("a.dbc")], ..ReadOptions::default() },
+    )
 }
 
 #[track_caller]
@@ -65,7 +69,7 @@ fn lines_of_candump_are_frames() {
 
 #[test]
 fn without_a_dbc_frames_are_bytes() {
-    let all = told(candump::read, CANDUMP.as_bytes());
+    let all = collected(candump::read, CANDUMP.as_bytes());
     assert_eq!(all.column("0x17[channel=can0]", "data[0]").len(), 4);
     assert!(all.notes[0].1.contains("--dbc FILE"));
 }
@@ -176,7 +180,7 @@ fn check_sample(reader: Reader, file: &str, channel: &str) {
     else {
         return;
     };
-    let all = told_with(reader, &bytes, &options);
+    let all = collected_with(reader, &bytes, &options);
     assert_eq!(all.damages, []);
     let full_of = |name: &str| {
         let topic = all.topics.iter().find(|topic| topic.name == name);

@@ -58,7 +58,7 @@ pub(in super::super) fn read(
             listener.damaged(Place::Whole, "the file is empty".into());
         }
         listener.note(Place::Whole, said_of_times(epoch.is_some()));
-        tell(input, log, epoch, listener)
+        report(input, log, epoch, listener)
     });
     if let Err(failure) = outcome {
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
@@ -78,7 +78,12 @@ fn tied(input: &mut dyn Input) -> io::Result<(Log, Option<Span>)> {
     Ok((log, epoch))
 }
 
-fn tell(input: &mut dyn Input, log: Log, epoch: Option<Span>, listener: &mut dyn Listener) -> io::Result<()> {
+fn report(
+    input: &mut dyn Input,
+    log: Log,
+    epoch: Option<Span>,
+    listener: &mut dyn Listener,
+) -> io::Result<()> {
     let mut records = Records::default();
     // What comes before the first time is of the boot.
     let mut last = Time::default() + epoch.unwrap_or_default();
@@ -87,9 +92,9 @@ fn tell(input: &mut dyn Input, log: Log, epoch: Option<Span>, listener: &mut dyn
             Event::Message(kind, message) => {
                 let time = kind.time(message);
                 last = time.map_or(last, |time| epoch.map_or(time, |epoch| time + epoch));
-                let topic = kind.told(message, listener);
+                let topic = kind.report_topic(message, listener);
                 if let (Ok(slots), true) = (&kind.format.slots, listener.is_wanted(topic)) {
-                    records.tell(slots, message, |body| listener.message(topic, Times::at(last), body));
+                    records.pass(slots, message, |body| listener.message(topic, Times::at(last), body));
                 }
             }
             Event::Damage(offset, problem) => listener.damaged(Place::Offset(offset), problem),
@@ -126,14 +131,14 @@ impl Kind {
     }
 
     /// The listener's topic for this message.
-    fn told(&mut self, message: &[u8], listener: &mut dyn Listener) -> TopicId {
+    fn report_topic(&mut self, message: &[u8], listener: &mut dyn Listener) -> TopicId {
         let Kind { format, topics } = self;
         let slots = format.slots.as_deref().unwrap_or_default();
         let slot = format.instance.and_then(|at| slots.get(at));
         let number = slot.and_then(|slot| slot.scalar.whole(message, slot.at));
         let known = topics.len() < INSTANCES_MAX || topics.contains_key(&number);
         let number = number.filter(|_| known);
-        *topics.entry(number).or_insert_with(|| format.told(number, listener))
+        *topics.entry(number).or_insert_with(|| format.report_topic(number, listener))
     }
 }
 

@@ -72,7 +72,7 @@ impl Format {
     }
 
     /// Reports the topic of these messages, or of those of one device.
-    pub(super) fn told(&self, device: Option<i64>, listener: &mut dyn Listener) -> TopicId {
+    pub(super) fn report_topic(&self, device: Option<i64>, listener: &mut dyn Listener) -> TopicId {
         let full = device.map_or(self.name.clone(), |device| format!("{}[{device}]", self.name));
         let fields = match &self.slots {
             Ok(slots) => Fields::named(slots.iter().map(Slot::field)),

@@ -1,7 +1,7 @@
 //! DataFlash logs written by these tests, and that of a copter.
 
 use super::super::tests::independent::{
-    Reader, check_counts, check_cut, check_flipped, check_values, expected, sample, told,
+    Reader, check_counts, check_cut, check_flipped, check_values, collected, expected, sample,
 };
 use super::{binary, text};
 
@@ -55,9 +55,9 @@ fn begun() -> Writer {
 
 #[track_caller]
 fn check(log: &Writer, topics: &[&str], damages: &[&str]) {
-    let told = told(BINARY, &log.0);
-    assert_eq!(told.shown()[1..], *topics);
-    let shown: Vec<String> = told.damages.iter().map(|(place, what)| format!("{place:?} {what}")).collect();
+    let all = collected(BINARY, &log.0);
+    assert_eq!(all.shown()[1..], *topics);
+    let shown: Vec<String> = all.damages.iter().map(|(place, what)| format!("{place:?} {what}")).collect();
     assert_eq!(shown, damages);
 }
 
@@ -65,7 +65,7 @@ fn check(log: &Writer, topics: &[&str], damages: &[&str]) {
 fn fields_are_scaled_and_times_are_tied_to_the_epoch() {
     let log =
         begun().imu(1_000_000, 0, 0.5, -2_550).gps(2_000_000, 38_980_800, 1966).imu(3_000_000, 0, 0.25, 1);
-    let all = told(BINARY, &log.0);
+    let all = collected(BINARY, &log.0);
     let second = 1_000_000_000;
     let gps = 1_505_040_562_800_000_000;
     assert_eq!(all.column("IMU", "Roll"), [(gps - second, "-25.5".into()), (gps + second, "0.01".into())]);
@@ -89,7 +89,7 @@ fn units_and_devices_are_those_of_fmtu() {
         .imu(1, 0, 0.5, 0)
         .imu(2, 1, 1.5, 0)
         .imu(3, 1, 1.5, 0);
-    let all = told(BINARY, &log.0);
+    let all = collected(BINARY, &log.0);
     let imu: Vec<String> = all.shown().into_iter().filter(|it| it.starts_with("IMU")).collect();
     let fields = "TimeUS [us], I, GyrZ [rad/s], Roll";
     assert_eq!(imu, [format!("IMU IMU[0]: {fields} x1"), format!("IMU IMU[1]: {fields} x2")]);
@@ -121,7 +121,7 @@ fn lines_of_text_hold_the_same() {
                FMT, 202, 75, MSG, QZ, TimeUS,Message\n\
                IMU, 1000000, 0, 0.5, -25.5\nGPS, 2000000, 38980800, 1966\nMSG, 2500000, hello, world\n\
                IMU, 3000000, 0\nIMU, 3000000, 0, 0.25, 0.";
-    let all = told(TEXT, log.as_bytes());
+    let all = collected(TEXT, log.as_bytes());
     let gps = 1_505_040_562_800_000_000;
     let second = 1_000_000_000;
     assert_eq!(all.column("IMU", "Roll"), [(gps - second, "-25.5".into()), (gps + second, "0".into())]);
@@ -136,7 +136,7 @@ fn check_sample(reader: Reader, file: &str) {
     else {
         return;
     };
-    let all = told(reader, &bytes);
+    let all = collected(reader, &bytes);
     assert_eq!(all.damages, []);
     assert_eq!(all.count() as u64, expected["messages"].as_u64().unwrap());
     check_counts(&all, &expected["topics"]);

@@ -56,7 +56,7 @@ pub(in super::super) fn read(
     let mut last = Time::default() + epoch.unwrap_or_default();
     let mut other = 0_u64;
     while let Some(line) = lines.next(listener) {
-        let time = log.tell(&line.text, last, epoch, listener);
+        let time = log.report(&line.text, last, epoch, listener);
         match time {
             Ok(Some(time)) => last = time,
             Ok(None) => other += u64::from(!line.text.trim().is_empty()),
@@ -110,7 +110,7 @@ impl Log {
     }
 
     /// Reports a line's message; `None` for a line without one. Returns the message's time, or the one before where it has none.
-    fn tell(
+    fn report(
         &mut self,
         line: &str,
         last: Time,
@@ -124,7 +124,7 @@ impl Log {
         let slots = kind.format.slots.clone()?;
         let cells = cells(&slots, rest)?;
         let time = kind.time(&cells).map_or(last, |time| epoch.map_or(time, |epoch| time + epoch));
-        let topic = kind.told(&cells, listener);
+        let topic = kind.report_topic(&cells, listener);
         if listener.is_wanted(topic) {
             let values: Vec<Value<'_>> =
                 slots.iter().zip(cells).map(|(slot, cell)| value(slot, cell)).collect();
@@ -202,11 +202,11 @@ impl Kind {
     }
 
     /// The listener's topic for this message.
-    fn told(&mut self, cells: &[&str], listener: &mut dyn Listener) -> TopicId {
+    fn report_topic(&mut self, cells: &[&str], listener: &mut dyn Listener) -> TopicId {
         let Kind { format, topics, .. } = self;
         let number = format.instance.and_then(|at| cells.get(at)?.parse::<i64>().ok());
         let known = topics.len() < INSTANCES_MAX || topics.contains_key(&number);
         let number = number.filter(|_| known);
-        *topics.entry(number).or_insert_with(|| format.told(number, listener))
+        *topics.entry(number).or_insert_with(|| format.report_topic(number, listener))
     }
 }

@@ -14,7 +14,7 @@ use super::topic::{Input, Listener, TopicId};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use block::{Block, Blocks, Unread};
 use channel::{Channel, Role};
-use records::Teller;
+use records::Reporter;
 use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -59,7 +59,7 @@ struct Group {
     frame: Option<FrameChannels>,
     /// The number of records so far.
     count: u64,
-    told: Option<TopicId>,
+    topic: Option<TopicId>,
 }
 
 /// The channels of a bus frame.
@@ -97,11 +97,11 @@ pub(super) fn read(
         start = time;
         said.into_iter().for_each(|what| listener.note(Place::Whole, what));
     }
-    let mut teller = Teller::new(start, bus, blocks.length, listener);
+    let mut reporter = Reporter::new(start, bus, blocks.length, listener);
     for mut group in defined.groups {
-        teller.tell_all(&mut group, &mut blocks, defined.is_finished);
+        reporter.report_all(&mut group, &mut blocks, defined.is_finished);
     }
-    teller.finish();
+    reporter.finish();
     Ok(())
 }
 
@@ -138,13 +138,13 @@ impl Definitions {
             channels += group.groups.values().map(|group| group.channels.len()).sum::<usize>();
             groups.push(group);
         }
-        tell_apart(&mut groups);
+        distinguish(&mut groups);
         Ok(Definitions { start, is_local: head.u8(12) & 1 == 1, is_finished, groups })
     }
 }
 
 /// Adds numbers to groups of the same name.
-fn tell_apart(groups: &mut [DataGroup]) {
+fn distinguish(groups: &mut [DataGroup]) {
     let mut counts: BTreeMap<String, usize> = BTreeMap::new();
     for group in groups.iter().flat_map(|all| all.groups.values()) {
         *counts.entry(group.name.clone()).or_insert(0) += 1;
@@ -231,7 +231,7 @@ impl Group {
             is_variable: block.u16(16) & 1 == 1,
             channels,
             count: 0,
-            told: None,
+            topic: None,
         })
     }
 }

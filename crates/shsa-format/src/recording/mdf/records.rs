@@ -16,7 +16,7 @@ const SEARCH_MAX: usize = 1 << 12;
 const WAITING_MAX: usize = 1 << 23;
 
 /// Reports the records of a file.
-pub(super) struct Teller<'a> {
+pub(super) struct Reporter<'a> {
     start: Time,
     bus: Option<Bus>,
     /// How many values may be read, as many as bytes may be unpacked: channels may share their bytes.
@@ -26,15 +26,15 @@ pub(super) struct Teller<'a> {
     listener: &'a mut dyn Listener,
 }
 
-impl<'a> Teller<'a> {
+impl<'a> Reporter<'a> {
     /// For a file of this many bytes, whose times count from `start`.
     pub(super) fn new(
         start: Time,
         bus: Option<Bus>,
         length: u64,
         listener: &'a mut dyn Listener,
-    ) -> Teller<'a> {
-        Teller { start, bus, values: Budget::of(length), is_full: false, listener }
+    ) -> Reporter<'a> {
+        Reporter { start, bus, values: Budget::of(length), is_full: false, listener }
     }
 
     /// Reports what was left out.
@@ -45,7 +45,7 @@ impl<'a> Teller<'a> {
     }
 
     /// Reports all records of a data group.
-    pub(super) fn tell_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
+    pub(super) fn report_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
         let mut left: Vec<u8> = Vec::new();
         let data = all.data;
         data::pieces(blocks, data, is_finished, &mut |piece| match piece {
@@ -122,10 +122,11 @@ impl<'a> Teller<'a> {
         let Some(since) = since_s.filter(|since| since.is_finite()) else { return };
         let time = self.start + Span::from_seconds(since);
         if let (Some(frame), Some(bus)) = (&group.frame, &mut self.bus) {
-            return tell_frame(group, frame, record, time, bus, self.listener);
+            return report_frame(group, frame, record, time, bus, self.listener);
         }
-        let topic =
-            *group.told.get_or_insert_with(|| told(&group.name, &group.full, &group.channels, self.listener));
+        let topic = *group
+            .topic
+            .get_or_insert_with(|| report_topic(&group.name, &group.full, &group.channels, self.listener));
         if self.listener.is_wanted(topic) && self.has_room(group.channels.len(), data) {
             let shown = (0..group.channels.len()).filter(|at| group.channels.get(*at).is_some_and(is_shown));
             let values: Vec<Value<'_>> = shown
@@ -145,7 +146,7 @@ fn is_shown(channel: &Channel) -> bool {
     channel.role != Role::Other
 }
 
-fn told(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listener) -> TopicId {
+fn report_topic(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listener) -> TopicId {
     let field = |channel: &Channel| {
         let unit = (!channel.unit.is_empty()).then(|| channel.unit.clone());
         Field { name: channel.name.clone(), unit }
@@ -154,7 +155,7 @@ fn told(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listene
     listener.topic(Topic { full, ..Topic::new(name, "MDF channel group", fields) })
 }
 
-fn tell_frame(
+fn report_frame(
     group: &Group,
     frame: &FrameChannels,
     record: &[u8],
@@ -173,7 +174,7 @@ fn tell_frame(
     let id = if is_extended { id | EXTENDED } else { id };
     let channel = whole(frame.bus).map_or(group.name.clone(), |number| number.to_string());
     match record.get(bytes.byte..bytes.byte.saturating_add(length)) {
-        Some(data) => bus.tell(&Frame { time, channel: &channel, id, data }, listener),
+        Some(data) => bus.report(&Frame { time, channel: &channel, id, data }, listener),
         None => bus.pass(),
     }
 }

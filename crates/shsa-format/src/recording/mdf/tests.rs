@@ -1,9 +1,9 @@
 //! MDF files written by these tests, and those of a car.
 
+use super::super::tests::collector::Collector;
 use super::super::tests::independent::{
-    check_cut, check_flipped, check_values, counted, expected, sample, sample_path, told, told_with,
+    check_cut, check_flipped, check_values, collected, collected_with, counted, expected, sample, sample_path,
 };
-use super::super::tests::told::Collector;
 use super::*;
 
 /// A file under construction: blocks at multiples of eight.
@@ -118,7 +118,7 @@ fn zipped(method: u8, content: &[u8], columns: u32) -> Vec<u8> {
 
 #[track_caller]
 fn check(bytes: &[u8]) {
-    let all = told(read, bytes);
+    let all = collected(read, bytes);
     assert_eq!(all.damages, []);
     assert_eq!(all.shown(), ["engine engine: t [m], Speed [m] x10"]);
     let speeds = all.column("engine", "Speed");
@@ -177,7 +177,7 @@ fn the_drive_of_a_car_is_read_as_asammdf_does() {
         let (Some(bytes), Some(expected)) = (sample(&format!("mdf/{file}")), expected("mdf", file)) else {
             return;
         };
-        let all = told_with(read, &bytes, &options);
+        let all = collected_with(read, &bytes, &options);
         assert_eq!(all.damages, []);
         for (name, of_field) in expected["fields"].as_object().unwrap() {
             let field = name.split_once(" [").unwrap().0;

@@ -38,12 +38,11 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
         return Ok(());
     }
-    let mut reader =
-        Reader { clock: Clock { now: rehearsal.first }, topics: BTreeMap::new(), other: 0, untimed: 0 };
+    let mut reader = Reader { clock: Clock { now: rehearsal.first }, ..Reader::default() };
     let mut lines = Lines::new(input);
     while let Some(line) = lines.next(listener) {
         match sentence(&line.text, rehearsal.has_checksums) {
-            Ok(found) => reader.tell(&found, line.number, listener),
+            Ok(found) => reader.report(&found, line.number, listener),
             Err(Flaw::Torn) if !line.is_ended => {
                 listener.damaged(
                     Place::Line(line.number),
@@ -90,6 +89,7 @@ impl Rehearsal {
 }
 
 /// The GNSS time, carried from sentence to sentence.
+#[derive(Default)]
 struct Clock {
     now: Option<Time>,
 }
@@ -120,21 +120,24 @@ fn time_cell(sentence: &Sentence<'_>) -> Option<usize> {
 
 /// The time of a sentence that also has the date.
 fn dated(sentence: &Sentence<'_>) -> Option<Time> {
+    let kind = kind_of(sentence.address);
+    if !matches!(kind, "RMC" | "ZDA") {
+        return None;
+    }
     let cells: Vec<&str> = sentence.content.split(',').collect();
     let cell = |at: usize| cells.get(at).copied();
     let number = |text: Option<&str>| text?.parse::<i64>().ok();
-    let (year, month, day) = match kind_of(sentence.address) {
+    let (year, month, day) = match kind {
         "RMC" => {
             let date = cell(8).filter(|date| date.len() == 6)?;
             let part = |from: usize| number(date.get(from..from + 2));
             (2_000 + part(4)?, part(2)?, part(0)?)
         }
-        "ZDA" => (number(cell(3))?, number(cell(2))?, number(cell(1))?),
-        _ => return None,
+        _ => (number(cell(3))?, number(cell(2))?, number(cell(1))?),
     };
     // Receivers without a fix send a year before 2000; written in two digits, it looks like one at the end of the century.
-    let is_told = (2_000..2_080).contains(&year);
-    let of_day = time_of_day(cell(0)?).filter(|_| is_told)?;
+    let is_plausible = (2_000..2_080).contains(&year);
+    let of_day = time_of_day(cell(0)?).filter(|_| is_plausible)?;
     civil(year, month, day, of_day.0)
 }
 
@@ -143,10 +146,15 @@ fn kind_of(address: &str) -> &str {
     if address.starts_with('P') { address } else { address.get(2..).unwrap_or(address) }
 }
 
+#[derive(Default)]
 struct Reader {
     clock: Clock,
-    /// By address; transducers by address and name.
-    topics: BTreeMap<(String, String), ReportedTopic>,
+    /// By address.
+    topics: BTreeMap<String, ReportedTopic>,
+    /// By address and name.
+    transducers: BTreeMap<String, BTreeMap<String, TopicId>>,
+    /// The number of all topics.
+    count: usize,
     /// The number of lines without a sentence.
     other: u64,
     /// The number of sentences without a known time.
@@ -161,7 +169,7 @@ struct ReportedTopic {
 }
 
 impl Reader {
-    fn tell(&mut self, sentence: &Sentence<'_>, line: u64, listener: &mut dyn Listener) {
+    fn report(&mut self, sentence: &Sentence<'_>, line: u64, listener: &mut dyn Listener) {
         let own = self.clock.own(sentence);
         let Some(received) = sentence.noted.or(self.clock.now) else {
             self.untimed += 1;
@@ -172,12 +180,12 @@ impl Reader {
             return self.transducers(sentence, times, listener);
         }
         let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
-        let Some(told) = self.told(sentence.address, cells.len(), listener) else {
+        let Some(topic) = self.report_topic(sentence.address, cells.len(), listener) else {
             self.other += 1;
             return;
         };
         let mut values = Vec::new();
-        match told.known {
+        match topic.known {
             Some(known) => {
                 if let Some(at) = known.values(&cells, &mut values) {
                     let problem = format!(
@@ -189,18 +197,24 @@ impl Reader {
             }
             None => values.extend(cells.iter().map(|cell| Value::Text(cell))),
         }
-        if listener.is_wanted(told.id) {
-            listener.message(told.id, times, Body::Values(&values));
+        if listener.is_wanted(topic.id) {
+            listener.message(topic.id, times, Body::Values(&values));
         }
     }
 
-    fn told(&mut self, address: &str, cells: usize, listener: &mut dyn Listener) -> Option<ReportedTopic> {
-        if let Some(told) = self.topics.get(&(address.to_owned(), String::new())) {
-            return Some(*told);
+    fn report_topic(
+        &mut self,
+        address: &str,
+        cells: usize,
+        listener: &mut dyn Listener,
+    ) -> Option<ReportedTopic> {
+        if let Some(topic) = self.topics.get(address) {
+            return Some(*topic);
         }
-        if self.topics.len() == TOPICS_MAX {
+        if self.count == TOPICS_MAX {
             return None;
         }
+        self.count += 1;
         let name = kind_of(address);
         let known = entry(name);
         let fields = match known {
@@ -209,9 +223,9 @@ impl Reader {
         };
         let kind = format!("NMEA {name}");
         let id = listener.topic(Topic { full: address, ..Topic::new(name, &kind, fields) });
-        let told = ReportedTopic { id, known };
-        self.topics.insert((address.to_owned(), String::new()), told);
-        Some(told)
+        let topic = ReportedTopic { id, known };
+        self.topics.insert(address.to_owned(), topic);
+        Some(topic)
     }
 
     /// `XDR` has four cells for each transducer: kind, value, unit, name.
@@ -220,17 +234,19 @@ impl Reader {
         for cells in cells.chunks(4) {
             let [kind, value, unit, name @ ..] = cells else { continue };
             let name = name.first().copied().filter(|name| !name.is_empty()).unwrap_or(kind);
-            let key = (sentence.address.to_owned(), name.to_owned());
-            let id = match self.topics.get(&key) {
-                Some(told) => told.id,
-                None if self.topics.len() == TOPICS_MAX => continue,
+            let known = self.transducers.get(sentence.address).and_then(|names| names.get(name));
+            let id = match known {
+                Some(id) => *id,
+                None if self.count == TOPICS_MAX => continue,
                 None => {
+                    self.count += 1;
                     let unit = Some(unit_of(kind, unit)).filter(|unit| !unit.is_empty());
                     let fields = [super::topic::Field { name: "value".to_owned(), unit }];
                     let tags = [("name", name)];
                     let topic = Topic::new("XDR", "NMEA XDR", Fields::named(fields));
                     let id = listener.topic(Topic { full: sentence.address, tags: &tags, ..topic });
-                    self.topics.insert(key, ReportedTopic { id, known: None });
+                    let names = self.transducers.entry(sentence.address.to_owned()).or_default();
+                    names.insert(name.to_owned(), id);
                     id
                 }
             };

@@ -33,7 +33,7 @@ pub(super) fn sentence(line: &str, has_checksums: bool) -> Result<Sentence<'_>, 
         return Err(Flaw::Other);
     }
     // Where a line has two sentences, the first is incomplete.
-    let begin = line.rfind(['$', '!']).ok_or(Flaw::Other)?;
+    let begin = line.bytes().rposition(|byte| matches!(byte, b'$' | b'!')).ok_or(Flaw::Other)?;
     let (before, sentence) = line.split_at(begin);
     let rest = sentence.get(1..).unwrap_or_default();
     let flaw = if is_likely(sentence) { Flaw::Torn } else { Flaw::Other };

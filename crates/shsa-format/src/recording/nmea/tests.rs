@@ -1,7 +1,7 @@
 //! NMEA recordings written by these tests, and those of boats and receivers.
 
 use super::super::tests::independent::{
-    Reader, check_cut, check_flipped, check_values, counted, expected, sample, told,
+    Reader, check_cut, check_flipped, check_values, collected, counted, expected, sample,
 };
 use super::*;
 
@@ -38,7 +38,7 @@ fn times_are_carried_on() {
         "$GPGLL,3503.8851,N,07658.0729,W,000002.00,A",
         "boot",
     ]);
-    let all = told(READ, text.as_bytes());
+    let all = collected(READ, text.as_bytes());
     assert_eq!(all.damages, []);
     let last = DAY_0 + 86_400 * SECOND;
     assert_eq!(
@@ -58,7 +58,7 @@ fn what_loggers_note_is_the_reception() {
         "2016-08-12T10:00:00.100Z;N;$SDDPT,1.0,0.0",
         "2016-08-12T10:00:00.200Z;N;$GPRMC,100000.00,A,3503.8851,N,07658.0729,W,3.75,175.45,120816,,,A",
     ]);
-    let all = told(READ, text.as_bytes());
+    let all = collected(READ, text.as_bytes());
     let times = |topic: usize| all.topics[topic].messages[0].0;
     let ten = DAY_0 + 36_000 * SECOND;
     assert_eq!(times(0), Times::at(Time(ten + SECOND / 10)));
@@ -72,7 +72,7 @@ fn transducers_are_topics_by_name() {
         "$IIXDR,C,19.52,C,TempAir,P,1.02481,B,Barometer",
         "$IIXDR,C,19.60,C,TempAir",
     ]);
-    let all = told(READ, text.as_bytes());
+    let all = collected(READ, text.as_bytes());
     assert_eq!(
         all.shown()[1..],
         ["XDR IIXDR[name=TempAir]: value [degC] x2", "XDR IIXDR[name=Barometer]: value [bar] x1"]
@@ -83,7 +83,7 @@ fn transducers_are_topics_by_name() {
 fn torn_sentences_and_lost_commas_are_told() {
     let rmc = "$GPRMC,100000.00,A,3503.8851,N,07658.0729,W,3.75,175.45,120816,A";
     let text = log(&[rmc, "$SDDPT,1.0,0.0"]) + "$SDDPT,1.0,0.0*00\r\n$SDDP";
-    let all = told(READ, text.as_bytes());
+    let all = collected(READ, text.as_bytes());
     assert_eq!(all.column("GPRMC", "speed")[0].1, "3.75");
     assert_eq!(all.column("GPRMC", "mode")[0].1, "");
     let shown: Vec<String> = all.damages.iter().map(|(place, what)| format!("{place:?} {what}")).collect();
@@ -99,8 +99,10 @@ fn torn_sentences_and_lost_commas_are_told() {
 
 #[test]
 fn a_recording_without_a_day_is_left_out() {
-    let all =
-        told(READ, log(&["$GPGGA,235959.00,3503.8851,N,07658.0729,W,1,08,0.9,545.4,M,46.9,M,,"]).as_bytes());
+    let all = collected(
+        READ,
+        log(&["$GPGGA,235959.00,3503.8851,N,07658.0729,W,1,08,0.9,545.4,M,46.9,M,,"]).as_bytes(),
+    );
     assert_eq!(all.count(), 0);
     assert!(all.damages[0].1.starts_with("1 sentences are left out"));
 }
@@ -124,7 +126,7 @@ fn check_sample(file: &str) {
     let (Some(bytes), Some(expected)) = (sample(&format!("nmea/{file}")), expected("nmea", file)) else {
         return;
     };
-    let all = told(READ, &bytes);
+    let all = collected(READ, &bytes);
     for (name, count) in expected["sentences"].as_object().unwrap() {
         // `pynmea2` leaves out the letter before the name of the maker.
         let name = if name.starts_with("SRF") { format!("P{name}") } else { name.clone() };

@@ -118,7 +118,7 @@ impl Clock {
 
     /// The assumptions about times that a clock showed twice, or never.
     pub(super) fn doubts(&self) -> Vec<String> {
-        self.doubts.told()
+        self.doubts.notes()
     }
 }
 

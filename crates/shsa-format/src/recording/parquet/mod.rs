@@ -177,7 +177,7 @@ impl<'d> Columns<'d> {
         }
     }
 
-    fn tell_damages(&mut self, listener: &mut dyn Listener) {
+    fn report_damages(&mut self, listener: &mut dyn Listener) {
         let all: Vec<(u64, String)> =
             self.pages.iter_mut().flatten().flat_map(|it| it.damages.drain(..)).collect();
         let more = all.len().saturating_sub(DAMAGES_MAX);
@@ -223,7 +223,7 @@ impl Table<'_> {
                 None => untimed += 1,
             }
         }
-        columns.tell_damages(listener);
+        columns.report_damages(listener);
         if untimed > 0 {
             listener.damaged(Place::Whole, format!("{untimed} rows have no time; left out"));
         }

@@ -1,6 +1,6 @@
 //! Parquet files written by hand, files beside the results of an independent reader, and damaged files.
 
-use super::super::tests::independent::{Reader, check_values, counted, expected, sample, told};
+use super::super::tests::independent::{Reader, check_values, collected, counted, expected, sample};
 use super::super::tests::parquet_writer::small;
 use super::super::{Wanted, read_bytes};
 use super::*;
@@ -11,7 +11,7 @@ const READ: Reader = read;
 
 #[test]
 fn numbers_texts_and_lists_are_read() {
-    let all = told(READ, &small());
+    let all = collected(READ, &small());
     assert_eq!(all.shown(), ["log log: time [ns], v [m/s] [m/s], name, ranges x3"]);
     let second = 1_000_000_000;
     let values =
@@ -29,7 +29,7 @@ fn a_page_that_is_lost_is_told_by_its_place() {
     let at = bytes.windows(5).position(|it| it == [3, 0b101, 1, 3, 0b10]).unwrap();
     // More bits for a number than there are.
     bytes[at + 2] = 40;
-    let all = told(READ, &bytes);
+    let all = collected(READ, &bytes);
     let values: Vec<String> = all.column("log", "v [m/s]").into_iter().map(|(_, value)| value).collect();
     assert_eq!((values, all.count()), (vec!["-".to_owned(); 3], 3));
     let (place, what) = &all.damages[0];
@@ -52,7 +52,7 @@ fn tables_are_read_as_python_does() {
         else {
             return;
         };
-        let all = told(READ, &bytes);
+        let all = collected(READ, &bytes);
         assert_eq!(
             (all.damages.as_slice(), all.count() as u64),
             (&[][..], expected["rows"].as_u64().unwrap()),
@@ -61,8 +61,8 @@ fn tables_are_read_as_python_does() {
         for (name, of_field) in expected["fields"].as_object().unwrap() {
             let (first, last) = check_values(&all.column("log", name), of_field, name);
             for (time, end) in [(first, "first"), (last, "last")] {
-                let told = of_field[end].get("time_ns").map(|told| told.as_i64().unwrap());
-                assert_eq!(time, told.unwrap_or(time), "{file} {name}");
+                let time_ns = of_field[end].get("time_ns").map(|it| it.as_i64().unwrap());
+                assert_eq!(time, time_ns.unwrap_or(time), "{file} {name}");
             }
         }
     }
@@ -120,12 +120,12 @@ fn a_damaged_page_costs_its_values_and_no_others() {
             assert!(one.messages <= sound + 1, "{file} at {at}");
             broken[at] = bytes[at];
             // Damage before the description never makes the whole file unreadable, unless it is in the times.
-            let is_told = one.messages == sound || !one.damages.is_empty();
-            assert!(is_told || at >= described, "{file} at {at}: {} of {sound}", one.messages);
+            let is_reported = one.messages == sound || !one.damages.is_empty();
+            assert!(is_reported || at >= described, "{file} at {at}: {} of {sound}", one.messages);
         }
         for step in 0..200_usize {
             broken[(step * 7_919 + 13).wrapping_mul(104_729) % described] ^= 1 << (step % 8);
         }
-        assert!(!counted(READ, &broken).damages.is_empty(), "{file}: nothing is told");
+        assert!(!counted(READ, &broken).damages.is_empty(), "{file}: nothing is reported");
     }
 }

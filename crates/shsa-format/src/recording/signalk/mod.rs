@@ -47,7 +47,7 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
             Ok(found) => {
                 reader.other += u64::from(found.updates.is_empty());
                 let context = found.context.as_deref().unwrap_or("vessels.self");
-                found.updates.iter().for_each(|update| reader.tell(update, context, noted, listener));
+                found.updates.iter().for_each(|update| reader.report(update, context, noted, listener));
             }
             Err(_) if !line.is_ended => {
                 listener.damaged(
@@ -112,7 +112,13 @@ struct Reader {
 }
 
 impl Reader {
-    fn tell(&mut self, update: &Update<'_>, context: &str, noted: Option<Time>, listener: &mut dyn Listener) {
+    fn report(
+        &mut self,
+        update: &Update<'_>,
+        context: &str,
+        noted: Option<Time>,
+        listener: &mut dyn Listener,
+    ) {
         let stamp = stamped(update);
         self.untimed += u64::from(stamp.is_none() && noted.is_none());
         self.incomplete += update.incomplete as u64;
@@ -176,8 +182,8 @@ impl Reader {
 
 #[cfg(test)]
 mod tests {
-    use super::super::tests::independent::{Reader, check_cut, check_flipped, expected, sample, told};
-    use super::super::tests::told::Told;
+    use super::super::tests::collector::Reported;
+    use super::super::tests::independent::{Reader, check_cut, check_flipped, collected, expected, sample};
     use super::*;
 
     /// The reader, which has no options.
@@ -192,7 +198,7 @@ mod tests {
 1200000000000;A;{"updates":[{"source":{"label":"gps"},"timestamp":"1970-01-01T00:00:11Z","values":[{"path":"a.b","value":3},{}]}]}
 {"name":"server"}
 {"updates":[{"source":"#;
-        let all = told(READ, text.as_bytes());
+        let all = collected(READ, text.as_bytes());
         let own = "a.b[source=gps][context=vessels.self]";
         assert_eq!(
             all.shown(),
@@ -223,9 +229,9 @@ mod tests {
             else {
                 return;
             };
-            let all = told(READ, &bytes);
+            let all = collected(READ, &bytes);
             assert_eq!(all.damages, []);
-            let is_of = |topic: &&Told, path: &str| topic.name == path;
+            let is_of = |topic: &&Reported, path: &str| topic.name == path;
             for (path, count) in expected["paths"].as_object().unwrap() {
                 let found: usize =
                     all.topics.iter().filter(|it| is_of(it, path)).map(|topic| topic.messages.len()).sum();
@@ -233,7 +239,8 @@ mod tests {
             }
             for (name, count) in expected["by_source"].as_object().unwrap() {
                 let (path, source) = name.split_once(" from ").unwrap();
-                let is_from = |it: &&Told| is_of(it, path) && it.full.contains(&format!("[source={source}]"));
+                let is_from =
+                    |it: &&Reported| is_of(it, path) && it.full.contains(&format!("[source={source}]"));
                 let found: usize = all.topics.iter().filter(is_from).map(|topic| topic.messages.len()).sum();
                 assert_eq!(found as u64, count.as_u64().unwrap(), "{name}");
             }

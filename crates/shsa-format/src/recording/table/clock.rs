@@ -1,11 +1,12 @@
 //! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
+use super::cells::trimmed;
 use super::layout::Layout;
 use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
 use crate::recording::{ReadOptions, Zone};
 use shsa_core::time::{Span, Time};
-use shsa_message::moment::{DateOrder, Moment, is_date, is_time_of_day, moment, moment_of};
+use shsa_message::moment::{DateOrder, Moment, is_compact, is_date, is_time_of_day, moment, moment_of};
 use shsa_message::stamp::{civil, decimal, likely_step};
 
 const SECOND: i64 = 1_000_000_000;
@@ -83,7 +84,10 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
     let header = layout.headers.get(column).map_or("", String::as_str);
     let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(column).copied()).collect();
     let first = texts.iter().find(|text| !text.is_empty()).copied().unwrap_or("");
-    if first.parse::<f64>().is_err() {
+    // Digits alone may be a number of microseconds: where all of them are dates and times of day, that is the likelier meaning.
+    let has_unit = scale.is_some() || stamp::unit_of(header).is_some();
+    let are_compact = !has_unit && texts.iter().filter(|text| !text.is_empty()).all(|text| is_compact(text));
+    if first.parse::<f64>().is_err() || !first.is_empty() && are_compact {
         if let Some((order, note)) = order_of(&texts) {
             return Ok(Found { clock: Clock::Text(column, order), notes: note.into_iter().collect() });
         }
@@ -91,12 +95,12 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
             return Err(format!("column '{header}' holds times of day without a date ('{first}')"));
         }
     }
-    let told = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
+    let stated = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
         let unit = layout.units.get(column)?.as_deref()?;
         shsa_message::span::time_unit(unit)
     });
     let mut notes = Vec::new();
-    let scale = told.unwrap_or_else(|| {
+    let scale = stated.unwrap_or_else(|| {
         let step = likely_step(first.parse::<f64>().unwrap_or(0.0).abs() as u64);
         if !first.is_empty() {
             notes.push(format!(
@@ -163,8 +167,8 @@ fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
 
 impl Clock {
     /// The time of a row; `None` where its cells have none.
-    pub(in crate::recording) fn moment(&self, cells: &[&str], zone: &Zone) -> Option<Moment> {
-        let cell = |column: usize| cells.get(column).copied();
+    pub(in crate::recording) fn moment(&self, cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
+        let cell = |column: usize| cells.get(column).map(|cell| trimmed(cell.as_ref()));
         match self {
             Clock::Number(column, scale) => {
                 decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true, doubt: None })
@@ -176,9 +180,9 @@ impl Clock {
     }
 
     /// The text of a row in the place of its time.
-    pub(super) fn text(&self, cells: &[&str]) -> String {
+    pub(super) fn text(&self, cells: &[impl AsRef<str>]) -> String {
         let columns = self.columns();
-        let cells = columns.iter().filter_map(|column| cells.get(*column).copied());
+        let cells = columns.iter().filter_map(|column| Some(trimmed(cells.get(*column)?.as_ref())));
         cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
     }
 
@@ -192,11 +196,11 @@ impl Clock {
     }
 }
 
-fn of_parts(columns: &[Option<usize>], cells: &[&str], zone: &Zone) -> Option<Moment> {
+fn of_parts(columns: &[Option<usize>], cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
     let mut numbers = [0; 6];
     for (number, column) in numbers.iter_mut().zip(columns) {
         if let Some(column) = column {
-            let cell = cells.get(*column)?;
+            let cell = trimmed(cells.get(*column)?.as_ref());
             *number = decimal(cell, Span(SECOND)).map(Time::seconds)? as i64;
         }
     }

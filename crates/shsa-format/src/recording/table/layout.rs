@@ -166,8 +166,8 @@ impl Layout {
 
     /// The unit of a column, from its header or the line below the header.
     pub(super) fn unit(&self, column: usize) -> Option<String> {
-        let told = self.units.get(column).cloned().flatten();
-        told.or_else(|| split_unit(self.headers.get(column)?).1.map(str::to_owned))
+        let stated = self.units.get(column).cloned().flatten();
+        stated.or_else(|| split_unit(self.headers.get(column)?).1.map(str::to_owned))
     }
 }
 

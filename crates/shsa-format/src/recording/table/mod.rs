@@ -11,7 +11,7 @@ use super::files::without_packing;
 use super::stamp::Doubts;
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, Value};
 use super::{Place, ReadOptions, RecordingError};
-use cells::{COLUMNS_MAX, fits};
+use cells::{COLUMNS_MAX, fits, trimmed};
 use clock::Clock;
 use layout::{Layout, is_decimal_comma};
 use rows::{Line, Rows};
@@ -77,10 +77,11 @@ pub(super) fn read(
     };
     while let Some(row) = rows.row(&table.layout) {
         table.take(&row);
+        rows.reuse(row);
         rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
     }
     rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
-    table.doubts.told().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
+    table.doubts.notes().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
 }
 
@@ -128,36 +129,35 @@ struct Table<'a, 'l> {
 impl Table<'_, '_> {
     fn take(&mut self, row: &Line) {
         let cells = self.layout.separator.split(&row.text).cells();
-        let Some(cells) = cells.filter(|cells| fits(cells, &self.layout.headers)) else {
+        let Some(mut cells) = cells.filter(|cells| fits(cells, &self.layout.headers)) else {
             let problem = match row.is_ended {
                 true => format!("the row has not {} cells as the header", self.layout.headers.len()),
                 false => "the file ends within this row".into(),
             };
             return self.listener.damaged(Place::Line(row.number), format!("{problem}; row left out"));
         };
-        if cells.len() > 1 && cells.iter().all(|cell| cell.trim().is_empty()) {
+        if cells.len() > 1 && cells.iter().all(|cell| trimmed(cell).is_empty()) {
             return;
         }
-        let with_points: Vec<Cow<'_, str>>;
-        let cells: Vec<&str> = if self.layout.has_decimal_commas {
-            let pointed = |cell: &Cow<'_, str>| -> Cow<'static, str> {
-                Cow::Owned(if is_decimal_comma(cell) { cell.replacen(',', ".", 1) } else { cell.to_string() })
-            };
-            with_points = cells.iter().map(pointed).collect();
-            with_points.iter().map(|cell| cell.trim()).collect()
-        } else {
-            cells.iter().map(|cell| cell.trim()).collect()
-        };
+        if self.layout.has_decimal_commas {
+            cells
+                .iter_mut()
+                .filter(|cell| is_decimal_comma(cell))
+                .for_each(|cell| *cell = cell.replacen(',', ".", 1).into());
+        }
         let Some(received) = self.time(&cells, row.number) else { return };
         let values: Vec<Value<'_>> = cells
             .iter()
-            .map(|&cell| if cell.is_empty() { Value::Missing } else { Value::Text(cell) })
+            .map(|cell| match trimmed(cell) {
+                "" => Value::Missing,
+                text => Value::Text(text),
+            })
             .collect();
         self.listener.message(self.topic, Times::at(received), Body::Values(&values));
     }
 
     /// The time of a row; `None`, with a report, where it is unknown and matters.
-    fn time(&mut self, cells: &[&str], line: u64) -> Option<Time> {
+    fn time(&mut self, cells: &[Cow<'_, str>], line: u64) -> Option<Time> {
         let number = self.count;
         self.count += 1;
         let Some(clock) = &self.clock else { return Some(Time(number)) };

@@ -6,6 +6,7 @@ use super::layout::{Layout, is_comment};
 use crate::recording::lines::Lines;
 use std::collections::VecDeque;
 use std::io::BufRead;
+use std::mem;
 
 /// The most lines of a quoted cell.
 const LINES_IN_QUOTES: usize = 16;
@@ -28,6 +29,8 @@ pub(super) struct Line {
 pub(super) struct Rows<R> {
     lines: Lines<R>,
     pending: VecDeque<Line>,
+    /// The text of a row that is done: its memory is used again.
+    spare: String,
     /// The unreadable lines with their problems.
     pub(super) damages: Vec<(u64, String)>,
 }
@@ -35,7 +38,7 @@ pub(super) struct Rows<R> {
 impl<R: BufRead> Rows<R> {
     /// Begins with the first line.
     pub(super) fn new(input: R) -> Rows<R> {
-        Rows { lines: Lines::new(input), pending: VecDeque::new(), damages: Vec::new() }
+        Rows { lines: Lines::new(input), pending: VecDeque::new(), spare: String::new(), damages: Vec::new() }
     }
 
     /// The first lines, which [`Rows::row`] returns again.
@@ -54,6 +57,12 @@ impl<R: BufRead> Rows<R> {
         (0..lines).for_each(|_| drop(self.line()));
     }
 
+    /// Takes back a row that is done.
+    pub(super) fn reuse(&mut self, row: Line) {
+        self.spare = row.text;
+        self.spare.clear();
+    }
+
     fn line(&mut self) -> Option<Line> {
         self.pending.pop_front().or_else(|| self.fetch())
     }
@@ -62,11 +71,9 @@ impl<R: BufRead> Rows<R> {
         loop {
             match self.lines.read()? {
                 Ok(line) => {
-                    return Some(Line {
-                        number: line.number,
-                        text: line.text.into_owned(),
-                        is_ended: line.is_ended,
-                    });
+                    let mut text = mem::take(&mut self.spare);
+                    text.push_str(&line.text);
+                    return Some(Line { number: line.number, text, is_ended: line.is_ended });
                 }
                 Err(problem) => self.damages.push(problem),
             }

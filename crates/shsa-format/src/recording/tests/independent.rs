@@ -2,7 +2,7 @@
 //! truncated or changed files.
 
 use super::super::topic::{Body, Input, Listener, Times, Topic, TopicId};
-use super::told::Collector;
+use super::collector::Collector;
 use super::*;
 use serde_json::Value;
 use std::io::Cursor;
@@ -27,12 +27,12 @@ pub(in super::super) fn sample(path: &str) -> Option<Vec<u8>> {
 }
 
 /// The content that a reader reports.
-pub(in super::super) fn told(reader: Reader, bytes: &[u8]) -> Collector {
-    told_with(reader, bytes, &ReadOptions::default())
+pub(in super::super) fn collected(reader: Reader, bytes: &[u8]) -> Collector {
+    collected_with(reader, bytes, &ReadOptions::default())
 }
 
 /// The content that a reader reports with these options.
-pub(in super::super) fn told_with(reader: Reader, bytes: &[u8], options: &ReadOptions) -> Collector {
+pub(in super::super) fn collected_with(reader: Reader, bytes: &[u8], options: &ReadOptions) -> Collector {
     let mut collector = Collector::default();
     reader(&mut Cursor::new(bytes), options, &mut collector).unwrap();
     collector
@@ -58,7 +58,7 @@ impl Listener for Counter {
         true
     }
     fn message(&mut self, topic: TopicId, _times: Times, _body: Body<'_>) {
-        assert!(topic.0 <= self.topics, "a topic that was not told");
+        assert!(topic.0 <= self.topics, "a topic that was not reported");
         self.messages += 1;
     }
     fn damaged(&mut self, place: Place, problem: String) {
@@ -152,5 +152,5 @@ pub(in super::super) fn check_flipped(reader: Reader, bytes: &[u8], least: f64) 
     }
     let part = counted(reader, &bytes);
     assert!(part.messages as f64 >= least, "{} of {}: {:?}", part.messages, sound.messages, part.damages);
-    assert!(part.damages.len() > sound.damages.len(), "nothing is told");
+    assert!(part.damages.len() > sound.damages.len(), "nothing is reported");
 }

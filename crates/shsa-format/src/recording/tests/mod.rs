@@ -13,7 +13,7 @@ mod samples;
 mod sessions;
 mod sqlite_writer;
 mod tables;
-pub(super) mod told;
+pub(super) mod collector;
 
 use std::fs;
 use std::io::Write;

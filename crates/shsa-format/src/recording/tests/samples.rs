@@ -67,8 +67,8 @@ fn topics_of(path: &Path, expected: &Value) {
         for (time, source) in
             [("received_ns", "@received"), ("published_ns", "@published"), ("stamp_ns", "@header.stamp")]
         {
-            let is_told = expected["first"][time].as_i64().is_some_and(|time| time != 0);
-            if is_told {
+            let is_reported = expected["first"][time].as_i64().is_some_and(|time| time != 0);
+            if is_reported {
                 let recording = samples_of(path, &format!("{field}{source}"));
                 compare(&format!("{name}: {field}{source}"), &recording.samples, expected, time);
             }
@@ -124,7 +124,7 @@ fn damaged_at(path: PathBuf, sources: &[&str]) {
 
 /// Does the same with the bytes of a file that `read` reads.
 fn damaged_bytes(path: &Path, whole: &[u8], read: impl Fn(&[u8]) -> Result<Recording, RecordingError>) {
-    let is_told = |bytes: &[u8]| match read(bytes) {
+    let is_reported = |bytes: &[u8]| match read(bytes) {
         Ok(recording) => {
             let in_order = |(_, samples): (_, &[Sample])| samples.is_sorted_by_key(|it| it.received);
             assert!(recording.by_session().all(in_order), "{}", path.display());
@@ -137,7 +137,7 @@ fn damaged_bytes(path: &Path, whole: &[u8], read: impl Fn(&[u8]) -> Result<Recor
         let is_endless = path.extension().is_some_and(|ending| ENDLESS.iter().any(|it| ending == *it));
         // A logger that was switched off leaves a file without an end mark.
         let has_no_end = is_endless || whole.starts_with(b"UnFinMF");
-        assert!(is_told(&whole[..length]) || has_no_end, "{} cut at {length}", path.display());
+        assert!(is_reported(&whole[..length]) || has_no_end, "{} cut at {length}", path.display());
     }
     for round in 0..5 {
         let mut flipped = whole.to_vec();
@@ -147,14 +147,14 @@ fn damaged_bytes(path: &Path, whole: &[u8], read: impl Fn(&[u8]) -> Result<Recor
             let length = flipped.len();
             flipped[(at >> 20) % length] ^= 1 << (at % 8);
         }
-        is_told(&flipped);
+        is_reported(&flipped);
     }
 }
 
 /// Files that are packed as a whole are read from the disk.
 #[test]
 #[cfg(feature = "zstd")]
-fn damaged_packed_files_are_survived_and_told() {
+fn damaged_packed_files_are_survived_and_reported() {
     let Some((bags, _)) = family("rosbag2") else { return };
     let Some((tables, _)) = family("tables") else { return };
     let bag = fs::read(bags.join("gps_nav_zstd_file/gps_nav_zstd_file.db3.zstd")).unwrap();
@@ -175,7 +175,7 @@ fn damaged_packed_files_are_survived_and_told() {
 }
 
 #[test]
-fn damaged_samples_are_survived_and_told() {
+fn damaged_samples_are_survived_and_reported() {
     damaged("tables", &["T", "WSPD", "Temperature", "MODAQ_Va_V", "peak_period_0"]);
     let sources = [
         "/imu#rate.z",
@@ -204,7 +204,7 @@ fn damaged_samples_are_survived_and_told() {
 /// Cuts real databases at 20 places, and flips 200 bytes, one at a time and all at once: damage is reported, most is read,
 /// nothing panics.
 #[test]
-fn damaged_databases_are_survived_and_told() {
+fn damaged_databases_are_survived_and_reported() {
     let Some((folder, _)) = family("rosbag2") else { return };
     for (bag, source) in
         [("gps_nav", "/vehicle_pose#pose.position.x"), ("turtlebot3_renamed", "/odom#twist.twist.linear.x")]
@@ -220,8 +220,8 @@ fn damaged_databases_are_survived_and_told() {
         assert!(sound > 100 && !is_degraded, "{bag}: {sound}");
         let mut before = 0;
         for part in 0..20 {
-            let (count, is_told) = read(&whole[..whole.len() * part / 20]);
-            assert!(is_told && count >= before && count <= sound, "{bag} at {part}: {count} of {sound}");
+            let (count, is_reported) = read(&whole[..whole.len() * part / 20]);
+            assert!(is_reported && count >= before && count <= sound, "{bag} at {part}: {count} of {sound}");
             before = count;
         }
         assert!(before > sound / 2, "{bag}: {before} of {sound}");
@@ -231,9 +231,9 @@ fn damaged_databases_are_survived_and_told() {
         let mut whole_ones = 0;
         for (at, bit) in (0..200).map(place) {
             flipped[at] ^= bit;
-            let (count, is_told) = read(&flipped);
+            let (count, is_reported) = read(&flipped);
             // A loss is reported; a message that has changed to another topic cannot be noticed.
-            assert!(count + 1 >= sound || is_told, "{bag} at {at}: {count} of {sound}");
+            assert!(count + 1 >= sound || is_reported, "{bag} at {at}: {count} of {sound}");
             whole_ones += usize::from(count * 10 >= sound * 9);
             flipped[at] ^= bit;
         }

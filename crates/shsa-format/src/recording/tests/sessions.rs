@@ -34,8 +34,8 @@ fn check(files: &[(&str, String)], paths: &[&str], sources: &[&str], expected: &
     };
     let sessions: Vec<String> = recording.by_session().map(shown).collect();
     assert_eq!(sessions, expected);
-    let told = recording.warnings.iter().filter(|it| it.message.contains("a session of its own")).count();
-    assert_eq!(told, sessions.len() - 1, "{:?}", recording.warnings);
+    let count = recording.warnings.iter().filter(|it| it.message.contains("a session of its own")).count();
+    assert_eq!(count, sessions.len() - 1, "{:?}", recording.warnings);
 }
 
 #[test]

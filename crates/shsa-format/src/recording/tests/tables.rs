@@ -49,6 +49,17 @@ fn the_command_line_can_say_the_time() {
 }
 
 #[test]
+fn dates_and_times_of_digits_alone_are_no_seconds() {
+    let log = b"time,v\n20180408103137,1\n20180408103138.5,2\n";
+    let said = shown(&[("log.csv", log)], &["log#v"], &ReadOptions::default());
+    let note = "! log.csv: its times name no zone and are taken for UTC; --time-zone says another";
+    assert_eq!(said, format!("0@1523183497000=1\n0@1523183498500=2\n{note}"));
+    let microseconds = b"time [us],v\n20180408103137,1\n";
+    let said = shown(&[("log.csv", microseconds)], &["log#v"], &ReadOptions::default());
+    assert_eq!(said, "0@20180408103.137=1", "a unit in the header");
+}
+
+#[test]
 fn an_hour_that_a_clock_shows_twice_is_told_apart_by_the_order_of_rows() {
     let options = ReadOptions { zone: "Europe/Vienna".parse().unwrap(), ..ReadOptions::default() };
     let at = |minutes: i64| format!("0@{}=1", (1_540_684_800 + 60 * minutes) * 1_000);

@@ -45,7 +45,7 @@ struct Subscription {
     /// The place of the microseconds since boot.
     timestamp: Option<usize>,
     /// The listener's topic, once there is a message.
-    told: Option<TopicId>,
+    topic_id: Option<TopicId>,
 }
 
 /// The state of the log so far.
@@ -73,7 +73,7 @@ enum Event<'a> {
 pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
     let outcome = tied(input).and_then(|epoch| {
         input.seek(SeekFrom::Start(0))?;
-        tell(input, epoch, listener)
+        report(input, epoch, listener)
     });
     if let Err(failure) = outcome {
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
@@ -93,7 +93,7 @@ fn tied(input: &mut dyn Input) -> io::Result<Option<Span>> {
     Ok(epoch)
 }
 
-fn tell(input: &mut dyn Input, epoch: Option<Span>, listener: &mut dyn Listener) -> io::Result<()> {
+fn report(input: &mut dyn Input, epoch: Option<Span>, listener: &mut dyn Listener) -> io::Result<()> {
     let mut records = Records::default();
     let (mut dropouts, mut dropped_ms, mut first_at) = (0_u64, 0_u64, 0);
     let mut last = Time::default();
@@ -102,10 +102,10 @@ fn tell(input: &mut dyn Input, epoch: Option<Span>, listener: &mut dyn Listener)
             Event::Data(subscription, message) => {
                 let time = subscription.time(message);
                 last = time.map_or(last, |time| epoch.map_or(time, |epoch| time + epoch));
-                let topic = subscription.told(listener);
+                let topic = subscription.report_topic(listener);
                 if listener.is_wanted(topic) {
                     let slots = &subscription.layout.slots;
-                    records.tell(slots, message, |body| listener.message(topic, Times::at(last), body));
+                    records.pass(slots, message, |body| listener.message(topic, Times::at(last), body));
                 }
             }
             Event::Dropout(offset, length_ms) => {
@@ -137,9 +137,9 @@ impl Subscription {
     }
 
     /// The listener's topic.
-    fn told(&mut self, listener: &mut dyn Listener) -> TopicId {
-        let Subscription { topic, instance, layout, told, .. } = self;
-        *told.get_or_insert_with(|| {
+    fn report_topic(&mut self, listener: &mut dyn Listener) -> TopicId {
+        let Subscription { topic, instance, layout, topic_id, .. } = self;
+        *topic_id.get_or_insert_with(|| {
             let fields = Fields::named(layout.slots.iter().map(Slot::field));
             let full = format!("{topic}[{instance}]");
             listener.topic(Topic { full: &full, ..Topic::new(topic, topic, fields) })
@@ -304,7 +304,7 @@ impl Log {
         let layout = self.layout(topic).map_err(|problem| format!("topic {topic}: {problem}"))?;
         let timestamp = layout.slot("timestamp").map(|slot| slot.at);
         let subscription =
-            Subscription { topic: topic.to_owned(), instance: *instance, layout, timestamp, told: None };
+            Subscription { topic: topic.to_owned(), instance: *instance, layout, timestamp, topic_id: None };
         self.subscriptions.insert(u16::from_le_bytes([*low, *high]), subscription);
         Ok(())
     }

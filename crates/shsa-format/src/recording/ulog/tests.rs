@@ -1,7 +1,7 @@
 //! ULogs written by these tests, and those of vehicles.
 
 use super::super::tests::independent::{
-    Reader, check_counts, check_cut, check_flipped, check_values, expected, sample, told,
+    Reader, check_counts, check_cut, check_flipped, check_values, collected, expected, sample,
 };
 use super::*;
 
@@ -55,16 +55,16 @@ fn value(writer: Writer, step: u16) -> Writer {
 
 #[track_caller]
 fn check(writer: Writer, topics: &[&str], damages: &[&str]) {
-    let told = told(READ, &writer.0);
-    assert_eq!(told.shown(), topics);
-    let shown: Vec<String> = told.damages.iter().map(|(place, what)| format!("{place:?} {what}")).collect();
+    let all = collected(READ, &writer.0);
+    assert_eq!(all.shown(), topics);
+    let shown: Vec<String> = all.damages.iter().map(|(place, what)| format!("{place:?} {what}")).collect();
     assert_eq!(shown, damages);
 }
 
 #[test]
 fn topics_have_instances_and_fields() {
     let log = value(value(begun(), 1), 2).data(4, 2_500, &[0; 8]);
-    let all = told(READ, &log.0);
+    let all = collected(READ, &log.0);
     assert_eq!(all.shown(), ["a a[0]: timestamp, x, list x2", "a a[1]: timestamp, x, list x1"]);
     assert_eq!(all.column("a[0]", "x"), [(1_000_000, "0.5".into()), (2_000_000, "1".into())]);
     assert_eq!(all.column("a[0]", "list[1]"), [(1_000_000, "-1.0".into()), (2_000_000, "-1.0".into())]);
@@ -77,7 +77,7 @@ fn formats_stand_within_formats() {
         .format("outer:uint64_t timestamp;inner[2] esc;char[4] name;")
         .topic(0, 0, "outer")
         .data(0, 5, b"\x01\0\x02\0\x03\0\x04\0ab\0\0");
-    let all = told(READ, &log.0);
+    let all = collected(READ, &log.0);
     assert_eq!(all.shown(), ["outer outer[0]: timestamp, esc[0].a, esc[0].b, esc[1].a, esc[1].b, name x1"]);
     assert_eq!(all.column("outer[0]", "esc[1].b"), [(5_000, "4".into())]);
     assert_eq!(all.column("outer[0]", "name"), [(5_000, "'ab'".into())]);
@@ -91,7 +91,7 @@ fn the_boot_is_tied_to_the_epoch_by_the_first_fix() {
         .topic(9, 0, "sensor_gps")
         .data(9, 2_000, &fix(1_700_000_000_000_000, 0))
         .data(9, 3_000, &fix(1_600_000_000_000_000, 3));
-    let all = told(READ, &value(log, 4).0);
+    let all = collected(READ, &value(log, 4).0);
     let times: Vec<i64> = all.column("a[0]", "x").iter().map(|(time, _)| *time).collect();
     assert_eq!(times, [1_599_999_999_998_000_000, 1_600_000_000_001_000_000]);
 }
@@ -159,7 +159,7 @@ fn what_was_appended_is_read() {
 #[test]
 fn dropouts_are_told() {
     let log = value(begun(), 1).message(b'O', &[50, 0]).message(b'O', &[0, 1]);
-    let notes = told(READ, &log.0).notes;
+    let notes = collected(READ, &log.0).notes;
     assert!(notes[0].1.starts_with("the logger left messages out here: 2 times in all, 306 ms together"));
 }
 
@@ -168,7 +168,7 @@ fn check_sample(file: &str) {
     let (Some(bytes), Some(expected)) = (sample(&format!("ulog/{file}")), expected("ulog", file)) else {
         return;
     };
-    let all = told(READ, &bytes);
+    let all = collected(READ, &bytes);
     assert_eq!(all.damages, []);
     check_counts(&all, &expected["datasets"]);
     for (name, of_field) in expected["fields"].as_object().unwrap() {

@@ -81,7 +81,7 @@ impl Unsure {
         }
     }
 
-    /// Goes on from the last published value; `is_told` shows whether an event reported this value as uncertain.
+    /// Goes on from the last published value; `is_reported` shows whether an event reported this value as uncertain.
     pub(super) fn following(self, last: Option<Sample>, is_reported: bool) -> Unsure {
         let trusted = last.filter(|sample| !sample.value.is_empty());
         Unsure { trusted, is_reported, ..self }

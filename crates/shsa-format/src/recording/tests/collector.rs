@@ -5,7 +5,7 @@ use super::*;
 
 /// The reports of one topic.
 #[derive(Default)]
-pub(in super::super) struct Told {
+pub(in super::super) struct Reported {
     pub(in super::super) name: String,
     /// The full name, with the tags.
     pub(in super::super) full: String,
@@ -18,7 +18,7 @@ pub(in super::super) struct Told {
 /// Keeps all reports.
 #[derive(Default)]
 pub(in super::super) struct Collector {
-    pub(in super::super) topics: Vec<Told>,
+    pub(in super::super) topics: Vec<Reported>,
     pub(in super::super) damages: Vec<(Place, String)>,
     pub(in super::super) notes: Vec<(Place, String)>,
 }
@@ -48,7 +48,7 @@ impl Collector {
 
     /// `name full: field [unit], ..` for each topic, and the number of its messages.
     pub(in super::super) fn shown(&self) -> Vec<String> {
-        let show = |topic: &Told| {
+        let show = |topic: &Reported| {
             let unit = |unit: &String| if unit.is_empty() { String::new() } else { format!(" [{unit}]") };
             let fields: Vec<String> = topic
                 .fields
@@ -76,7 +76,7 @@ impl Listener for Collector {
             Fields::Named(fields) => fields.to_vec(),
             _ => Vec::new(),
         };
-        self.topics.push(Told {
+        self.topics.push(Reported {
             name: topic.name.to_owned(),
             full: topic.choice(),
             fields: fields.iter().map(|field| field.name.clone()).collect(),
