@@ -3,17 +3,18 @@
 //! A value is learned one settling after it was compared, so that what the comparisons contradict is not learned. A fault of a
 //! signal or of the relation freezes the variable, and takes back what was not confirmed before.
 
+use super::Engine;
 use super::message::{Event, EventKind, Output};
-use super::{Engine, witnesses};
+use super::snapshot::Recollection;
 use crate::computation::{Computation, Settled};
 use crate::diagnosis::Component;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, Learned, Lineage, RelationId, SignalId, SignalSet, VariableId};
 use crate::monitor::rests_on;
-use crate::parameter::{AHEAD, Drift, Memory, News, Parameter};
+use crate::parameter::{AHEAD, Drift, News, Parameter};
 use crate::plan;
 use crate::reason::{Range, Reason};
-use crate::residual_selection::can_be_watched;
+use crate::residual_selection::{can_be_watched, witnesses};
 use crate::time::{Time, Validity};
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -32,15 +33,6 @@ pub struct LearnedNow {
     pub is_frozen: bool,
     /// Whether it has left its range: the relations with it hold no more.
     pub has_left: bool,
-}
-
-/// A learned variable before a restart.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Recollection {
-    /// The variable's name.
-    pub variable: String,
-    /// What was learned.
-    pub memory: Memory,
 }
 
 /// A learned variable at work.
@@ -148,9 +140,17 @@ impl Engine {
         })
     }
 
+    /// Estimates and learns before the comparisons of this moment. Returns whether the trust in a relation has changed by that.
+    pub(super) fn prepare(&mut self, now: Time) -> bool {
+        if self.fuses() {
+            self.fuse(now);
+        }
+        !self.fitted.is_empty() && self.learn(now)
+    }
+
     /// Learns from what was compared before this moment. Returns whether a relation may not be used any more, or again.
     #[inline(never)]
-    pub(super) fn learn(&mut self, now: Time) -> bool {
+    fn learn(&mut self, now: Time) -> bool {
         let mut all = core::mem::take(&mut self.fitted);
         let mut has_changed = false;
         for fitted in &mut all {

@@ -26,12 +26,14 @@ mod what_if;
 
 pub use evidence::{Comparison, Evidence, NoValue, Rival, Side};
 pub use fusing::{Fuse, FusionInput, Measurements};
-pub use learning::{LearnedNow, Recollection};
+pub use learning::LearnedNow;
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
 pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
-pub use snapshot::{Accusation, Compared, Missing, Published, Remembered, Served, Snapshot, Trending};
+pub use snapshot::{
+    Accusation, Compared, Missing, Published, Recollection, Remembered, Served, Snapshot, Trending,
+};
 pub use ticks::Ticks;
 pub use what_if::WhatIf;
 
@@ -86,9 +88,8 @@ pub struct Engine {
     /// Who computes the signals that are fused.
     estimators: Option<Box<dyn Fuse>>,
     has_fusions: bool,
-    /// The variables that are learned.
+    /// The variables that are learned; and whether there are some, or estimators.
     fitted: Vec<Fitted>,
-    /// Whether there are estimators or learned variables.
     prepares: bool,
 }
 
@@ -304,15 +305,6 @@ impl Engine {
         }
     }
 
-    /// A signal has given a value while some that were accused before a restart have not.
-    fn observe_first(&mut self, signal: SignalId, now: Time) {
-        let witness = self.knowledge.witness(signal);
-        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
-        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
-            self.judge.look_again(now);
-        }
-    }
-
     /// Takes together what has come at this moment.
     fn settle(&mut self) {
         self.settle_after(false);
@@ -338,14 +330,6 @@ impl Engine {
             self.replan_under_contract(now);
         }
         self.provide(now);
-    }
-
-    /// Estimates and learns before the comparisons of this moment. Returns whether the trust in a relation has changed by that.
-    fn prepare(&mut self, now: Time) -> bool {
-        if self.fuses() {
-            self.fuse(now);
-        }
-        !self.fitted.is_empty() && self.learn(now)
     }
 
     /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent.
@@ -382,10 +366,8 @@ impl Engine {
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
         let usable = |signal| self.judge.trusts(signal);
         let unproven = |signal| self.judge.tolerates(signal);
-        let tolerated = Lost {
-            relations: self.with_aged(self.judge.distrusted_relations(true)),
-            ..self.lost(false, unproven)
-        };
+        let tolerated = self.with_aged(self.judge.distrusted_relations(true));
+        let tolerated = Lost { relations: tolerated, ..self.lost(false, unproven) };
         let lost = [self.lost(true, usable), self.lost(false, usable), tolerated];
         let doubted = Lost {
             relations: self.with_aged(self.judge.refuted_relations()),

@@ -163,6 +163,15 @@ impl Engine {
         self.monitor.recall_trends(&found, now);
     }
 
+    /// A signal has given a value while some that were accused before a restart have not.
+    pub(super) fn observe_first(&mut self, signal: SignalId, now: Time) {
+        let witness = self.knowledge.witness(signal);
+        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
+        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
+            self.judge.look_again(now);
+        }
+    }
+
     fn miss(&mut self, missing: &Missing, now: Time) {
         // Nothing depends on a signal that is not in the knowledge base any more.
         let Some(signal) = self.knowledge.signal(&missing.signal) else { return };

@@ -1,10 +1,10 @@
 //! The state that outlasts the process, by names, so that a changed knowledge base can go on with unchanged elements.
 
-use super::learning::Recollection;
 use crate::diagnosis::Record;
 use crate::interval::Interval;
 use crate::monitor::{Absence, Symptom, TrendRecord};
 use crate::order::{Order, Subject};
+use crate::parameter::Memory;
 use crate::reason::Reasons;
 use crate::time::{Time, Validity};
 use alloc::string::String;
@@ -112,4 +112,13 @@ pub struct Published {
     pub validity: Validity,
     /// The number, SI.
     pub value: Interval,
+}
+
+/// A learned variable before a restart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recollection {
+    /// The variable's name.
+    pub variable: String,
+    /// What was learned.
+    pub memory: Memory,
 }

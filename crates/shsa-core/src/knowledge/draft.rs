@@ -211,6 +211,22 @@ pub struct RelationDraft {
     pub properties: PropertyDrafts,
 }
 
+impl RelationDraft {
+    /// A relation that always holds, exactly and in all directions, and has no properties.
+    #[must_use]
+    pub fn new(name: Text, body: BodyDraft) -> RelationDraft {
+        RelationDraft {
+            name,
+            body,
+            directions: None,
+            condition: None,
+            error: None,
+            learn: Vec::new(),
+            properties: Vec::new(),
+        }
+    }
+}
+
 /// The content of a relation.
 #[derive(Clone, Debug)]
 pub enum BodyDraft {

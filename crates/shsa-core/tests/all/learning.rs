@@ -1,5 +1,6 @@
 //! Variables that relations learn: within bounds, while all that they rest on is trusted, over restarts and reloads.
 
+use crate::cell;
 use crate::models::{self, System};
 use shsa_core::engine::{Engine, Event, EventKind, Input, LearnedNow, Options, Order, Output, Subject};
 use shsa_core::interval::Interval;
@@ -16,7 +17,7 @@ struct Run {
 
 impl Run {
     fn new() -> Run {
-        let system = models::cell();
+        let system = cell::cell();
         let engine = Engine::new(system.knowledge.clone(), Options::default());
         Run { system, engine, events: Vec::new() }
     }
@@ -103,7 +104,7 @@ fn a_restart_goes_on_with_what_was_learned() {
 
 /// The cell with another range.
 fn changed(high: &str) -> KnowledgeBase {
-    let mut draft = models::cell_draft();
+    let mut draft = cell::cell_draft();
     draft.variables[3].range = Some((models::text("15 mohm"), models::text(high)));
     build(&draft).0
 }

@@ -1,4 +1,4 @@
-//! Four small systems and their sensors' values without faults: for tests and benchmarks of the engine.
+//! Three small systems and their sensors' values without faults: for tests and benchmarks of the engine.
 
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{
@@ -109,46 +109,6 @@ pub(crate) fn rover() -> System {
     System { knowledge: built(&draft), truth }
 }
 
-/// A cell whose resistance is learned: 30 mohm, by two voltmeters, one of them slow, and a current that changes.
-pub(crate) fn cell() -> System {
-    System { knowledge: built(&cell_draft()), truth: cell_truth }
-}
-
-/// The draft of the cell.
-pub(crate) fn cell_draft() -> Draft {
-    let range = Some((text("15 mohm"), text("60 mohm")));
-    let resistance = VariableDraft { range, ..variable("resistance", "ohm", "scalar", "1 mohm/h") };
-    let mut draft = Draft {
-        variables: vec![
-            variable("voltage", "V", "scalar", "1 V/s"),
-            variable("rest", "V", "scalar", "0.1 V/s"),
-            variable("current", "A", "scalar", "20 A/s"),
-            resistance,
-        ],
-        ..Draft::default()
-    };
-    let terminal = relation("terminal", "voltage = rest - resistance * current", "voltage", "0.001 V");
-    draft.relations = vec![RelationDraft { learn: vec![text("resistance")], ..terminal }];
-    draft.signals = sensors(&[
-        ("voltage_1", "voltage", "10 Hz", "0.005", "0 ms"),
-        ("voltage_2", "voltage", "2 Hz", "0.005", "20 ms"),
-        ("rest", "rest", "5 Hz", "0.005", "0 ms"),
-        ("current", "current", "10 Hz", "0.1", "0 ms"),
-    ]);
-    draft.needs = vec![need("voltage", "2 s")];
-    draft
-}
-
-fn cell_truth(signal: usize, seconds: f64) -> RawValue {
-    let seconds = if signal == 1 { seconds - 0.02 } else { seconds };
-    let current = 20.0 + 10.0 * (seconds / 5.0).sin();
-    RawValue::Number(match signal {
-        0 | 1 => 4.0 - 0.030 * current,
-        2 => 4.0,
-        _ => current,
-    })
-}
-
 impl System {
     /// All observations from one second on for a number of seconds, by reception.
     pub(crate) fn inputs(&self, from_s: u32, seconds: u32) -> Vec<Input> {
@@ -195,7 +155,7 @@ pub(crate) fn sensors(sensors: &[Sensor<'_>]) -> Vec<SignalDraft> {
     sensors.iter().map(sensor).collect()
 }
 
-fn relation(name: &str, equation: &str, output: &str, error: &str) -> RelationDraft {
+pub(crate) fn relation(name: &str, equation: &str, output: &str, error: &str) -> RelationDraft {
     RelationDraft {
         name: text(name),
         body: BodyDraft::Equation(text(equation)),
@@ -207,7 +167,7 @@ fn relation(name: &str, equation: &str, output: &str, error: &str) -> RelationDr
     }
 }
 
-fn need(variable: &str, max_age: &str) -> NeedDraft {
+pub(crate) fn need(variable: &str, max_age: &str) -> NeedDraft {
     NeedDraft { variable: text(variable), max_age: Some(text(max_age)), ..NeedDraft::default() }
 }
 

@@ -82,7 +82,7 @@ fn vectors() {
 
 #[test]
 fn a_variable_that_is_learned() {
-    check(&models::cell(), 810, 290);
+    check(&crate::cell::cell(), 810, 290);
 }
 
 #[test]

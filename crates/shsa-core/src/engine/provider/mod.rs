@@ -29,8 +29,7 @@ use super::ready_sources::ReadySources;
 use super::ways::Lost;
 use crate::alignment::{Port, Sample};
 use crate::assurance::{Assessments, Assurance};
-use crate::interval::Interval;
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
@@ -242,13 +241,6 @@ impl Provider {
     /// The only source that may serve the need, where one is ordered.
     pub(super) fn forced(&self) -> Option<&Way> {
         self.forced.as_ref().map(|forced| &forced.way)
-    }
-
-    /// Sets the present value of a constant that is learned.
-    pub(super) fn set_constant(&mut self, variable: VariableId, value: Interval) {
-        if let Some(serving) = self.state.serving_mut() {
-            serving.service.set_constant(variable, value);
-        }
     }
 
     /// When the last switch happened.

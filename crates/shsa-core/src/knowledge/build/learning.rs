@@ -1,7 +1,8 @@
 //! Checks which variables relations `learn`: these count as constants, whose values are found while running.
 
 use super::problems::Problems;
-use crate::knowledge::draft::Text;
+use super::scope::Names;
+use crate::knowledge::draft::{RelationDraft, Text};
 use crate::knowledge::{IdVec, Learned, Relation, RelationId, Shape, Signal, SignalId, Variable, VariableId};
 use alloc::format;
 use alloc::vec::Vec;
@@ -11,6 +12,22 @@ pub(super) struct Learning {
     pub(super) name: Text,
     pub(super) variable: VariableId,
     pub(super) relation: RelationId,
+}
+
+impl Learning {
+    /// What a relation learns; unknown names are reported.
+    pub(super) fn of(
+        problems: &mut Problems,
+        draft: &RelationDraft,
+        relation: RelationId,
+        names: &Names,
+    ) -> Vec<Learning> {
+        let learning = |name: &Text| {
+            let variable = names.variables.look_up(problems, name)?;
+            Some(Learning { name: name.clone(), variable, relation })
+        };
+        draft.learn.iter().filter_map(learning).collect()
+    }
 }
 
 /// Makes the learned variables constants of their range. No relation computes a constant, so the formulas that would are taken

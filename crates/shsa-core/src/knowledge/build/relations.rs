@@ -45,10 +45,7 @@ pub(super) fn build(
         let properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
         if let Some(relation) = relation {
             let relation = relations.push(Relation { properties, ..relation });
-            learning.extend(draft.learn.iter().filter_map(|name| {
-                let variable = names.variables.look_up(problems, name)?;
-                Some(Learning { name: name.clone(), variable, relation })
-            }));
+            learning.extend(Learning::of(problems, draft, relation, names));
             declared.push(draft.name.place);
         } else {
             undecided.extend(named_by(&draft.body, names));
