@@ -3,7 +3,7 @@
 import json
 from statistics import NormalDist
 
-# Intervals are noise to `shsa`, and reach three standard deviations to each side, those of inputs and of outputs.
+# The output of a filter reaches this many standard deviations to each side.
 SIDES = 3.0
 CONFIDENCE = 2 * NormalDist().cdf(SIDES) - 1
 
@@ -43,8 +43,8 @@ def intervals(program, task):
     method = {"method": "marzullo", "states": {"x": {"spread": 1e6}}, "inputs": dict.fromkeys(names, "x"), "faulty": task["faulty"]}
     rows, signals = [], {}
     for name, (low, high) in zip(names, task["intervals"]):
-        rows.append({"signal": name, "time_ns": 10**9, "received_ns": 10**9, "value": (low + high) / 2})
-        signals[name] = {"variable": "x", "noise": (high - low) / 2 / SIDES, "value_error": 100}
+        rows.append({"signal": name, "time_ns": 10**9, "received_ns": 10**9, "value": {"lo": low, "hi": high}})
+        signals[name] = {"variable": "x"}
     return {"interval": last_value(program, model(signals, method), rows)}
 
 

@@ -17,12 +17,12 @@ struct Need {
 const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
      assert all(version(name) == pin for name, pin in (line.split('==') for line in open('xtask/python.txt').read().split()))";
 
-/// A toolchain of the minimal profile has neither of the first two; SWI-Prolog answers beside our searches,
+/// A toolchain of the minimal profile has neither of the first two; programs in C and C++ are compiled against the library; SWI-Prolog answers beside our searches,
 /// valgrind counts instructions, Mosquitto is the broker that the MQTT bridge is tested with, Prometheus
 /// reads the figures of a run, libfaketime steps a clock that is not the machine's, iproute2 lays and cuts cables between network namespaces,
 /// Chromium looks at the live page, axe-core at whether everyone can use it, and the clients and routers that are not ours
-/// are Python's.
-const NEEDS: [Need; 11] = [
+/// are Python's, as are the packages that the wheel works with.
+const NEEDS: [Need; 13] = [
     Need {
         name: "rustfmt",
         probe: &["cargo", "fmt", "--version"],
@@ -32,6 +32,16 @@ const NEEDS: [Need; 11] = [
         name: "clippy",
         probe: &["cargo", "clippy", "--version"],
         install: &["rustup", "component", "add", "clippy"],
+    },
+    Need {
+        name: "a compiler of C++",
+        probe: &["c++", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends g++"],
+    },
+    Need {
+        name: "pkg-config",
+        probe: &["pkg-config", "--version"],
+        install: &["sh", "-c", "apt-get update && apt-get install -y --no-install-recommends pkg-config"],
     },
     Need {
         name: "SWI-Prolog",

@@ -1,7 +1,7 @@
 //! A model in the whole loop over a recording, with a fault: what its needs are served with.
 
 use anyhow::{Context, bail};
-use shsa_core::engine::{Engine, Input, Options, Output, PublishedValue, Ticks};
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
@@ -16,6 +16,14 @@ pub(crate) struct Recorded {
     knowledge: KnowledgeBase,
     signals: Vec<SignalId>,
     samples: Vec<Sample>,
+}
+
+/// What a run has shown.
+pub(crate) struct Shown<const N: usize> {
+    /// What each need was served with.
+    pub(crate) served: [Vec<Served>; N],
+    /// The first signal that was accused or found silent, how, and when.
+    pub(crate) accused: Option<(Time, String)>,
 }
 
 /// A value of a need.
@@ -66,21 +74,21 @@ impl Recorded {
         &self,
         fault: Option<&str>,
         needs: [&str; N],
-    ) -> anyhow::Result<[Vec<Served>; N]> {
+    ) -> anyhow::Result<Shown<N>> {
         let mut samples = self.samples.clone();
         if let Some(fault) = fault {
             self.inject(&fault.parse()?, &mut samples)?;
         }
         let mut engine = shsa_estimate::node::engine(self.knowledge.clone(), Options::default());
-        let mut served = needs.map(|_| Vec::new());
+        let mut shown = Shown { served: needs.map(|_| Vec::new()), accused: None };
         for sample in samples {
             let Some(signal) = self.signals.get(sample.wanted).copied() else { continue };
             let Sample { time: stamp, received, value, .. } = sample;
             engine.pass(Ticks::before(received));
             engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
-            self.collect(&mut engine, needs, &mut served);
+            self.collect(&mut engine, needs, &mut shown);
         }
-        Ok(served)
+        Ok(shown)
     }
 
     fn inject(&self, fault: &Fault, samples: &mut Vec<Sample>) -> anyhow::Result<()> {
@@ -91,14 +99,25 @@ impl Recorded {
         Ok(())
     }
 
-    fn collect<const N: usize>(&self, engine: &mut Engine, needs: [&str; N], served: &mut [Vec<Served>; N]) {
+    fn collect<const N: usize>(&self, engine: &mut Engine, needs: [&str; N], shown: &mut Shown<N>) {
         while let Some(output) = engine.poll() {
-            let Output::Publication(publication) = output else { continue };
-            let name = &self.knowledge.needs()[publication.need].signal;
-            let place = needs.iter().position(|need| need == name);
-            if let (Some(place), PublishedValue::Scalar(value)) = (place, publication.value) {
-                served[place].push(Served { at: publication.validity.centre(), value });
+            match output {
+                Output::Publication(publication) => {
+                    let name = &self.knowledge.needs()[publication.need].signal;
+                    let place = needs.iter().position(|need| need == name);
+                    if let (Some(place), PublishedValue::Scalar(value)) = (place, publication.value) {
+                        shown.served[place].push(Served { at: publication.validity.centre(), value });
+                    }
+                }
+                Output::Event(event) if shown.accused.is_none() => shown.accused = self.accused(&event),
+                _ => {}
             }
         }
+    }
+
+    fn accused(&self, event: &Event) -> Option<(Time, String)> {
+        let is_accused = matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
+        let signal = event.signal.filter(|_| is_accused)?;
+        Some((event.time, format!("{} {}", self.knowledge.signals()[signal].name, event.kind.name())))
     }
 }

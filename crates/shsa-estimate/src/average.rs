@@ -143,7 +143,7 @@ impl MovingAverage {
     }
 
     /// The weights of the present values, that of the newest one first, scaled to sum to 1.
-    pub(crate) fn shares(&self) -> impl Iterator<Item = f64> + '_ {
+    pub(crate) fn shares(&self) -> impl Iterator<Item = f64> + Clone + '_ {
         let used = self.weights.get(..self.inputs.values().len()).unwrap_or(&self.weights);
         let sum: f64 = used.iter().sum();
         used.iter().map(move |weight| weight / sum)

@@ -1,6 +1,8 @@
 //! Fusion without a model: several inputs measure one quantity directly.
 //!
-//! The quantity is a single state; between measurements it stays constant, and its variance grows at a declared rate.
+//! The quantity is a single state that walks at random: its variance grows at a declared rate. So a value of some age is off by
+//! its own noise and by the walk since then, which all older values share: a mean with weights `w`, noise variances `r` and ages
+//! `a` has the variance `sum(w_i^2 r_i) + growth * sum(w_i w_j min(a_i, a_j))`.
 
 use crate::Error;
 use crate::average::{Certain, MovingAverage, Window, by_confidence};
@@ -18,12 +20,23 @@ pub enum Rule {
     Median(Window),
     /// The average of the values of a moment by their variances.
     Confidence,
-    /// Marzullo's interval of the values of a moment, each with a number of standard deviations to both sides.
+    /// Marzullo's interval of the values of a moment, each with a number of standard deviations to both sides. Where no value is
+    /// in enough intervals, the quantity is unknown: its variance is infinite.
     Marzullo(Faulty),
     /// Schmid's interval, of the same values.
     Schmid(Faulty),
     /// The estimate of Brooks and Iyengar.
     BrooksIyengar(Faulty),
+}
+
+impl Rule {
+    /// The rule for a number of inputs: of a single one no fault can be tolerated.
+    pub(crate) fn among(mut self, inputs: usize) -> Rule {
+        if let Rule::Marzullo(faulty) | Rule::Schmid(faulty) | Rule::BrooksIyengar(faulty) = &mut self {
+            faulty.count = faulty.count.min(inputs.saturating_sub(1));
+        }
+        self
+    }
 }
 
 /// The parameters of interval fusion.
@@ -46,8 +59,56 @@ pub struct Direct {
     /// The estimate, of one number.
     estimate: Gaussian,
     intervals: Vec<Interval>,
+    /// The values of this moment, with the variance of each that includes the walk during its age.
     pairs: Vec<(Option<f64>, f64)>,
+    /// Their ages in seconds, and with their weights, the youngest first.
+    ages: Vec<f64>,
+    weighted: Vec<Part>,
     regions: Regions,
+    recent: Recent,
+}
+
+/// A value's part in a mean: its age in seconds, and its weight.
+type Part = (f64, f64);
+
+/// The ages and the variances of the values in a window, oldest first.
+#[derive(Clone, Debug)]
+struct Recent {
+    ages: Vec<f64>,
+    variances: Vec<f64>,
+}
+
+impl Recent {
+    fn new(capacity: usize) -> Recent {
+        Recent { ages: Vec::with_capacity(capacity), variances: Vec::with_capacity(capacity) }
+    }
+
+    fn push(&mut self, variance: f64, capacity: usize) {
+        for (kept, new) in [(&mut self.ages, 0.0), (&mut self.variances, variance)] {
+            if kept.len() >= capacity {
+                kept.rotate_left(1);
+                kept.pop();
+            }
+            kept.push(new);
+        }
+    }
+
+    /// The variance of the mean with these weights, that of the newest value first: they sum to 1.
+    fn variance(&self, weights: impl Iterator<Item = f64> + Clone, growth: f64) -> f64 {
+        let own: f64 =
+            self.variances.iter().rev().zip(weights.clone()).map(|(own, weight)| weight * weight * own).sum();
+        own + growth * walked(self.ages.iter().rev().copied().zip(weights))
+    }
+}
+
+/// `sum(w_i w_j min(a_i, a_j))` of parts with weights that sum to 1, the youngest first. Linear.
+fn walked(parts: impl Iterator<Item = Part>) -> f64 {
+    let (mut sum, mut older, mut before) = (0.0, 1.0, 0.0);
+    for (age, weight) in parts {
+        sum += (age - before) * older * older;
+        (older, before) = (older - weight, age);
+    }
+    sum
 }
 
 impl Direct {
@@ -88,6 +149,7 @@ impl Direct {
             });
         }
         let n = variances.len();
+        let window = window_capacity(&rule);
         Ok(Direct {
             rule,
             variances: variances.to_vec(),
@@ -95,7 +157,10 @@ impl Direct {
             estimate: Gaussian { mean: vec![mean], spread: Matrix::from_element(1, 1, variance) },
             intervals: Vec::with_capacity(n),
             pairs: Vec::with_capacity(n),
+            ages: Vec::with_capacity(n),
+            weighted: Vec::with_capacity(n),
             regions: Regions::new(n),
+            recent: Recent::new(window),
         })
     }
 
@@ -116,23 +181,11 @@ impl Direct {
         own.filter(|variance| *variance > 0.0 && variance.is_finite() && measurement.value.is_finite())
     }
 
-    /// The value of a moment and its variance.
+    /// The value of a moment and its variance; `None` where it is unknown.
     fn combined(&mut self) -> Option<(f64, f64)> {
-        let alike = by_confidence(&self.pairs, Certain::Refused).ok()?;
-        match &mut self.rule {
-            Rule::Confidence => Some((alike.value, alike.variance)),
-            Rule::Average(average) => {
-                let value = average.push(alike.value);
-                let weights: f64 = average.shares().map(|share| share * share).sum();
-                Some((value, alike.variance * weights))
-            }
-            Rule::Median(window) => {
-                window.push(alike.value);
-                // The median of n normal numbers has pi / 2 times the variance of their mean; a single number has its own.
-                let count = window.values().len() as f64;
-                let share = if count < 2.0 { 1.0 } else { (std::f64::consts::FRAC_PI_2 / count).min(1.0) };
-                Some((window.median()?, alike.variance * share))
-            }
+        match &self.rule {
+            Rule::Average(_) | Rule::Median(_) => self.windowed(),
+            Rule::Confidence => self.by_confidence(),
             Rule::Marzullo(faulty) | Rule::Schmid(faulty) | Rule::BrooksIyengar(faulty) => {
                 let Faulty { count, deviations } = *faulty;
                 self.intervals.clear();
@@ -147,6 +200,44 @@ impl Direct {
         }
     }
 
+    fn by_confidence(&mut self) -> Option<(f64, f64)> {
+        let alike = by_confidence(&self.pairs, Certain::Refused).ok()?;
+        let weights = self.pairs.iter().map(|(_, variance)| alike.variance / variance);
+        self.weighted.clear();
+        self.weighted.extend(self.ages.iter().copied().zip(weights.clone()));
+        self.weighted.sort_unstable_by(|one, other| one.0.total_cmp(&other.0));
+        // The variances of the pairs have the walk of each alone, not what they share.
+        let alone: f64 = self.weighted.iter().map(|(age, weight)| weight * weight * age).sum();
+        let shared = walked(self.weighted.iter().copied()) - alone;
+        Some((alike.value, alike.variance + self.growth * shared.max(0.0)))
+    }
+
+    /// Takes the values one by one into the window.
+    fn windowed(&mut self) -> Option<(f64, f64)> {
+        let (capacity, mut mean) = (window_capacity(&self.rule), None);
+        for (value, variance) in &self.pairs {
+            let value = (*value)?;
+            self.recent.push(*variance, capacity);
+            match &mut self.rule {
+                Rule::Average(average) => mean = Some(average.push(value)),
+                Rule::Median(window) => window.push(value),
+                _ => {}
+            }
+        }
+        match &mut self.rule {
+            Rule::Average(average) => Some((mean?, self.recent.variance(average.shares(), self.growth))),
+            Rule::Median(window) => {
+                let count = window.values().len();
+                let weights = std::iter::repeat_n(1.0 / count as f64, count);
+                // Of n uniform numbers the median has this many times the variance of their mean, of normal ones less: up to pi / 2.
+                // Of one or two it is their mean.
+                let times = if count < 3 { 1.0 } else { 3.0 * count as f64 / (count as f64 + 2.0) };
+                Some((window.median()?, times * self.recent.variance(weights, self.growth)))
+            }
+            _ => None,
+        }
+    }
+
     fn fused(&mut self, faulty: usize) -> Option<(f64, Interval)> {
         match self.rule {
             Rule::Marzullo(_) => marzullo(&self.intervals, faulty).map(|it| (it.midpoint(), it)),
@@ -158,20 +249,43 @@ impl Direct {
         }
     }
 
-    fn window(&mut self) -> Option<&mut Window> {
-        match &mut self.rule {
-            Rule::Average(average) => Some(average.window_mut()),
-            Rule::Median(window) => Some(window),
-            _ => None,
+    /// Updates with the measurements of a moment, and others of these ages in seconds; one without an age is of this moment.
+    pub(crate) fn update_aged(&mut self, measurements: &[Measurement], ages: &[f64]) -> Updated {
+        self.pairs.clear();
+        self.ages.clear();
+        let (before, own) = self.known();
+        let own = own.min(f64::MAX / 2.0);
+        let mut tally = Tally::NOTHING;
+        for (place, measurement) in measurements.iter().enumerate().take(self.variances.len()) {
+            let Some(variance) = self.variance(measurement) else { continue };
+            let age = ages.get(place).copied().unwrap_or(0.0);
+            self.pairs.push((Some(measurement.value), variance + self.growth * age));
+            self.ages.push(age);
+            tally.count(measurement.value - before, variance + own);
+        }
+        let updated = tally.updated(false);
+        if self.pairs.is_empty() {
+            return updated;
+        }
+        match self.combined() {
+            Some((value, variance)) => {
+                self.set(value, variance);
+                updated
+            }
+            // No value is in enough intervals: more inputs are faulty than declared, or too few speak.
+            None => {
+                self.set(before, f64::INFINITY);
+                Updated { used: 0, ..updated }
+            }
         }
     }
+}
 
-    fn window_capacity(&self) -> usize {
-        match &self.rule {
-            Rule::Average(average) => average.window().capacity(),
-            Rule::Median(window) => window.capacity(),
-            _ => 0,
-        }
+fn window_capacity(rule: &Rule) -> usize {
+    match rule {
+        Rule::Average(average) => average.window().capacity(),
+        Rule::Median(window) => window.capacity(),
+        _ => 0,
     }
 }
 
@@ -187,37 +301,23 @@ impl Method for Direct {
     fn predict(&mut self, dt: f64, _: &[f64]) -> bool {
         let (mean, variance) = self.known();
         self.set(mean, variance + self.growth * dt.max(0.0));
+        self.recent.ages.iter_mut().for_each(|age| *age += dt.max(0.0));
         true
     }
 
     fn innovation(&mut self, measurement: &Measurement, _: &[f64]) -> Option<Innovation> {
         let (mean, own) = self.known();
-        let variance = self.variance(measurement)? + own;
-        variance.is_finite().then_some(Innovation { value: measurement.value - mean, variance })
+        // Where the quantity is unknown, every measurement fits.
+        let variance = (self.variance(measurement)? + own).min(f64::MAX);
+        Some(Innovation { value: measurement.value - mean, variance })
     }
 
     fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {
-        self.pairs.clear();
-        let (before, own) = self.known();
-        let mut tally = Tally::NOTHING;
-        for measurement in measurements.iter().take(self.variances.len()) {
-            let Some(variance) = self.variance(measurement) else { continue };
-            self.pairs.push((Some(measurement.value), variance));
-            tally.count(measurement.value - before, variance + own);
-        }
-        let updated = tally.updated(false);
-        match self.combined() {
-            Some((value, variance)) => {
-                self.set(value, variance);
-                updated
-            }
-            // No value is in enough intervals: more inputs are faulty than declared.
-            None => Updated { used: 0, ..updated },
-        }
+        self.update_aged(measurements, &[])
     }
 
     fn memory_len(&self) -> usize {
-        3 + self.window_capacity()
+        3 + 3 * window_capacity(&self.rule)
     }
 
     fn save(&self, memory: &mut [f64]) {
@@ -228,70 +328,26 @@ impl Method for Direct {
         };
         let (mean, variance) = self.known();
         let head = [mean, variance, values.len() as f64];
-        crate::method::save(memory, &[&head, values]);
+        crate::method::save(memory, &[&head, values, &self.recent.ages, &self.recent.variances]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
-        let [mean, variance, count, values @ ..] = memory else { return };
+        let [mean, variance, count, kept @ ..] = memory else { return };
         self.set(*mean, *variance);
-        if let Some(window) = self.window() {
-            window.clear();
-            values.iter().take(*count as usize).for_each(|value| window.push(*value));
+        let (count, Recent { ages, variances }) = (*count as usize, &mut self.recent);
+        let window = match &mut self.rule {
+            Rule::Average(average) => average.window_mut(),
+            Rule::Median(window) => window,
+            _ => return,
+        };
+        window.clear();
+        kept.iter().take(count).for_each(|value| window.push(*value));
+        for (part, to) in [ages, variances].into_iter().enumerate() {
+            to.clear();
+            to.extend(kept.iter().skip((part + 1) * count).take(count));
         }
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn measured(values: &[f64]) -> Vec<Measurement> {
-        let all = values.iter().enumerate();
-        all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect()
-    }
-
-    #[track_caller]
-    fn check(rule: Rule, values: &[f64], expected: f64) {
-        let mut direct = Direct::new(rule, &[1.0; 4], 0.5, (0.0, 9.0)).unwrap();
-        direct.update(&measured(values), &[]);
-        assert!((direct.mean()[0] - expected).abs() < 1e-12, "{}", direct.mean()[0]);
-    }
-
-    #[test]
-    fn a_liar_is_outvoted() {
-        let faulty = Faulty { count: 1, deviations: 2.0 };
-        check(Rule::Confidence, &[1.0, 2.0, 3.0], 2.0);
-        check(Rule::Marzullo(faulty), &[1.0, 2.0, 3.0, 90.0], 2.0);
-        check(Rule::Schmid(faulty), &[1.0, 2.0, 3.0, 90.0], 2.5);
-        check(Rule::BrooksIyengar(faulty), &[1.0, 2.0, 3.0, 90.0], 2.0);
-        // Two inputs are faulty: no value is in three of four intervals, and the estimate stays.
-        check(Rule::Marzullo(faulty), &[1.0, 2.0, 50.0, 90.0], 0.0);
-    }
-
-    #[test]
-    fn without_input_the_variance_grows() {
-        let mut direct = Direct::new(Rule::Confidence, &[1.0], 0.5, (0.0, 9.0)).unwrap();
-        direct.update(&measured(&[3.0]), &[]);
-        assert!(direct.predict(2.0, &[]));
-        assert_eq!((direct.mean()[0], direct.spread()[(0, 0)]), (3.0, 2.0));
-    }
-
-    #[test]
-    fn a_window_goes_back_with_the_rest() {
-        let mut direct = Direct::new(Rule::Median(Window::new(3)), &[1.0], 0.0, (0.0, 1.0)).unwrap();
-        direct.update(&measured(&[1.0]), &[]);
-        let mut memory = vec![0.0; direct.memory_len()];
-        direct.save(&mut memory);
-        let mut go_on = || {
-            [5.0, 9.0].map(|value| {
-                direct.update(&measured(&[value]), &[]);
-                direct.mean()[0]
-            })
-        };
-        assert_eq!(go_on(), [3.0, 5.0]);
-        direct.restore(&memory);
-        assert_eq!(direct.mean()[0], 1.0);
-        direct.update(&measured(&[5.0]), &[]);
-        assert_eq!(direct.mean()[0], 3.0);
-    }
-}
+mod tests;

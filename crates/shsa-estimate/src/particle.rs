@@ -38,6 +38,9 @@ impl Default for Particles {
     }
 }
 
+/// The variance of noise that is noticed, as a share of a state's variance.
+const NOTICED: f64 = 1e-4;
+
 /// A particle filter.
 #[derive(Clone, Debug)]
 pub struct Particle<S> {
@@ -50,7 +53,9 @@ pub struct Particle<S> {
     /// The weights, which sum to 1.
     weights: Vec<f64>,
     estimate: Gaussian,
+    /// The noise of this step, and that which waits for the next one.
     noise: Matrix,
+    pending: Matrix,
     factors: Factors,
     r: Matrix,
     r_factors: Factors,
@@ -80,13 +85,9 @@ impl<S: Ensemble> Particle<S> {
                 range: "2 or more, below 2^32",
             });
         }
-        let share = options.resample_below;
-        if !(0.0..=1.0).contains(&share) {
-            return Err(Error::Range {
-                what: "the share to resample at",
-                value: share,
-                range: "from 0 to 1",
-            });
+        let value = options.resample_below;
+        if !(0.0..=1.0).contains(&value) {
+            return Err(Error::Range { what: "the share to resample at", value, range: "from 0 to 1" });
         }
         let (mut random, mut normal) = (Random::new(options.seed), Normal::new(mean, spread)?);
         let mut particles = Matrix::zeros(options.count, n);
@@ -103,6 +104,7 @@ impl<S: Ensemble> Particle<S> {
             weights: vec![1.0 / options.count as f64; options.count],
             estimate,
             noise: Matrix::zeros(n, n),
+            pending: Matrix::zeros(n, n),
             factors: Factors::new(n),
             r: Matrix::zeros(m, m),
             r_factors: Factors::new(m),
@@ -225,6 +227,13 @@ impl<S: Ensemble> Particle<S> {
         is_defined
     }
 
+    /// Whether the noise is more than rounding beside the spread of some state. Less of it waits for the next step, so that the
+    /// random numbers of later steps are the same whether two measurements have the same stamp or nearly the same.
+    fn is_noticeable(&self) -> bool {
+        (0..self.particles.ncols())
+            .any(|state| at(&self.noise, state, state) > NOTICED * at(&self.estimate.spread, state, state))
+    }
+
     /// Adds the noise of the transition.
     fn disturb(&mut self) {
         let n = self.particles.ncols();
@@ -282,12 +291,18 @@ impl<S: Ensemble> Method for Particle<S> {
         if !are_finite(self.noise.as_slice()) {
             return false;
         }
+        self.noise += &self.pending;
         self.system.transitions(&self.particles, controls, dt, &mut self.spare);
         if !are_finite(self.spare.as_slice()) && !self.bring_back() {
             return false;
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
-        self.disturb();
+        if self.is_noticeable() {
+            self.disturb();
+            self.pending.fill(0.0);
+        } else {
+            self.pending.copy_from(&self.noise);
+        }
         self.summarise();
         true
     }
@@ -351,30 +366,31 @@ impl<S: Ensemble> Method for Particle<S> {
 
     fn widen(&mut self, factor: f64) {
         let Gaussian { mean, spread } = &mut self.estimate;
-        let far = factor.sqrt();
         for (state, mean) in mean.iter().enumerate() {
-            let own = column_mut(&mut self.particles, state);
-            own.iter_mut().for_each(|own| *own = mean + far * (*own - mean));
+            let own = column_mut(&mut self.particles, state).iter_mut();
+            own.for_each(|own| *own = mean + factor.sqrt() * (*own - mean));
         }
         *spread *= factor;
     }
 
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = &self.estimate;
-        self.particles.len() + self.weights.len() + mean.len() + spread.len() + 1
+        self.particles.len() + self.weights.len() + mean.len() + 2 * spread.len() + 1
     }
 
     fn save(&self, memory: &mut [f64]) {
         let Gaussian { mean, spread } = &self.estimate;
         let random = [f64::from_bits(self.random.state())];
-        save(memory, &[self.particles.as_slice(), &self.weights, mean, spread.as_slice(), &random]);
+        let pending = self.pending.as_slice();
+        save(memory, &[self.particles.as_slice(), &self.weights, mean, spread.as_slice(), pending, &random]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
         let Gaussian { mean, spread } = &mut self.estimate;
         let (particles, spread) = (self.particles.as_mut_slice(), spread.as_mut_slice());
         let mut random = [0.0];
-        restore(memory, &mut [particles, &mut self.weights, mean, spread, &mut random]);
+        let pending = self.pending.as_mut_slice();
+        restore(memory, &mut [particles, &mut self.weights, mean, spread, pending, &mut random]);
         let [state] = random;
         self.random.set_state(state.to_bits());
     }

@@ -118,6 +118,12 @@ pub fn is_text(found: &str, asked: &str) -> bool {
     found == asked || number(found).is_some_and(|value| number(asked) == Some(value))
 }
 
+/// Whether a found number is the wanted one.
+#[must_use]
+pub fn is_number(found: f64, asked: &str) -> bool {
+    asked.parse() == Ok(found) || found.is_nan() && asked == "NaN"
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

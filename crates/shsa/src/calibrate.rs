@@ -3,18 +3,18 @@
 use crate::outcome::Outcome;
 use crate::progress::{Search, bar};
 use crate::reading::ReadArguments;
-use crate::replay::{wanted, written};
+use crate::replay::written;
 use crate::show;
 use anyhow::Context;
-use shsa_core::knowledge::{Id, SignalId, build};
-use shsa_core::observation::Observation;
-use shsa_core::time::{Span, Time};
+use shsa_core::knowledge::{SignalId, build};
+use shsa_core::time::Span;
 use shsa_format::fault::moment;
-use shsa_format::recording::{self, Recording};
-use shsa_lab::calibration::{self, Calibration, Options, Session, calibrate};
-use shsa_lab::campaign::{Kind, Recorded, SearchSpec, Smallest};
+use shsa_format::recording;
+use shsa_lab::calibration::{self, Calibration, Options, Parted, calibrate};
+use shsa_lab::campaign::{Kind, SearchSpec, Smallest};
 use shsa_message::span::parse_span;
 use shsa_report::calibration::Report;
+use shsa_report::recorded::wanted;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -104,7 +104,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = live.knowledge();
     let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     show::recording(&recording);
-    let parted = Parted::of(&recording, arguments)?;
+    let skip: Vec<(Span, Span)> = arguments.skip.iter().map(|it| (it.from, it.to)).collect();
+    let parted = Parted::of(&recording, arguments.split, &skip)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
     arguments.patch.iter().chain(&arguments.html).try_for_each(|path| written::ensure_free(path, &read))?;
     let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
@@ -154,66 +155,6 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Recordings as sessions, each divided into a fitted part and a test part.
-struct Parted<'r> {
-    fitted: Vec<Session>,
-    unseen: Vec<Session>,
-    /// The samples before each split.
-    early: Vec<Recorded<'r>>,
-    /// The beginning of each session.
-    firsts: Vec<Time>,
-    /// The total length of the fitted parts, and of all.
-    split: Span,
-    duration: Span,
-    left_out: Vec<(Time, Time)>,
-}
-
-impl<'r> Parted<'r> {
-    fn of(recording: &'r Recording, arguments: &Arguments) -> anyhow::Result<Parted<'r>> {
-        let mut parted = Parted {
-            fitted: Vec::new(),
-            unseen: Vec::new(),
-            early: Vec::new(),
-            firsts: Vec::new(),
-            split: Span::ZERO,
-            duration: Span::ZERO,
-            left_out: Vec::new(),
-        };
-        for (_, samples) in recording.by_session() {
-            parted.take(samples, arguments)?;
-        }
-        anyhow::ensure!(
-            !parted.fitted.is_empty(),
-            "none of the model's signals is in the recording; `source` in the model says where each is found"
-        );
-        Ok(parted)
-    }
-
-    fn take(&mut self, samples: &'r [recording::Sample], arguments: &Arguments) -> anyhow::Result<()> {
-        let (Some(first), Some(last)) = (samples.first(), samples.last()) else { return Ok(()) };
-        let (first, duration) = (first.received, last.received - first.received);
-        let split = arguments.split.unwrap_or(Span(duration.0 / 2));
-        anyhow::ensure!(
-            Span::ZERO < split && split < duration,
-            "the split at {} s lies outside of the recording of {} s",
-            split.seconds(),
-            duration.seconds()
-        );
-        let left_out: Vec<(Time, Time)> =
-            arguments.skip.iter().map(|it| (first + it.from, first + it.to)).collect();
-        let (fitted, unseen) = Session::new(observations(samples), &left_out).split(first + split);
-        let early = samples.partition_point(|it| it.received < first + split);
-        let early = samples.get(..early).unwrap_or_default();
-        self.early.push(Recorded { origin: first, samples: early });
-        self.fitted.push(fitted);
-        self.unseen.push(unseen);
-        self.firsts.push(first);
-        self.left_out.extend(left_out);
-        (self.split, self.duration) = (Span(self.split.0 + split.0), Span(self.duration.0 + duration.0));
-        Ok(())
-    }
-}
-
 /// The numbers of moments and of seeds with which each fault is tried.
 const ONSETS: usize = 5;
 const SEEDS: u64 = 3;
@@ -241,14 +182,4 @@ fn smallest(found: &Calibration, parted: &Parted<'_>, lasting: Option<Span>) -> 
         length.seconds()
     );
     Ok(Smallest::find(&knowledge, &parted.early, &spec)?)
-}
-
-fn observations(samples: &[recording::Sample]) -> Vec<Observation> {
-    let observation = |sample: &recording::Sample| Observation {
-        signal: SignalId::from_index(sample.wanted),
-        stamp: sample.time,
-        received: sample.received,
-        value: sample.value.clone(),
-    };
-    samples.iter().map(observation).collect()
 }

@@ -5,7 +5,7 @@ use crate::outcome::Outcome;
 use crate::plan::find_signal;
 use crate::progress::Search;
 use crate::reading::ReadArguments;
-use crate::replay::{CutArguments, only, wanted, written};
+use crate::replay::{CutArguments, only, written};
 use crate::show;
 use anyhow::{Context, anyhow, bail};
 use serde_json::Value;
@@ -20,6 +20,7 @@ use shsa_lab::campaign::{
 };
 use shsa_message::span::parse_span;
 use shsa_report::campaign as report;
+use shsa_report::recorded::wanted;
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
 use std::fs::{self, File};

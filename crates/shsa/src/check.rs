@@ -1,7 +1,6 @@
 //! `shsa check`: loads a knowledge base and reports every problem with its position.
 
 use crate::outcome::Outcome;
-use crate::requirements;
 use crate::show;
 use serde_json::json;
 use shsa_core::engine::WatchBudget;
@@ -10,6 +9,7 @@ use shsa_format::model::{self, Located, Report};
 use shsa_format::text::counted;
 use shsa_report::Paint;
 use shsa_report::analysis::{shortened, unwatched};
+use shsa_report::shortfall::unmet;
 use std::io::{IsTerminal, Write, stdout};
 use std::path::PathBuf;
 
@@ -61,7 +61,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let knowledge = &loaded.knowledge;
     if loaded.report.ok() {
         let mut warnings = unwatched(knowledge, WatchBudget::default());
-        warnings.extend(shortened(requirements::unmet(knowledge)));
+        warnings.extend(shortened(unmet(knowledge)));
         let file = arguments.model.display().to_string();
         loaded.report.diagnostics.extend(warnings.into_iter().map(|errors| Located::warning(&file, errors)));
     }

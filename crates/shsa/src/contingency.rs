@@ -2,7 +2,7 @@
 
 mod evidence;
 
-use crate::plan::{Names, find_variable};
+use crate::plan::find_variable;
 use crate::show;
 use evidence::Contracts;
 use serde_json::{Value, json};
@@ -10,6 +10,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
 use shsa_core::plan::{Contingency, Graph, Options, Preparation, Requirements};
 use shsa_core::substitution::Substitution;
 use shsa_report::Paint;
+use shsa_report::substitution::Names;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
 

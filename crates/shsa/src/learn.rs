@@ -5,7 +5,7 @@
 
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
-use crate::replay::{wanted, written};
+use crate::replay::written;
 use crate::show;
 use anyhow::{Context, anyhow, bail};
 use shsa_format::model::live::Written;
@@ -14,6 +14,7 @@ use shsa_format::recording;
 use shsa_lab::learning::learn;
 use shsa_lab::proposal::{Proposals, Subject};
 use shsa_report::learning::Report;
+use shsa_report::recorded::wanted;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 

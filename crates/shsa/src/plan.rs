@@ -2,17 +2,17 @@
 
 use crate::contingency;
 use crate::outcome::Outcome;
-use crate::requirements::{self, Refused, RequirementArguments};
+use crate::requirements::{self, RequirementArguments};
 use crate::show;
 use anyhow::{anyhow, bail};
 use serde_json::{Value, json};
-use shsa_core::expression::Formula;
-use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
+use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::plan::{
     self, Graph, Limits, Options, Part, Plan, Preparation, Requirements, StopReason, Take,
 };
-use shsa_core::substitution::{Substitution, Way};
 use shsa_format::text::counted;
+use shsa_report::shortfall::{Refused, refused};
+use shsa_report::substitution::Names;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
@@ -119,15 +119,20 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let elapsed = began.elapsed();
     let narrowed = requirements.narrowed(&knowledge, &options);
     let excluded = |signal: SignalId| narrowed.forbidden_signals.contains(&signal);
-    let refused = arguments.requirements.asks_why().then(|| {
-        requirements::refused(&knowledge, &graph, variable, &options, &requirements, limits(arguments))
-    });
+    let falling_short = arguments
+        .requirements
+        .asks_why()
+        .then(|| refused(&knowledge, &graph, variable, &options, &requirements, limits(arguments)));
     let mut output = stdout().lock();
     if arguments.json {
-        writeln!(output, "{}", to_json(arguments, &knowledge, &plan, elapsed, excluded, refused.as_deref()))?;
+        writeln!(
+            output,
+            "{}",
+            to_json(arguments, &knowledge, &plan, elapsed, excluded, falling_short.as_deref())
+        )?;
     } else {
         writeln!(output, "{}", to_text(arguments, &knowledge, &plan, excluded))?;
-        if let Some(refused) = refused.filter(|refused| !refused.is_empty()) {
+        if let Some(refused) = falling_short.filter(|refused| !refused.is_empty()) {
             writeln!(output, "\n{}", requirements::table(&knowledge, &refused))?;
         }
     }
@@ -280,96 +285,4 @@ fn gap(plan: &Plan) -> String {
         }
         StopReason::Complete | StopReason::Found(_) | StopReason::NotMonotone => String::new(),
     }
-}
-
-/// The names of a substitution.
-#[derive(PartialEq)]
-pub(crate) struct Names {
-    relations: Vec<String>,
-    variables: Vec<String>,
-    /// The best rated signals of its sources; of equal ones the first in file order.
-    pub(crate) signals: Vec<String>,
-    formula: String,
-}
-
-impl Names {
-    pub(crate) fn to_json(&self, utility: f64) -> Value {
-        json!({
-            "utility": utility,
-            "relations": self.relations,
-            "variables": self.variables,
-            "signals": self.signals,
-            "formula": self.formula,
-        })
-    }
-
-    pub(crate) fn relations_or_own(&self) -> String {
-        match self.relations.is_empty() {
-            true => "(its own signal)".to_owned(),
-            false => self.relations.join(", "),
-        }
-    }
-
-    pub(crate) fn of(
-        knowledge: &KnowledgeBase,
-        substitution: &Substitution,
-        excluded: &impl Fn(SignalId) -> bool,
-    ) -> Names {
-        let name = |variable: VariableId| knowledge.variables()[variable].name.clone();
-        let mut variables: Vec<VariableId> = substitution.steps.iter().map(|step| step.output).collect();
-        variables.extend(&substitution.sources);
-        variables.push(substitution.sink);
-        variables.sort_unstable();
-        variables.dedup();
-        let usable = |signal: SignalId| knowledge.is_available(signal) && !excluded(signal);
-        let way = Way::choices(knowledge, substitution, usable, 1).into_iter().next();
-        let signals = way.iter().flat_map(|way| way.inputs());
-        Names {
-            relations: substitution
-                .relations()
-                .into_iter()
-                .map(|relation| knowledge.relations()[relation].name.clone())
-                .collect(),
-            variables: variables.into_iter().map(name).collect(),
-            signals: signals.map(|signal| knowledge.signals()[signal].name.clone()).collect(),
-            formula: formula(knowledge, substitution),
-        }
-    }
-}
-
-/// The formula of a substitution over its sources, in SI; for relations of structure only, their nesting.
-fn formula(knowledge: &KnowledgeBase, substitution: &Substitution) -> String {
-    let names = |symbol: shsa_core::expression::Symbol| {
-        knowledge.variables()[VariableId::from_index(symbol.0 as usize)].name.clone()
-    };
-    let written: Option<Vec<(_, &Formula)>> = substitution
-        .steps
-        .iter()
-        .map(|step| Some((step.output.symbol(), knowledge.relations()[step.relation].formula(step.output)?)))
-        .collect();
-    match written.as_deref() {
-        Some([before @ .., (_, last)]) => last.inline(before).to_text(&names),
-        _ => nested(knowledge, substitution, substitution.sink, &mut { MOST_NESTED }),
-    }
-}
-
-/// The most relations that are written into each other: shared variables could double the text each time.
-const MOST_NESTED: usize = 200;
-
-/// Writes out relations as long as there is room, then the names of their variables.
-fn nested(
-    knowledge: &KnowledgeBase,
-    substitution: &Substitution,
-    variable: VariableId,
-    room: &mut usize,
-) -> String {
-    let step = substitution.steps.iter().find(|step| step.output == variable);
-    let (Some(step), Some(left)) = (step, room.checked_sub(1)) else {
-        return knowledge.variables()[variable].name.clone();
-    };
-    *room = left;
-    let relation = &knowledge.relations()[step.relation];
-    let inputs: Vec<String> =
-        relation.needs(variable).map(|input| nested(knowledge, substitution, input, room)).collect();
-    format!("{}({})", relation.name, inputs.join(", "))
 }

@@ -6,7 +6,7 @@ use crate::workspace::{File, Package};
 /// -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 16] = [
+const ARROWS: [(&str, &[&str]); 17] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
@@ -44,6 +44,18 @@ const ARROWS: [(&str, &[&str]); 16] = [
             "shsa-format",
             "shsa-bridge",
             "shsa-lab",
+            "shsa-runtime",
+        ],
+    ),
+    (
+        "shsa-python",
+        &[
+            "shsa-bridge",
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-format",
+            "shsa-lab",
+            "shsa-report",
             "shsa-runtime",
         ],
     ),

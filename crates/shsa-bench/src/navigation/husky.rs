@@ -42,11 +42,11 @@ pub(super) fn table(path: &Path, is_json: bool) -> anyhow::Result<Table> {
     for (place, model) in MODELS.into_iter().enumerate() {
         let recorded = Recorded::new(model, path)?;
         let (begin, end) = recorded.span()?;
-        let healthy = recorded.serve(None, POSITION)?;
+        let healthy = recorded.serve(None, POSITION)?.served;
         let mut from_s = FROZEN_S;
         while begin + seconds(from_s + JUDGED_S) < end {
             let fault = format!("stuck:wheels@{from_s}s..{}s", from_s + FROZEN_S);
-            let found = recorded.serve(Some(&fault), POSITION)?;
+            let found = recorded.serve(Some(&fault), POSITION)?.served;
             let errors = apart(&found, &healthy, begin + seconds(from_s));
             match windows.iter_mut().find(|window| window.from_s == from_s) {
                 Some(window) => window.errors[place] = errors,

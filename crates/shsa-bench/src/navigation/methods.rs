@@ -132,16 +132,18 @@ trait Estimator {
     fn estimate(&mut self, at: Time) -> [f64; 3];
 }
 
-/// Integrates wheel 1 and the gyroscope.
+/// Integrates wheel 1 and the gyroscope; without wheels the third sensor of speed.
 #[derive(Default)]
 struct Reckoning {
     state: Truth,
+    has_wheel: bool,
 }
 
 impl Estimator for Reckoning {
     fn take(&mut self, arrival: &Arrival) {
         match arrival.sensor {
-            2 => self.state.speed = arrival.value,
+            2 => (self.state.speed, self.has_wheel) = (arrival.value, true),
+            4 if !self.has_wheel => self.state.speed = arrival.value,
             GYROSCOPE => self.state.turn = arrival.value,
             _ => {}
         }

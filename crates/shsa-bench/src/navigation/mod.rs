@@ -7,6 +7,7 @@
 mod simulated;
 mod methods;
 mod recorded;
+mod formats;
 mod husky;
 
 use crate::table::{Table, write_document};
@@ -31,6 +32,9 @@ pub(crate) struct Arguments {
     /// The recording turtlebot3.bag of fuse, for all methods.
     #[arg(long, value_name = "FILE")]
     turtlebot3: Option<PathBuf>,
+    /// The folder of recordings in the formats that users bring, of which a car, a vehicle, a copter and a boat have fixes.
+    #[arg(long, value_name = "DIR")]
+    formats: Option<PathBuf>,
     /// Write navigation.md there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -72,7 +76,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     ];
     let turtlebot3 = arguments.turtlebot3.as_deref().map(recorded::turtlebot3).transpose()?;
     let husky = arguments.husky.as_deref().map(recorded::husky).transpose()?;
-    let drives: Vec<Drive> = turtlebot3.into_iter().chain(husky).collect();
+    let formats = arguments.formats.as_deref().map(formats::drives).transpose()?;
+    let drives: Vec<Drive> =
+        turtlebot3.into_iter().chain(husky).chain(formats.into_iter().flatten()).collect();
     if !drives.is_empty() {
         tables.push(recorded::table(&drives, arguments.json)?);
     }
@@ -108,7 +114,8 @@ fn introduction(arguments: &Arguments) -> String {
     let sensors: Vec<String> =
         DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
     format!(
-        "Written by `shsa-bench navigation --runs {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --out docs`.\n\n\
+        "Written by `shsa-bench navigation --runs {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --formats formats \
+         --out docs`.\n\n\
          A simulated rover drives for {SECONDS} s along a smooth path, and its true position is known. Its \
          sensors, with the standard deviation of their noise in SI units: {}. They deliver 1 to 50 values a \
          second, up to 0.2 s late. In *outliers* one of twenty values is off by ten deviations. In *wheel 1 \

@@ -6,7 +6,7 @@ use crate::table::Table;
 use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
-use shsa_format::recording::{ReadOptions, Wanted, read};
+use shsa_format::recording::{ReadOptions, Sample, Wanted, read};
 use std::io::{Write, stdout};
 use std::iter::{once, zip};
 use std::path::Path;
@@ -28,13 +28,13 @@ const SPEED: Column = ("speed_mse_m2_s2", "speed, (m/s)²", |error| error.speed.
 
 /// The places of the sensors that recordings have.
 const FIX: [usize; 2] = [0, 1];
-const WHEEL: [usize; 2] = [2, 3];
-const COMMANDED: usize = 4;
-const GYROSCOPE: usize = 5;
-const COMPASS: usize = 6;
+pub(super) const WHEEL: [usize; 2] = [2, 3];
+pub(super) const COMMANDED: usize = 4;
+pub(super) const GYROSCOPE: usize = 5;
+pub(super) const COMPASS: usize = 6;
 
 /// The values of a field, each with its stamp.
-type Series = Vec<(Time, f64)>;
+pub(super) type Series = Vec<(Time, f64)>;
 
 impl Drive {
     fn new(
@@ -104,11 +104,24 @@ The recorded TurtleBot3 was simulated by others, with the true pose (`turtlebot3
 of its two wheels gives a speed, with the gyroscope, and the command is the third; its inertial unit gives the \
 heading. It has no fixes, so methods without a model have no position.
 
-The Husky is a real rover (`husky/test1.bag`, 395 s, 359 m): wheels, gyroscope and satellite fixes. The true \
-position is unknown. The methods are given every fifth fix, one in 2 s, and are judged by the other four. The \
-errors of fixes are correlated for a minute: how far a fix is from the truth does not show here, but only how well \
-a method carries it on. The gated filter has no estimate at times there: fixes contradict it, and nothing decides. \
-Without fixes, or with few, particles are too sparse.";
+The others are real, and their true position is unknown. The methods are given every fifth satellite fix, and are \
+judged by the other four. The errors of fixes are correlated for a minute: how far a fix is from the truth does not \
+show here, but only how well a method carries it on. With few fixes, particles are too sparse. Where there is no \
+gyroscope, dead reckoning goes straight on.
+
+* Husky (`husky/test1.bag`, 395 s, 359 m): wheels, gyroscope, a fix in 2 s. The gated filter has no estimate at times \
+there: fixes contradict it, and nothing decides.
+* Car (`formats/mdf/car_decoded.mf4`, MDF 4, 170 s): speed and heading of the satellite receiver and a fix in 5 s, \
+gyroscope.
+* Vehicle (`formats/rosbag2/gps_nav`, ROS 2 bag, 114 s): odometry, heading, a fix in 5 s; times are those of the \
+reception. The odometry follows the motion only loosely.
+* Copter (`formats/dataflash/log.bin`, ArduPilot, 51 s): speed and course of the receiver, a fix in a second. It \
+hovers for two thirds of the time, where the course means nothing.
+* Boat (`formats/nmea/boat.log`, NMEA 0183, 103 minutes): speed through the water, speed and course of the receiver, \
+a fix in 21 s. The water moves.
+
+No other recording of `formats/` has fixes of a motion for more than 20 s with another sensor of it: those of ULog \
+and Signal K last 6 to 14 s, those of CAN and MCAP are the car's, the other receivers' stand still.";
 
 /// A simulated TurtleBot3 with two wheels 0.287 m apart, of 33 mm radius: each wheel with the gyroscope gives a speed, and the
 /// command is the third. The pose of its odometry is the simulator's.
@@ -153,7 +166,7 @@ pub(super) fn turtlebot3(file: &Path) -> anyhow::Result<Drive> {
     Ok(Drive::new("TurtleBot3", &[POSITION, SPEED], from_origin(truths.collect(), start), sensors))
 }
 
-/// A Husky with wheels, gyroscope and satellite fixes. The methods are given every fifth fix, and judged by the others.
+/// A Husky with wheels, gyroscope and satellite fixes.
 ///
 /// # Errors
 /// The recording cannot be read, or lacks one of the fields.
@@ -167,6 +180,19 @@ pub(super) fn husky(file: &Path) -> anyhow::Result<Drive> {
     let [latitude, longitude, wheels, mut turn] = fields(file, sources)?;
     // The unit is mounted on its side.
     turn.iter_mut().for_each(|(_, turn)| *turn = -*turn);
+    let sensors = vec![(WHEEL[0], wheels, Span(400_000_000)), (GYROSCOPE, turn, Span::ZERO)];
+    Ok(by_fixes("Husky", [&latitude, &longitude], HUSKY_HEADING, sensors))
+}
+
+/// A drive with satellite fixes, their latitudes and longitudes in degrees, which heads in this direction at first, in radians from north to the east. The methods
+/// are given every fifth fix, and judged by the others.
+pub(super) fn by_fixes(
+    name: &'static str,
+    fixes: [&Series; 2],
+    heading: f64,
+    mut sensors: Vec<(usize, Series, Span)>,
+) -> Drive {
+    let [latitude, longitude] = fixes;
     let cosine = latitude.first().map_or(1.0, |(_, latitude)| latitude.to_radians().cos());
     let metres = |(north, east): (&(Time, f64), &(Time, f64))| Truth {
         at: north.0,
@@ -175,17 +201,13 @@ pub(super) fn husky(file: &Path) -> anyhow::Result<Drive> {
         speed: f64::NAN,
         ..Truth::default()
     };
-    let fixes = from_origin(zip(&latitude, &longitude).map(metres).collect(), HUSKY_HEADING);
+    let fixes = from_origin(zip(latitude, longitude).map(metres).collect(), heading);
     let (given, judging): (Vec<_>, Vec<_>) =
         fixes.into_iter().enumerate().partition(|(place, _)| place.is_multiple_of(5));
     let coordinate = |of: fn(&Truth) -> f64| given.iter().map(|(_, fix)| (fix.at, of(fix))).collect();
-    let sensors = vec![
-        (FIX[0], coordinate(|fix| fix.x), Span::ZERO),
-        (FIX[1], coordinate(|fix| fix.y), Span::ZERO),
-        (WHEEL[0], wheels, Span(400_000_000)),
-        (GYROSCOPE, turn, Span::ZERO),
-    ];
-    Ok(Drive::new("Husky", &[POSITION], judging.into_iter().map(|(_, fix)| fix).collect(), sensors))
+    sensors.push((FIX[0], coordinate(|fix| fix.x), Span::ZERO));
+    sensors.push((FIX[1], coordinate(|fix| fix.y), Span::ZERO));
+    Drive::new(name, &[POSITION], judging.into_iter().map(|(_, fix)| fix).collect(), sensors)
 }
 
 const EARTH_RADIUS_M: f64 = 6_371_000.0;
@@ -219,19 +241,28 @@ fn along(angle: &Series, turn: &Series, side: f64) -> Series {
 }
 
 /// The heading of a quaternion about the vertical axis.
-fn yaw(sine: &Series, cosine: &Series) -> Series {
+pub(super) fn yaw(sine: &Series, cosine: &Series) -> Series {
     zip(sine, cosine).map(|((at, sine), (_, cosine))| (*at, 2.0 * sine.atan2(*cosine))).collect()
 }
 
-/// The numbers of some fields of a recording.
-fn fields<const N: usize>(file: &Path, sources: [&str; N]) -> anyhow::Result<[Series; N]> {
+/// The numbers of some fields of a recording, by their stamps.
+pub(super) fn fields<const N: usize>(file: &Path, sources: [&str; N]) -> anyhow::Result<[Series; N]> {
+    fields_by(file, sources, |sample| sample.time)
+}
+
+/// The numbers of some fields of a recording, each at a time of it.
+pub(super) fn fields_by<const N: usize>(
+    file: &Path,
+    sources: [&str; N],
+    time: fn(&Sample) -> Time,
+) -> anyhow::Result<[Series; N]> {
     let wanted = sources.map(|source| Wanted::new(source, source));
     let samples = read(&[file.to_owned()], &wanted, &ReadOptions::default())?.samples;
     let mut all = [(); N].map(|()| Series::new());
     for sample in samples {
         let RawValue::Number(value) = sample.value else { continue };
         if let Some(series) = all.get_mut(sample.wanted) {
-            series.push((sample.time, value));
+            series.push((time(&sample), value));
         }
     }
     if let Some(missing) = all.iter().position(Vec::is_empty) {

@@ -77,6 +77,12 @@ impl FusionMethod {
                 | FusionMethod::BrooksIyengar
         )
     }
+
+    /// Whether the method intersects the intervals of its inputs: its output is bounds, and no distribution.
+    #[must_use]
+    pub fn is_of_intervals(self) -> bool {
+        matches!(self, FusionMethod::Marzullo | FusionMethod::Schmid | FusionMethod::BrooksIyengar)
+    }
 }
 
 /// Several signals fused to new ones. Formulas are in SI; of their symbols the states come first, then the controls.

@@ -8,21 +8,20 @@
 //! A measurement costs one step, and one more for each later moment: O(moments). No allocation.
 
 mod verdict;
+mod estimate;
 mod window;
 mod gate;
 mod moment;
 mod leave_one_out;
 
+pub use estimate::Estimate;
 pub use gate::{Gate, Watch};
 pub use leave_one_out::LeaveOneOut;
 pub use verdict::{Counts, Verdict};
 
 use crate::Error;
-use crate::matrix::Matrix;
 use crate::method::{Innovation, Measurement, Method};
-use crate::normal::two_sided;
 use moment::{Moment, Past};
-use shsa_core::interval::Interval;
 use shsa_core::time::{Span, Time};
 
 /// The settings of a fusion.
@@ -50,25 +49,15 @@ impl Options {
 /// A sensor with more rejections in a row than this contradicts the estimate.
 const MOST_REJECTIONS: u32 = 3;
 
-/// The estimate of a moment.
-#[derive(Clone, Copy, Debug)]
-pub struct Estimate<'a> {
-    /// The mean of the states.
-    pub mean: &'a [f64],
-    /// The covariance of the states.
-    pub spread: &'a Matrix,
-}
-
-impl Estimate<'_> {
-    /// The interval that holds a state with this probability, for a normal distribution; empty for an unknown state.
-    #[must_use]
-    pub fn interval(&self, state: usize, share: f64) -> Interval {
-        let (Some(mean), Some(variance)) = (self.mean.get(state), self.spread.get((state, state))) else {
-            return Interval::EMPTY;
-        };
-        let reach = two_sided(share) * variance.max(0.0).sqrt();
-        Interval::new((mean - reach).next_down(), (mean + reach).next_up())
-    }
+/// Where the state before the first moment comes from.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Origin {
+    /// The declared estimate, of a given time.
+    Given,
+    /// The declared estimate, of the first measurement: a late one may be the first.
+    First,
+    /// A moment that is no longer kept, and accepts no more measurements.
+    Moment,
 }
 
 /// A method with measurements at their own times.
@@ -78,11 +67,10 @@ pub struct Fusion {
     /// The moments in use come first, in the order of time.
     moments: Vec<Moment>,
     count: usize,
-    /// The state before the first moment, and its time.
+    /// The state before the first moment, its time, and where it comes from.
     base: Past,
     base_at: Time,
-    /// Whether that was a moment, which accepts no more measurements.
-    is_base_taken: bool,
+    origin: Origin,
     initial: Past,
     /// The state of the running computation.
     now: Past,
@@ -121,7 +109,7 @@ impl Fusion {
             count: 0,
             base: initial.clone(),
             base_at: at,
-            is_base_taken: false,
+            origin: Origin::Given,
             now: initial.clone(),
             masked: vec![false; sensors],
             counts: vec![Counts::default(); sensors],
@@ -184,12 +172,13 @@ impl Fusion {
         }
     }
 
-    /// Restarts with the declared initial estimate, at a time: after a power cycle of a sensor that the states rest on.
+    /// Restarts with the declared initial estimate, at the time of the first measurement: this time, or that of a late measurement
+    /// within the horizon. After a power cycle of a sensor that the states rest on, for example.
     pub fn restart(&mut self, at: Time) {
         self.base.clone_from(&self.initial);
         self.now.clone_from(&self.initial);
         self.method.restore(&self.initial.memory);
-        (self.count, self.base_at, self.is_base_taken) = (0, at, false);
+        (self.count, self.base_at, self.origin) = (0, at, Origin::First);
     }
 
     /// Restarts with the state of another fusion of the same method and sensors after its newest moment.
@@ -199,12 +188,17 @@ impl Fusion {
         self.base.is_doubted = false;
         self.now.clone_from(&self.base);
         self.method.restore(&self.now.memory);
-        (self.count, self.base_at, self.is_base_taken) = (0, other.at(), true);
+        (self.count, self.base_at, self.origin) = (0, other.at(), Origin::Moment);
     }
 
     fn is_too_late(&self, at: Time) -> bool {
-        let oldest = self.present().last_used.map_or(self.base_at, |newest| newest - self.options.horizon);
-        at < oldest || at < self.base_at || (self.is_base_taken && at == self.base_at)
+        let newest = self.present().last_used.unwrap_or(self.base_at);
+        let is_before = match self.origin {
+            Origin::Given => at < self.base_at,
+            Origin::First => false,
+            Origin::Moment => at <= self.base_at,
+        };
+        is_before || at < newest - self.options.horizon
     }
 
     /// The state after the newest moment.
@@ -231,12 +225,13 @@ impl Fusion {
             place = place.checked_sub(1)?;
             let oldest = self.moments.first_mut()?;
             std::mem::swap(&mut self.base, &mut oldest.after);
-            (self.base_at, self.is_base_taken) = (oldest.at, true);
+            (self.base_at, self.origin) = (oldest.at, Origin::Moment);
             self.moments.rotate_left(1);
             self.count -= 1;
         }
         self.moments.get_mut(self.count)?.begin(at);
         self.count += 1;
+        self.base_at = self.base_at.min(at);
         self.moments.get_mut(place..self.count)?.rotate_right(1);
         Some(place)
     }
@@ -296,7 +291,10 @@ impl Fusion {
                 self.now.note(taken.measurement.sensor, innovation);
             }
         }
-        self.method.update(&self.stack, &self.now.controls);
+        if self.method.update(&self.stack, &self.now.controls).used == 0 {
+            let counted = moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked);
+            counted.for_each(|taken| taken.verdict = Verdict::Rejected);
+        }
     }
 
     fn take_one_by_one(&mut self, moment: &mut Moment, gate: Gate) {

@@ -3,6 +3,7 @@
 use super::*;
 use crate::formulas::{Draft, Formulas, Sensor, Vocabulary};
 use crate::kalman::{Kalman, Loss};
+use crate::matrix::Matrix;
 use crate::random::Random;
 use crate::unscented::{Points, Unscented};
 use proptest::prelude::*;

@@ -20,8 +20,8 @@ use shsa_core::knowledge::{Fusion, FusionInput, FusionMethod, KnowledgeBase, Sig
 const HUBER: f64 = 1.345;
 /// Student's degrees of freedom: heavy tails with a finite variance.
 const STUDENT: f64 = 4.0;
-/// The half-width of an input's interval in fusion of intervals, in standard deviations: 99.7 % of normal noise.
-const REACH: f64 = 3.0;
+/// The half-width of an interval in fusion of intervals, in standard deviations: 99.7 % of normal noise.
+pub(super) const REACH: f64 = 3.0;
 /// How long a value counts in direct fusion: for a sensor without a rate, in seconds; for others, in periods.
 const FRESH_S: f64 = 1.0;
 const FRESH_PERIODS: f64 = 2.5;

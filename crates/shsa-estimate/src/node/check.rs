@@ -3,17 +3,23 @@
 //! States are observed if the derivatives of the measurements along a run, by the initial states, have full rank (the
 //! observability matrix of R. E. Kalman 1960; for nonlinear systems along a trajectory: R. Hermann, A. Krener 1977,
 //! doi:10.1109/TAC.1977.1101601). Formulas may have no derivative at a special point, such as a bearing at rest, so the run
-//! begins next to the initial state.
+//! begins next to the initial state. Some states show only where others move, as the offset of a sensor where a curve is steep and
+//! where it is flat: so the run goes on for an hour and a half, and what noise moves, and an input shows in proportion, moves.
 
 use super::build;
 use crate::continuous::Continuous;
 use crate::matrix::Matrix;
 use crate::system::System;
 use nalgebra::SVD;
-use shsa_core::knowledge::{Diagnostic, Fusion, KnowledgeBase, Place, Severity};
+use shsa_core::knowledge::{Diagnostic, Fusion, FusionState, KnowledgeBase, Place, Severity};
 
 /// Seconds between two points of the run: long enough to show what grows with time.
 const STEP_S: f64 = 1.0;
+/// After a step for each state this many steps follow, each so many times as long as the one before.
+const LONG_STEPS: i32 = 7;
+const LONGER: f64 = 4.0;
+/// How far a state is moved at each step, in its initial deviations.
+const MOVES: [f64; 4] = [0.7, -0.4, 0.5, -0.9];
 /// Singular values below this share of the largest count as zero.
 const RANK: f64 = 1e-9;
 /// A state is unobserved if its part in the null space exceeds this.
@@ -98,7 +104,7 @@ pub(super) fn unobserved(
     let n = fusion.states.len();
     let scale: Vec<f64> =
         fusion.states.iter().map(|it| if it.spread > 0.0 { it.spread } else { 1.0 }).collect();
-    let beside = |(place, it): (usize, &shsa_core::knowledge::FusionState)| {
+    let beside = |(place, it): (usize, &FusionState)| {
         it.initial + it.spread.min(1.0) * (0.31 + 0.17 * (place % 5) as f64)
     };
     let mut state: Vec<f64> = fusion.states.iter().enumerate().map(beside).collect();
@@ -108,7 +114,9 @@ pub(super) fn unobserved(
     let mut jacobian = Matrix::zeros(n, n);
     let mut gradient = vec![0.0; n];
     let mut rows: Vec<f64> = Vec::new();
-    for _ in 0..=n {
+    let moving = moving(system, fusion, &state, is_used);
+    let long = (1..=LONG_STEPS).map(|power| STEP_S * LONGER.powi(power));
+    for (step, seconds) in std::iter::repeat_n(STEP_S, n + 1).chain(long).enumerate() {
         for input in (0..fusion.inputs.len()).filter(|input| is_used(*input)) {
             system.gradient(input, &state, &controls, &mut gradient);
             let row = since.tr_mul(&Matrix::from_column_slice(n, 1, &gradient));
@@ -118,14 +126,40 @@ pub(super) fn unobserved(
                 rows.extend(row.iter().map(|it| it / length));
             }
         }
-        system.linearised(&state, &controls, STEP_S, &mut next, &mut jacobian);
+        system.linearised(&state, &controls, seconds, &mut next, &mut jacobian);
         since = &jacobian * since;
         state.copy_from_slice(&next);
         if since.iter().any(|it| !it.is_finite()) {
             break;
         }
+        let far = MOVES.get(step % MOVES.len()).copied().unwrap_or(0.0);
+        let moved = state.iter_mut().zip(&fusion.states).zip(&moving).filter(|(_, is_moving)| **is_moving);
+        moved.for_each(|((state, model), _)| *state += far * model.spread);
     }
     hidden(&rows, n)
+}
+
+/// Which states have noise, and the same slope in some input here and elsewhere: that they move is seen.
+fn moving(
+    system: &mut Continuous,
+    fusion: &Fusion,
+    state: &[f64],
+    is_used: &dyn Fn(usize) -> bool,
+) -> Vec<bool> {
+    let elsewhere: Vec<f64> =
+        state.iter().zip(&fusion.states).map(|(state, model)| state + 0.37 * model.spread).collect();
+    let controls = vec![0.29; fusion.controls.len()];
+    let (mut here, mut there) = (vec![0.0; state.len()], vec![0.0; state.len()]);
+    let mut moving = vec![false; state.len()];
+    for input in (0..fusion.inputs.len()).filter(|input| is_used(*input)) {
+        system.gradient(input, state, &controls, &mut here);
+        system.gradient(input, &elsewhere, &controls, &mut there);
+        for (moving, (one, other)) in moving.iter_mut().zip(here.iter().zip(&there)) {
+            *moving |= *one != 0.0 && (one - other).abs() <= RANK * one.abs();
+        }
+    }
+    let is_driven = |it: &FusionState| it.noise.as_constant().is_none_or(|noise| noise.value > 0.0);
+    moving.iter().zip(&fusion.states).map(|(moving, state)| *moving && is_driven(state)).collect()
 }
 
 /// The columns that have a part in the null space of a matrix, given row by row.

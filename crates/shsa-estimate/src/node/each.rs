@@ -29,13 +29,13 @@ pub(super) struct Sensor {
 pub(super) struct Each {
     parts: Vec<Direct>,
     sensors: Vec<Sensor>,
-    /// The growth of each quantity's variance in a second.
-    growth: Vec<f64>,
     /// Whether earlier measurements are combined with new ones; otherwise only new ones count.
     is_joint: bool,
     latest: Vec<f64>,
     estimate: Gaussian,
     stack: Vec<Measurement>,
+    /// The ages of the measurements in the stack, in seconds.
+    ages: Vec<f64>,
 }
 
 impl Each {
@@ -50,16 +50,17 @@ impl Each {
         initial: &[(f64, f64)],
     ) -> Result<Each, Error> {
         let variances: Vec<f64> = sensors.iter().map(|sensor| sensor.variance).collect();
-        let parts = initial.iter().zip(&growth).map(|((mean, deviation), growth)| {
-            Direct::new(rule.clone(), &variances, *growth, (*mean, deviation * deviation))
+        let parts = initial.iter().zip(growth).enumerate().map(|(state, ((mean, deviation), growth))| {
+            let inputs = sensors.iter().filter(|sensor| sensor.state == state).count();
+            Direct::new(rule.clone().among(inputs), &variances, growth, (*mean, deviation * deviation))
         });
         let n = initial.len();
         let mut each = Each {
             parts: parts.collect::<Result<_, _>>()?,
-            growth,
             is_joint: !matches!(rule, Rule::Average(_) | Rule::Median(_)),
             latest: vec![f64::INFINITY; KEPT * sensors.len()],
             stack: Vec::with_capacity(sensors.len()),
+            ages: Vec::with_capacity(sensors.len()),
             sensors,
             estimate: Gaussian { mean: vec![0.0; n], spread: Matrix::zeros(n, n) },
         };
@@ -95,18 +96,19 @@ impl Each {
     /// estimate, which may have gone on round the circle since.
     fn stack(&mut self, state: usize) {
         self.stack.clear();
+        self.ages.clear();
         let mean = self.estimate.mean.get(state).copied().unwrap_or(0.0);
         let standing = self.latest.chunks_exact(KEPT).zip(&self.sensors).enumerate();
         for (sensor, (kept, declared)) in standing.filter(|(_, (_, declared))| declared.state == state) {
             if let [value, variance, age] = *kept
                 && age <= declared.fresh_s
             {
-                let grown = variance + self.growth.get(state).copied().unwrap_or(0.0) * age;
                 let value = match declared.turn {
                     Some(_) => mean + wrapped(value - mean, declared.turn),
                     None => value,
                 };
-                self.stack.push(Measurement { sensor, value, variance: Some(grown) });
+                self.stack.push(Measurement { sensor, value, variance: Some(variance) });
+                self.ages.push(age);
             }
         }
     }
@@ -133,7 +135,7 @@ impl Method for Each {
         self.parts.get_mut(state)?.innovation(&measurement, controls)
     }
 
-    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
+    fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {
         let mut updated = Updated::NOTHING;
         for state in 0..self.parts.len() {
             let of_it =
@@ -142,6 +144,7 @@ impl Method for Each {
                 continue;
             }
             self.stack.clear();
+            self.ages.clear();
             for place in 0..measurements.len() {
                 let Some((own, measurement)) = measurements.get(place).and_then(|it| self.beside(it)) else {
                     continue;
@@ -155,7 +158,7 @@ impl Method for Each {
                 self.stack(state);
             }
             let Some(part) = self.parts.get_mut(state) else { continue };
-            let own = part.update(&self.stack, controls);
+            let own = part.update_aged(&self.stack, &self.ages);
             updated.used += own.used;
             updated.normalized_square += own.normalized_square;
             updated.log_likelihood += own.log_likelihood;

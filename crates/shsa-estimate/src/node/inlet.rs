@@ -1,10 +1,10 @@
 //! The observations of a node's inputs and controls, as numbers at times.
 
-use super::build::deviation;
+use super::build::REACH;
 use shsa_core::circle;
 use shsa_core::engine::FusionInput;
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{Fusion, KnowledgeBase, Signal};
+use shsa_core::knowledge::{Fusion, KnowledgeBase, Signal, ValueError};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
@@ -16,6 +16,8 @@ pub(super) struct Inlet {
     signal: Signal,
     /// Whether the model gives its noise by a formula.
     has_formula: bool,
+    /// Whether its intervals are intersected with those of the others.
+    is_of_intervals: bool,
     /// The newest moment of its observations.
     newest: Option<Time>,
     refused: u64,
@@ -27,6 +29,7 @@ impl Inlet {
         let inlet = |input: &shsa_core::knowledge::FusionInput| Inlet {
             signal: knowledge.signals()[input.signal].clone(),
             has_formula: input.noise.is_some(),
+            is_of_intervals: fusion.method.is_of_intervals(),
             newest: None,
             refused: 0,
             ahead: 0,
@@ -53,15 +56,20 @@ impl Inlet {
         Some((at, interval.midpoint(), own))
     }
 
-    /// The deviation that comes with the value counts before the signal's noise, and that before the signal's bounds.
+    /// The deviation that comes with the value counts before the fusion's formula. After that, bounds count first where intervals
+    /// are intersected, and noise first where they are not.
     fn deviation(&self, observation: &Observation, interval: Interval) -> Option<f64> {
-        let is_wide = matches!(observation.value, RawValue::Interval { lo, hi } if lo < hi);
-        match (self.has_formula, is_wide) {
-            (_, true) => Some(interval.width() * UNIFORM),
-            (true, false) => None,
-            (false, false) if self.signal.noise.is_some() => Some(deviation(&self.signal)),
-            (false, false) => Some(interval.width() * UNIFORM),
+        let has_own = matches!(observation.value, RawValue::Interval { lo, hi } if lo < hi);
+        if self.has_formula && !has_own {
+            return None;
         }
+        let Signal { noise, value_error: ValueError { lo, hi, relative }, .. } = self.signal;
+        // A conversion of units alone widens the interval, too.
+        let is_bounded = has_own || lo != hi || relative != 0.0;
+        let share = if self.is_of_intervals { 0.5 / REACH } else { UNIFORM };
+        let bounds = is_bounded.then(|| interval.width() * share);
+        let own = if has_own || self.is_of_intervals { bounds.or(noise) } else { noise.or(bounds) };
+        Some(own.unwrap_or(0.0))
     }
 
     /// Notes the moment of an observation.

@@ -35,11 +35,11 @@ struct Computed {
 }
 
 impl Computed {
-    fn new(knowledge: &KnowledgeBase, signal: SignalId, share: f64) -> Computed {
+    fn new(knowledge: &KnowledgeBase, signal: SignalId, reach: f64) -> Computed {
         let made = &knowledge.signals()[signal];
         let variable = &knowledge.variables()[made.variable];
         let turn = variable.wraps.map(|turn| (turn, variable.turn_begins()));
-        Computed { signal, unit: made.unit.clone(), turn, reach: two_sided(share) }
+        Computed { signal, unit: made.unit.clone(), turn, reach }
     }
 
     /// The value as an observation; `None` if it is not a number, or may be anywhere on the circle.
@@ -136,9 +136,14 @@ impl Outputs {
         reckoned: Span,
     ) -> Result<Outputs, Error> {
         let outputs = model.outputs.iter();
-        let outputs = outputs.map(|output| Computed::new(knowledge, output.signal, output.confidence));
+        let outputs = outputs.map(|output| {
+            // What intersects intervals gives an interval, whatever the confidence.
+            let reach =
+                if model.method.is_of_intervals() { build::REACH } else { two_sided(output.confidence) };
+            Computed::new(knowledge, output.signal, reach)
+        });
         let predictions = model.predictions.iter().filter_map(|it| {
-            let computed = Computed::new(knowledge, it.signal, CERTAIN);
+            let computed = Computed::new(knowledge, it.signal, two_sided(CERTAIN));
             let set = sets.binary_search(&it.without).ok()?;
             let is_anchored = it.is_anchored;
             let (contradicts_since, last_input) = (None, None);

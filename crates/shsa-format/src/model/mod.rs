@@ -4,6 +4,7 @@
 //! become drafts too; [`mod@write`] makes text of drafts again.
 
 mod cursor;
+mod cut;
 mod json;
 pub mod keys;
 mod known;

@@ -8,7 +8,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::mem::replace;
 
 use super::lines::Lines;
-use super::problem;
+use super::{cut, problem};
 
 /// The deepest nesting of lists and mappings, for block and flow style separately.
 pub(crate) const MAX_DEPTH: usize = 64;
@@ -152,10 +152,28 @@ impl Builder<'_> {
         let value = match open.children {
             Children::List(items) => Value::List(items),
             Children::Map { entries, .. } => {
+                let entries = match self.is_in_braces(open.from) {
+                    true => cut::joined(self.source, entries, &mut self.tree.problems),
+                    false => entries,
+                };
                 Value::Map(without_duplicates(entries, &self.lines, &mut self.tree.problems))
             }
         };
         self.finish(Node { place, value }, open.anchor, open.before);
+    }
+
+    fn is_in_braces(&self, from: u32) -> bool {
+        self.source.as_bytes().get(from as usize) == Some(&b'{')
+    }
+
+    /// The value that a comma has cut in the mapping that is read.
+    fn cut(&self) -> Option<Diagnostic> {
+        let maps = self.open.iter().rev().filter(|open| self.is_in_braces(open.from));
+        let mut entries = maps.filter_map(|open| match &open.children {
+            Children::Map { entries, .. } => Some(entries),
+            Children::List(_) => None,
+        });
+        cut::broken(self.source, entries.next()?)
     }
 
     /// Adds a complete node to its parent; `before` is the number of nodes before its first.
@@ -225,7 +243,14 @@ impl Builder<'_> {
         let indented_by_tab =
             self.lines.part(at as usize, MAX_INDENT, 1).1.trim_start_matches(' ').starts_with('\t');
         let help = indented_by_tab.then_some("indent with blanks, not with tabs");
-        self.tree.problems.push(problem(Place { from: at, to: at }, &message, help));
+        let problem = match self.cut() {
+            Some(cut) => {
+                self.tree.problems.retain(|it| it.place.from < cut.place.from);
+                cut
+            }
+            None => problem(Place { from: at, to: at }, &message, help),
+        };
+        self.tree.problems.push(problem);
         self.tree.root = None;
         false
     }

@@ -7,7 +7,7 @@ use shsa_core::time::{Span, Time};
 use shsa_message::MessageError;
 use shsa_message::json::{Kind, Place, Visitor, elements, unescaped, walk};
 use shsa_message::moment::{DateOrder, moment};
-use shsa_message::path::{Path as FieldPath, Step, is_text};
+use shsa_message::path::{Path as FieldPath, Step, is_number, is_text};
 use shsa_message::protobuf::{self, Found};
 use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
 use shsa_message::stamp;
@@ -225,11 +225,9 @@ impl Locator {
         match (self, body) {
             (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
                 Value::Text(text) => is_text(text, asked).then_some(None),
-                Value::Number(number) => is_text(&number.to_string(), asked).then_some(None),
-                Value::Whole(whole) => is_text(&whole.to_string(), asked).then_some(None),
-                Value::List(items) => {
-                    items.iter().position(|item| is_text(&item.to_string(), asked)).map(Some)
-                }
+                Value::Number(number) => is_number(*number, asked).then_some(None),
+                Value::Whole(whole) => is_number(*whole as f64, asked).then_some(None),
+                Value::List(items) => items.iter().position(|item| is_number(*item, asked)).map(Some),
                 Value::Missing | Value::Interval(..) => None,
             },
             (Locator::Json(steps), Body::Bytes(bytes)) => {

@@ -3,9 +3,10 @@
 
 use super::RecordingError;
 use super::format::{self, HEAD, Row};
+use super::near::NearReader;
 use super::unpack::{self, Packing};
 use std::fs;
-use std::io::{self, BufReader, Read};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
@@ -135,7 +136,7 @@ pub(super) fn without_packing(file: &Path) -> PathBuf {
 
 /// The content of a file.
 pub(super) struct Opened {
-    pub(super) input: BufReader<fs::File>,
+    pub(super) input: NearReader<fs::File>,
     /// What is wrong with a compressed file of which only the beginning can be decompressed.
     pub(super) problem: Option<String>,
 }
@@ -156,7 +157,7 @@ pub(super) fn open(file: &Path) -> Result<Opened, RecordingError> {
         }
     };
     let (opened, problem) = open().map_err(|reason| unreadable(file, reason))?;
-    Ok(Opened { input: BufReader::new(opened), problem })
+    Ok(Opened { input: NearReader::new(opened), problem })
 }
 
 fn unreadable(file: &Path, reason: io::Error) -> RecordingError {

@@ -8,6 +8,7 @@
 mod clock;
 mod table;
 mod error;
+mod near;
 mod files;
 mod cut;
 mod room;

@@ -6,7 +6,7 @@
 
 use super::sqlite::{Cell, Database, Event};
 use super::topic::{Body, Input, Listener, Times, Topic, TopicId};
-use super::unpack::{Budget, Packing, UNPACKED_MAX, unpack};
+use super::unpack::{Budget, Packing, UNPACKED_MAX, Unpacker};
 use super::{Fields, Place, ReadOptions, RecordingError, ros2};
 use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
@@ -27,7 +27,8 @@ pub(super) fn read(
 ) -> Result<(), RecordingError> {
     let types = ros2::known(&options.messages).map_err(RecordingError::Definitions)?;
     let budget = Budget::of(input.seek(SeekFrom::End(0)).unwrap_or(0));
-    let mut bag = Bag { types, budget, definitions: BTreeMap::new(), topics: BTreeMap::new() };
+    let (definitions, topics) = (BTreeMap::new(), BTreeMap::new());
+    let mut bag = Bag { types, budget, unpacker: Unpacker::default(), definitions, topics };
     let read = log(listener)
         .and_then(|log| Database::open(input, log))
         .and_then(|mut database| bag.read(&mut database, listener));
@@ -55,6 +56,7 @@ struct Bag {
     types: Arc<Types>,
     /// What the messages may unpack to.
     budget: Budget,
+    unpacker: Unpacker,
     /// The definitions in the file.
     definitions: BTreeMap<String, String>,
     topics: BTreeMap<i64, TopicId>,
@@ -155,7 +157,7 @@ impl Bag {
         if Packing::of(content) != Some(Packing::Zstd) {
             return listener.message(*topic, times, Body::Bytes(content));
         }
-        let mut unpacked = unpack("zstd", content, UNPACKED_MAX.min(self.budget.left()));
+        let mut unpacked = self.unpacker.unpack("zstd", content, UNPACKED_MAX.min(self.budget.left()));
         match unpacked.problem.take().or_else(|| self.budget.take(unpacked.bytes.len() as u64).err()) {
             None => listener.message(*topic, times, Body::Bytes(&unpacked.bytes)),
             Some(problem) => {

@@ -6,6 +6,8 @@ use std::fs::{self, File};
 use std::io::{self, BufReader, Read, Seek};
 use std::process;
 use std::sync::atomic::{AtomicU32, Ordering};
+#[cfg(feature = "zstd")]
+use zstd::zstd_safe::DCtx;
 
 /// The largest piece of a file after decompression, bytes, as a few compressed bytes could fill the memory.
 pub(super) const UNPACKED_MAX: u64 = 1 << 26;
@@ -14,7 +16,11 @@ pub(super) const UNPACKED_MAX: u64 = 1 << 26;
 /// fill the disk, or keep a reader busy for hours.
 const RATIO_MAX: u64 = 255;
 
-/// The name of gzip as a method of [`unpack`].
+/// The largest state of zstd that is kept for the next piece, bytes: with the window of a large piece it is given back.
+#[cfg(feature = "zstd")]
+const KEPT_MAX: usize = 1 << 20;
+
+/// The name of gzip as a method of [`Unpacker::unpack`].
 pub(super) const GZIP: &str = "gzip";
 
 /// What all pieces of one file may unpack to: [`UNPACKED_MAX`], and [`RATIO_MAX`] times the size of the file. Bytes of the file that
@@ -99,8 +105,8 @@ impl Packing {
     /// The first bytes of a packed file, unpacked: at most `limit`.
     pub(super) fn head(self, packed: &[u8], limit: u64) -> Vec<u8> {
         match self {
-            Packing::Zstd => unpack("zstd", packed, limit).bytes,
-            Packing::Gzip => unpack(GZIP, packed, limit).bytes,
+            Packing::Zstd => Unpacker::default().unpack("zstd", packed, limit).bytes,
+            Packing::Gzip => Unpacker::default().unpack(GZIP, packed, limit).bytes,
             Packing::Utf16 { is_little } => bounded(Utf16::new(packed, is_little), limit).bytes,
         }
     }
@@ -168,30 +174,45 @@ pub(super) struct Unpacked {
     pub(super) problem: Option<String>,
 }
 
-/// Decompresses by the method of this name, up to `limit` bytes.
-pub(super) fn unpack(method: &str, packed: &[u8], limit: u64) -> Unpacked {
-    match method {
-        "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
-        "zstd" => zstd(packed, limit),
-        GZIP => bounded(MultiGzDecoder::new(packed), limit),
-        other => Unpacked {
-            bytes: Vec::new(),
-            problem: Some(format!("packed by '{other}', which is not known here")),
-        },
+impl Unpacked {
+    fn none(problem: String) -> Unpacked {
+        Unpacked { bytes: Vec::new(), problem: Some(problem) }
     }
 }
 
-#[cfg(feature = "zstd")]
-fn zstd(packed: &[u8], limit: u64) -> Unpacked {
-    match zstd::stream::read::Decoder::with_buffer(packed) {
-        Ok(decoder) => bounded(decoder, limit),
-        Err(error) => Unpacked { bytes: Vec::new(), problem: Some(error.to_string()) },
-    }
+/// Decompresses pieces one after the other. The state of zstd is made once: for a short message that costs more than the rest.
+#[derive(Default)]
+pub(super) struct Unpacker {
+    #[cfg(feature = "zstd")]
+    zstd: Option<DCtx<'static>>,
 }
 
-#[cfg(not(feature = "zstd"))]
-fn zstd(_packed: &[u8], _limit: u64) -> Unpacked {
-    Unpacked { bytes: Vec::new(), problem: Some(NO_ZSTD.into()) }
+impl Unpacker {
+    /// Decompresses by the method of this name, up to `limit` bytes.
+    pub(super) fn unpack(&mut self, method: &str, packed: &[u8], limit: u64) -> Unpacked {
+        match method {
+            "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
+            "zstd" => self.zstd(packed, limit),
+            GZIP => bounded(MultiGzDecoder::new(packed), limit),
+            other => Unpacked::none(format!("packed by '{other}', which is not known here")),
+        }
+    }
+
+    #[cfg(feature = "zstd")]
+    fn zstd(&mut self, packed: &[u8], limit: u64) -> Unpacked {
+        let Some(mut state) = self.zstd.take().or_else(DCtx::try_create) else {
+            return Unpacked::none("there is no memory to unpack it".into());
+        };
+        let unpacked = bounded(zstd::stream::read::Decoder::with_context(packed, &mut state), limit);
+        self.zstd = Some(state).filter(|state| state.sizeof() <= KEPT_MAX);
+        unpacked
+    }
+
+    #[cfg(not(feature = "zstd"))]
+    #[allow(clippy::unused_self, reason = "with zstd it has state")]
+    fn zstd(&mut self, _packed: &[u8], _limit: u64) -> Unpacked {
+        Unpacked::none(NO_ZSTD.into())
+    }
 }
 
 fn bounded(unpacked: impl Read, limit: u64) -> Unpacked {

@@ -10,6 +10,7 @@
 
 mod examples;
 mod fusion;
+mod fusion_arrivals;
 mod reference;
 mod round_trip;
 mod published_structures;

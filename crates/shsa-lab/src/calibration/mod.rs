@@ -6,6 +6,7 @@
 mod chance;
 mod poisson;
 mod session;
+mod parted;
 mod frozen;
 mod rhythm;
 mod comparison;
@@ -17,6 +18,7 @@ pub use chance::Chance;
 pub use fit::{
     Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,
 };
+pub use parted::Parted;
 pub use poisson::{fewest_expected, most_expected};
 pub use rhythm::Rhythm;
 pub use session::Session;

@@ -50,13 +50,29 @@ pub(crate) fn on_all_cores<T: Send>(
     };
     let mut done = std::thread::scope(|scope| {
         let workers: Vec<_> = (0..threads).map(|_| scope.spawn(work)).collect();
+        // All are joined before the first failure is told: the scope panics for one that nobody has joined.
+        let joined: Vec<_> = workers.into_iter().map(|worker| worker.join()).collect();
         let mut done = Vec::new();
-        for worker in workers {
-            done.extend(worker.join().map_err(|_| LabError::BrokeOff)?);
+        for worker in joined {
+            done.extend(worker.map_err(|_| LabError::BrokeOff)?);
         }
         Ok::<_, LabError>(done)
     })?;
     progress.end();
     done.sort_unstable_by_key(|(number, _)| *number);
     Ok(done.into_iter().map(|(_, result)| result).collect())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::panic::resume_unwind;
+
+    #[test]
+    fn work_that_breaks_off_in_every_thread_is_told_once() {
+        let two = NonZeroUsize::new(2);
+        let work = |_: usize| -> usize { resume_unwind(Box::new("interrupted")) };
+        assert!(matches!(on_all_cores(8, two, &(), "runs", work), Err(LabError::BrokeOff)));
+        assert_eq!(on_all_cores(3, two, &(), "runs", |number| number * 2).unwrap(), [0, 2, 4]);
+    }
 }

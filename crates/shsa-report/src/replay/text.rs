@@ -30,6 +30,7 @@ impl Report<'_> {
             parts.push(self.needs_text(style));
         }
         parts.push(self.signals_text(style));
+        parts.extend(self.measurements_text(style));
         parts.extend(self.ways_text(style));
         let warning = |described: &String| format!("{} {described}", style.paint(Paint::Yellow, "warning:"));
         let warnings: Vec<String> = self.warnings.iter().map(warning).collect();
@@ -121,6 +122,30 @@ impl Report<'_> {
             "too fast",
         ];
         style.table(&head, rows)
+    }
+
+    /// What has become of the measurements of fusions, in the last session.
+    fn measurements_text(&self, style: Style) -> Option<String> {
+        let engine = &self.parts.last()?.run.engine;
+        let knowledge = engine.knowledge();
+        let mut rows = Vec::new();
+        for (place, fusion) in knowledge.fusions().iter().enumerate() {
+            for (input, it) in fusion.inputs.iter().enumerate() {
+                let counts = engine.measurements(place, input);
+                let numbers = [
+                    counts.used,
+                    counts.duplicate,
+                    counts.too_late,
+                    counts.rejected,
+                    counts.masked,
+                    counts.ahead,
+                ];
+                let names = [fusion.name.clone(), knowledge.signals()[it.signal].name.clone()];
+                rows.push(names.into_iter().chain(numbers.map(|number| number.to_string())).collect());
+            }
+        }
+        let head = ["fusion", "input", "used", "duplicate", "too late", "rejected", "masked", "ahead"];
+        (!rows.is_empty()).then(|| style.table(&head, rows))
     }
 
     /// The ways of the needed variables with their figures: which one would take over, and why.

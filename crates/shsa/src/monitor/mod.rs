@@ -6,7 +6,6 @@ mod printer;
 use crate::outcome::Outcome;
 use crate::plan::find_variable;
 use crate::reading::ReadArguments;
-use crate::replay::wanted;
 use crate::show::{self};
 use anyhow::bail;
 use method::{Method, Thesis, Watching};
@@ -20,6 +19,7 @@ use shsa_core::time::{Span, Time};
 use shsa_format::journal::is_journal_file;
 use shsa_format::recording::{self, Recording};
 use shsa_message::span::parse_span;
+use shsa_report::recorded::wanted;
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 

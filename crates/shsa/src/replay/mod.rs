@@ -8,7 +8,7 @@ mod record;
 pub(crate) mod written;
 
 pub(crate) use drive::drive;
-pub(crate) use source::{CutArguments, SourceArguments, only, read_one, wanted};
+pub(crate) use source::{CutArguments, SourceArguments, only, read_one};
 
 use crate::outcome::Outcome;
 use crate::show;

@@ -2,11 +2,10 @@
 
 use crate::show;
 use anyhow::Context;
-use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Span;
 use shsa_format::fault::moment;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::Session;
+use shsa_report::recorded::Stage;
 use std::path::PathBuf;
 use std::str::FromStr;
 
@@ -29,21 +28,13 @@ impl FromStr for Reload {
     }
 }
 
-/// A knowledge base, and the time from which it is used.
-pub(super) struct Stage {
-    pub(super) at: Span,
-    pub(super) knowledge: KnowledgeBase,
-    /// The name and the text of the file with the change; none for the first model.
-    pub(super) change: Option<(String, String)>,
-}
-
 /// The knowledge bases of a run in the order of time, and whether a file was refused. The problems of a refused file were
 /// reported, and the previous model stays.
 ///
 /// # Errors
 /// When a file cannot be read.
 pub(super) fn stages(mut live: Live, reloads: &[Reload]) -> anyhow::Result<(Vec<Stage>, bool)> {
-    let mut stages = vec![Stage { at: Span::ZERO, knowledge: live.knowledge().clone(), change: None }];
+    let mut stages = vec![Stage::first(live.knowledge().clone())];
     let mut is_refused = false;
     let mut reloads: Vec<&Reload> = reloads.iter().collect();
     reloads.sort_by_key(|reload| reload.at);
@@ -74,11 +65,4 @@ pub(super) fn until(mut stages: Vec<Stage>, length: Span) -> Vec<Stage> {
     }
     stages.retain(|stage| stage.at <= length);
     stages
-}
-
-/// The stages of a session. The last stage before the beginning of its recording holds from the beginning.
-pub(super) fn of_session<'a>(stages: &'a [Stage], session: &Session) -> &'a [Stage] {
-    let begins = session.span.0 - session.origin;
-    let before = stages.iter().filter(|stage| stage.at < begins).count();
-    stages.get(before.saturating_sub(1)..).unwrap_or_default()
 }

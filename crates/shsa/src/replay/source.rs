@@ -1,21 +1,17 @@
 //! The inputs of a replay: recordings with injected faults, under one model after the other, or a journal.
 
-use super::reload::{self, Reload, Stage};
+use super::reload::{self, Reload};
 use crate::plan::find_signal;
 use crate::reading::ReadArguments;
 use crate::show;
 use anyhow::{Context, bail};
-use shsa_core::engine::Input;
-use shsa_core::knowledge::{KnowledgeBase, Scaling, SignalId};
-use shsa_core::observation::Observation;
-use shsa_core::time::{Span, Time};
-use shsa_format::drive::Era;
+use shsa_core::time::Span;
 use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{self, Cuts, Recording, Sample, Session, Stretch, Wanted};
+use shsa_format::recording::{self, Cuts, Recording, Stretch, Wanted};
 use shsa_report::Source;
-use std::collections::BTreeMap;
+use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted_by};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
@@ -107,12 +103,6 @@ pub(crate) fn read_one(
     }
 }
 
-/// The fields to look for in recordings: every signal of the model except computed ones, which come last.
-pub(crate) fn wanted(knowledge: &KnowledgeBase) -> Vec<Wanted> {
-    let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
-    measured.map(|(_, signal)| Wanted::new(signal.name.clone(), signal.source.clone())).collect()
-}
-
 fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Live) -> anyhow::Result<Source> {
     if arguments.changes() || arguments.session.is_some() || !cuts.is_empty() {
         bail!("a journal is replayed as it was; faults, other models and parts are for recordings only");
@@ -132,16 +122,11 @@ fn read_recordings(
     live: Live,
 ) -> anyhow::Result<Vec<Source>> {
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
-    let mut wanted: Vec<Wanted> = Vec::new();
-    for one in stages.iter().flat_map(|stage| self::wanted(&stage.knowledge)) {
-        if !wanted.contains(&one) {
-            wanted.push(one);
-        }
-    }
-    let targets: Vec<Vec<Target>> = arguments
+    let wanted = wanted_by(&stages);
+    let injections: Vec<Injection<'_>> = arguments
         .inject
         .iter()
-        .map(|fault| targets(&stages, &wanted, fault))
+        .map(|fault| injection(fault, &stages, &wanted))
         .collect::<anyhow::Result<_>>()?;
     let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
     show::recording(&recording);
@@ -153,37 +138,29 @@ fn read_recordings(
             "none of the model's signals is in the recording; `source` in the model says where each is found"
         );
     }
-    let broken: Option<Vec<Vec<Sample>>> = (!arguments.inject.is_empty()).then(|| {
-        recording
-            .by_session()
-            .map(|(session, samples)| broken(session, samples, &targets, arguments))
-            .collect()
-    });
+    let broken = broken(&recording, &injections, arguments.seed);
     recording.cut(cuts).iter().for_each(show::warn);
     only(&mut recording, arguments.session)?;
-    report_idle(&recording, &targets, arguments);
+    for injection in injections.iter().filter(|injection| !injection.strikes(&recording)) {
+        let signal = &injection.fault.signal;
+        show::warn(format_args!("the fault of {signal} changes nothing: no observation of it in that time"));
+    }
     let longest = recording.sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
     let stages = reload::until(stages, longest);
-    let missing =
-        recording.found.iter().zip(&wanted).map(|(found, wanted)| (wanted.signal.clone(), found.missing));
-    let missing: BTreeMap<String, usize> = missing.collect();
-    let source = |(session, clean): (&Session, &[Sample])| {
-        let eras =
-            |samples: &[Sample]| eras(reload::of_session(&stages, session), samples, &wanted, session.origin);
-        let broken = broken.as_ref().and_then(|broken| broken.get(session.recording));
-        let is_kept = |sample: &&Sample| session.part.holds(session.origin, sample);
-        let broken = broken.map(|own| own.iter().filter(is_kept).cloned().collect::<Vec<_>>());
-        Source {
-            eras: eras(broken.as_deref().unwrap_or(clean)),
-            clean: broken.is_some().then(|| eras(clean)),
-            span: Some(session.span),
-            origin: Some(session.origin),
-            session: Some(session.clone()),
-            missing: missing.clone(),
-            degraded: recording.degraded || is_refused,
-        }
-    };
-    Ok(recording.by_session().map(source).collect())
+    let (recording, broken) = (&recording, broken.as_deref());
+    Ok(Recorded { stages: &stages, wanted: &wanted, recording, broken, degraded: is_refused }.sources())
+}
+
+/// A fault with what it strikes.
+///
+/// # Errors
+/// When the models have no such signal.
+fn injection<'a>(fault: &'a Fault, stages: &[Stage], wanted: &[Wanted]) -> anyhow::Result<Injection<'a>> {
+    let injection = Injection::new(fault, stages, wanted);
+    if let (false, Some(stage)) = (injection.has_target(), stages.first()) {
+        find_signal(&stage.knowledge, &fault.signal).context("no fault can be injected")?;
+    }
+    Ok(injection)
 }
 
 /// Keeps only the session with this number, or all if there is none.
@@ -200,98 +177,4 @@ pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> a
     let session = session.with_context(|| format!("there is no session {number}: there are {count}"))?;
     recording.sessions = vec![session];
     Ok(())
-}
-
-/// The samples of a session with the injected faults.
-fn broken(
-    session: &Session,
-    samples: &[Sample],
-    targets: &[Vec<Target>],
-    arguments: &SourceArguments,
-) -> Vec<Sample> {
-    let mut samples = samples.to_vec();
-    for (number, (fault, targets)) in arguments.inject.iter().zip(targets).enumerate() {
-        let seed = arguments.seed.wrapping_add(number as u64);
-        for &(wanted, scaling) in targets {
-            fault.inject(&mut samples, wanted, scaling, session.origin, seed);
-        }
-    }
-    samples
-}
-
-/// Tells which faults change nothing.
-fn report_idle(recording: &Recording, targets: &[Vec<Target>], arguments: &SourceArguments) {
-    for (fault, targets) in arguments.inject.iter().zip(targets) {
-        let strikes = |(session, samples): (&Session, &[Sample])| {
-            targets.iter().any(|&(target, _)| strikes(fault, samples, target, session.origin))
-        };
-        if !recording.by_session().any(strikes) {
-            show::warn(format_args!(
-                "the fault of {} changes nothing: no observation of it in that time",
-                fault.signal
-            ));
-        }
-    }
-}
-
-/// The number of a wanted field, and its scaling by the first model with the signal.
-type Target = (usize, Option<Scaling>);
-
-/// The targets of a fault: the fields of the signal, from every source that the models name.
-fn targets(stages: &[Stage], wanted: &[Wanted], fault: &Fault) -> anyhow::Result<Vec<Target>> {
-    let of_name = wanted.iter().enumerate().filter(|(_, wanted)| wanted.signal == fault.signal);
-    let mut signals = stages.iter().flat_map(|stage| stage.knowledge.signals().iter());
-    let scaling = signals.find(|signal| signal.name == fault.signal).and_then(|signal| signal.scaling);
-    let targets: Vec<Target> = of_name.map(|(at, _)| (at, scaling)).collect();
-    if let (true, Some(stage)) = (targets.is_empty(), stages.first()) {
-        find_signal(&stage.knowledge, &fault.signal).context("no fault can be injected")?;
-    }
-    Ok(targets)
-}
-
-/// Whether the fault can change an observation.
-fn strikes(fault: &Fault, samples: &[Sample], target: usize, first: Time) -> bool {
-    let hit = |sample: &Sample| {
-        let since = sample.received - first;
-        sample.wanted == target && since >= fault.from && fault.to.is_none_or(|to| since < to)
-    };
-    samples.iter().any(hit)
-}
-
-/// The observations under each knowledge base, without those of signals that it lacks or reads from another source.
-fn eras(stages: &[Stage], samples: &[Sample], wanted: &[Wanted], first: Time) -> Vec<Era> {
-    let mut eras = Vec::new();
-    let mut rest = samples;
-    for (number, stage) in stages.iter().enumerate() {
-        let until = stages
-            .get(number + 1)
-            .map_or(rest.len(), |next| rest.partition_point(|sample| sample.received < first + next.at));
-        let (own, later) = rest.split_at(until);
-        rest = later;
-        let known = self::wanted(&stage.knowledge);
-        let ids: BTreeMap<(&str, &str), SignalId> = known
-            .iter()
-            .zip(stage.knowledge.signals().ids())
-            .map(|(known, id)| ((known.signal.as_str(), known.source.as_str()), id))
-            .collect();
-        let signals: Vec<Option<SignalId>> = wanted
-            .iter()
-            .map(|wanted| ids.get(&(wanted.signal.as_str(), wanted.source.as_str())).copied())
-            .collect();
-        let input = |sample: &Sample| {
-            Some(Input::Observation(Observation {
-                signal: signals.get(sample.wanted).copied().flatten()?,
-                stamp: sample.time,
-                received: sample.received,
-                value: sample.value.clone(),
-            }))
-        };
-        eras.push(Era {
-            from: first + stage.at,
-            knowledge: stage.knowledge.clone(),
-            change: stage.change.clone().filter(|_| number > 0),
-            inputs: own.iter().filter_map(input).collect(),
-        });
-    }
-    eras
 }

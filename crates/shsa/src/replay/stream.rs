@@ -11,6 +11,7 @@ use shsa_format::drive::{Era, Given, Run};
 use shsa_format::journal::{JournalWriter, is_journal_file};
 use shsa_format::recording::{self, Sample, Session, Survey};
 use shsa_report::Source;
+use shsa_report::recorded::wanted;
 use shsa_report::replay::{Part, Recorder, ValueWriter, write_event_table};
 use std::cell::RefCell;
 use std::fs::{self, File};
@@ -32,7 +33,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     {
         return Ok(None);
     }
-    let wanted = super::wanted(knowledge);
+    let wanted = wanted(knowledge);
     let options = arguments.source.reading.options();
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     let sessions = chosen(arguments, &survey);

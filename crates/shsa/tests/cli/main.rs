@@ -5,6 +5,7 @@
 mod real;
 
 mod folder;
+mod fusion;
 mod tank;
 
 mod analyze;

@@ -1,5 +1,6 @@
 //! One wrong model for each kind of problem.
 
+mod commas;
 mod units;
 
 use super::{check, loaded};

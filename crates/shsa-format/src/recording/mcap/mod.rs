@@ -10,7 +10,7 @@ mod schemas;
 pub(crate) use lines::{has_profile, lines};
 
 use super::topic::{Body, Input, Listener, Times, TopicId};
-use super::unpack::{Budget, UNPACKED_MAX, unpack};
+use super::unpack::{Budget, UNPACKED_MAX, Unpacker};
 use super::{Place, ReadOptions, RecordingError};
 use records::{
     CHANNEL, CHUNK, Channel, ChunkHead, Cursor, DATA_END, FOOTER, HEAD, LAST, MESSAGE, Message, SCHEMA,
@@ -36,7 +36,8 @@ pub(super) fn read(
 ) -> Result<(), RecordingError> {
     let schemas = Schemas::new(&options.messages).map_err(RecordingError::Definitions)?;
     let budget = Budget::of(0);
-    let mut reader = Reader { length: 0, budget, input, schemas, channels: BTreeMap::new() };
+    let unpacker = Unpacker::default();
+    let mut reader = Reader { length: 0, budget, unpacker, input, schemas, channels: BTreeMap::new() };
     if let Err(failure) = reader.run(listener) {
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
     }
@@ -48,6 +49,7 @@ struct Reader<'i> {
     length: u64,
     /// What the chunks may unpack to.
     budget: Budget,
+    unpacker: Unpacker,
     schemas: Schemas,
     channels: BTreeMap<u16, TopicId>,
 }
@@ -186,7 +188,7 @@ impl Reader<'_> {
                     let problem = format!("a chunk of {} bytes is left out: {problem}", head.unpacked);
                     return listener.damaged(place, problem);
                 }
-                let unpacked = unpack(method, &packed, head.unpacked);
+                let unpacked = self.unpacker.unpack(method, &packed, head.unpacked);
                 (unpacked.bytes, unpacked.problem)
             }
         };

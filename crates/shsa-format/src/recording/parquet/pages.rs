@@ -1,6 +1,6 @@
 //! The pages of a column: read from the file one after the other, decompressed, and decoded.
 
-use super::super::unpack::{GZIP, unpack};
+use super::super::unpack::{GZIP, Unpacker};
 use super::bytes::Bytes;
 use super::cells::{Cell, Cells, Runs};
 use super::description::{Chunk, Column, Physical};
@@ -199,7 +199,8 @@ impl<'d> Pages<'d> {
         };
         let is_packed = head.levels.is_none_or(|(.., is_packed)| is_packed);
         let codec = if is_packed { self.chunk.codec } else { 0 };
-        let unpacked = unpacked(codec, values, head.unpacked.saturating_sub(levels.len()))?;
+        let unpacked =
+            unpacked(&mut source.unpacker, codec, values, head.unpacked.saturating_sub(levels.len()))?;
         let (mut bytes, mut cells) = (Bytes(&unpacked), Cells::within(source.budget.left()));
         let read = match head.kind {
             0 | 3 => self.data(head, &mut Bytes(levels), &mut bytes, &mut cells),
@@ -357,14 +358,14 @@ fn number(cell: Cell) -> f64 {
 }
 
 /// The decompressed bytes of a page.
-fn unpacked(codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
+fn unpacked(unpacker: &mut Unpacker, codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
     let all = |unpacked: Option<Vec<u8>>| unpacked.ok_or_else(|| "a page cannot be unpacked".to_owned());
     match codec {
         0 => Ok(packed.to_vec()),
         1 => all(snappy::unpack(packed, length)),
         2 | 6 => {
             let method = if codec == 2 { GZIP } else { "zstd" };
-            let unpacked = unpack(method, packed, length as u64);
+            let unpacked = unpacker.unpack(method, packed, length as u64);
             unpacked.problem.map_or(Ok(unpacked.bytes), Err)
         }
         7 => all(lz4_flex::block::decompress(packed, length).ok()),

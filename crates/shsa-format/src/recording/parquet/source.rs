@@ -1,7 +1,7 @@
 //! The bytes of a file with the budget of what is read of it and made from it.
 
 use super::super::topic::Input;
-use super::super::unpack::Budget;
+use super::super::unpack::{Budget, Unpacker};
 use super::cells::Cells;
 use std::io::{self, Read, SeekFrom};
 
@@ -13,6 +13,7 @@ const OF_A_PAGE: u64 = 40 << 20;
 pub(super) struct Source<'i> {
     input: &'i mut dyn Input,
     pub(super) budget: Budget,
+    pub(super) unpacker: Unpacker,
 }
 
 impl<'i> Source<'i> {
@@ -21,7 +22,7 @@ impl<'i> Source<'i> {
         let mut budget = Budget::of(length);
         // There is that much in every budget.
         drop(budget.take(OF_A_PAGE));
-        Source { input, budget }
+        Source { input, budget, unpacker: Unpacker::default() }
     }
 
     /// The bytes of a part of the file; fewer where it ends before.

@@ -1,0 +1,86 @@
+# The compiled part; `__init__.py` has what users call.
+from collections.abc import Callable, Sequence
+from typing import final
+
+Progress = Callable[[int, int], object]
+Publish = Callable[[str, tuple[float, float] | list[float], str | None, str | None], object]
+Publication = tuple[str, int, int, int, list[tuple[float, float]], str]
+
+@final
+class Model:
+    name: str
+    def __new__(cls, text: str, name: str) -> Model: ...
+    def check(self) -> str: ...
+    def names(self) -> str: ...
+    def plan(self, variable: str, top: int, exclude: Sequence[str], behind: bool, limit: int | None) -> str: ...
+    def analyze(self, additions: int, only_runnable: bool) -> str: ...
+
+@final
+class Engine:
+    def __new__(cls, model: Model) -> Engine: ...
+    def handle(
+        self,
+        signal: str,
+        value: float | tuple[float, float] | Sequence[float],
+        received_ns: int,
+        stamp_ns: int,
+    ) -> None: ...
+    def advance(self, now_ns: int) -> None: ...
+    def poll(self) -> tuple[Publication | None, str | None] | None: ...
+    def next_deadline(self) -> int | None: ...
+    def verdict(self, signal: str) -> str: ...
+    def snapshot(self) -> str: ...
+    def restore(self, snapshot: str, now_ns: int) -> None: ...
+
+@final
+class Replay:
+    warnings: list[str]
+    def report(self) -> str | None: ...
+    def values(self) -> bytes: ...
+    def events(self) -> bytes: ...
+
+@final
+class Runtime:
+    address: str | None
+    def __new__(
+        cls,
+        models: Sequence[Model],
+        publish: Publish | None,
+        bus: str | None,
+        name: str,
+        http: str | None,
+        state: str | None,
+    ) -> Runtime: ...
+    def push(
+        self, topic: str, value: float | tuple[float, float] | Sequence[float], stamp_ns: int | None
+    ) -> None: ...
+    def state(self) -> str: ...
+    def order(self, order: str) -> str: ...
+    def poll(self) -> str | None: ...
+    def stop(self) -> bool | None: ...
+
+def replay(
+    model: Model, recordings: list[str] | bytes, inject: Sequence[str], seed: int, progress: Progress | None
+) -> Replay: ...
+def calibrate(
+    model: Model,
+    recordings: list[str] | bytes,
+    false_alarms: float,
+    split_s: float | None,
+    skip_s: Sequence[tuple[float, float]],
+    progress: Progress | None,
+) -> tuple[str, str | None, list[str]]: ...
+def campaign(
+    model: Model,
+    recordings: list[str] | bytes,
+    kinds: Sequence[str],
+    amounts: Sequence[float],
+    signals: Sequence[str],
+    onsets: int,
+    seeds: int,
+    duration_s: float | None,
+    progress: Progress | None,
+) -> tuple[str, list[str]]: ...
+def learn(
+    model: Model | None, recordings: list[str] | bytes, need: str | None, progress: Progress | None
+) -> tuple[str, str, list[str]]: ...

@@ -1,0 +1,27 @@
+//! The compiled part of the Python package `shsa`: `package/shsa` gives its functions their Python form.
+//!
+//! Results cross the border as the JSON and the Parquet that the command writes, so they are the same. `problem` makes exceptions,
+//! `work` runs what takes long, `model`, `engine`, `replay`, `lab` and `runtime` are the parts of the package.
+
+mod problem;
+mod work;
+mod model;
+mod engine;
+mod replay;
+mod lab;
+mod runtime;
+
+/// The module `shsa._shsa`.
+#[pyo3::pymodule]
+mod _shsa {
+    #[pymodule_export]
+    use super::engine::Engine;
+    #[pymodule_export]
+    use super::lab::{calibrate, campaign, learn};
+    #[pymodule_export]
+    use super::model::Model;
+    #[pymodule_export]
+    use super::replay::{Replay, replay};
+    #[pymodule_export]
+    use super::runtime::Runtime;
+}
