@@ -1,4 +1,4 @@
-//! Checks that every crate in the shipped binary has a permissive licence, by the list in `deny.toml`.
+//! Checks that every crate in what is shipped has a permissive licence, by the list in `deny.toml`.
 
 use crate::command;
 use crate::workspace::{Edge, Metadata, Package};
@@ -8,8 +8,8 @@ use spdx::{Expression, Licensee, ParseMode};
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
 
-/// The crate whose binary is shipped.
-const SHIPPED: &str = "shsa";
+/// The crates of which something is shipped: the command, the library for C, the package for Python.
+const SHIPPED: [&str; 3] = ["shsa", "shsa-c", "shsa-python"];
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
 const LIBRARIES: [&str; 9] = [
@@ -35,14 +35,14 @@ struct Licenses {
     allow: Vec<String>,
 }
 
-/// Checks every crate in the shipped binary, on any platform; also runs cargo-deny, if it is installed.
+/// Checks every crate in what is shipped, on any platform; also runs cargo-deny, if it is installed.
 ///
 /// # Errors
 /// When a crate's licence is absent, unreadable or not allowed.
 pub(crate) fn check() -> Result<()> {
     let allowed = allowed(&fs::read_to_string("deny.toml").context("reading deny.toml")?)?;
     let metadata = Metadata::read()?;
-    let shipped = shipped(&metadata)?;
+    let shipped = shipped(&metadata, &SHIPPED)?;
     let problems: Vec<String> = shipped.iter().filter_map(|package| problem(package, &allowed)).collect();
     if !problems.is_empty() {
         bail!("{}", problems.join("\n"));
@@ -80,13 +80,17 @@ fn rests_on(tree: &str, name: &str) -> bool {
     tree.lines().any(|line| line.split(' ').next() == Some(name))
 }
 
-/// The crates that are in the binary or build it, without the dependencies of tests.
-fn shipped(metadata: &Metadata) -> Result<Vec<&Package>> {
-    let root = metadata.members().find(|package| package.name == SHIPPED).context("no crate `shsa`")?;
+/// The crates that are in what is shipped of these crates or build it, without the dependencies of tests.
+fn shipped<'m>(metadata: &'m Metadata, names: &[&str]) -> Result<Vec<&'m Package>> {
+    let root = |name: &&str| {
+        let found = metadata.members().find(|package| package.name == **name);
+        found.map(|package| &*package.id).with_context(|| format!("no crate `{name}`"))
+    };
+    let roots: Vec<&str> = names.iter().map(root).collect::<Result<_>>()?;
     let edges: BTreeMap<&str, &[Edge]> =
         metadata.resolve.nodes.iter().map(|node| (&*node.id, &*node.deps)).collect();
-    let mut seen = BTreeSet::from([&*root.id]);
-    let mut open = vec![&*root.id];
+    let mut seen: BTreeSet<&str> = roots.iter().copied().collect();
+    let mut open = roots;
     while let Some(id) = open.pop() {
         let edges = edges.get(id).copied().unwrap_or_default();
         let ids = edges.iter().filter(|edge| is_shipped(edge)).map(|edge| &*edge.pkg);
@@ -173,7 +177,9 @@ mod tests {
             node("linked", [edge("builder", "\"build\""), edge("shsa", "\"dev\"")]),
         );
         let metadata: Metadata = serde_json::from_str(&metadata).unwrap();
-        let names: Vec<_> = shipped(&metadata).unwrap().iter().map(|package| &*package.name).collect();
+        let names: Vec<_> =
+            shipped(&metadata, &["shsa"]).unwrap().iter().map(|package| &*package.name).collect();
         assert_eq!(names, ["shsa", "linked", "builder"]);
+        assert!(shipped(&metadata, &["shsa", "gone"]).is_err());
     }
 }
