@@ -64,6 +64,8 @@ typedef enum shsa_event_kind {
     SHSA_EVENT_KIND_UNHEALABLE = 5,
     // The demands of a need, or a contract, forbid a source that would serve it.
     SHSA_EVENT_KIND_REFUSED = 6,
+    // A learned variable drifts towards an end of its range.
+    SHSA_EVENT_KIND_AGEING = 7,
 } shsa_event_kind;
 
 // What is thought of a signal.

@@ -50,6 +50,8 @@ pub enum EventKind {
     Unhealable = 5,
     /// The demands of a need, or a contract, forbid a source that would serve it.
     Refused = 6,
+    /// A learned variable drifts towards an end of its range.
+    Ageing = 7,
 }
 
 /// The bounds between which a number lies.
@@ -230,5 +232,6 @@ fn kind(kind: engine::EventKind) -> EventKind {
         engine::EventKind::Restored => EventKind::Restored,
         engine::EventKind::Unhealable => EventKind::Unhealable,
         engine::EventKind::Refused => EventKind::Refused,
+        engine::EventKind::Ageing => EventKind::Ageing,
     }
 }

@@ -5,7 +5,7 @@ mod compile;
 mod evaluate;
 
 use crate::alignment::Sample;
-use crate::expression::{Program, State, Symbol, Value};
+use crate::expression::{InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
 use crate::knowledge::{Id, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
 use crate::substitution::Way;
@@ -198,6 +198,18 @@ impl Computation {
                 is_same
             }
             _ => false,
+        }
+    }
+
+    /// Sets the present value of a constant that is learned.
+    pub fn set_constant(&mut self, variable: VariableId, value: Interval) {
+        if let Body::Computed(computed) = &mut self.body {
+            let inputs = computed.program.inputs().iter().zip(&mut computed.inputs);
+            for (input, source) in inputs.filter(|(input, _)| input.symbol == variable.symbol()) {
+                if let (InputKind::Current, Source::Constant(present)) = (input.kind, source) {
+                    *present = value;
+                }
+            }
         }
     }
 

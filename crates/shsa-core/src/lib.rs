@@ -24,6 +24,7 @@ pub mod substitution;
 pub mod order;
 pub mod reason;
 pub mod alignment;
+pub mod parameter;
 pub mod computation;
 pub mod monitor;
 pub mod diagnosis;

@@ -6,7 +6,8 @@
 use crate::alignment::{Port, Sample};
 use crate::assurance::Assured;
 use crate::computation::{Computation, Computed, Task};
-use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId};
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, VariableId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
@@ -89,6 +90,11 @@ impl Service {
             self.pending = old.pending;
         }
         is_same
+    }
+
+    /// Sets the present value of a constant that is learned.
+    pub fn set_constant(&mut self, variable: VariableId, value: Interval) {
+        self.computation.set_constant(variable, value);
     }
 
     /// The age of a way's outputs when its service gives them.

@@ -3,6 +3,7 @@
 
 pub mod words;
 pub mod comparisons;
+pub mod learned;
 pub mod measurements;
 pub mod event;
 pub mod drive;

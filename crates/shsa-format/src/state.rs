@@ -4,10 +4,12 @@
 //! everything by name, times in nanoseconds, values in SI; reasons by their codes. An unknown key or version is an error.
 
 mod because;
+mod learned;
 mod verdict;
 
 use crate::journal::Number;
 use crate::order::{OrderError, OrderForm};
+use learned::LearnedForm;
 use serde::{Deserialize, Serialize};
 use shsa_core::engine::{Compared, Missing, Published, Served, Snapshot, Trending};
 use shsa_core::interval::Interval;
@@ -91,6 +93,8 @@ pub(crate) struct StateForm {
     trends: Vec<TrendForm>,
     orders: Vec<OrderForm>,
     needs: Vec<NeedForm>,
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    learned: Vec<LearnedForm>,
 }
 
 #[derive(Clone, Copy, Debug, Serialize, Deserialize)]
@@ -193,6 +197,7 @@ impl From<&Snapshot> for StateForm {
             trends: snapshot.trends.iter().map(TrendForm::from).collect(),
             orders: snapshot.orders.iter().map(OrderForm::from).collect(),
             needs: snapshot.needs.iter().map(NeedForm::from).collect(),
+            learned: snapshot.learned.iter().map(LearnedForm::from).collect(),
         }
     }
 }
@@ -206,6 +211,7 @@ impl StateForm {
             trends: self.trends.into_iter().map(TrendForm::trending).collect::<Result<_, _>>()?,
             orders: self.orders.iter().map(OrderForm::order).collect::<Result<_, _>>()?,
             needs: self.needs.into_iter().map(NeedForm::served).collect(),
+            learned: self.learned.into_iter().map(LearnedForm::recollection).collect(),
         })
     }
 }

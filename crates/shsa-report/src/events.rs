@@ -29,7 +29,7 @@ pub fn event_text(style: Style, time: &str, known: &KnowledgeBase, event: &Event
 pub(crate) fn paint_of(kind: EventKind) -> Paint {
     match kind {
         EventKind::Failed | EventKind::Unhealable | EventKind::Refused => Paint::Red,
-        EventKind::Suspected | EventKind::Silent => Paint::Yellow,
+        EventKind::Suspected | EventKind::Silent | EventKind::Ageing => Paint::Yellow,
         EventKind::Substituted | EventKind::Restored => Paint::Green,
     }
 }

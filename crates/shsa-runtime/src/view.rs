@@ -16,8 +16,8 @@ use shsa_core::monitor::{ResidualState, Symptom, WatchedWay};
 use shsa_core::reason::ServedBy;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
-use shsa_format::event;
 use shsa_format::order::OrderForm;
+use shsa_format::{event, learned};
 use std::collections::BTreeSet;
 
 /// How many signals of a model one look takes.
@@ -51,6 +51,8 @@ pub(super) fn of(healer: &Healer, look: Look, news: &[Value], now: Time, clock: 
         ("signals", signals),
         ("readings", readings),
     ];
+    let learned = learned::json(healer.engine());
+    tables.extend((!learned.is_empty()).then_some(("learned", learned)));
     if is_news {
         tables.push(("lost", lost(healer)));
         tables.push(("ahead", ahead(healer)));

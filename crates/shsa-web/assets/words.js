@@ -2,7 +2,7 @@
 
 const SIGNS = {
   good: "✓", healthy: "✓", restored: "✓",
-  substitute: "⇄", substituted: "⇄",
+  substitute: "⇄", substituted: "⇄", ageing: "↗",
   uncertain: "?", suspect: "?", suspected: "?",
   old: "…",
   unserved: "✗", failed: "✗", unhealable: "✗", refused: "✗",

@@ -46,6 +46,7 @@ impl Level {
             Decision::Decided { event, .. } => match event.kind {
                 EventKind::Unhealable => Level::Error,
                 EventKind::Restored => Level::Info,
+                EventKind::Ageing => Level::Warning,
                 EventKind::Suspected
                 | EventKind::Failed
                 | EventKind::Silent

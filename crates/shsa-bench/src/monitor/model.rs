@@ -206,6 +206,7 @@ fn relation(name: &str, equation: &str, output: &str) -> RelationDraft {
         directions: Some(vec![text(output)]),
         condition: None,
         error: None,
+        learn: Vec::new(),
         properties: Vec::new(),
     }
 }

@@ -324,6 +324,7 @@ fn unit_draft(unit: &Unit) -> anyhow::Result<Draft> {
             directions: Some(vec![words(&function.out)]),
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties: Vec::new(),
         })
     };

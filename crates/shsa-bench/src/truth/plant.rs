@@ -161,6 +161,7 @@ impl Plant {
                 directions: is_rate.then(|| vec![text(name(number))]),
                 condition: None,
                 error: Some(Bounds::One(text(format!("{}", 0.2 * self.span(number))))),
+                learn: Vec::new(),
                 properties: Vec::new(),
             });
         }

@@ -111,6 +111,8 @@ pub enum EventKind {
     Substituted,
     /// A signal is trusted again, or a need has gone back to its source.
     Restored,
+    /// A learned variable drifts towards an end of its range.
+    Ageing,
     /// No trusted source can serve a need.
     Unhealable,
     /// A refusal: the demands of a need, or a contract, forbid a source that would serve it; an order cannot be obeyed, or not
@@ -121,7 +123,7 @@ pub enum EventKind {
 
 impl EventKind {
     /// Every kind.
-    pub const ALL: [EventKind; 7] = [
+    pub const ALL: [EventKind; 8] = [
         EventKind::Suspected,
         EventKind::Failed,
         EventKind::Silent,
@@ -129,6 +131,7 @@ impl EventKind {
         EventKind::Restored,
         EventKind::Unhealable,
         EventKind::Refused,
+        EventKind::Ageing,
     ];
 
     /// The kind's name in files and on screens.
@@ -142,6 +145,7 @@ impl EventKind {
             EventKind::Restored => "restored",
             EventKind::Unhealable => "unhealable",
             EventKind::Refused => "refused",
+            EventKind::Ageing => "ageing",
         }
     }
 }

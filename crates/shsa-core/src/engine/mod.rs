@@ -20,16 +20,20 @@ mod reload;
 mod restore;
 mod evidence;
 mod fusing;
+mod learning;
 mod ticks;
 mod what_if;
 
 pub use evidence::{Comparison, Evidence, NoValue, Rival, Side};
 pub use fusing::{Fuse, FusionInput, Measurements};
+pub use learning::LearnedNow;
 pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
 pub use operator::Refusal;
 pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
-pub use snapshot::{Accusation, Compared, Missing, Published, Remembered, Served, Snapshot, Trending};
+pub use snapshot::{
+    Accusation, Compared, Missing, Published, Recollection, Remembered, Served, Snapshot, Trending,
+};
 pub use ticks::Ticks;
 pub use what_if::WhatIf;
 
@@ -50,6 +54,7 @@ use alloc::boxed::Box;
 use alloc::collections::{BTreeMap, VecDeque};
 use alloc::vec::Vec;
 use contracts::Contracts;
+use learning::Fitted;
 use news::Return;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
@@ -83,6 +88,9 @@ pub struct Engine {
     /// Who computes the signals that are fused.
     estimators: Option<Box<dyn Fuse>>,
     has_fusions: bool,
+    /// The variables that are learned; and whether there are some, or estimators.
+    fitted: Vec<Fitted>,
+    prepares: bool,
 }
 
 impl Engine {
@@ -113,6 +121,7 @@ impl Engine {
             Provider::new(&knowledge, assurance, &graph, &ready_sources, &monitor, need, proven)
         });
         let has_fusions = !knowledge.fusions().is_empty();
+        let fitted = Fitted::all(&knowledge);
         Engine {
             knowledge,
             graph,
@@ -132,6 +141,8 @@ impl Engine {
             options,
             estimators: None,
             has_fusions,
+            prepares: has_fusions || !fitted.is_empty(),
+            fitted,
         }
     }
 
@@ -294,15 +305,6 @@ impl Engine {
         }
     }
 
-    /// A signal has given a value while some that were accused before a restart have not.
-    fn observe_first(&mut self, signal: SignalId, now: Time) {
-        let witness = self.knowledge.witness(signal);
-        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
-        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
-            self.judge.look_again(now);
-        }
-    }
-
     /// Takes together what has come at this moment.
     fn settle(&mut self) {
         self.settle_after(false);
@@ -311,15 +313,13 @@ impl Engine {
     /// The same after something from outside, which may have changed what the evidence means.
     fn settle_after(&mut self, is_intervention: bool) {
         let Some(now) = self.now else { return };
-        if self.fuses() {
-            self.fuse(now);
-        }
+        let has_learned = self.prepares && self.prepare(now);
         self.waiting = false;
         let evidence_changed = self.monitor.settle(now);
         let review_due = self.judge.next_review().is_some_and(|due| due <= now)
             || self.judge.has_awaited_comparison(&self.monitor);
         let mut trust_changed = self.report_findings(now);
-        trust_changed |= self.report_changes(now);
+        trust_changed |= self.report_changes(now) | has_learned;
         if evidence_changed || review_due || trust_changed || is_intervention {
             trust_changed |= self.review(now);
         }
@@ -346,7 +346,7 @@ impl Engine {
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.judge.distrusted_relations(false),
+            relations: self.with_aged(self.judge.distrusted_relations(false)),
         }
     }
 
@@ -366,11 +366,11 @@ impl Engine {
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
         let usable = |signal| self.judge.trusts(signal);
         let unproven = |signal| self.judge.tolerates(signal);
-        let tolerated =
-            Lost { relations: self.judge.distrusted_relations(true), ..self.lost(false, unproven) };
+        let tolerated = self.with_aged(self.judge.distrusted_relations(true));
+        let tolerated = Lost { relations: tolerated, ..self.lost(false, unproven) };
         let lost = [self.lost(true, usable), self.lost(false, usable), tolerated];
         let doubted = Lost {
-            relations: self.judge.refuted_relations(),
+            relations: self.with_aged(self.judge.refuted_relations()),
             ..self.lost(false, |signal| self.judge.may_be_right(signal))
         };
         let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, contracts, .. } =

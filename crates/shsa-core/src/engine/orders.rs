@@ -198,7 +198,8 @@ impl Engine {
         }
         let count = self.returning.len();
         self.returning.retain(|it| Some(it.signal) != signal);
-        if !self.judge.clear_by_operator(component) && self.returning.len() == count {
+        let is_forgotten = self.forget_learned(component);
+        if !self.judge.clear_by_operator(component) && self.returning.len() == count && !is_forgotten {
             return false;
         }
         self.accusations.remove(&component);

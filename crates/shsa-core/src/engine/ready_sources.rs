@@ -228,6 +228,7 @@ mod tests {
             directions: None,
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties: Vec::from([(text("cost"), text(&format!("{}", 1 + index % 2)))]),
         };
         let signal = |(index, &variable): (usize, &usize)| SignalDraft {

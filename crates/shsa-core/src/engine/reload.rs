@@ -43,6 +43,7 @@ impl Engine {
     fn inherit(&mut self, mut old: Engine, lineage: &Lineage, now: Time) {
         self.now = old.now;
         self.inherit_estimators(&mut old, lineage);
+        self.inherit_learned(&old, lineage);
         self.outputs.append(&mut old.outputs);
         self.outputs.push_back(Output::Reloaded(now));
         let source = |it: &Return| Some(Return { signal: lineage.source(it.signal)?, ..*it });

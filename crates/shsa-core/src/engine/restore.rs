@@ -53,6 +53,7 @@ impl Engine {
             trends: self.monitor.residuals().iter().filter_map(|pair| self.trending(pair)).collect(),
             orders: self.standing_orders(),
             needs: self.providers.ids().map(|need| self.served(need)).collect(),
+            learned: self.recollections(),
         }
     }
 
@@ -104,6 +105,7 @@ impl Engine {
         snapshot.verdicts.iter().for_each(|verdict| self.recall(verdict, &compared, now));
         snapshot.absences.iter().for_each(|missing| self.miss(missing, now));
         self.recall_trends(&snapshot.trends, &compared, now);
+        self.recollect(&snapshot.learned, now);
         self.keep_orders(&snapshot.orders, (now - snapshot.time).max(Span::ZERO), now);
         let mut served: Vec<(NeedId, &Served)> = Vec::new();
         for need in &snapshot.needs {
@@ -159,6 +161,15 @@ impl Engine {
         let pair = |it: &Trending| Some((*compared.get(&it.compared)?, it.record));
         let found: BTreeMap<(WayIndex, WayIndex), TrendRecord> = trends.iter().filter_map(pair).collect();
         self.monitor.recall_trends(&found, now);
+    }
+
+    /// A signal has given a value while some that were accused before a restart have not.
+    pub(super) fn observe_first(&mut self, signal: SignalId, now: Time) {
+        let witness = self.knowledge.witness(signal);
+        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
+        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
+            self.judge.look_again(now);
+        }
     }
 
     fn miss(&mut self, missing: &Missing, now: Time) {

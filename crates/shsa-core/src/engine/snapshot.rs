@@ -4,6 +4,7 @@ use crate::diagnosis::Record;
 use crate::interval::Interval;
 use crate::monitor::{Absence, Symptom, TrendRecord};
 use crate::order::{Order, Subject};
+use crate::parameter::Memory;
 use crate::reason::Reasons;
 use crate::time::{Time, Validity};
 use alloc::string::String;
@@ -26,6 +27,8 @@ pub struct Snapshot {
     pub orders: Vec<Order>,
     /// How each need is served.
     pub needs: Vec<Served>,
+    /// What was learned.
+    pub learned: Vec<Recollection>,
 }
 
 /// The record of a signal or a relation.
@@ -109,4 +112,13 @@ pub struct Published {
     pub validity: Validity,
     /// The number, SI.
     pub value: Interval,
+}
+
+/// A learned variable before a restart.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Recollection {
+    /// The variable's name.
+    pub variable: String,
+    /// What was learned.
+    pub memory: Memory,
 }

@@ -205,8 +205,26 @@ pub struct RelationDraft {
     /// By how much the left side may differ from the right: a number in the unit of the left side, a quantity,
     /// or bounds.
     pub error: Option<Bounds>,
+    /// Variables that change slowly, and are fitted to the relation while its signals are trusted.
+    pub learn: Vec<Text>,
     /// Named numbers.
     pub properties: PropertyDrafts,
+}
+
+impl RelationDraft {
+    /// A relation that always holds, exactly and in all directions, and has no properties.
+    #[must_use]
+    pub fn new(name: Text, body: BodyDraft) -> RelationDraft {
+        RelationDraft {
+            name,
+            body,
+            directions: None,
+            condition: None,
+            error: None,
+            learn: Vec::new(),
+            properties: Vec::new(),
+        }
+    }
 }
 
 /// The content of a relation.

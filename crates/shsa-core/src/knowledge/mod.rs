@@ -12,6 +12,7 @@ mod variable;
 mod signal;
 mod draft;
 mod fusion;
+mod learned;
 mod need;
 mod contract;
 mod decomposition;
@@ -44,6 +45,7 @@ pub use fusion::{
 };
 pub use id_set::{IdSet, RelationSet, SignalSet};
 pub use ids::{CauseId, Id, IdVec, NeedId, RelationId, SignalId, VariableId};
+pub use learned::Learned;
 pub use lineage::Lineage;
 pub use need::{INTEGRITY_LEVELS, ISOLATIONS, Need, Switching, WhenUnsure, integrity_level};
 pub use parts::{Contradiction, join, part};
@@ -99,6 +101,7 @@ pub struct KnowledgeBase {
     needs: IdVec<NeedId, Need>,
     causes: IdVec<CauseId, Cause>,
     fusions: Vec<Fusion>,
+    learned: Vec<Learned>,
     /// The outputs of fusions, and all signals that fusions compute.
     fused: SignalSet,
     computed: SignalSet,
@@ -368,6 +371,7 @@ impl KnowledgeBase {
             needs,
             causes: IdVec::new(),
             fusions: Vec::new(),
+            learned: Vec::new(),
             fused: SignalSet::new(),
             computed: SignalSet::new(),
             utility: Utility::default(),

@@ -50,6 +50,7 @@ impl Draft {
             }
             it.directions.iter_mut().flatten().chain(&mut it.condition).for_each(&mut *each);
             it.error.iter_mut().for_each(|error| bounds(error, each));
+            it.learn.iter_mut().for_each(&mut *each);
             properties(&mut it.properties, each);
         }
         for it in &mut self.signals {

@@ -1,7 +1,8 @@
 //! Amendments to a monitor's past: evidence that no longer counts, and state from before the start.
 
 use super::{Absence, Monitor, TrendRecord, WayIndex};
-use crate::knowledge::SignalId;
+use crate::interval::Interval;
+use crate::knowledge::{SignalId, VariableId};
 use crate::time::Time;
 use alloc::collections::BTreeMap;
 
@@ -26,6 +27,16 @@ impl Monitor {
             }
         }
         self.index.renew(&self.pairs);
+    }
+
+    /// Sets the present value of a constant that is learned. O(ways).
+    pub fn set_constant(&mut self, variable: VariableId, value: Interval) {
+        for way in &mut self.ways {
+            way.computation.set_constant(variable, value);
+            if way.constant.is_some() {
+                way.constant = way.computation.constant();
+            }
+        }
     }
 
     /// Forgets the detector state of a signal; to be called between two moments.

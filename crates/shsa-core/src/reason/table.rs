@@ -144,6 +144,20 @@ reasons! {
     "shared-explains-best" SharedExplainsBest {
         cause: String = "The common cause.", signals: Vec<String> = "The signals that share it."
     };
+    /// A learned variable has moved by a good part of its range.
+    "drifts" Drifts {
+        variable: String = "The variable.", from: Range = "All that it can have been.",
+        to: Range = "All that it can be now.", within: Span = "The time between.",
+        range: Range = "Its range.", remaining: Span = "After how long it leaves the range, if it goes on like this."
+    };
+    /// A learned variable has certainly left its range.
+    "left-its-range" LeftItsRange {
+        variable: String = "The variable.", value: Range = "All that it can be.", range: Range = "The range."
+    };
+    /// A learned variable may be in its range again.
+    "back-in-range" BackInRange {
+        variable: String = "The variable.", value: Range = "All that it can be.", range: Range = "The range."
+    };
     /// A relation no longer holds.
     "relation-broken" RelationBroken { relation: String = "The relation." };
     /// No other explanation is as probable.

@@ -57,6 +57,7 @@ fn built(variables: usize, rows: &[Row], may_fail: bool, body: impl Fn(&Row) -> 
             directions: is_equation.then(|| names(&row.solved_for)),
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties: prior(),
         });
     }

@@ -24,6 +24,7 @@ fn equation(name: String, output: &str, right: String) -> RelationDraft {
         directions: Some(vec![text(output)]),
         condition: None,
         error: None,
+        learn: Vec::new(),
         properties: Vec::new(),
     }
 }

@@ -38,6 +38,7 @@ fn relation(name: &str, equation: &str, output: &str) -> RelationDraft {
         directions: Some(vec![words(output)]),
         condition: None,
         error: None,
+        learn: Vec::new(),
         properties: Vec::new(),
     }
 }

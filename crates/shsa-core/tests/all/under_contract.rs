@@ -129,13 +129,11 @@ impl System {
             let other = format!("p{at}");
             if !sensor.is_direct {
                 draft.variables.push(variable(other.clone()));
+                let body = BodyDraft::Equation(text(format!("v = {other}")));
                 draft.relations.push(RelationDraft {
-                    name: text(format!("r{at}")),
-                    body: BodyDraft::Equation(text(format!("v = {other}"))),
                     directions: Some(vec![text("v")]),
-                    condition: None,
-                    error: None,
                     properties: vec![(text("cost"), text(format!("{}", 1 + at % 3)))],
+                    ..RelationDraft::new(text(format!("r{at}")), body)
                 });
             }
             draft.signals.push(SignalDraft {

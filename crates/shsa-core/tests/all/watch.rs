@@ -25,6 +25,7 @@ fn draft(variables: &[&str], equations: &[&str], signals: &[&str]) -> Draft {
         directions: None,
         condition: None,
         error: None,
+        learn: Vec::new(),
         properties: Vec::new(),
     };
     let signal = |line: &&str| {

@@ -155,18 +155,19 @@ pub(crate) fn sensors(sensors: &[Sensor<'_>]) -> Vec<SignalDraft> {
     sensors.iter().map(sensor).collect()
 }
 
-fn relation(name: &str, equation: &str, output: &str, error: &str) -> RelationDraft {
+pub(crate) fn relation(name: &str, equation: &str, output: &str, error: &str) -> RelationDraft {
     RelationDraft {
         name: text(name),
         body: BodyDraft::Equation(text(equation)),
         directions: Some(vec![text(output)]),
         condition: None,
         error: Some(Bounds::One(text(error))),
+        learn: Vec::new(),
         properties: Vec::new(),
     }
 }
 
-fn need(variable: &str, max_age: &str) -> NeedDraft {
+pub(crate) fn need(variable: &str, max_age: &str) -> NeedDraft {
     NeedDraft { variable: text(variable), max_age: Some(text(max_age)), ..NeedDraft::default() }
 }
 

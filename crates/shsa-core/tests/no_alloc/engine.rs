@@ -81,6 +81,11 @@ fn vectors() {
 }
 
 #[test]
+fn a_variable_that_is_learned() {
+    check(&crate::cell::cell(), 810, 290);
+}
+
+#[test]
 fn three_signals_of_one_variable() {
     check(&crate::plant::generic(), 90, 0);
 }

@@ -7,6 +7,8 @@
     reason = "tests may fail loudly"
 )]
 
+#[path = "../models/cell.rs"]
+mod cell;
 #[path = "../models/mod.rs"]
 mod models;
 #[path = "../plan_support/mod.rs"]

@@ -136,7 +136,15 @@ impl Json<'_> {
         let body = BodyDraft::Structure { outputs: vec![output?], inputs: inputs.unwrap_or_default() };
         let (directions, condition, error) = (None, None, None);
         *cursor = ahead;
-        Some(RelationDraft { name: name.clone(), body, directions, condition, error, properties })
+        Some(RelationDraft {
+            name: name.clone(),
+            body,
+            directions,
+            condition,
+            error,
+            learn: Vec::new(),
+            properties,
+        })
     }
 
     /// Reads a text or a number.

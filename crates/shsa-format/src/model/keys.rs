@@ -130,11 +130,12 @@ pub const VARIABLE: [Key; 6] = [
 ];
 
 /// The keys of a relation.
-pub const RELATION: [Key; 8] = [
+pub const RELATION: [Key; 9] = [
     text("equation", "an equation", "dmin = min(distances)"),
     names("for", "the variables to solve for"),
     text("when", "a condition", "abs(speed) > 0.2"),
     formed("error", Form::Bounds, "an error or its bounds", "0.1"),
+    names("learn", "variables that change slowly"),
     names("output", "the output"),
     names("outputs", "the outputs"),
     names("inputs", "the inputs"),

@@ -175,17 +175,7 @@ fn variable(reader: &mut Reader, (name, node): &(Text, Node)) -> VariableDraft {
 fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<RelationDraft> {
     let example = "nearest: dmin = min(distances)";
     if let Value::Scalar(equation) = &node.value {
-        let body = BodyDraft::Equation(equation.clone());
-        let properties = Vec::new();
-        let name = name.clone();
-        return Some(RelationDraft {
-            name,
-            body,
-            directions: None,
-            condition: None,
-            error: None,
-            properties,
-        });
+        return Some(RelationDraft::new(name.clone(), BodyDraft::Equation(equation.clone())));
     }
     let mut keys = Known::of(reader, node, &RELATION, "an equation or a relation's keys", example);
     if matches!(node.value, Value::List(_)) {
@@ -198,6 +188,7 @@ fn relation(reader: &mut Reader, (name, node): &(Text, Node)) -> Option<Relation
         directions: keys.names("for"),
         condition: keys.text("when"),
         error: keys.bounds("error"),
+        learn: keys.names("learn").unwrap_or_default(),
         properties: keys.numbers("properties"),
     })
 }

@@ -135,6 +135,7 @@ fn of_relation(relation: &RelationDraft) -> Tree {
         ("for", relation.directions.as_deref().map(list)),
         ("when", relation.condition.as_ref().map(text)),
         ("error", relation.error.as_ref().map(bounds)),
+        ("learn", (!relation.learn.is_empty()).then(|| list(&relation.learn))),
         ("properties", properties(&relation.properties)),
     ]);
     match written {

@@ -46,6 +46,13 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("built-up", "the difference has built up slowly"),
     // How the blame was found.
     ("shared-explains-best", "{cause}, which {signals} share, explains it best"),
+    (
+        "drifts",
+        "{variable} has moved from {from} to {to} within {within:long}, and leaves {range} in {remaining:long} if it \
+         goes on like this",
+    ),
+    ("left-its-range", "{variable} is {value} by now, out of {range}"),
+    ("back-in-range", "{variable} is {value}, and may be within {range} again"),
     ("relation-broken", "relation {relation} no longer holds"),
     ("most-probable", "no other explanation is as probable"),
     ("undecided", "it explains most, but some comparisons are undecided"),

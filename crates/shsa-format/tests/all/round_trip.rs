@@ -178,13 +178,15 @@ fn relation() -> impl Strategy<Value = RelationDraft> {
         text().prop_map(BodyDraft::Equation),
         structure.prop_map(|(outputs, inputs)| BodyDraft::Structure { outputs, inputs }),
     ];
-    let parts = (body, some(prop::collection::vec(text(), 0..3)), some(text()), some(bounds()), properties());
-    parts.prop_map(|(body, directions, condition, error, properties)| RelationDraft {
+    let names = || prop::collection::vec(text(), 0..3);
+    let parts = (body, some(names()), some(text()), some(bounds()), names(), properties());
+    parts.prop_map(|(body, directions, condition, error, learn, properties)| RelationDraft {
         name: Text::default(),
         body,
         directions,
         condition,
         error,
+        learn,
         properties,
     })
 }

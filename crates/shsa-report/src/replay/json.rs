@@ -8,7 +8,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::monitor::{Figures, WatchedWay};
 use shsa_core::time::Time;
 use shsa_format::comparisons::{Compared, Noted};
-use shsa_format::{event, measurements};
+use shsa_format::{event, learned, measurements};
 use std::time::Duration;
 
 impl Report<'_> {
@@ -35,8 +35,11 @@ impl Report<'_> {
             "notes": self.notes.iter().map(Noted::json).collect::<Vec<_>>(),
         });
         let fused = self.parts.last().map(|part| measurements::json(&part.run.engine)).unwrap_or_default();
-        if let Some(report) = report.as_object_mut().filter(|_| !fused.is_empty()) {
-            report.insert("fusion".to_owned(), Value::Object(fused));
+        let learned = self.parts.last().map(|part| learned::json(&part.run.engine)).unwrap_or_default();
+        for (key, of_it) in [("fusion", fused), ("learned", learned)] {
+            if let Some(report) = report.as_object_mut().filter(|_| !of_it.is_empty()) {
+                report.insert(key.to_owned(), Value::Object(of_it));
+            }
         }
         let sessions: Vec<Value> = parts().filter_map(|(at, part)| self.session_json(at, part)).collect();
         for (key, more) in [("reloads", reloads), ("sessions", sessions)] {

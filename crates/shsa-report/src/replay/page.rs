@@ -323,6 +323,7 @@ fn kind(kind: EventKind) -> String {
         EventKind::Silent => ("no", "○"),
         EventKind::Substituted => ("gain", "⇄"),
         EventKind::Restored => ("yes", "✓"),
+        EventKind::Ageing => ("no", "↗"),
     };
     format!("<span class=\"{class}\">{sign} {}</span>", kind.name())
 }

@@ -73,6 +73,7 @@ impl Screen {
             EventKind::Restored => (Some(State::Trusted), Ink::Good),
             EventKind::Substituted => (None, Ink::Good),
             EventKind::Unhealable | EventKind::Refused => (None, Ink::Bad),
+            EventKind::Ageing => (None, Ink::Warning),
         };
         if let (Some(signal), Some(state)) = (&decision.signal, state) {
             self.states.insert(signal.clone(), state);

@@ -1,7 +1,7 @@
 //! The picture of an instance as lines of text: needs, signals, decisions.
 
 use super::board::Board;
-use serde_json::Value;
+use serde_json::{Value, json};
 use shsa_format::text::seconds;
 use shsa_report::{Paint, Style};
 
@@ -30,7 +30,8 @@ impl Picture<'_> {
     /// The lines of the picture, none longer than the room. `lost` is why there is nothing new.
     pub(super) fn lines(&self, lost: Option<&str>, size: Size) -> Vec<String> {
         let mut lines = vec![self.head(lost), String::new()];
-        let (needs, signals, decisions) = (self.needs(), self.signals(), self.decisions());
+        let (mut needs, signals, decisions) = (self.needs(), self.signals(), self.decisions());
+        needs.extend(self.learned());
         // Needs come first; what is left is shared by signals and decisions.
         let room = size.rows.saturating_sub(lines.len());
         let for_needs = needs.len().min(room);
@@ -114,6 +115,23 @@ impl Picture<'_> {
         self.table(&["signal", "variable", "verdict", "value", "age", "accepted"], rows)
     }
 
+    /// What the instance learns of slow variables; no line where it learns nothing.
+    fn learned(&self) -> Vec<String> {
+        let board = self.board;
+        let learned = board.models().flat_map(|model| board.rows(model, "learned"));
+        let rows: Vec<Vec<String>> = learned
+            .map(|(variable, row)| {
+                let bounds = |lo: &Value, hi: &Value| interval(&json!([lo, hi]), &row["unit"]);
+                let range = bounds(&row["range"][0], &row["range"][1]);
+                vec![variable.to_owned(), bounds(&row["lo"], &row["hi"]), range, word(&row["state"])]
+            })
+            .collect();
+        let head = ["learned", "value", "range", "state"];
+        let table = if rows.is_empty() { Vec::new() } else { self.table(&head, rows) };
+        let gap = (!table.is_empty()).then(String::new);
+        gap.into_iter().chain(table).collect()
+    }
+
     fn decisions(&self) -> Vec<String> {
         let Picture { board, style } = self;
         let described = |event: &Value| {
@@ -122,7 +140,7 @@ impl Picture<'_> {
             let kind = word(&event["kind"]);
             let kind = match &*kind {
                 "failed" | "silent" | "unhealable" => style.paint(Paint::Red, &kind),
-                "suspected" | "substituted" | "refused" => style.paint(Paint::Yellow, &kind),
+                "suspected" | "substituted" | "refused" | "ageing" => style.paint(Paint::Yellow, &kind),
                 _ => style.paint(Paint::Green, &kind),
             };
             vec![clock(&event["time_ns"]), kind, subject.unwrap_or("-").to_owned(), word(&event["because"])]

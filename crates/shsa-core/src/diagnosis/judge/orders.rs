@@ -49,6 +49,12 @@ impl Judge {
         was_forbidden
     }
 
+    /// Whether a relation is neither suspect nor failed nor forbidden.
+    #[must_use]
+    pub fn trusts_relation(&self, relation: RelationId) -> bool {
+        self.may_use(Component::Relation(relation))
+    }
+
     /// The forbidden components, ascending.
     pub fn forbidden(&self) -> impl Iterator<Item = Component> + '_ {
         self.forbidden.iter().copied()

@@ -6,7 +6,8 @@ use super::situation::{Situation, Succession};
 use super::unsure::{Unsure, independent};
 use super::{Better, Forced, Provider};
 use crate::alignment::{Port, Sample};
-use crate::knowledge::{IdVec, KnowledgeBase, SignalId, WhenUnsure};
+use crate::interval::Interval;
+use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId, WhenUnsure};
 use crate::monitor::Monitor;
 use crate::order::Subject;
 use crate::reason::{Amount, Joint, Reason, Reasons};
@@ -17,6 +18,13 @@ use alloc::string::String;
 use alloc::vec::Vec;
 
 impl Provider {
+    /// Sets the present value of a constant that is learned.
+    pub(in super::super) fn set_constant(&mut self, variable: VariableId, value: Interval) {
+        if let Some(serving) = self.state.serving_mut() {
+            serving.service.set_constant(variable, value);
+        }
+    }
+
     /// Finds the sources of the need again.
     pub(super) fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;

@@ -8,6 +8,7 @@ mod variables;
 mod scope;
 mod functions;
 mod turns;
+mod learning;
 mod relations;
 mod signals;
 mod fusions;
@@ -44,16 +45,19 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let functions = functions::build(&mut problems, source, &variables);
     let names = Names::new(&variables, &functions);
     functions::check(&mut problems, source, &names);
-    let (relations, undecided) = relations::build(&mut problems, source, &names);
+    let (mut relations, undecided, learning) = relations::build(&mut problems, source, &names);
     let (mut signals, shares) = signals::build(&mut problems, source, &variables);
     let fusions = fusions::build(&mut problems, source, &names, &mut signals);
     let causes = causes::build(&mut problems, &shares);
     let (needs, needed) = needs::build(&mut problems, source, &variables, &signals);
     let mut mentioned = names.mentioned();
     mentioned.extend(&undecided);
-    let (list, declared) = variables.into_parts();
-    let knowledge =
-        KnowledgeBase::from_parts(list, relations, signals, needs).with_causes(causes).with_fusions(fusions);
+    let (mut list, declared) = variables.into_parts();
+    let learned = learning::build(&mut problems, &learning, &mut list, &mut relations, &signals);
+    let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs)
+        .with_causes(causes)
+        .with_fusions(fusions)
+        .with_learned(learned);
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
     let utility = utility::build(&mut problems, source, &knowledge);

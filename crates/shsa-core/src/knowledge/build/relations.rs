@@ -1,5 +1,6 @@
 //! Checks relations, and solves equations for as many of their variables as possible.
 
+use super::learning::Learning;
 use super::problems::Problems;
 use super::quantity;
 use super::scope::Names;
@@ -30,11 +31,12 @@ pub(super) fn build(
     problems: &mut Problems,
     source: &mut dyn Source,
     names: &Names,
-) -> (IdVec<RelationId, Relation>, BTreeSet<VariableId>) {
+) -> (IdVec<RelationId, Relation>, BTreeSet<VariableId>, Vec<Learning>) {
     let mut relations = IdVec::new();
     let mut names_of_properties = SharedNames::default();
     let mut declared: IdVec<RelationId, Place> = IdVec::new();
     let mut undecided = BTreeSet::new();
+    let mut learning = Vec::new();
     source.relations(&mut |draft| {
         let relation = match &draft.body {
             BodyDraft::Equation(text) => equation(problems, draft, text, names),
@@ -42,14 +44,15 @@ pub(super) fn build(
         };
         let properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
         if let Some(relation) = relation {
-            relations.push(Relation { properties, ..relation });
+            let relation = relations.push(Relation { properties, ..relation });
+            learning.extend(Learning::of(problems, draft, relation, names));
             declared.push(draft.name.place);
         } else {
             undecided.extend(named_by(&draft.body, names));
         }
     });
     drop_repeated(problems, &mut relations, &declared);
-    (relations, undecided)
+    (relations, undecided, learning)
 }
 
 /// Drops and reports the relations that have the name of an earlier one.
@@ -124,7 +127,7 @@ fn equation(problems: &mut Problems, draft: &RelationDraft, text: &Text, names: 
         return None;
     }
     let (outputs, formulas) = match wanted {
-        Some(wanted) => named(problems, &wanted, &equation, names),
+        Some(wanted) => named(problems, &wanted, &draft.learn, &equation, names),
         None => every(problems, text, &equation, &inputs, names),
     };
     names.take_used();
@@ -226,6 +229,7 @@ fn directions<'d>(
     names: &Names,
 ) -> Option<Vec<(&'d Text, VariableId)>> {
     let wanted = draft.directions.as_ref()?;
+    let learned = draft.learn.iter();
     if wanted.is_empty() || wanted.len() > MAX_DIRECTIONS {
         let message =
             format!("relation `{}` is to be solved for {} variables", draft.name.text, wanted.len());
@@ -236,6 +240,7 @@ fn directions<'d>(
     report_constants(problems, wanted, names);
     let mut found: Vec<(&Text, VariableId)> = wanted
         .iter()
+        .chain(learned)
         .filter_map(|name| Some((name, names.variables.look_up(problems, name)?)))
         .filter(|(name, _)| !is_constant(names, &name.text))
         .collect();
@@ -248,6 +253,7 @@ fn directions<'d>(
 fn named(
     problems: &mut Problems,
     wanted: &[(&Text, VariableId)],
+    learn: &[Text],
     equation: &Equation,
     names: &Names,
 ) -> (Vec<VariableId>, Vec<Formula>) {
@@ -259,7 +265,8 @@ fn named(
                 solved.1.push(formula);
             }
             Err(problem) => {
-                let message = format!("`for` names `{}`, but {}", name.text, problem.message);
+                let key = if learn.contains(name) { "learn" } else { "for" };
+                let message = format!("`{key}` names `{}`, but {}", name.text, problem.message);
                 problems.error(
                     name,
                     message,

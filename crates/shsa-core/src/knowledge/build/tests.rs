@@ -19,7 +19,15 @@ fn structure(name: &str, output: &str, inputs: &[&str]) -> RelationDraft {
     let inputs = inputs.iter().map(|input| text(input)).collect();
     let body = BodyDraft::Structure { outputs: [text(output)].into(), inputs };
     let properties = Vec::new();
-    RelationDraft { name: text(name), body, directions: None, condition: None, error: None, properties }
+    RelationDraft {
+        name: text(name),
+        body,
+        directions: None,
+        condition: None,
+        error: None,
+        learn: Vec::new(),
+        properties,
+    }
 }
 
 fn messages(draft: &Draft) -> Vec<String> {

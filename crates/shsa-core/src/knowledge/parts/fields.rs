@@ -128,6 +128,7 @@ pub(super) fn relation_fields(draft: &RelationDraft) -> Fields {
         ("for", list(draft.directions.iter().flatten())),
         ("when", words(draft.condition.as_ref())),
         ("error", bounds(draft.error.as_ref())),
+        ("learn", list(&draft.learn)),
         ("properties", numbers(&draft.properties)),
     ]
     .into()

@@ -159,6 +159,7 @@ impl World {
             directions: None,
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties,
         });
         if random.chance(0.5) {

@@ -36,6 +36,7 @@ pub(crate) fn relation(name: &str, equation: &str, output: &str, error: &str) ->
         directions: (!output.is_empty()).then(|| vec![text(output)]),
         condition: None,
         error: (!error.is_empty()).then(|| Bounds::One(text(error))),
+        learn: Vec::new(),
         properties: Vec::new(),
     }
 }

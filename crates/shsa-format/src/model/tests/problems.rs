@@ -16,7 +16,7 @@ fn keys_must_be_known() {
     check(
         "variables: { x: { qqq: 1 } }\nrelations: { r: { equation: x = 1, fro: x } }",
         "2:19 error: unknown key `qqq` (known keys here: unit, shape, range, max_rate, wraps, properties)
-         3:36 error: unknown key `fro` (did you mean `for`? known keys here: equation, for, when, error, output, outputs, inputs, properties)",
+         3:36 error: unknown key `fro` (did you mean `for`? known keys here: equation, for, when, error, learn, output, outputs, inputs, properties)",
     );
 }
 

@@ -281,6 +281,7 @@ impl Maker<'_> {
             directions: None,
             condition: None,
             error: None,
+            learn: Vec::new(),
             properties,
         });
         self.candidates.push(candidates);
