@@ -137,7 +137,7 @@ fn noise_without_a_bound_is_a_warning() {
     check(
         "variables: { speed: { unit: m/s } }
 signals: { a: { variable: speed, noise: 0.1 }, b: { variable: speed, noise: 0.1, value_error: 0 } }",
-        "2:41 warning: `a` has noise, but no `value_error`: its values count as exact, and every difference as a contradiction (give the bound that a sound value keeps, several times its noise; where the relations carry the error, `value_error: 0`)",
+        "3:41 warning: `a` has noise, but no `value_error`: its values count as exact, and every difference as a contradiction (give the bound that a sound value keeps, several times its noise; where the relations carry the error, `value_error: 0`)",
     );
 }
 
