@@ -6,6 +6,7 @@ import queue
 import signal
 import subprocess
 import sys
+import tempfile
 import threading
 import unittest
 import urllib.request
@@ -119,10 +120,12 @@ class Replays(unittest.TestCase):
         self.assertEqual(from_files["needs"], from_frames["needs"])
 
     def test_a_file_gives_what_its_data_frame_gives(self) -> None:
-        path = pathlib.Path("target/tmp/wheel/tank.csv")
         frame = pandas.DataFrame(columns())
-        frame.to_csv(path, index=False)
-        from_file, from_frame = shsa.replay(self.tank, path).report, shsa.replay(self.tank, frame).report
+        with tempfile.TemporaryDirectory() as folder:
+            path = pathlib.Path(folder) / "tank.csv"
+            frame.to_csv(path, index=False)
+            from_file = shsa.replay(self.tank, path).report
+        from_frame = shsa.replay(self.tank, frame).report
         from_file.pop("elapsed_s"), from_frame.pop("elapsed_s")
         self.assertEqual(from_file, from_frame)
 

@@ -16,9 +16,10 @@ fn here() -> &'static Path {
 fn run(command: &mut Command) -> String {
     let output = command.current_dir(here().join("..")).output();
     let output = output.unwrap_or_else(|error| panic!("{command:?}: {error}"));
-    let (printed, told) = (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
-    assert!(output.status.success(), "{command:?}: {}\n{printed}{told}", output.status);
-    format!("{printed}{told}")
+    let (printed, problems) =
+        (String::from_utf8_lossy(&output.stdout), String::from_utf8_lossy(&output.stderr));
+    assert!(output.status.success(), "{command:?}: {}\n{printed}{problems}", output.status);
+    format!("{printed}{problems}")
 }
 
 /// The Python with the packages of `xtask/python.txt`.
@@ -60,15 +61,15 @@ fn alone_it_needs_nothing_else() {
 
 #[test]
 fn every_function_does_what_it_says() {
-    let told = with_tables(&["-m", "unittest", "discover", "-v", "-s", "python/tests"]);
-    println!("{told}");
-    assert!(told.contains("\nOK") && !told.contains("panicked"), "{told}");
+    let printed = with_tables(&["-m", "unittest", "discover", "-v", "-s", "python/tests"]);
+    println!("{printed}");
+    assert!(printed.contains("\nOK") && !printed.contains("panicked"), "{printed}");
 }
 
 #[test]
 fn the_examples_of_its_documentation_hold() {
-    let told = with_tables(&["python/tests/examples.py"]);
-    assert!(told.contains(" examples hold"), "{told}");
+    let printed = with_tables(&["python/tests/examples.py"]);
+    assert!(printed.contains(" examples hold"), "{printed}");
 }
 
 #[test]
@@ -80,7 +81,7 @@ fn its_types_are_strict() {
         "--config-file",
         "python/pyproject.toml",
         "--cache-dir",
-        "target/tmp/mypy",
+        concat!(env!("CARGO_TARGET_TMPDIR"), "/mypy"),
         "python/package/shsa",
         "python/tests/typed.py",
     ]);
