@@ -13,7 +13,7 @@ const FACTORS: (f64, f64) = (0.8, 12.0);
 const STEPS: usize = 8;
 /// This many alarms in all surrogate hours are few.
 const FEW: usize = 3;
-/// Alarms beyond this number are not counted.
+/// Alarms beyond this number are not counted, but extrapolated.
 const MANY: usize = 300;
 /// The surrogate time, in promised alarms.
 const ALARMS: f64 = 10.0;
@@ -154,12 +154,12 @@ impl Fit<'_> {
         let wanted = self.options.alarms_per_hour;
         let mut tried = Vec::new();
         let (mut low, mut high) = FACTORS;
-        let most = trials.run(high, None, 0)?;
+        let most = trials.run(high, None, 0, MANY)?;
         let floor = most.alarms;
         tried.push(most);
         for _ in 0..STEPS {
             let middle = (low * high).sqrt();
-            let one = trials.run(middle, None, 0)?;
+            let one = trials.run(middle, None, 0, MANY)?;
             (self.options.progress)();
             tried.push(one);
             *(if one.alarms - floor <= FEW as f64 { &mut high } else { &mut low }) = middle;
@@ -171,13 +171,13 @@ impl Fit<'_> {
         let few = tried.iter().filter(|it| it.factor == high).map(|it| it.alarms - floor).fold(0.0, f64::max);
         let extrapolated = (few.max(1.0) / trials.hours / aim).max(1.0);
         let mut factor = high * (1.0 + slope(&tried, floor, high) * extrapolated.ln()).min(FURTHEST);
-        let mut last = trials.run(factor, None, 1)?;
+        let mut last = trials.run(factor, None, 1, MANY)?;
         for round in 2..2 + ROUNDS as u64 {
             if last.alarms - floor <= 1.0 || floor > FEW as f64 {
                 break;
             }
             factor *= GROWS;
-            last = trials.run(factor, None, round)?;
+            last = trials.run(factor, None, round, MANY)?;
             (self.options.progress)();
         }
         let noise = trials.noise(factor)?;
@@ -235,14 +235,12 @@ impl<'a, 'b> Trials<'a, 'b> {
 
     /// The first multiple of the found noise that adds no alarm in surrogate sessions, with a margin.
     fn noise(&self, factor: f64) -> Result<Option<f64>, Problem> {
+        let mut without = Vec::with_capacity(NOISE_SERIES.len());
+        for series in NOISE_SERIES {
+            without.push((series, self.run(factor, None, series, MANY)?.alarms));
+        }
         for multiple in NOISES {
-            let mut costs = false;
-            for series in NOISE_SERIES {
-                let (with, without) =
-                    (self.run(factor, Some(multiple), series)?, self.run(factor, None, series)?);
-                costs |= with.alarms > without.alarms;
-            }
-            if !costs {
+            if !self.adds_alarms(factor, multiple, &without)? {
                 let is_long = self.source.longest_s() >= LONG_S;
                 return Ok(Some(multiple * if is_long { MARGIN } else { MARGIN_OF_SHORT }));
             }
@@ -250,12 +248,22 @@ impl<'a, 'b> Trials<'a, 'b> {
         Ok(None)
     }
 
-    /// The alarms with a factor in the surrogate sessions of a series; beyond [`MANY`], an extrapolation.
-    fn run(&self, factor: f64, noise: Option<f64>, series: u64) -> Result<Tried, Problem> {
+    /// Whether a declared noise adds an alarm to those of a series `without` it. The first one decides, so nothing is run after it.
+    fn adds_alarms(&self, factor: f64, multiple: f64, without: &[(u64, f64)]) -> Result<bool, Problem> {
+        for &(series, alarms) in without {
+            if self.run(factor, Some(multiple), series, alarms as usize)?.alarms > alarms {
+                return Ok(true);
+            }
+        }
+        Ok(false)
+    }
+
+    /// The alarms with a factor in the surrogate sessions of a series; beyond `most`, an extrapolation.
+    fn run(&self, factor: f64, noise: Option<f64>, series: u64, most: usize) -> Result<Tried, Problem> {
         let knowledge = super::edit::built(&(self.draft)(factor, noise))?;
         let (mut alarms, mut failed) = (0, 0);
         let mut done = 0;
-        while done < self.sessions && alarms <= MANY {
+        while done < self.sessions && alarms <= most {
             let threads = self.fit.options.threads.clamp(1, self.sessions - done);
             let all: Vec<Verdicts> = if threads == 1 {
                 vec![self.one(&knowledge, done, series)]
