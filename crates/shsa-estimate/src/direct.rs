@@ -308,8 +308,8 @@ impl Method for Direct {
     fn innovation(&mut self, measurement: &Measurement, _: &[f64]) -> Option<Innovation> {
         let (mean, own) = self.known();
         // Where the quantity is unknown, every measurement fits.
-        let variance = (self.variance(measurement)? + own).min(f64::MAX);
-        Some(Innovation { value: measurement.value - mean, variance })
+        let noise = self.variance(measurement)?;
+        Some(Innovation { value: measurement.value - mean, variance: (noise + own).min(f64::MAX), noise })
     }
 
     fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {

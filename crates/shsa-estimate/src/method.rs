@@ -22,9 +22,17 @@ pub struct Innovation {
     pub value: f64,
     /// The variance of the innovation: the sum of those of the expectation and of the measurement.
     pub variance: f64,
+    /// The variance of the measurement alone.
+    pub noise: f64,
 }
 
 impl Innovation {
+    /// The variance of the expectation.
+    #[must_use]
+    pub fn uncertainty(&self) -> f64 {
+        self.variance - self.noise
+    }
+
     /// The squared value divided by the variance: chi-square distributed with one degree of freedom.
     #[must_use]
     pub fn normalized_square(&self) -> f64 {

@@ -322,9 +322,10 @@ impl<S: Ensemble> Method for Particle<S> {
             }
         }
         let mean = sum / total;
-        let variance = (square / total - mean * mean).max(0.0) + at(&self.r, 0, 0);
+        let noise = at(&self.r, 0, 0);
+        let variance = (square / total - mean * mean).max(0.0) + noise;
         let value = wrapped(measurement.value - about - mean, turn);
-        (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance })
+        (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance, noise })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {

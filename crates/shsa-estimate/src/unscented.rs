@@ -261,7 +261,8 @@ impl<S: System> Method for Unscented<S> {
         self.draw();
         (self.expect_all(&[*measurement], controls) == 1).then_some(())?;
         let (value, variance) = (*self.apart.first()?, *self.s.get((0, 0))?);
-        (variance > 0.0).then_some(Innovation { value, variance })
+        let noise = variance - self.shared(0, 0);
+        (variance > 0.0).then_some(Innovation { value, variance, noise })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {

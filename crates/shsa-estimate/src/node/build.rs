@@ -140,7 +140,7 @@ fn each(knowledge: &KnowledgeBase, fusion: &Fusion, rule: &Rule) -> Result<Box<d
     let growth =
         fusion.states.iter().map(|state| state.noise.as_constant().map_or(0.0, |it| it.value * it.value));
     let initial: Vec<(f64, f64)> = fusion.states.iter().map(|state| (state.initial, state.spread)).collect();
-    Ok(Box::new(Each::new(rule, sensors, growth.collect(), &initial)?))
+    Ok(Box::new(Each::new(rule, sensors, growth.collect(), &initial, model)?))
 }
 
 /// The state that an input measures directly.

@@ -4,10 +4,11 @@
 //! uncertainty that has grown since.
 
 use crate::Error;
+use crate::continuous::Continuous;
 use crate::direct::{Direct, Rule};
 use crate::matrix::{Matrix, at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
-use crate::system::wrapped;
+use crate::system::{System, wrapped};
 
 /// Numbers kept of a sensor's last measurement: value, variance, age in seconds.
 const KEPT: usize = 3;
@@ -32,6 +33,8 @@ pub(super) struct Each {
     /// Whether earlier measurements are combined with new ones; otherwise only new ones count.
     is_joint: bool,
     latest: Vec<f64>,
+    /// The model, for the noise of a measurement that brings none.
+    model: Continuous,
     estimate: Gaussian,
     stack: Vec<Measurement>,
     /// The ages of the measurements in the stack, in seconds.
@@ -48,6 +51,7 @@ impl Each {
         sensors: Vec<Sensor>,
         growth: Vec<f64>,
         initial: &[(f64, f64)],
+        model: Continuous,
     ) -> Result<Each, Error> {
         let variances: Vec<f64> = sensors.iter().map(|sensor| sensor.variance).collect();
         let parts = initial.iter().zip(growth).enumerate().map(|(state, ((mean, deviation), growth))| {
@@ -62,6 +66,7 @@ impl Each {
             stack: Vec::with_capacity(sensors.len()),
             ages: Vec::with_capacity(sensors.len()),
             sensors,
+            model,
             estimate: Gaussian { mean: vec![0.0; n], spread: Matrix::zeros(n, n) },
         };
         each.summarise();
@@ -75,20 +80,21 @@ impl Each {
         }
     }
 
-    /// The measurement shifted by whole turns to the estimate.
-    fn beside(&self, measurement: &Measurement) -> Option<(usize, Measurement)> {
-        let Sensor { state, turn, .. } = *self.sensors.get(measurement.sensor)?;
+    /// The measurement shifted by whole turns to the estimate, with the noise that it has there.
+    fn beside(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<(usize, Measurement)> {
+        let Measurement { sensor, value, variance } = *measurement;
+        let Sensor { state, turn, variance: usual, .. } = *self.sensors.get(sensor)?;
         let mean = self.estimate.mean.get(state)?;
-        let value =
-            if turn.is_some() { mean + wrapped(measurement.value - mean, turn) } else { measurement.value };
-        Some((state, Measurement { value, ..*measurement }))
+        let value = if turn.is_some() { mean + wrapped(value - mean, turn) } else { value };
+        let modelled = self.model.covariance(sensor, sensor, &self.estimate.mean, controls);
+        let variance = variance.or(Some(modelled).filter(|it| *it > 0.0)).unwrap_or(usual);
+        Some((state, Measurement { sensor, value, variance: Some(variance) }))
     }
 
     fn note(&mut self, measurement: &Measurement) {
-        let variance = self.sensors.get(measurement.sensor).map_or(f64::INFINITY, |sensor| sensor.variance);
         let kept = self.latest.chunks_exact_mut(KEPT).nth(measurement.sensor);
         if let Some([value, own, age]) = kept {
-            (*value, *own, *age) = (measurement.value, measurement.variance.unwrap_or(variance), 0.0);
+            (*value, *own, *age) = (measurement.value, measurement.variance.unwrap_or(f64::INFINITY), 0.0);
         }
     }
 
@@ -131,11 +137,11 @@ impl Method for Each {
     }
 
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
-        let (state, measurement) = self.beside(measurement)?;
+        let (state, measurement) = self.beside(measurement, controls)?;
         self.parts.get_mut(state)?.innovation(&measurement, controls)
     }
 
-    fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {
+    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
         let mut updated = Updated::NOTHING;
         for state in 0..self.parts.len() {
             let of_it =
@@ -146,7 +152,9 @@ impl Method for Each {
             self.stack.clear();
             self.ages.clear();
             for place in 0..measurements.len() {
-                let Some((own, measurement)) = measurements.get(place).and_then(|it| self.beside(it)) else {
+                let Some((own, measurement)) =
+                    measurements.get(place).and_then(|it| self.beside(it, controls))
+                else {
                     continue;
                 };
                 if own == state {

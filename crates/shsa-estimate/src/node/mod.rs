@@ -116,7 +116,7 @@ impl Node {
         if self.newest.is_none() {
             self.begin(at);
         }
-        let variance = deviation.or_else(|| self.outputs.deviation(place)).map(|it| it * it);
+        let variance = deviation.map(|it| it * it);
         let measurement = Measurement { sensor: place, value, variance };
         self.filters.trust(place, input.is_trusted);
         let verdict = self.filters.measure(at, measurement);

@@ -94,10 +94,9 @@ impl Prediction {
 
     /// Restarts the prediction's filter where it has become vague beside the filter over all inputs and no contradiction is lost,
     /// or where it has contradicted for long: then it only shows the past.
-    fn anchor(&mut self, known: Option<Innovation>, own: f64, at: Time, filters: &mut Filters) {
-        let best =
-            filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.variance - own);
-        let is_better = |it: Innovation| it.variance - own > BETTER * best.max(0.0);
+    fn anchor(&mut self, known: Option<Innovation>, at: Time, filters: &mut Filters) {
+        let best = filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.uncertainty());
+        let is_better = |it: Innovation| it.uncertainty() > BETTER * best.max(0.0);
         let is_vague = known.is_none_or(|it| is_better(it) && it.normalized_square() < 1.0);
         let contradicts = known.is_some_and(|it| it.normalized_square() > CONTRADICTS);
         let since = *self.contradicts_since.get_or_insert(at);
@@ -185,12 +184,6 @@ impl Outputs {
         }
     }
 
-    /// The standard deviation of an input by the model's formula, at the last estimate.
-    pub(super) fn deviation(&mut self, input: usize) -> Option<f64> {
-        let variance = self.reader.covariance(input, input, &self.mean, &self.controls);
-        Some(variance.sqrt()).filter(|deviation| deviation.is_finite())
-    }
-
     /// Notes a measurement of an input: its prediction is due.
     pub(super) fn expect(&mut self, at: Time, measurement: Measurement) {
         if let Some(expected) = self.expected.get_mut(measurement.sensor) {
@@ -208,7 +201,6 @@ impl Outputs {
             };
             let known =
                 filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
-            let own = measurement.variance.unwrap_or(0.0);
             let contradicts = known.is_some_and(|(_, it)| it.normalized_square() > CONTRADICTS);
             if prediction.is_void_at(at, contradicts) {
                 if is_one {
@@ -218,13 +210,13 @@ impl Outputs {
                 continue;
             }
             if let Some((_, innovation)) = known
-                && innovation.variance - own <= VAGUE * VAGUE * own
+                && innovation.uncertainty() <= VAGUE * VAGUE * innovation.noise
             {
                 let value = measurement.value - innovation.value;
-                queue.extend(prediction.computed.observed(value, innovation.variance - own, at, now));
+                queue.extend(prediction.computed.observed(value, innovation.uncertainty(), at, now));
             }
             if prediction.is_anchored {
-                prediction.anchor(known.map(|(_, it)| it), own, at, filters);
+                prediction.anchor(known.map(|(_, it)| it), at, filters);
             }
         }
         self.expected.fill(None);
