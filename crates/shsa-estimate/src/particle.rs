@@ -1,9 +1,9 @@
 //! The particle filter (SIR): a distribution as weighted points, propagated by the model and selected by the measurements.
 //!
 //! Each particle is propagated by the formulas with its own noise; a measurement weights it by the density of its residual. When
-//! the effective number `1 / sum(w^2)` falls below a share of all, the particles are resampled by their weights, systematically:
-//! one random number places an even comb over the weights. Mean and covariance are those before resampling. Weights are kept as
-//! logarithms until they are compared, so that a surprising measurement does not make all of them zero.
+//! the effective number `1 / sum(w^2)` falls below a share of all, the particles are resampled by their weights (`resampling`).
+//! Mean and covariance are those before resampling. Weights are kept as logarithms until they are compared, so that a surprising
+//! measurement does not make all of them zero.
 //!
 //! The particles are stored by state elements, not one by one: all loops run over one element of many particles, in vector
 //! instructions, and formulas are evaluated for many of them at once.
@@ -11,7 +11,9 @@
 //! O(N n^2) for a prediction and O(N m (n + m)) for an update of N particles.
 //!
 //! N. Gordon, D. Salmond, A. Smith 1993 (doi:10.1049/ip-f-2.1993.0015); M. S. Arulampalam and others 2002
-//! (doi:10.1109/78.978374); systematic resampling: G. Kitagawa 1996 (doi:10.1080/10618600.1996.10474692).
+//! (doi:10.1109/78.978374).
+
+mod resampling;
 
 use crate::Error;
 use crate::kernel::{add_scaled, are_finite};
@@ -67,6 +69,8 @@ pub struct Particle<S> {
     numbers: Vec<f64>,
     /// For each resampled particle, its source.
     sources: Vec<u32>,
+    /// The particles in the order in which the comb meets them.
+    order: Vec<u32>,
 }
 
 impl<S: Ensemble> Particle<S> {
@@ -113,6 +117,7 @@ impl<S: Ensemble> Particle<S> {
             logarithms: vec![0.0; options.count],
             numbers: vec![0.0; options.count],
             sources: vec![0; options.count],
+            order: (0..options.count as u32).collect(),
             options,
         })
     }
@@ -186,31 +191,6 @@ impl<S: Ensemble> Particle<S> {
     #[must_use]
     pub fn effective(&self) -> f64 {
         1.0 / sum_of_products(&self.weights, &self.weights, 0.0)
-    }
-
-    /// Resamples the particles by their weights, with an even comb over the sum of the weights.
-    fn resample(&mut self) {
-        let count = self.weights.len();
-        let (start, mut sum, mut from) = (self.random.share(), 0.0, 0);
-        for (place, weight) in (0..).zip(&self.weights) {
-            sum += weight;
-            // The teeth (i + start) / count up to the sum are those before this one.
-            let tooth = sum * count as f64 - start;
-            let to = if tooth < 0.0 { 0 } else { tooth as usize + 1 }.clamp(from, count);
-            self.sources.get_mut(from..to).unwrap_or(&mut []).fill(place);
-            from = to;
-        }
-        // Rounding may leave the sum a little below 1.
-        let last = count.saturating_sub(1) as u32;
-        self.sources.get_mut(from..).unwrap_or(&mut []).fill(last);
-        for state in 0..self.particles.ncols() {
-            let own = column(&self.particles, state);
-            let drawn =
-                self.sources.iter().map(|source| own.get(*source as usize).copied().unwrap_or(f64::NAN));
-            column_mut(&mut self.spare, state).iter_mut().zip(drawn).for_each(|(to, drawn)| *to = drawn);
-        }
-        std::mem::swap(&mut self.particles, &mut self.spare);
-        self.weights.fill(1.0 / count as f64);
     }
 
     /// Particles without a predicted value stay where they were, for the next measurement to judge. Returns whether any has one.

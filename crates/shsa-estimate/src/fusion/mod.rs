@@ -3,7 +3,8 @@
 //! Every moment with a measurement is kept with the state after it, in a bounded ring. A late measurement is inserted at its
 //! moment, and all later moments are computed again. So the estimate is that of a filter with all measurements in the order of
 //! time, whatever their order of arrival, gate and watches included (Y. Bar-Shalom 2002, doi:10.1109/TAES.2002.1039398, treats
-//! savings). Measurements of one moment are stacked in the declared order of their sensors.
+//! savings). Measurements of one moment, and of moments within 10 us (`cluster`), are stacked in the declared order of their
+//! sensors.
 //!
 //! A measurement costs one step, and one more for each later moment: O(moments). No allocation.
 
@@ -12,6 +13,7 @@ mod estimate;
 mod window;
 mod gate;
 mod moment;
+mod cluster;
 mod leave_one_out;
 
 pub use estimate::Estimate;
@@ -21,6 +23,7 @@ pub use verdict::{Counts, Verdict};
 
 use crate::Error;
 use crate::method::{Innovation, Measurement, Method};
+use cluster::{first_cluster, is_close};
 use moment::{Moment, Past};
 use shsa_core::time::{Span, Time};
 
@@ -222,12 +225,13 @@ impl Fusion {
             Err(place) => place,
         };
         if self.count == self.moments.len() {
-            place = place.checked_sub(1)?;
-            let oldest = self.moments.first_mut()?;
-            std::mem::swap(&mut self.base, &mut oldest.after);
-            (self.base_at, self.origin) = (oldest.at, Origin::Moment);
-            self.moments.rotate_left(1);
-            self.count -= 1;
+            let oldest = first_cluster(&self.moments);
+            place = place.checked_sub(oldest)?;
+            let last = self.moments.get_mut(oldest.checked_sub(1)?)?;
+            std::mem::swap(&mut self.base, &mut last.after);
+            (self.base_at, self.origin) = (last.at, Origin::Moment);
+            self.moments.rotate_left(oldest);
+            self.count -= oldest;
         }
         self.moments.get_mut(self.count)?.begin(at);
         self.count += 1;
@@ -236,89 +240,24 @@ impl Fusion {
         Some(place)
     }
 
-    /// Computes all moments from one on.
-    fn replay(&mut self, from: usize) {
+    /// Computes all moments from one on, and those that count as one with it.
+    fn replay(&mut self, changed: usize) {
+        let used = self.moments.get(..self.count).unwrap_or(&[]);
+        let apart = used.windows(2).take(changed).rposition(|pair| !is_close(pair));
+        let from = apart.map_or(0, |place| place + 1);
         let before = from.checked_sub(1).and_then(|place| self.moments.get(place));
         let (past, mut at) = before.map_or((&self.base, self.base_at), |moment| (&moment.after, moment.at));
         self.now.clone_from(past);
         self.method.restore(&self.now.memory);
         let mut moments = std::mem::take(&mut self.moments);
-        for moment in moments.iter_mut().take(self.count).skip(from) {
-            self.step(moment, moment.at - at);
-            at = moment.at;
+        let mut rest = moments.get_mut(from..self.count).unwrap_or(&mut []);
+        while let Some((cluster, later)) = rest.split_at_mut_checked(first_cluster(rest))
+            && let Some(newest) = cluster.last().map(|moment| moment.at)
+        {
+            self.step(cluster, newest - at);
+            (rest, at) = (later, newest);
         }
         self.moments = moments;
-    }
-
-    /// Computes a moment: the prediction, its measurements, its controls.
-    fn step(&mut self, moment: &mut Moment, elapsed: Span) {
-        if elapsed > Span::ZERO && !self.method.predict(elapsed.seconds(), &self.now.controls) {
-            self.now.is_lost = true;
-        }
-        if elapsed > Span::ZERO {
-            self.go_on_doubting(elapsed, None);
-        }
-        match self.options.gate {
-            Some(gate) => self.take_one_by_one(moment, gate),
-            None => self.take_together(moment),
-        }
-        for taken in moment.measured.iter_mut().flatten().filter(|taken| taken.is_masked) {
-            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
-            taken.verdict = Verdict::Masked;
-            self.now.watches.get_mut(taken.measurement.sensor).into_iter().for_each(Watch::excuse);
-        }
-        let is_used = moment.measured.iter().flatten().any(|taken| taken.verdict == Verdict::Used);
-        if is_used {
-            (self.now.last_used, self.now.is_lost) = (Some(moment.at), false);
-        }
-        for (control, set) in self.now.controls.iter_mut().zip(&moment.set) {
-            *control = set.unwrap_or(*control);
-        }
-        self.method.save(&mut self.now.memory);
-        moment.after.clone_from(&self.now);
-    }
-
-    fn take_together(&mut self, moment: &mut Moment) {
-        self.stack.clear();
-        for taken in moment.measured.iter().flatten().filter(|taken| !taken.is_masked) {
-            self.welcome(moment.at, &taken.measurement);
-        }
-        for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
-            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
-            taken.verdict = if taken.innovation.is_some() { Verdict::Used } else { Verdict::Rejected };
-            if let Some(innovation) = taken.innovation {
-                self.stack.push(taken.measurement);
-                self.now.note(taken.measurement.sensor, innovation);
-            }
-        }
-        if self.method.update(&self.stack, &self.now.controls).used == 0 {
-            let counted = moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked);
-            counted.for_each(|taken| taken.verdict = Verdict::Rejected);
-        }
-    }
-
-    fn take_one_by_one(&mut self, moment: &mut Moment, gate: Gate) {
-        for taken in moment.measured.iter_mut().flatten().filter(|taken| !taken.is_masked) {
-            let Measurement { sensor, .. } = taken.measurement;
-            let at = moment.at;
-            taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
-            let is_near = taken.innovation.is_some_and(|it| it.normalized_square() <= gate.threshold());
-            let is_used = match taken.innovation {
-                Some(innovation) if is_near => {
-                    self.method.update(&[taken.measurement], &self.now.controls);
-                    self.now.note(sensor, innovation);
-                    self.now.accept(sensor, at);
-                    self.go_on_doubting(Span::ZERO, Some(&taken.measurement));
-                    true
-                }
-                Some(innovation) => {
-                    self.now.reject(&taken.measurement);
-                    self.reconsider(sensor, at, gate, innovation)
-                }
-                None => false,
-            };
-            taken.verdict = if is_used { Verdict::Used } else { Verdict::Rejected };
-        }
     }
 
     /// The estimate of a moment, predicted from the newest measurement. `None` after too long without a measurement, without a

@@ -116,6 +116,7 @@ pub(super) struct Moment {
     pub(super) measured: Vec<Option<Taken>>,
     /// Control inputs that begin at this moment.
     pub(super) set: Vec<Option<f64>>,
+    /// Only the newest moment of a cluster has it.
     pub(super) after: Past,
 }
 
@@ -134,6 +135,14 @@ impl Moment {
         self.at = at;
         self.measured.fill(None);
         self.set.fill(None);
+    }
+
+    /// Whether a sensor or a control input has a value at both moments.
+    pub(super) fn has_input_of(&self, other: &Moment) -> bool {
+        let measured = self.measured.iter().zip(&other.measured);
+        let set = self.set.iter().zip(&other.set);
+        measured.into_iter().any(|(own, other)| own.is_some() && other.is_some())
+            || set.into_iter().any(|(own, other)| own.is_some() && other.is_some())
     }
 
     /// The verdict on a sensor's measurement.
