@@ -51,9 +51,12 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
         let names = states.iter().filter_map(|state| fusion.states.get(*state));
         let names: Vec<String> = names.map(|state| format!("`{}`", state.name)).collect();
         let place = fusion.places.inputs.get(lost).copied().unwrap_or(fusion.places.name);
-        let (signal, names) = (&knowledge.signals()[input.signal].name, names.join(" and "));
-        let message = format!("without `{signal}` nothing observes {names}");
-        let help = "its uncertainty grows then: a second input that measures it would hold it";
+        let (signal, listed) = (&knowledge.signals()[input.signal].name, names.join(", "));
+        let message = format!("without `{signal}` nothing observes {listed}");
+        let help = match names.as_slice() {
+            [_] => "its uncertainty grows then: a second input that measures it would hold it",
+            _ => "their uncertainty grows then: a second input that measures them would hold them",
+        };
         found.push(diagnostic(Severity::Note, place, message, help));
     }
     found

@@ -260,7 +260,8 @@ impl Parts<'_> {
         if read >= 0.0 {
             return Some(read);
         }
-        problems.error(text, "a standard deviation is not below 0", "write how far values stray to one side");
+        let message = format!("`{}` is below 0, and a standard deviation cannot be", text.text);
+        problems.error(text, message, "write how far values stray to one side");
         None
     }
 
