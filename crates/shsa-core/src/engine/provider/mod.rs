@@ -18,6 +18,7 @@ mod episode;
 mod unsure;
 mod state;
 mod choose;
+mod unserved;
 mod provide;
 
 pub use contract::NeedAssurance;

@@ -4,7 +4,7 @@ use super::super::message::{Event, EventKind, Output, Publication, PublishedValu
 use super::episode::{Episode, Fault};
 use super::reported::News;
 use super::settings::Given;
-use super::{Provider, Server, State};
+use super::{Provider, Server, State, unserved};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
 use crate::diagnosis::Judge;
@@ -352,7 +352,7 @@ impl Provider {
             return self.publish(knowledge, given, admitted, now, outputs);
         }
         report(outputs, self.report_nothing_certain(knowledge, now));
-        report(outputs, self.check_age(knowledge, now));
+        report(outputs, self.check_age(knowledge, monitor, now));
     }
 
     /// Reports once that values are uncertain from now on.
@@ -376,25 +376,13 @@ impl Provider {
         let because = unsure.report_nothing(knowledge, &self.settings, now)?;
         self.report_unserved(knowledge, Some(because), now)
     }
-
     /// Reports when the need has not been served for longer than a value may be old.
-    fn check_age(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+    fn check_age(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
         let age = now - self.last_served()?;
         if age <= self.settings.max_age || self.reported.is_unserved() {
             return None;
         }
-        let limits = Reason::Limits { age: self.settings.max_age, width: self.settings.max_width };
-        let unfit = |what| Reasons::from(what).then(Joint::With, limits);
-        let because = match self.forced() {
-            Some(way) => Reasons::from(Reason::NoValueFrom { age, source: way.describe(knowledge) })
-                .then(Joint::Namely, unfit(Reason::GivesUnfit)),
-            None => {
-                let why = self.state.unsure().map(|unsure| unsure.why_not(knowledge, &self.settings).into());
-                let why = why.or_else(|| self.why_none_admitted());
-                let why = why.unwrap_or_else(|| unfit(Reason::AllUnfit));
-                Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
-            }
-        };
+        let because = unserved::reasons(self, knowledge, monitor, age, now);
         self.report_unserved(knowledge, Some(because), now)
     }
 }
