@@ -1,5 +1,6 @@
-//! Runs every test of the workspace, and counts them.
+//! Runs every test of the workspace, and counts them; builds the documentation meanwhile.
 
+mod documents;
 mod stalls;
 mod total;
 
@@ -152,11 +153,11 @@ impl Shared {
 /// Runs all tests, also after a failure, each program as soon as it is built; ends with their number.
 ///
 /// # Errors
-/// When a test fails, or does not build.
+/// When a test fails or does not build, or the documentation has a warning.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let stalls = Stalls::watch();
-    let built = thread::scope(|scope| {
+    let (built, documented) = thread::scope(|scope| {
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
         scope.spawn(|| work(&shared, &[], Some(&stalls), |it| it.waiting.pop()));
@@ -167,18 +168,16 @@ pub(crate) fn run() -> Result<()> {
         scope.spawn(|| work(&shared, &GIVING_WAY, None, |it| it.computing.pop()));
         let built = build(&shared);
         shared.change(Queue::complete);
-        built
+        // The last programs mostly wait, which leaves time for these.
+        (built, [documents::build(), documents::test(|line| shared.change(|queue| queue.total.add(line)))])
     });
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
     for test in again {
         failed.extend(run_again(&test, &stalls, &mut total));
     }
-    failed.extend(built.err().map(|problem| problem.to_string()));
-    let documents = ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc"];
-    if let Err(problem) = command::relay(&documents, |line| total.add(line)) {
-        failed.push(problem.to_string());
-    }
+    let other = documented.into_iter().chain([built]);
+    failed.extend(other.filter_map(Result::err).map(|problem| problem.to_string()));
     for absent in absent(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared")) {
         println!(
             "not shown: tests that need ../shared/{absent} skipped (see SKIPPED above), and count as passed"
@@ -198,8 +197,7 @@ pub(crate) fn run() -> Result<()> {
 fn build(shared: &Shared) -> Result<()> {
     let cargo = ["cargo", "test", "--workspace", "--locked", "--no-run"];
     let messages = ["--message-format", "json-render-diagnostics"];
-    let line: Vec<&str> = GIVING_WAY.into_iter().chain(cargo).chain(messages).collect();
-    command::listen(&line, |message| {
+    command::listen(&[&GIVING_WAY[..], &cargo, &messages].concat(), |message| {
         let Some(built) = built(message) else { return };
         shared.change(|queue| queue.take(built));
     })
