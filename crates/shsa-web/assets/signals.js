@@ -1,5 +1,6 @@
-// The signals: verdict and last value of each; those that are not trusted come first.
+// The signals: verdict and last value of each; those that are not trusted come first. Below them the learned variables.
 
+import { Learned } from "./learned.js";
 import { age, arrange, enclosed, made, setText, signed, spread } from "./words.js";
 
 /** The most signals that are listed. */
@@ -37,6 +38,7 @@ export class Signals {
   /** `show` opens the bands of the variable of a signal. */
   constructor({ show }) {
     this.showBands = show;
+    this.learned = new Learned({ show });
     this.list = document.getElementById("signals-list");
     this.count = document.getElementById("signals-count");
     this.text = document.getElementById("signals-text");
@@ -46,11 +48,12 @@ export class Signals {
   }
 
   reset() {
+    this.learned.reset();
     this.lines.clear();
     this.list.replaceChildren();
   }
 
-  show({ signals = {}, readings = {} }, now, isVisible) {
+  show({ signals = {}, readings = {}, learned = {} }, now, isVisible) {
     if (!isVisible) return;
     const words = this.text.value.toLowerCase();
     const isWanted = ([name, { verdict, variable }]) =>
@@ -63,5 +66,6 @@ export class Signals {
     for (const [name, line] of this.lines) line.show(signals[name], readings[name] ?? [null, null, null, 0], now);
     const all = Object.keys(signals).length;
     setText(this.count, `${shown.length} of ${all} signals`);
+    this.learned.show(learned);
   }
 }

@@ -12,14 +12,28 @@ const utility = (way) => way.utility.toPrecision(3);
 
 /** A change of utility in percent. */
 function change(way, before) {
-  if (!before) return "";
+  if (!before || before.refused) return "";
   const percent = Math.round((100 * (way.utility - before.utility)) / before.utility);
   return percent ? ` (${percent > 0 ? "+" : "−"}${Math.abs(percent)} %)` : "";
 }
 
-function served(way, before) {
-  return way ? `${way.words}, utility ${utility(way)}${change(way, before)}` : "✗ nothing";
+/** Whether a way exists, and contracts let it serve. */
+const isServed = (way) => way !== null && !way.refused;
+
+/** What contracts say of a way; empty for a need that demands nothing. */
+function contract({ admitted, level }) {
+  if (!admitted) return "";
+  return `, ${level ?? "no level"}${admitted === "met" ? "" : ` (${admitted})`}`;
 }
+
+function served(way, before) {
+  if (!way) return "✗ nothing";
+  if (way.refused) return `✗ withheld: contracts do not admit ${way.words}`;
+  return `${way.words}, utility ${utility(way)}${change(way, before)}${contract(way)}`;
+}
+
+/** Losses that end a service come first. */
+const worth = (way) => (isServed(way) ? way.utility : -1);
 
 export class WhatIf {
   constructor({ token }) {
@@ -90,25 +104,26 @@ export class WhatIf {
 
   answer(needs) {
     const all = Object.entries(needs);
-    const unhealed = all.filter(([, { now }]) => !now).map(([name]) => name);
+    const unhealed = all.filter(([, { now }]) => !isServed(now)).map(([name]) => name);
     const without = { 0: "", 1: " without this signal" }[this.lost.size] ?? ` without these ${this.lost.size} signals`;
     setText(this.told, unhealed.length ? `✗ Nothing serves ${unhealed.join(", ")}${without}.` : `✓ Every need is served${without}.`);
     this.answers.replaceChildren(...all.map(([name, need]) => this.need(name, need)));
   }
 
   need(name, { whole, now, further }) {
+    const isGood = isServed(now);
     const facts = [["with everything", served(whole)], ["without these", served(now, whole)]];
     const list = made("dl", { children: facts.flatMap(([word, value]) => [made("dt", { text: word }), made("dd", { text: value })]) });
-    const telling = further.filter(({ changes }) => changes).sort((one, other) => (one.then?.utility ?? -1) - (other.then?.utility ?? -1));
+    const telling = further.filter(({ changes }) => changes).sort((one, other) => worth(one.then) - worth(other.then));
     const row = ({ signal, then }) => {
       const head = made("th", { text: signal });
       head.scope = "row";
-      return made("tr", { children: [head, made("td", { className: then ? "words" : "words failed", text: served(then, now) })] });
+      return made("tr", { children: [head, made("td", { className: isServed(then) ? "words" : "words failed", text: served(then, now) })] });
     };
     const head = made("tr", { children: ["if this is lost, too", "then"].map((text) => Object.assign(made("th", { text }), { scope: "col" })) });
     const table = made("table", { children: [made("thead", { children: [head] }), made("tbody", { children: telling.slice(0, MOST_FURTHER).map(row) })] });
     const rest = further.length - telling.length;
-    const end = made("p", { className: "soft", text: rest && now ? `${rest === 1 ? "One other signal is" : `${rest} other signals are`} not missed if lost alone.` : "" });
-    return made("article", { className: `card ${now ? "good" : "unserved"}`, children: [made("h3", { text: name }), list, ...(telling.length && now ? [table] : []), end] });
+    const end = made("p", { className: "soft", text: rest && isGood ? `${rest === 1 ? "One other signal is" : `${rest} other signals are`} not missed if lost alone.` : "" });
+    return made("article", { className: `card ${isGood ? "good" : "unserved"}`, children: [made("h3", { text: name }), list, ...(telling.length && isGood ? [table] : []), end] });
   }
 }

@@ -7,6 +7,7 @@ const SIGNS = {
   old: "…",
   unserved: "✗", failed: "✗", unhealable: "✗", refused: "✗",
   silent: "○", absent: "○",
+  frozen: "‖", "out of range": "✗", learning: "✓",
   unknown: "·",
 };
 
@@ -75,11 +76,15 @@ export function spread(lo, hi, unit) {
 
 /** An age in words of constant width. */
 export function age(now, then) {
-  if (then == null) return "never";
-  const seconds = Math.max(0, (now - then) / 1e9);
+  return then == null ? "never" : lasting(Math.max(0, (now - then) / 1e9));
+}
+
+/** A time in words of constant width. */
+export function lasting(seconds) {
   if (seconds < 100) return `${seconds.toFixed(1)} s`;
   if (seconds < 6000) return `${Math.floor(seconds / 60)} min`;
-  return `${Math.floor(seconds / 3600)} h`;
+  if (seconds < 360_000) return `${Math.floor(seconds / 3600)} h`;
+  return `${Math.floor(seconds / 86_400)} days`;
 }
 
 /** A time in nanoseconds since 1970 as local time. */

@@ -27,7 +27,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const IMAGE: &str = "image/svg+xml";
 
 /// Every file of the page; the first is the page itself.
-pub const FILES: [File; 13] = [
+pub const FILES: [File; 14] = [
     File { path: "/", kind: HTML, bytes: include_bytes!("../assets/index.html") },
     File { path: "/web/page.css", kind: STYLE, bytes: include_bytes!("../assets/page.css") },
     File { path: "/web/icon.svg", kind: IMAGE, bytes: include_bytes!("../assets/icon.svg") },
@@ -36,6 +36,7 @@ pub const FILES: [File; 13] = [
     File { path: "/web/words.js", kind: SCRIPT, bytes: include_bytes!("../assets/words.js") },
     File { path: "/web/needs.js", kind: SCRIPT, bytes: include_bytes!("../assets/needs.js") },
     File { path: "/web/signals.js", kind: SCRIPT, bytes: include_bytes!("../assets/signals.js") },
+    File { path: "/web/learned.js", kind: SCRIPT, bytes: include_bytes!("../assets/learned.js") },
     File { path: "/web/timeline.js", kind: SCRIPT, bytes: include_bytes!("../assets/timeline.js") },
     File { path: "/web/bands.js", kind: SCRIPT, bytes: include_bytes!("../assets/bands.js") },
     File { path: "/web/graph.js", kind: SCRIPT, bytes: include_bytes!("../assets/graph.js") },

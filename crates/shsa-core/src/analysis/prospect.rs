@@ -105,8 +105,20 @@ impl Prospect {
         knowledge: &KnowledgeBase,
         assess: impl Fn(&Candidacy) -> Assessment,
     ) -> Option<Serving> {
+        self.served_by(knowledge, &self.ways.iter().map(assess).enumerate().collect::<Vec<_>>())
+    }
+
+    /// What serves the need without some signals, as the need's policy has it. All other evidence is as it should be.
+    #[must_use]
+    pub fn serving_without(&self, knowledge: &KnowledgeBase, lost: &[SignalId]) -> Option<Serving> {
+        let left = self.ways.iter().enumerate().filter(|(_, it)| !it.reads(knowledge, lost));
+        let assessed = left.map(|(way, it)| (way, it.without(knowledge, lost)));
+        self.served_by(knowledge, &assessed.collect::<Vec<_>>())
+    }
+
+    /// What serves the need of the ways with these places and assessments.
+    fn served_by(&self, knowledge: &KnowledgeBase, assessed: &[(usize, Assessment)]) -> Option<Serving> {
         let policy = Assurance::policy(knowledge, self.need);
-        let assessed: Vec<(usize, Assessment)> = self.ways.iter().map(assess).enumerate().collect();
         let holds = |(_, it): &&(usize, Assessment)| it.verdict == Verdict::Holds;
         // Of those that hold the best; the policy `degrade` goes by levels.
         let highest = |among: &mut dyn Iterator<Item = &(usize, Assessment)>| {
@@ -197,16 +209,23 @@ impl Candidacy {
         composition.assess(&composition.supposing(truth))
     }
 
-    /// What is left of it when a signal is lost: nothing where it reads the signal, else what holds without what is observed of it.
+    /// Whether it reads one of these signals, or what is derived from one.
+    fn reads(&self, knowledge: &KnowledgeBase, lost: &[SignalId]) -> bool {
+        let mut origins = self.way.inputs().map(|signal| knowledge.origins(signal));
+        origins.any(|origins| lost.iter().any(|lost| origins.contains(*lost)))
+    }
+
+    /// What is left of it when signals are lost: nothing where it reads one of them, else what holds without what is observed of
+    /// them.
     #[must_use]
-    pub fn without(&self, knowledge: &KnowledgeBase, lost: SignalId) -> Assessment {
-        if self.way.inputs().any(|signal| knowledge.origins(signal).contains(lost)) {
+    pub fn without(&self, knowledge: &KnowledgeBase, lost: &[SignalId]) -> Assessment {
+        if self.reads(knowledge, lost) {
             return Assessment { verdict: Verdict::Refused, guarantee: None, level: None };
         }
         let composition = &self.composition;
         let is_of_lost = |id: EvidenceId| {
             let mut of = composition.evidence(knowledge).filter(|(own, ..)| *own == id);
-            of.any(|(_, _, watched)| matches!(watched.source, EvidenceSource::Signal(signal, _) if signal == lost))
+            of.any(|(_, _, watched)| matches!(watched.source, EvidenceSource::Signal(signal, _) if lost.contains(&signal)))
         };
         let truth = |id| if is_of_lost(id) { Truth::Unknown } else { Truth::True };
         composition.assess(&composition.supposing(truth))
@@ -225,7 +244,7 @@ fn losses(knowledge: &KnowledgeBase, ways: &[Candidacy]) -> Vec<(SignalId, Optio
         }
     }
     let left = |lost: SignalId| {
-        let place = ways.iter().position(|way| way.without(knowledge, lost).verdict == Verdict::Holds);
+        let place = ways.iter().position(|way| way.without(knowledge, &[lost]).verdict == Verdict::Holds);
         (lost, place)
     };
     signals.iter().map(left).collect()

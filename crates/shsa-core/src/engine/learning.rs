@@ -15,7 +15,7 @@ use crate::parameter::{AHEAD, Drift, News, Parameter};
 use crate::plan;
 use crate::reason::{Range, Reason};
 use crate::residual_selection::{can_be_watched, witnesses};
-use crate::time::{Time, Validity};
+use crate::time::{Span, Time, Validity};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -33,6 +33,8 @@ pub struct LearnedNow {
     pub is_frozen: bool,
     /// Whether it has left its range: the relations with it hold no more.
     pub has_left: bool,
+    /// How long until it reaches the end of its range, if it goes on as when it was last seen to drift; `None` before a drift.
+    pub limit_in: Option<Span>,
 }
 
 /// A learned variable at work.
@@ -46,6 +48,8 @@ pub(super) struct Fitted {
     /// All signals that the estimates rest on.
     rests_on: SignalSet,
     is_frozen: bool,
+    /// When the last drift that was seen ends at the end of the range.
+    limit_at: Option<Time>,
     /// The value that everything is computed with, and until when it holds all that is possible.
     used: Interval,
     used_until: Time,
@@ -87,6 +91,7 @@ impl Fitted {
             estimates: Vec::new(),
             rests_on: SignalSet::new(),
             is_frozen: false,
+            limit_at: None,
             used,
             used_until: Time::MIN,
         })
@@ -106,6 +111,15 @@ impl Fitted {
             };
             self.rests_on.extend(&rests_on);
             self.estimates.push(Estimate { computation, trigger, rests_on, noted: None, open: None });
+        }
+    }
+
+    /// Notes when the limit is reached. One that has left its range has no time left.
+    fn follow(&mut self, news: Option<News>, now: Time) {
+        match news {
+            Some(News::Drifts(drift)) => self.limit_at = Some(now + drift.remaining),
+            Some(News::Left) => self.limit_at = None,
+            Some(News::Back) | None => {}
         }
     }
 
@@ -137,6 +151,7 @@ impl Engine {
             set: it.parameter.set(now),
             is_frozen: it.is_frozen,
             has_left: it.parameter.has_left(),
+            limit_in: it.limit_at.map(|limit_at| (limit_at - now).max(Span::ZERO)),
         })
     }
 
@@ -179,6 +194,7 @@ impl Engine {
                 let news = fitted.parameter.take(value, moment, now);
                 fitted.used_until = now;
                 has_changed |= matches!(news, Some(News::Left | News::Back));
+                fitted.follow(news, now);
                 news.into_iter().for_each(|news| self.report_learned(fitted, news, now));
             }
         }
@@ -269,7 +285,7 @@ impl Engine {
             if fitted.relations.iter().any(|(id, _)| *id == relation) {
                 is_any = true;
                 fitted.parameter.forget();
-                fitted.used_until = Time::MIN;
+                (fitted.limit_at, fitted.used_until) = (None, Time::MIN);
             }
         }
         is_any
@@ -303,7 +319,7 @@ impl Engine {
             let same = |other: &&Fitted| it.goes_on(other, lineage, &old.knowledge, &self.knowledge);
             if let Some(other) = old.fitted.iter().find(same) {
                 it.parameter = other.parameter.clone();
-                it.is_frozen = other.is_frozen;
+                (it.is_frozen, it.limit_at) = (other.is_frozen, other.limit_at);
                 // Exactly what the computations before the change have used, so that they go on.
                 (it.used, it.used_until) = (other.used, Time::MIN);
                 self.knowledge.set_constant(it.variable, it.used);

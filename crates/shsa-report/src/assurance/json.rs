@@ -17,7 +17,7 @@ fn of_need(report: &ModelReport<'_>, need: &Need) -> Value {
     let serving = need.served.and_then(|at| need.now.get(at));
     let losses = need.prospect.losses.iter().map(|(signal, left)| {
         let candidacy = left.and_then(|at| need.prospect.ways.get(at));
-        let level = candidacy.and_then(|it| report.level(it.without(report.knowledge, *signal).level));
+        let level = candidacy.and_then(|it| report.level(it.without(report.knowledge, &[*signal]).level));
         json!({
             "signal": report.knowledge.signals()[*signal].name,
             "way": candidacy.map(|candidacy| candidacy.way.describe(report.knowledge)),

@@ -84,7 +84,7 @@ fn losses(report: &ModelReport<'_>, need: &Need) -> String {
         let (class, then) = match left.and_then(|at| need.prospect.ways.get(at)) {
             None => ("no", "nothing".to_owned()),
             Some(candidacy) => {
-                let level = report.level(candidacy.without(report.knowledge, *signal).level);
+                let level = report.level(candidacy.without(report.knowledge, &[*signal]).level);
                 let level = level.map_or(String::new(), |level| format!(", {level}"));
                 ("yes", format!("{}{level}", candidacy.way.describe(report.knowledge)))
             }

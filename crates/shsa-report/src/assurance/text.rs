@@ -88,7 +88,7 @@ fn losses(report: &ModelReport<'_>, need: &Need) -> Option<String> {
     let row = |(signal, left): &(_, Option<usize>)| {
         let name = report.knowledge.signals()[*signal].name.clone();
         let then = left.and_then(|at| need.prospect.ways.get(at)).map_or("nothing".to_owned(), |candidacy| {
-            let level = report.level(candidacy.without(report.knowledge, *signal).level);
+            let level = report.level(candidacy.without(report.knowledge, &[*signal]).level);
             let by = candidacy.way.describe(report.knowledge);
             level.map_or(by.clone(), |level| format!("{by}, {level}"))
         });

@@ -2,7 +2,7 @@
 
 use super::super::Request;
 use super::super::http::{Shared, ask};
-use shsa_core::engine::WhatIf;
+use super::what_if::Examined;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use tokio::sync::{Mutex, oneshot};
@@ -10,11 +10,11 @@ use tokio::task::spawn_blocking;
 
 /// The models by name.
 #[derive(Clone, Default)]
-pub(super) struct Known(Arc<Mutex<BTreeMap<String, Arc<WhatIf>>>>);
+pub(super) struct Known(Arc<Mutex<BTreeMap<String, Arc<Examined>>>>);
 
 impl Known {
     /// A model in its present version; `None` where there is none of this name, or the run is ending.
-    pub(super) async fn model(&self, shared: &Shared, name: &str) -> Option<Arc<WhatIf>> {
+    pub(super) async fn model(&self, shared: &Shared, name: &str) -> Option<Arc<Examined>> {
         let version = shared.pages.board.lock().await.version(name);
         // Other readers wait for the same answer.
         let mut models = self.0.lock().await;
@@ -25,7 +25,7 @@ impl Known {
         let (sender, receiver) = oneshot::channel();
         ask(shared, Request::Model(name.to_owned(), sender)).await.ok()?;
         let knowledge = receiver.await.ok()?;
-        let model = Arc::new(spawn_blocking(|| WhatIf::new(*knowledge)).await.ok()?);
+        let model = Arc::new(spawn_blocking(|| Examined::new(*knowledge)).await.ok()?);
         models.insert(name.to_owned(), model.clone());
         Some(model)
     }

@@ -8,6 +8,7 @@ mod board;
 mod known;
 mod outlook;
 mod structure;
+mod what_if;
 
 use super::http::{Shared, ask, problem};
 use super::{Reply, Request};
@@ -204,7 +205,7 @@ pub(super) async fn what_if(
     let Some(model) = shared.pages.known.model(&shared, &model).await else {
         return problem(StatusCode::NOT_FOUND, "there is no such model");
     };
-    match spawn_blocking(move || outlook::what_if(&model, &lost)).await {
+    match spawn_blocking(move || model.answer(&lost)).await {
         Ok(Ok(needs)) => Json(needs).into_response(),
         Ok(Err(why)) => problem(StatusCode::UNPROCESSABLE_ENTITY, &why),
         Err(_) => problem(StatusCode::SERVICE_UNAVAILABLE, "the run is ending"),

@@ -1,19 +1,16 @@
-//! How many further losses each need survives, and what would serve it after each of them.
+//! How many further losses each need survives, and what would serve it next.
 
 use super::super::http::Shared;
 use super::board::Board;
-use serde_json::{Map, Value, json};
+use super::what_if::Served;
+use serde_json::{Value, json};
 use shsa_core::analysis::{self, Tolerance};
-use shsa_core::engine::WhatIf;
-use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet};
-use shsa_core::substitution::Way;
+use shsa_core::knowledge::{KnowledgeBase, SignalSet};
 use std::collections::{BTreeMap, BTreeSet};
 use tokio::task::spawn_blocking;
 
 /// The effort for the needs of one model after a decision, in steps.
 const STEPS: u64 = 300_000;
-/// The most losses of one signal that are listed for each need.
-const MOST_LOSSES: usize = 200;
 
 /// Computes in a thread of its own how many losses the needs survive now; the result goes to the board.
 pub(super) fn look_ahead(shared: &Shared, board: &Board) {
@@ -82,8 +79,8 @@ async fn tolerances(shared: &Shared, situation: Situation) -> Option<Value> {
             let name = knowledge.need_name(need);
             let serving = situation.serving.get(name).into_iter().flatten();
             let all = lost.iter().chain(serving.filter_map(|name| knowledge.signal(name)));
-            let next = model.ways(need, &all.collect::<Vec<_>>()).into_iter().next();
-            (name.to_owned(), row(knowledge, tolerance, next.map(|(way, _)| way.describe(knowledge))))
+            let next = model.best(need, &all.collect::<Vec<_>>()).filter(Served::is_admitted);
+            (name.to_owned(), row(knowledge, tolerance, next.map(|next| next.way.describe(knowledge))))
         });
         Value::Object(rows.collect())
     })
@@ -99,45 +96,4 @@ fn row(knowledge: &KnowledgeBase, tolerance: &Tolerance, next: Option<String>) -
         "exact": tolerance.exact,
         "cut": tolerance.cut.iter().map(|signal| &*knowledge.signals()[signal].name).collect::<Vec<_>>(),
     })
-}
-
-/// What would serve each need without some signals, and what each further loss would bring.
-///
-/// # Errors
-/// The name of a signal that the model does not have.
-pub(super) fn what_if(model: &WhatIf, lost: &[String]) -> Result<Value, String> {
-    let knowledge = model.knowledge();
-    let find =
-        |name: &String| knowledge.signal(name).ok_or_else(|| format!("the model has no signal '{name}'"));
-    let lost: Vec<SignalId> = lost.iter().map(find).collect::<Result<_, _>>()?;
-    let needs = knowledge
-        .needs()
-        .ids()
-        .map(|need| (knowledge.need_name(need).to_owned(), of_need(model, need, &lost)));
-    Ok(Value::Object(needs.collect::<Map<_, _>>()))
-}
-
-fn of_need(model: &WhatIf, need: NeedId, lost: &[SignalId]) -> Value {
-    let knowledge = model.knowledge();
-    let best = |lost: &[SignalId]| model.ways(need, lost).into_iter().next();
-    let now = best(lost);
-    let further = model.matters(need).iter().filter(|signal| !lost.contains(signal)).take(MOST_LOSSES);
-    let further = further.map(|&signal| {
-        let then = best(&[lost, &[signal]].concat());
-        json!({
-            "signal": knowledge.signals()[signal].name,
-            "changes": then != now,
-            "then": then.map(|way| rendered(knowledge, &way)),
-        })
-    });
-    json!({
-        "variable": knowledge.variables()[knowledge.needs()[need].variable].name,
-        "whole": best(&[]).map(|way| rendered(knowledge, &way)),
-        "now": now.as_ref().map(|way| rendered(knowledge, way)),
-        "further": further.collect::<Vec<_>>(),
-    })
-}
-
-fn rendered(knowledge: &KnowledgeBase, (way, utility): &(Way, f64)) -> Value {
-    json!({ "words": way.describe(knowledge), "utility": utility })
 }
