@@ -1,5 +1,7 @@
 //! `shsa run`: heals a running system with the library `shsa-runtime`: its arguments and its output.
 
+#[cfg(feature = "foxglove")]
+mod foxglove;
 mod record;
 
 use crate::bus::BusArguments;
@@ -108,6 +110,8 @@ pub(crate) struct Arguments {
     /// grows until the run ends, and can be replayed.
     #[arg(long, value_name = "FILE")]
     record: Option<PathBuf>,
+    #[command(flatten)]
+    viewers: ViewerArguments,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
@@ -116,6 +120,18 @@ pub(crate) struct Arguments {
     json: bool,
     #[command(flatten)]
     log: LogArguments,
+}
+
+/// The arguments about viewers that follow the run.
+#[derive(Clone, Debug, clap::Args)]
+struct ViewerArguments {
+    /// Send what a record has to Foxglove and others that speak its WebSocket protocol, while the run goes on; of one model only.
+    #[cfg(feature = "foxglove")]
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
+    foxglove: Option<SocketAddr>,
+    /// Write a layout for Foxglove that shows the run.
+    #[arg(long, value_name = "FILE")]
+    layout: Option<PathBuf>,
 }
 
 /// The arguments alone, as they are when none is given.
@@ -288,8 +304,7 @@ fn reload(handle: &Handle) {
 /// The options of the run from the arguments, for these models.
 fn options(arguments: &Arguments, models: &[Model], log: Log) -> anyhow::Result<Options> {
     let engine = engine::Options { watch: arguments.watching.budget(), ..engine::Options::default() };
-    let recorders = arguments.record.iter().map(|path| record::recorder(path, models, engine));
-    let recorders = recorders.collect::<anyhow::Result<_>>()?;
+    let recorders = record::recorder(arguments, models, engine)?.into_iter().collect();
     let models: Vec<_> = models.iter().map(|model| model.live.knowledge()).collect();
     let token = Token::find(arguments.token_file.as_deref(), "SHSA_TOKEN")?;
     let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;

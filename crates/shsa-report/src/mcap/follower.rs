@@ -1,7 +1,7 @@
 //! Records a run that goes on elsewhere, from its inputs alone.
 
-use super::{McapRecorder, Seekable};
-use crate::replay::Provenance;
+use super::layout::layout;
+use super::{MessageRecorder, Sink};
 use serde_json::Value;
 use shsa_core::engine::Options;
 use shsa_core::knowledge::KnowledgeBase;
@@ -11,24 +11,19 @@ use std::io;
 
 /// Records a run that goes on elsewhere. The same inputs give the same decisions, so an engine of its own follows them, and the
 /// engine of the run is not asked. Memory does not grow with the length of the run.
-pub struct Follower<W: Seekable> {
-    recorder: McapRecorder<W>,
+pub struct Follower<S: Sink> {
+    recorder: MessageRecorder<S>,
     run: Run,
     has_begun: bool,
 }
 
-impl<W: Seekable> Follower<W> {
-    /// Begins a file for a run that begins with this model and these options.
+impl<S: Sink> Follower<S> {
+    /// Begins with a run that begins with this model and these options.
     ///
     /// # Errors
     /// Errors of the output.
-    pub fn new(
-        output: W,
-        known: &KnowledgeBase,
-        options: Options,
-        provenance: &Provenance,
-    ) -> io::Result<Follower<W>> {
-        let recorder = McapRecorder::new(output, known, provenance)?;
+    pub fn new(sink: S, known: &KnowledgeBase, options: Options) -> io::Result<Follower<S>> {
+        let recorder = MessageRecorder::new(sink, known)?;
         Ok(Follower { recorder, run: Run::with(known, options, Time(0)), has_begun: false })
     }
 
@@ -54,6 +49,12 @@ impl<W: Seekable> Follower<W> {
     /// Errors of the output.
     pub fn flush(&mut self) -> io::Result<()> {
         self.recorder.flush()
+    }
+
+    /// A layout for Foxglove that shows the run as it is now.
+    #[must_use]
+    pub fn layout(&self) -> Value {
+        layout(&self.run.engine)
     }
 
     /// Ends the file. Returns a layout for Foxglove; it is in the file, too.

@@ -1,22 +1,30 @@
-//! A layout for Foxglove: the needs with their bounds and ways, the verdicts, the decisions.
+//! A layout for Foxglove: the knowledge graph, the needs with their bounds and ways, the verdicts, the decisions.
 
-use super::topic;
+use super::scene::Scene;
+use super::{recorded_ways, topic, way_topic};
 use serde_json::{Map, Value, json};
-use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::engine::Engine;
 
 /// The most needs, and the most signals, with a panel or a row of their own.
 const MOST_NEEDS: usize = 4;
 const MOST_SIGNALS: usize = 24;
 
-/// The layout for a model. `ways` are the topics of the ways of knowing each needed variable, in the order of the needs.
-pub(super) fn layout(known: &KnowledgeBase, ways: &[Vec<String>]) -> Value {
+/// The layout for what an engine watches.
+pub(super) fn layout(engine: &Engine) -> Value {
+    let known = engine.knowledge();
     let mut panels = Map::new();
     let mut order = Vec::new();
-    for (number, (need, ways)) in known.needs().iter().zip(ways).take(MOST_NEEDS).enumerate() {
+    if let Some(size) = Scene::size_for(engine) {
+        panels.insert("3D!graph".into(), seen_from_above(size));
+        order.push("3D!graph".to_owned());
+    }
+    for (number, need) in known.needs().iter().take(MOST_NEEDS).enumerate() {
         let id = format!("Plot!need{number}");
         let own = topic("needs", &need.signal);
         let bounds = ["lo", "mid", "hi"].map(|field| path(&own, field));
-        let others = ways.iter().flat_map(|way| ["lo", "hi"].map(|field| path(way, field)));
+        let ways = recorded_ways(engine).filter(|(_, way)| way.substitution.sink == need.variable);
+        let ways = ways.map(|(_, way)| way_topic(known, way));
+        let others = ways.flat_map(|way| ["lo", "hi"].map(|field| path(&way, field)));
         let paths: Vec<Value> = bounds.into_iter().chain(others).collect();
         panels.insert(
             id.clone(),
@@ -39,6 +47,26 @@ pub(super) fn layout(known: &KnowledgeBase, ways: &[Vec<String>]) -> Value {
         "userNodes": {},
         "playbackConfig": { "speed": 1 },
         "layout": stacked(&order),
+    })
+}
+
+/// A view of the whole graph, straight from above.
+fn seen_from_above((width, height): (f64, f64)) -> Value {
+    // As much as the angle of view of 45 degrees takes in, in a panel that is twice as wide as high.
+    let distance = 0.6 * f64::max(height, width / 2.0) / (22.5_f64.to_radians()).tan();
+    json!({
+        "foxglovePanelTitle": "Knowledge graph",
+        "cameraState": {
+            "perspective": false, "distance": distance, "phi": 0, "thetaOffset": 0,
+            "targetOffset": [width / 2.0, -height / 2.0, 0], "target": [0, 0, 0], "targetOrientation": [0, 0, 0, 1],
+            "fovy": 45, "near": 0.5, "far": 5000,
+        },
+        "followMode": "follow-none",
+        "followTf": "shsa",
+        "scene": {},
+        "transforms": {},
+        "topics": { super::GRAPH: { "visible": true } },
+        "layers": {},
     })
 }
 

@@ -1,25 +1,30 @@
-//! A run as an MCAP file: inputs, values of all ways of knowing, verdicts, decisions and needs, for Foxglove, Rerun, PlotJuggler
-//! and every reader of MCAP (<https://mcap.dev/spec>).
+//! A run as messages: inputs, values of all ways of knowing, verdicts, decisions, needs, and the knowledge graph as a drawing. They go into an
+//! MCAP file (<https://mcap.dev/spec>), which Foxglove, Rerun and PlotJuggler open, or to another [`Sink`].
 //!
 //! Messages are JSON with a JSON Schema. Values are in the units of the model. The channel [`shsa_format::journal::TOPIC`] has the
 //! inputs of the run, so that it replays to the same decisions.
 
-mod channels;
-mod follower;
+mod kind;
+mod sink;
+mod file;
+mod scene;
 mod layout;
+mod follower;
 
+pub use file::McapFile;
 pub use follower::Follower;
+pub use kind::Kind;
+pub use sink::{Message, Sink};
 
 use crate::bands::BandSource;
-use crate::replay::Provenance;
-use channels::{Channels, Kind};
 use core::ops::Bound;
-use mcap::McapResult;
+use scene::Scene;
 use serde_json::{Value, json};
-use shsa_core::engine::{EventKind, Input, Publication, PublishedValue};
+use shsa_core::engine::{Engine, EventKind, Input, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::monitor::{Symptom, WayIndex};
+use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 use shsa_format::drive::{Given, Run};
@@ -28,9 +33,10 @@ use shsa_format::{event, words};
 use std::collections::BTreeMap;
 use std::io::{self, Seek, Write};
 
-/// The topics of the decisions, as data and as lines of a log.
+/// The topics of the decisions, as data and as lines of a log, and of the graph.
 const DECISIONS: &str = "/shsa/decisions";
 const LOG: &str = "/shsa/log";
+const GRAPH: &str = "/shsa/graph";
 
 /// The most ways of a variable that are recorded.
 const MOST_WAYS: usize = 32;
@@ -40,14 +46,14 @@ pub trait Seekable: Write + Seek {}
 
 impl<W: Write + Seek> Seekable for W {}
 
-/// Records a run as an MCAP file, as it goes. Memory does not grow with the length of the run.
+/// Tells a sink of a run, as it goes. Memory does not grow with the length of the run.
 ///
 /// # Example
 /// ```
 /// use shsa_core::engine::Options;
 /// use shsa_format::drive::Run;
 /// use shsa_report::Source;
-/// use shsa_report::mcap::McapRecorder;
+/// use shsa_report::mcap::{McapFile, MessageRecorder};
 /// use shsa_report::replay::Provenance;
 /// use std::io::Cursor;
 ///
@@ -56,7 +62,8 @@ impl<W: Write + Seek> Seekable for W {}
 /// let source = Source::of_story(&story);
 /// let made = Provenance { model: "02.yaml".to_owned(), text, hash: String::new(), command: String::new() };
 /// let mut file = Vec::new();
-/// let mut recorder = McapRecorder::new(Cursor::new(&mut file), &source.eras[0].knowledge, &made)?;
+/// let mcap = McapFile::new(Cursor::new(&mut file), &made)?;
+/// let mut recorder = MessageRecorder::new(mcap, &source.eras[0].knowledge)?;
 /// let run = Run::of(&source.eras, source.span, Options::default(), |run, given| {
 ///     recorder.input(given)?;
 ///     let published = run.publications.len();
@@ -68,10 +75,11 @@ impl<W: Write + Seek> Seekable for W {}
 /// assert!(file.starts_with(b"\x89MCAP0\r\n"));
 /// # Ok::<(), std::io::Error>(())
 /// ```
-pub struct McapRecorder<W: Seekable> {
-    channels: Channels<W>,
+pub struct MessageRecorder<S: Sink> {
+    sink: S,
     journal: JournalWriter<Vec<u8>>,
     ways: Vec<Recorded>,
+    scene: Scene,
     /// The version of the model that is followed.
     version: Option<u64>,
     /// The decisions that are recorded, of those that the run has.
@@ -89,15 +97,15 @@ struct Recorded {
     last: Option<Time>,
 }
 
-impl<W: Seekable> McapRecorder<W> {
-    /// Begins a file for a run that begins with this model.
+impl<S: Sink> MessageRecorder<S> {
+    /// Begins with a run that begins with this model.
     ///
     /// # Errors
     /// Errors of the output.
-    pub fn new(output: W, known: &KnowledgeBase, provenance: &Provenance) -> io::Result<McapRecorder<W>> {
-        let channels = Channels::new(output, provenance).map_err(io::Error::other)?;
+    pub fn new(sink: S, known: &KnowledgeBase) -> io::Result<MessageRecorder<S>> {
         let journal = JournalWriter::new(Vec::new(), known)?;
-        Ok(McapRecorder { channels, journal, ways: Vec::new(), version: None, events: 0, observed: None })
+        let (ways, scene) = (Vec::new(), Scene::default());
+        Ok(MessageRecorder { sink, journal, ways, scene, version: None, events: 0, observed: None })
     }
 
     /// Records an input; call it before the input is given to the run.
@@ -112,9 +120,8 @@ impl<W: Seekable> McapRecorder<W> {
         let time = given.time();
         let lines = std::mem::take(self.journal.output_mut());
         for line in lines.split(|byte| *byte == b'\n').filter(|line| !line.is_empty()) {
-            self.channels
-                .write(journal::TOPIC, Kind::Journal, time, line, BTreeMap::new)
-                .map_err(io::Error::other)?;
+            let (topic, kind, about) = (journal::TOPIC, Kind::Journal, &BTreeMap::new);
+            self.sink.write(&Message { topic, kind, time, data: line, about })?;
         }
         Ok(())
     }
@@ -125,41 +132,6 @@ impl<W: Seekable> McapRecorder<W> {
     /// # Errors
     /// Errors of the output.
     pub fn look(&mut self, run: &Run, publications: usize) -> io::Result<()> {
-        self.follow_up(run, publications).map_err(io::Error::other)
-    }
-
-    /// Drops the outputs of the run that are recorded, so that a run without end needs no more memory.
-    pub fn forget(&mut self, run: &mut Run) {
-        run.forget();
-        self.events = 0;
-    }
-
-    /// Writes out what is buffered: the file can be read up to here from then on.
-    ///
-    /// # Errors
-    /// Errors of the output.
-    pub fn flush(&mut self) -> io::Result<()> {
-        self.channels.flush().map_err(io::Error::other)
-    }
-
-    /// Ends the file. Returns a layout for Foxglove that shows needs, ways, verdicts and decisions; it is in the file, too.
-    ///
-    /// # Errors
-    /// Errors of the output.
-    pub fn finish(&mut self, run: &Run) -> io::Result<Value> {
-        let known = run.engine.knowledge();
-        let of_need = |need: &shsa_core::knowledge::Need| {
-            let prefix = topic("ways", &known.variables()[need.variable].name);
-            let is_of_it = |way: &&Recorded| way.topic.starts_with(&format!("{prefix}/"));
-            self.ways.iter().filter(is_of_it).map(|way| way.topic.clone()).collect()
-        };
-        let ways: Vec<Vec<String>> = known.needs().iter().map(of_need).collect();
-        let layout = layout::layout(known, &ways);
-        self.channels.finish(&layout).map_err(io::Error::other)?;
-        Ok(layout)
-    }
-
-    fn follow_up(&mut self, run: &Run, publications: usize) -> McapResult<()> {
         let version = run.engine.knowledge().version();
         if self.version.replace(version) != Some(version) {
             self.follow(run);
@@ -177,45 +149,61 @@ impl<W: Seekable> McapRecorder<W> {
             self.events = number + 1;
             self.decision(run, number)?;
         }
+        self.draw(run, false)?;
         self.news_of_ways(run)
+    }
+
+    /// Drops the outputs of the run that are recorded, so that a run without end needs no more memory.
+    pub fn forget(&mut self, run: &mut Run) {
+        run.forget();
+        self.events = 0;
+    }
+
+    /// Writes out what is buffered: the file can be read up to here from then on.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn flush(&mut self) -> io::Result<()> {
+        self.sink.flush()
+    }
+
+    /// Ends the file. Returns a layout for Foxglove that shows needs, ways, verdicts and decisions; it is in the file, too.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn finish(&mut self, run: &Run) -> io::Result<Value> {
+        self.draw(run, true)?;
+        let layout = layout::layout(&run.engine);
+        self.sink.finish(&layout)?;
+        Ok(layout)
     }
 
     /// Follows another model, whose ways have other numbers; topics with the same name continue.
     fn follow(&mut self, run: &Run) {
+        self.scene.follow(&run.engine);
         let known = run.engine.knowledge();
         let before = std::mem::take(&mut self.ways);
-        let mut count: BTreeMap<_, usize> = BTreeMap::new();
-        for (index, watched) in (0..).map(WayIndex).zip(run.engine.monitor().ways()) {
-            let of_variable = count.entry(watched.variable()).or_default();
-            *of_variable += 1;
-            if *of_variable > MOST_WAYS {
-                continue;
-            }
-            let (way, variable) = (watched.computation.way(), &known.variables()[watched.variable()]);
+        for (index, way) in recorded_ways(&run.engine) {
+            let variable = &known.variables()[way.substitution.sink];
             let words = way.describe(known);
-            let topic = topic("ways", &format!("{}/{words}", variable.name));
+            let topic = way_topic(known, way);
             let last = before.iter().find(|it| it.topic == topic).and_then(|it| it.last);
             let source = BandSource::Way(index, way.clone());
             self.ways.push(Recorded { source, topic, words, unit: variable.unit.clone(), last });
         }
     }
 
-    fn reading(&mut self, run: &Run, id: SignalId, time: Time) -> McapResult<()> {
+    fn reading(&mut self, run: &Run, id: SignalId, time: Time) -> io::Result<()> {
         let signal = &run.engine.knowledge().signals()[id];
         let port = run.engine.monitor().ports().find(id);
         let Some(value) = port.and_then(|port| port.hull()) else { return Ok(()) };
         let message = Value::Object(interval(value, signal.unit.as_ref()));
         let about = || about("signal", &signal.name, signal.unit.as_ref());
-        self.channels.write(
-            &topic("signals", &signal.name),
-            Kind::Interval,
-            time,
-            message.to_string().as_bytes(),
-            about,
-        )
+        let topic = topic("signals", &signal.name);
+        tell(&mut self.sink, &topic, Kind::Interval, time, &message.to_string(), &about)
     }
 
-    fn need(&mut self, run: &Run, known: &KnowledgeBase, publication: &Publication) -> McapResult<()> {
+    fn need(&mut self, run: &Run, known: &KnowledgeBase, publication: &Publication) -> io::Result<()> {
         let need = &known.needs()[publication.need];
         let PublishedValue::Scalar(value) = &publication.value else { return Ok(()) };
         let unit = known.variables()[need.variable].unit.as_ref();
@@ -225,16 +213,11 @@ impl<W: Seekable> McapRecorder<W> {
         message.insert("source".to_owned(), json!(source.as_ref().map(words::served_by)));
         let message = Value::Object(message).to_string();
         let about = || about("need", &need.signal, unit);
-        self.channels.write(
-            &topic("needs", &need.signal),
-            Kind::Need,
-            publication.time,
-            message.as_bytes(),
-            about,
-        )
+        let topic = topic("needs", &need.signal);
+        tell(&mut self.sink, &topic, Kind::Need, publication.time, &message, &about)
     }
 
-    fn verdict(&mut self, run: &Run, id: SignalId) -> McapResult<()> {
+    fn verdict(&mut self, run: &Run, id: SignalId) -> io::Result<()> {
         let engine = &run.engine;
         let signal = &engine.knowledge().signals()[id];
         let message = json!({
@@ -242,16 +225,11 @@ impl<W: Seekable> McapRecorder<W> {
             "symptom": engine.fault(id).map(Symptom::name),
         });
         let about = || about("signal", &signal.name, None);
-        self.channels.write(
-            &topic("verdicts", &signal.name),
-            Kind::Verdict,
-            run.last,
-            message.to_string().as_bytes(),
-            about,
-        )
+        let topic = topic("verdicts", &signal.name);
+        tell(&mut self.sink, &topic, Kind::Verdict, run.last, &message.to_string(), &about)
     }
 
-    fn decision(&mut self, run: &Run, number: usize) -> McapResult<()> {
+    fn decision(&mut self, run: &Run, number: usize) -> io::Result<()> {
         let Some((known, decided)) = run.events_with_models().nth(number) else { return Ok(()) };
         let fields = event::fields(known, decided);
         let because = words::reasons(&decided.because);
@@ -267,14 +245,22 @@ impl<W: Seekable> McapRecorder<W> {
             "line": 0,
         });
         let data = Value::Object(fields).to_string();
-        self.channels.write(DECISIONS, Kind::Decision, decided.time, data.as_bytes(), BTreeMap::new)?;
-        self.channels.write(LOG, Kind::Log, decided.time, log.to_string().as_bytes(), BTreeMap::new)?;
+        self.scene.note();
+        let sink = &mut self.sink;
+        tell(sink, DECISIONS, Kind::Decision, decided.time, &data, &BTreeMap::new)?;
+        tell(sink, LOG, Kind::Log, decided.time, &log.to_string(), &BTreeMap::new)?;
         let present = decided.signal.and_then(|id| run.engine.knowledge().signal(&known.signals()[id].name));
         present.map_or(Ok(()), |signal| self.verdict(run, signal))
     }
 
-    fn news_of_ways(&mut self, run: &Run) -> McapResult<()> {
-        let McapRecorder { channels, ways, .. } = self;
+    /// Draws the graph where it may have changed.
+    fn draw(&mut self, run: &Run, is_last: bool) -> io::Result<()> {
+        let Some(drawn) = self.scene.news(&run.engine, run.last, is_last) else { return Ok(()) };
+        tell(&mut self.sink, GRAPH, Kind::Graph, run.last, &drawn.to_string(), &BTreeMap::new)
+    }
+
+    fn news_of_ways(&mut self, run: &Run) -> io::Result<()> {
+        let MessageRecorder { sink, ways, .. } = self;
         for way in ways {
             let from = way.last.map_or(Bound::Included(run.first), Bound::Excluded);
             let mut result = Ok(());
@@ -284,15 +270,25 @@ impl<W: Seekable> McapRecorder<W> {
                 let middle = sample.validity.from + Span(sample.validity.length().0 / 2);
                 let message = Value::Object(interval(sample.value, unit.as_ref())).to_string();
                 let about = || about("way", words, unit.as_ref());
-                let written = channels.write(topic, Kind::Interval, middle, message.as_bytes(), about);
                 if result.is_ok() {
-                    result = written;
+                    result = tell(sink, topic, Kind::Interval, middle, &message, &about);
                 }
             });
             result?;
         }
         Ok(())
     }
+}
+
+fn tell(
+    sink: &mut impl Sink,
+    topic: &str,
+    kind: Kind,
+    time: Time,
+    data: &str,
+    about: &dyn Fn() -> BTreeMap<String, String>,
+) -> io::Result<()> {
+    sink.write(&Message { topic, kind, time, data: data.as_bytes(), about })
 }
 
 /// The level of a decision in a log: 2 information, 3 warning, 4 error.
@@ -319,6 +315,22 @@ fn topic(kind: &str, name: &str) -> String {
     let name: String =
         name.chars().map(|character| if is_plain(character) { character } else { '_' }).collect();
     format!("/shsa/{kind}/{}", name.trim_start_matches('/').replace("//", "/"))
+}
+
+/// The ways whose values are recorded.
+fn recorded_ways(engine: &Engine) -> impl Iterator<Item = (WayIndex, &Way)> {
+    let mut count: BTreeMap<_, usize> = BTreeMap::new();
+    let all = (0..).map(WayIndex).zip(engine.monitor().ways());
+    all.filter_map(move |(index, watched)| {
+        let of_variable = count.entry(watched.variable()).or_default();
+        *of_variable += 1;
+        (*of_variable <= MOST_WAYS).then(|| (index, watched.computation.way()))
+    })
+}
+
+fn way_topic(known: &KnowledgeBase, way: &Way) -> String {
+    let variable = &known.variables()[way.substitution.sink];
+    topic("ways", &format!("{}/{}", variable.name, way.describe(known)))
 }
 
 /// The facts about a channel.

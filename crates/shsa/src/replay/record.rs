@@ -2,7 +2,7 @@
 
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::drive::Run;
-use shsa_report::mcap::McapRecorder;
+use shsa_report::mcap::{McapFile, MessageRecorder};
 use shsa_report::replay::Provenance;
 use std::fs::File;
 use std::io::{BufWriter, Write};
@@ -17,14 +17,14 @@ pub(super) struct Record<'a> {
 impl<'a> Record<'a> {
     /// Begins the record of a run with this model.
     pub(super) fn begin(self, known: &KnowledgeBase) -> anyhow::Result<OpenRecord> {
-        let recorder = McapRecorder::new(self.file, known, self.made)?;
+        let recorder = MessageRecorder::new(McapFile::new(self.file, self.made)?, known)?;
         Ok(OpenRecord { recorder, layout: self.layout })
     }
 }
 
 /// A record that is being written.
 pub(super) struct OpenRecord {
-    pub(super) recorder: McapRecorder<BufWriter<File>>,
+    pub(super) recorder: MessageRecorder<McapFile<BufWriter<File>>>,
     layout: Option<BufWriter<File>>,
 }
 

@@ -1,36 +1,86 @@
-//! The record of a run as a file of MCAP.
+//! The record of a run: as a file of MCAP, and for viewers that follow it.
 
-use super::ROVER;
+use super::{Arguments, ROVER};
 use crate::replay::{provenance, written};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::engine::Options;
 use shsa_format::drive::Given;
-use shsa_report::mcap::Follower;
+use shsa_report::mcap::{Follower, McapFile, Sink};
+#[cfg(feature = "foxglove")]
+use super::foxglove::Viewers;
+#[cfg(feature = "foxglove")]
+use shsa_runtime::Token;
 use shsa_runtime::{Model, RunRecorder};
-use std::fs::File;
-use std::io::{self, BufWriter};
+use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 
-/// Begins the record of the only model. Returns it with the model's name.
+/// All that is told of a run.
+type Sinks = Vec<Box<dyn Sink + Send>>;
+
+/// Begins the record of the only model, where one is asked for. Returns it with the model's name.
 ///
 /// # Errors
-/// When there are several models, or the file cannot be written.
+/// When there are several models, a file cannot be written, or an address cannot be used.
 pub(super) fn recorder(
-    path: &Path,
+    arguments: &Arguments,
     models: &[Model],
     options: Options,
-) -> anyhow::Result<(String, Box<dyn RunRecorder>)> {
+) -> anyhow::Result<Option<(String, Box<dyn RunRecorder>)>> {
+    let Arguments { record, viewers, .. } = arguments;
+    if !is_asked_for(arguments) {
+        anyhow::ensure!(viewers.layout.is_none(), "--layout is for the viewers of --record and --foxglove");
+        return Ok(None);
+    }
     let [model] = models else {
         bail!("a record is of one model, and these are {}; --journal keeps the inputs of each", models.len());
     };
     let (name, bytes) = text(model)?;
+    let files = written::open([record, &viewers.layout].map(Option::as_deref), &[&name])?;
+    let [file, layout] = files;
     let made = provenance(&name, &bytes);
-    let [file] = written::open([Some(path)], &[&name])?;
-    let file = file.context("no file to record to")?;
-    let follower = Follower::new(file, model.live.knowledge(), options, &made)
-        .with_context(|| format!("{} cannot be written", path.display()))?;
-    Ok((model.name.clone(), Box::new(Record { follower, path: path.to_owned() })))
+    let mut sinks = Sinks::new();
+    if let Some(file) = file {
+        let file = McapFile::new(file, &made).context("the record cannot be written")?;
+        sinks.push(Box::new(file));
+    }
+    sinks.extend(viewers_of(arguments, model)?);
+    let follower = Follower::new(sinks, model.live.knowledge(), options).context("the record cannot begin")?;
+    if let Some(mut layout) = layout {
+        layout.write_all(follower.layout().to_string().as_bytes()).and_then(|()| layout.flush())?;
+    }
+    let path = record.clone().unwrap_or_default();
+    Ok(Some((model.name.clone(), Box::new(Record { follower, path }))))
+}
+
+#[cfg(feature = "foxglove")]
+fn is_asked_for(arguments: &Arguments) -> bool {
+    arguments.record.is_some() || arguments.viewers.foxglove.is_some()
+}
+
+#[cfg(not(feature = "foxglove"))]
+fn is_asked_for(arguments: &Arguments) -> bool {
+    arguments.record.is_some()
+}
+
+/// The viewers that follow the run over WebSocket.
+#[cfg(feature = "foxglove")]
+fn viewers_of(arguments: &Arguments, model: &Model) -> anyhow::Result<Option<Box<dyn Sink + Send>>> {
+    let Some(address) = arguments.viewers.foxglove else { return Ok(None) };
+    let view_token = Token::find(arguments.view_token_file.as_deref(), "SHSA_VIEW_TOKEN")?;
+    anyhow::ensure!(
+        view_token.is_none(),
+        "looking needs a token, and --foxglove has none: everyone who can reach it may look"
+    );
+    let name = format!("{} ({})", arguments.name, model.name);
+    let (viewers, address) = Viewers::serve(address, &name)?;
+    show::notice(&format!("for Foxglove: ws://{address}/"));
+    Ok(Some(Box::new(viewers)))
+}
+
+#[cfg(not(feature = "foxglove"))]
+fn viewers_of(_: &Arguments, _: &Model) -> anyhow::Result<Option<Box<dyn Sink + Send>>> {
+    Ok(None)
 }
 
 /// The file of a model with its content.
@@ -48,7 +98,7 @@ fn text(model: &Model) -> anyhow::Result<(PathBuf, Vec<u8>)> {
 
 /// A record that is being written.
 struct Record {
-    follower: Follower<BufWriter<File>>,
+    follower: Follower<Sinks>,
     path: PathBuf,
 }
 

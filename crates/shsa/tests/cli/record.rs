@@ -17,7 +17,7 @@ fn a_record_is_read_by_others_and_replays_to_the_same_decisions() {
     }
     let listed = folder.json("info run.mcap", 0).to_string();
     for topic in
-        ["/shsa/journal", "/shsa/needs/", "/shsa/ways/level/", "/shsa/verdicts/pressure", "/shsa/decisions"]
+        ["/shsa/journal", "/shsa/graph", "/shsa/needs/", "/shsa/ways/level/", "/shsa/verdicts/pressure", "/shsa/decisions"]
     {
         assert!(listed.contains(topic), "no {topic} in {listed}");
     }

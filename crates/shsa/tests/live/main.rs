@@ -15,6 +15,7 @@ mod connections;
 mod control;
 mod embedded;
 mod endurance;
+mod foxglove;
 mod isolation;
 mod joining;
 mod levels;
