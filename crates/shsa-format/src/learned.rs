@@ -67,7 +67,11 @@ mod tests {
     #[test]
     fn a_drift_tells_how_long_is_left() {
         let (row, left) = after(1.0);
-        assert_eq!((&row["unit"], &row["range"], left), (&json!("mohm"), &json!([15.0, 60.0]), None), "{row}");
+        assert_eq!(
+            (&row["unit"], &row["range"], left),
+            (&json!("mohm"), &json!([15.0, 60.0]), None),
+            "{row}"
+        );
         // It leaves its range 40 h after the beginning.
         let (row, left) = after(20.0);
         assert!(left.is_some_and(|left| (15.0..25.0).contains(&left)), "{left:?}: {row}");

@@ -11,6 +11,7 @@ use crate::figures::Figures;
 use crate::handle::Handle;
 use crate::healer::Healer;
 use crate::journal::Bounds;
+use crate::neighbours::Neighbours;
 use crate::options::{Model, Options};
 use crate::ownership::Ownership;
 use crate::session::{Reported, Session};
@@ -117,6 +118,7 @@ impl Runtime {
         let stop: Arc<AtomicBool> = Arc::default();
         let handle = Handle { desk, stop: stop.clone(), listeners: log.listeners() };
         let federation = if options.join { Federation::new(&name, &healers, bridge.as_mut())? } else { None };
+        let neighbours = Neighbours::new(&name, bridge.as_ref())?;
         let session = Session {
             name,
             healers,
@@ -130,6 +132,7 @@ impl Runtime {
             rests_until: Time::MIN,
             ownership,
             federation,
+            neighbours,
             connection: Connection::default(),
             reported: Reported::new(),
             tally,
@@ -146,13 +149,17 @@ impl Runtime {
     }
 
     /// Serves state, decisions, figures and orders over HTTP until the process ends; returns the address that it listens on.
-    /// Orders need the token of the options. A request must name the host by an address, as `localhost`, or by one of `hosts`.
+    /// Other instances on the bus are told the address. Orders need the token of the options. A request must name the host by an address, as `localhost`, or by one of `hosts`.
     ///
     /// # Errors
-    /// When it cannot listen on the address.
+    /// When it cannot listen on the address, or the bus refuses to tell others.
     pub fn serve_http(&self, address: SocketAddr, hosts: &[String]) -> Result<SocketAddr, RuntimeError> {
         let Handle { desk, listeners, .. } = self.handle();
-        http::serve(address, hosts, desk, self.session.guard.clone(), listeners)
+        let address = http::serve(address, hosts, desk, self.session.guard.clone(), listeners)?;
+        if let Some(neighbours) = &self.session.neighbours {
+            neighbours.announce(address, hosts, self.session.bridge.as_ref())?;
+        }
+        Ok(address)
     }
 
     /// Runs until it is stopped, or its duration has passed.

@@ -14,6 +14,7 @@ use crate::explained::Explained;
 use crate::federation::Federation;
 use crate::figures::Figures;
 use crate::healer::{Effect, Healer, Served};
+use crate::neighbours::Neighbours;
 use crate::ownership::{Handover, Ownership};
 use crate::runtime::Ending;
 use crate::wiring::Note;
@@ -48,6 +49,8 @@ pub(super) struct Session {
     pub(super) ownership: Option<Ownership>,
     /// The parts of other instances; `None` where none are joined.
     pub(super) federation: Option<Federation>,
+    /// The other instances; `None` where the bus does not list them.
+    pub(super) neighbours: Option<Neighbours>,
     /// The connection and its outages.
     pub(super) connection: Connection,
     /// What was reported last about the run itself.

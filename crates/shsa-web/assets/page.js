@@ -78,6 +78,7 @@ function lead(others) {
   element.dataset.known = known;
   element.hidden = others.length === 0;
   element.replaceChildren(...others.map(([name, url]) => {
+    if (url === null) return made("span", { className: "soft", text: `${name}: its page is on its own machine only` });
     const link = made("a", { text: `→ ${name}` });
     link.href = url.split("#")[0] + location.hash;
     return link;

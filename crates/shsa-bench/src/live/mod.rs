@@ -10,6 +10,8 @@ mod traffic;
 mod gate;
 mod reaction;
 mod throughput;
+mod pages;
+mod browser;
 mod soak;
 mod report;
 
@@ -17,6 +19,7 @@ use crate::Outcome;
 use awake::Awake;
 use gate::Gate;
 use middleware::{Kind, Middleware};
+use pages::Pages;
 use reaction::Reaction;
 use serde_json::Value;
 use shsa_core::time::Span;
@@ -56,6 +59,9 @@ pub(crate) struct Arguments {
     /// section of its own.
     #[arg(long, value_name = "TIME", value_parser = shsa_message::span::parse_span)]
     soak: Option<Span>,
+    /// A Python with the package `playwright`: during the soak, the page of 200 signals is open in Chromium.
+    #[arg(long, value_name = "PYTHON", requires = "soak")]
+    browser: Option<PathBuf>,
     /// Messages a second of that.
     #[arg(long, value_name = "N", default_value_t = 10_000, value_parser = clap::value_parser!(u32).range(100..=1_000_000))]
     rate: u32,
@@ -76,6 +82,8 @@ enum Part {
     Reaction,
     /// How many messages a second go through one instance.
     Throughput,
+    /// What open pages cost the gate, not over memory.
+    Pages,
 }
 
 fn turn(text: &str) -> Result<f64, String> {
@@ -89,6 +97,7 @@ struct Found {
     gates: Vec<Gate>,
     reactions: Vec<Reaction>,
     throughputs: Vec<Throughput>,
+    pages: Vec<Pages>,
 }
 
 /// Measures.
@@ -147,6 +156,11 @@ impl Found {
                     self.reactions.push(reaction);
                 }
             }
+            Part::Pages => {
+                let pages = pages::measure(&middleware, arguments.seconds)?;
+                print(pages.to_json())?;
+                self.pages.push(pages);
+            }
             Part::Throughput => {
                 for step in throughput::climb(&middleware, arguments.seconds / 10.0)? {
                     print(step.to_json())?;
@@ -161,7 +175,10 @@ impl Found {
     fn lines(&self) -> impl Iterator<Item = Value> {
         let gates = self.gates.iter().map(Gate::to_json);
         let reactions = self.reactions.iter().map(Reaction::to_json);
-        gates.chain(reactions).chain(self.throughputs.iter().map(Throughput::to_json))
+        gates
+            .chain(reactions)
+            .chain(self.throughputs.iter().map(Throughput::to_json))
+            .chain(self.pages.iter().map(Pages::to_json))
     }
 }
 
@@ -172,7 +189,12 @@ fn soak(arguments: &Arguments, length: Span) -> anyhow::Result<Outcome> {
         _ => Kind::Mqtt,
     };
     let middleware = Middleware::start(kind)?;
-    let soak = soak::measure(&middleware, length.seconds().max(2.0), f64::from(arguments.rate))?;
+    let soak = soak::measure(
+        &middleware,
+        length.seconds().max(2.0),
+        f64::from(arguments.rate),
+        arguments.browser.as_deref(),
+    )?;
     match arguments.json {
         true => writeln!(stdout().lock(), "{}", soak.to_json())?,
         false => writeln!(stdout().lock(), "{}", report::soak_text(&soak))?,

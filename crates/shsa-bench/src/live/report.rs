@@ -1,6 +1,8 @@
 //! The results as tables, as plots and as a document with a section for each part. A soak writes its own section only.
 
+use super::browser::PageMemory;
 use super::gate::Gate;
+use super::pages::{self, Pages};
 use super::soak::{Slope, Soak, Window};
 use super::throughput::Throughput;
 use super::times::Quantiles;
@@ -101,6 +103,7 @@ pub(super) fn text(found: &Found) -> String {
         (&GATE_HEAD[..], gate_rows(found)),
         (&REACTION_HEAD[..], reaction_rows(found)),
         (&RATE_HEAD[..], rate_rows(found)),
+        (&pages::HEAD[..], found.pages.iter().map(Pages::row).collect()),
     ];
     let shown = tables.into_iter().filter(|(_, rows)| !rows.is_empty());
     shown.map(|(head, rows)| table(head, rows)).collect::<Vec<_>>().join("\n\n")
@@ -260,6 +263,10 @@ pub(super) fn soak_text(soak: &Soak) -> String {
 }
 
 fn sentences(soak: &Soak) -> Vec<String> {
+    without_page(soak).into_iter().chain(soak.page.as_ref().map(PageMemory::sentence)).collect()
+}
+
+fn without_page(soak: &Soak) -> Vec<String> {
     let mib = |bytes: f64| bytes / f64::from(1 << 20);
     let memory = soak.slope(|window| window.memory);
     let ends = |figure: fn(&Window) -> f64| {

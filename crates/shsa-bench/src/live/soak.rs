@@ -1,19 +1,24 @@
 //! A long run at an even rate: measures whether memory grows, messages are lost, or latency drifts.
 
+use super::browser::{Browser, PageMemory};
 use super::middleware::{Kind, Middleware};
 use super::model::Plan;
 use super::subject::{Manner, Subject};
 use super::throughput::{PLAN, Publishers, Tally, connected, settled};
 use super::times::{Quantiles, Times};
 use super::traffic::{Publisher, Subscriber};
+use anyhow::Context;
 use serde_json::{Value, json};
 use shsa_bridge::Message;
 use shsa_core::time::Time;
+use std::path::Path;
 use std::sync::{Arc, OnceLock};
 use std::time::Duration;
 
 /// A run is divided into this many windows: minutes of an hour.
 const WINDOWS: usize = 60;
+/// The variables, and the signals of each, of a run with the page open: 200 signals.
+const WITH_A_PAGE: (usize, usize) = (20, 10);
 /// The share of the run in which memory still grows to its working size.
 const WARM_UP: f64 = 0.1;
 
@@ -27,6 +32,8 @@ pub(super) struct Soak {
     /// Cores that the instance kept busy.
     pub(super) cores: f64,
     pub(super) windows: Vec<Window>,
+    /// The memory of the page, where one was open.
+    pub(super) page: Option<PageMemory>,
 }
 
 /// A part of the run.
@@ -83,6 +90,7 @@ impl Soak {
             "memory_slope_bytes": slope(self.slope(|window| window.memory)),
             "p50_slope_s": slope(self.slope(|window| window.latency.p50)),
             "p99_slope_s": slope(self.slope(|window| window.latency.p99)),
+            "page": self.page.as_ref().map(PageMemory::to_json),
             "windows": self.windows.iter().map(window).collect::<Vec<_>>(),
         })
     }
@@ -90,7 +98,7 @@ impl Soak {
 
 impl Slope {
     /// Least squares; the interval assumes independent points with normal errors (two standard errors).
-    fn through(points: &[(f64, f64)]) -> Slope {
+    pub(super) fn through(points: &[(f64, f64)]) -> Slope {
         let count = points.len() as f64;
         let mean = |of: fn(&(f64, f64)) -> f64| points.iter().map(of).sum::<f64>() / count;
         let (x, y) = (mean(|point| point.0), mean(|point| point.1));
@@ -129,12 +137,18 @@ impl Arrivals {
     }
 }
 
-/// Runs for `seconds` at this rate.
+/// Runs for `seconds` at this rate; with `python`, the page is open in a browser, and there are 200 signals.
 ///
 /// # Errors
 /// When the middleware or a process does not work.
-pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyhow::Result<Soak> {
-    let plan = Plan::calm(PLAN.0, PLAN.1);
+pub(super) fn measure(
+    middleware: &Middleware,
+    seconds: f64,
+    rate: f64,
+    python: Option<&Path>,
+) -> anyhow::Result<Soak> {
+    let (variables, signals) = if python.is_some() { WITH_A_PAGE } else { PLAN };
+    let plan = Plan::calm(variables, signals);
     let at_most = Duration::from_secs_f64(seconds * 1.2 + 120.0);
     let subject =
         Subject::start(middleware, &plan, Manner { at_most_once: false, on_one_core: false, at_most })?;
@@ -148,6 +162,11 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
     let mut publishers = Publishers::new(Publisher::new(middleware, "bench-publisher", false)?, plan);
     connected(&mut publishers, &subject, &subscriber)?;
     let before = settled(&publishers, &subject, &subscriber)?;
+    let browser = python.map(|python| {
+        let http = subject.http().context("an instance in memory has no page")?;
+        Browser::open(python, middleware, http)
+    });
+    let browser = browser.transpose()?;
     let processor_began = subject.processor_seconds();
     let began = *begin.get_or_init(|| middleware.clock.now());
     let mut memory = Vec::with_capacity(windows);
@@ -165,6 +184,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
         }
     }
     let cores = (subject.processor_seconds() - processor_began) / (middleware.clock.now() - began).seconds();
+    let page = browser.map(Browser::close).transpose()?;
     let tally = settled(&publishers, &subject, &subscriber)?.since(before);
     let state = subject.state()?;
     let arrivals = subscriber.end()?;
@@ -182,6 +202,7 @@ pub(super) fn measure(middleware: &Middleware, seconds: f64, rate: f64) -> anyho
         decisions: decisions.map_or(0, |kinds| kinds.values().filter_map(Value::as_u64).sum()),
         cores,
         windows: memory.iter().zip(&arrivals.times).enumerate().map(window).collect(),
+        page,
     })
 }
 

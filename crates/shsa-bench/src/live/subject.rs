@@ -120,6 +120,14 @@ impl Subject {
         }
     }
 
+    /// The address of its HTTP server; `None` in memory.
+    pub(super) fn http(&self) -> Option<&str> {
+        match self {
+            Subject::Process { http, .. } => Some(http),
+            Subject::Thread { .. } => None,
+        }
+    }
+
     /// Processor time used so far, in seconds.
     pub(super) fn processor_seconds(&self) -> f64 {
         match self {

@@ -3,6 +3,7 @@
 use super::Session;
 use crate::healer::{Healer, ReportedState};
 use crate::journal::Missing;
+use crate::neighbours::Neighbours;
 use shsa_bridge::{Absence, Losses, Outgoing, Payload};
 use shsa_core::time::{Span, Time};
 use shsa_format::comparisons::{compared, notes};
@@ -57,6 +58,7 @@ impl Session {
             return;
         }
         self.reported.next = now + REPORTED_EVERY;
+        self.neighbours.iter_mut().for_each(Neighbours::follow);
         self.report_link(now);
         for trouble in self.bridge.troubles() {
             self.log.noted(now, "trouble", &trouble.to_string(), self.bridge.as_mut());

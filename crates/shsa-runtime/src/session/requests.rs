@@ -7,6 +7,7 @@ use crate::error::RuntimeError;
 use crate::federation::Federation;
 use crate::healer::Healer;
 use crate::metrics;
+use crate::neighbours::Neighbours;
 use crate::ownership::Ownership;
 use crate::view::{self, Look};
 use serde_json::{Map, Value, json};
@@ -129,11 +130,17 @@ impl Session {
                 Link::Up => Value::Null,
                 Link::Down(why) => json!(why),
             },
-            "others": self.other_pages,
+            "others": self.others(),
             "models": Value::Object(models.collect()),
             "next_event": next,
             "events": news,
         })
+    }
+
+    /// The other instances with their pages: those that the options name, and those on the bus.
+    fn others(&self) -> Vec<Value> {
+        let named = self.other_pages.iter().map(|page| json!(page));
+        named.chain(self.neighbours.iter().flat_map(Neighbours::json)).collect()
     }
 
     fn bands(&self, wanted: &BandsOf) -> Result<Value, String> {

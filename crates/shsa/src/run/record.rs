@@ -1,5 +1,7 @@
 //! The record of a run: as a file of MCAP, and for viewers that follow it.
 
+#[cfg(feature = "foxglove")]
+use super::foxglove::Viewers;
 use super::{Arguments, ROVER};
 use crate::replay::{provenance, written};
 use crate::show;
@@ -7,8 +9,6 @@ use anyhow::{Context, bail};
 use shsa_core::engine::Options;
 use shsa_format::drive::Given;
 use shsa_report::mcap::{Follower, McapFile, Sink};
-#[cfg(feature = "foxglove")]
-use super::foxglove::Viewers;
 #[cfg(feature = "foxglove")]
 use shsa_runtime::Token;
 use shsa_runtime::{Model, RunRecorder};
@@ -45,7 +45,8 @@ pub(super) fn recorder(
         sinks.push(Box::new(file));
     }
     sinks.extend(viewers_of(arguments, model)?);
-    let follower = Follower::new(sinks, model.live.knowledge(), options).context("the record cannot begin")?;
+    let follower =
+        Follower::new(sinks, model.live.knowledge(), options).context("the record cannot begin")?;
     if let Some(mut layout) = layout {
         layout.write_all(follower.layout().to_string().as_bytes()).and_then(|()| layout.flush())?;
     }

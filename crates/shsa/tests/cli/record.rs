@@ -16,9 +16,14 @@ fn a_record_is_read_by_others_and_replays_to_the_same_decisions() {
         assert_eq!(first[field], again[field], "{field}");
     }
     let listed = folder.json("info run.mcap", 0).to_string();
-    for topic in
-        ["/shsa/journal", "/shsa/graph", "/shsa/needs/", "/shsa/ways/level/", "/shsa/verdicts/pressure", "/shsa/decisions"]
-    {
+    for topic in [
+        "/shsa/journal",
+        "/shsa/graph",
+        "/shsa/needs/",
+        "/shsa/ways/level/",
+        "/shsa/verdicts/pressure",
+        "/shsa/decisions",
+    ] {
         assert!(listed.contains(topic), "no {topic} in {listed}");
     }
     let layout: Value = serde_json::from_str(&folder.read("run.layout.json")).unwrap();

@@ -61,7 +61,8 @@ fn nobody_looks_without_a_token_where_looking_needs_one() {
     let folder = Folder::new();
     let token = folder.path("token");
     std::fs::write(&token, "a token that is long enough\n").unwrap();
-    let ended = Running::ended([MODEL, "--foxglove=127.0.0.1:0", "--view-token-file", token.to_str().unwrap()]);
+    let ended =
+        Running::ended([MODEL, "--foxglove=127.0.0.1:0", "--view-token-file", token.to_str().unwrap()]);
     let words = String::from_utf8_lossy(&ended.stderr);
     assert!(ended.status.code() == Some(2) && words.contains("looking needs a token"), "{words}");
 }

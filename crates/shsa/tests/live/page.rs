@@ -1,6 +1,7 @@
 //! The live page: its files as they are served, its stream, and the page itself in Chromium.
 
-use crate::real::{PATIENCE, Script, free_port, python};
+use crate::broker::Broker;
+use crate::real::{PATIENCE, Script, eventually, free_port, python};
 use crate::running::{Running, TOKEN};
 use serde_json::{Value, json};
 use std::io::{BufRead, BufReader, Read, Write};
@@ -8,6 +9,8 @@ use std::net::TcpStream;
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
+
+const ROVER: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/models/rover.yaml");
 
 /// Longer than all that is looked at in the browser takes on a busy machine.
 const LOOKING: Duration = Duration::from_secs(600);
@@ -137,6 +140,22 @@ fn an_accusation_has_its_evidence_and_the_page_leads_to_other_instances() {
 }
 
 #[test]
+fn instances_on_one_bus_lead_to_each_other() {
+    let broker = Broker::start(&[]);
+    let bus = format!("mqtt://127.0.0.1:{}", broker.port());
+    let start = |name: &str| Running::start([ROVER, "--bus", &bus, "--name", name]);
+    let (one, other) = (start("one"), start("other"));
+    let page = json!(["other", format!("http://{}/", other.address())]);
+    let mut parts = Parts::of(&one);
+    let mut wait_for = |what: &str, others: &Value| {
+        eventually(what, || (parts.next("change")["head"]["others"] == *others).then_some(()));
+    };
+    wait_for("the other one comes", &json!([page]));
+    assert!(other.stop().success());
+    wait_for("the other one goes", &json!([]));
+}
+
+#[test]
 fn a_need_under_contract_tells_its_level_or_what_it_lacks() {
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/stop.yaml");
     let run = Running::start([model, "--bus", "memory"]);
@@ -146,6 +165,10 @@ fn a_need_under_contract_tells_its_level_or_what_it_lacks() {
     let assurance = &first["models"]["stop"]["needs"]["dmin"]["assurance"];
     assert_eq!((&assurance["level"], &assurance["verdict"]), (&Value::Null, &json!("open")), "{first}");
     assert!(assurance["lacking"][0].as_array().unwrap().contains(&json!("computer: spare")), "{first}");
+    let (status, needs) = run.get("/what-if?model=stop&lost=%5B%22/lidar/nearest%22%5D");
+    assert_eq!((status, &needs["dmin"]["now"]["level"]), (200, &json!("SIL 2")), "{needs}");
+    let (_, needs) = run.get("/what-if?model=stop&lost=%5B%22/computer/idle%22%5D");
+    assert_eq!(needs["dmin"]["now"]["refused"], true, "{needs}");
 }
 
 #[test]

@@ -93,7 +93,9 @@ impl Examined {
                 let contract = Some(Contract::Admitted(admitted));
                 Some(Served { way: candidacy.way.clone(), utility, contract })
             }
-            None => ways.next().map(|(way, utility)| Served { way, utility, contract: Some(Contract::Refused) }),
+            None => {
+                ways.next().map(|(way, utility)| Served { way, utility, contract: Some(Contract::Refused) })
+            }
         }
     }
 

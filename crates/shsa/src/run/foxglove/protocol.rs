@@ -37,7 +37,8 @@ impl Asked {
 
 /// Who serves; the first message to a viewer. `session` differs from run to run.
 pub(super) fn server_info(name: &str, session: &str) -> String {
-    json!({ "op": "serverInfo", "name": name, "capabilities": [], "metadata": {}, "sessionId": session }).to_string()
+    json!({ "op": "serverInfo", "name": name, "capabilities": [], "metadata": {}, "sessionId": session })
+        .to_string()
 }
 
 /// New channels: their numbers, topics and kinds.
@@ -88,7 +89,8 @@ mod tests {
         fn check(text: &str, expected: Option<Asked>) {
             assert_eq!(Asked::parse(text), expected);
         }
-        let text = r#"{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 3}, {"id": 1, "channelId": 5}]}"#;
+        let text =
+            r#"{"op": "subscribe", "subscriptions": [{"id": 0, "channelId": 3}, {"id": 1, "channelId": 5}]}"#;
         check(text, Some(Asked::Subscribe(vec![(0, 3), (1, 5)])));
         check(r#"{"op": "unsubscribe", "subscriptionIds": [1]}"#, Some(Asked::Unsubscribe(vec![1])));
         check(r#"{"op": "subscribe", "subscriptions": [{"id": -1, "channelId": 3}]}"#, None);
@@ -112,7 +114,8 @@ mod tests {
             Some("http://localhost:8080"),
             Some("http://[::1]:80"),
         ];
-        let unwelcome = ["null", "https://example.org", "http://foxglove.dev.example.org", "http://app.foxglove.dev"];
+        let unwelcome =
+            ["null", "https://example.org", "http://foxglove.dev.example.org", "http://app.foxglove.dev"];
         assert!(welcome.iter().all(|origin| is_welcome(*origin)));
         assert!(!unwelcome.iter().any(|origin| is_welcome(Some(origin))));
     }
