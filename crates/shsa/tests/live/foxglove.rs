@@ -3,6 +3,7 @@
 use crate::real::{free_port, python};
 use crate::running::{Folder, Running};
 use serde_json::{Value, json};
+use std::os::unix::fs::PermissionsExt;
 use std::path::Path;
 use std::process::Command;
 
@@ -61,6 +62,7 @@ fn nobody_looks_without_a_token_where_looking_needs_one() {
     let folder = Folder::new();
     let token = folder.path("token");
     std::fs::write(&token, "a token that is long enough\n").unwrap();
+    std::fs::set_permissions(&token, std::fs::Permissions::from_mode(0o600)).unwrap();
     let ended =
         Running::ended([MODEL, "--foxglove=127.0.0.1:0", "--view-token-file", token.to_str().unwrap()]);
     let words = String::from_utf8_lossy(&ended.stderr);
