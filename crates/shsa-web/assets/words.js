@@ -7,7 +7,7 @@ const SIGNS = {
   old: "…",
   unserved: "✗", failed: "✗", unhealable: "✗", refused: "✗",
   silent: "○", absent: "○",
-  frozen: "‖", "out of range": "✗", learning: "✓",
+  frozen: "‖", "out of range": "✗", learning: "…",
   unknown: "·",
 };
 
