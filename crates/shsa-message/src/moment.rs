@@ -7,12 +7,27 @@ use shsa_core::time::Time;
 const SECOND: i64 = 1_000_000_000;
 const HOUR: i64 = 3_600 * SECOND;
 
+const MONTHS: [&str; 12] = [
+    "January",
+    "February",
+    "March",
+    "April",
+    "May",
+    "June",
+    "July",
+    "August",
+    "September",
+    "October",
+    "November",
+    "December",
+];
+
 /// The order of a date's parts.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum DateOrder {
     /// `2018-04-08`, `2018/4/8`, `20180408`.
     YearMonthDay,
-    /// `08/04/2018`, `8.4.2018`.
+    /// `08/04/2018`, `8.4.2018`, `8-Apr-2018`.
     DayMonthYear,
     /// `04/08/2018`.
     MonthDayYear,
@@ -51,7 +66,11 @@ pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     if let (Some((date, clock)), DateOrder::YearMonthDay) = (compact(text), order) {
         return joined(date, of_day(&clock)?, order, zone);
     }
-    let at = text.find(['T', 't', ' ', '_']).unwrap_or(text.len());
+    // The `t` of October stands behind a letter.
+    let is_between =
+        |at: &usize| text.get(..*at).is_some_and(|date| date.ends_with(|end: char| end.is_ascii_digit()));
+    let mut betweens = text.match_indices(['T', 't', ' ', '_']).map(|(at, _)| at);
+    let at = betweens.find(is_between).unwrap_or(text.len());
     let (date, rest) = text.split_at_checked(at)?;
     let of_day = match rest.get(1..).map(str::trim) {
         None | Some("") => OfDay { nanoseconds: 0, ahead: None },
@@ -129,7 +148,7 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
         DateOrder::DayMonthYear => (third, second, first),
         DateOrder::MonthDayYear => (third, first, second),
     };
-    let [month, day] = [number(month, 2)?, number(day, 2)?];
+    let [month, day] = [number(month, 2).or_else(|| named_month(month))?, number(day, 2)?];
     let year = match year.len() {
         4 => number(year, 4)?,
         // Two digits are a year of the hundred years that POSIX assigns.
@@ -144,6 +163,13 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
     let next = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
     let length = days_of(next.0, next.1, 1) - days_of(year, month, 1);
     (is_day && day <= length).then_some([year, month, day])
+}
+
+/// The number of a month from its name in English, or the first three letters of it.
+fn named_month(text: &str) -> Option<i64> {
+    let is_it =
+        |name: &str| [Some(name), name.get(..3)].iter().flatten().any(|it| it.eq_ignore_ascii_case(text));
+    (1..).zip(MONTHS).find(|(_, name)| is_it(name)).map(|(number, _)| number)
 }
 
 /// A number of digits only, at most `most` of them.
@@ -257,6 +283,10 @@ mod tests {
         check("8.4.18 10:31:37", DayMonthYear, Some((THEN, false)));
         check("04/08/2018 10:31:37 AM", MonthDayYear, Some((THEN, false)));
         check("4/8/2018 12:00:00 pm", MonthDayYear, Some((THEN + 5_303 * SECOND, false)));
+        check("08-Apr-2018 10:31:37", DayMonthYear, Some((THEN, false)));
+        check("8.april.2018 10:31:37", DayMonthYear, Some((THEN, false)));
+        check("2018-Apr-08T10:31:37Z", YearMonthDay, Some((THEN, true)));
+        check("08-Oct-2018 10:31:37", DayMonthYear, Some((THEN + 183 * 24 * HOUR, false)));
         check("2018-04-08", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         check("2018-04-07 24:00", YearMonthDay, Some((THEN - 37_897 * SECOND, false)));
         let zone: Zone = "+02:00".parse().unwrap();

@@ -75,6 +75,10 @@ impl Listener for Inventory {
         self.note(Place::Whole, problem);
     }
 
+    fn undated(&mut self, place: Place, problem: String) {
+        self.damaged(place, problem);
+    }
+
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>) {
         if let Some(entry) = self.topics.get_mut(topic.0) {
             entry.see(times.received, body);

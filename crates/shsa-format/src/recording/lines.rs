@@ -11,7 +11,7 @@ use std::str;
 pub(super) struct Line<'a> {
     /// The number of the line, from 1.
     pub(super) number: u64,
-    /// The text without its end and without a byte order mark; invalid UTF-8 is replaced.
+    /// The text without its end and without a byte order mark; what is no UTF-8 is Latin-1, in which some programs write units.
     pub(super) text: Cow<'a, str>,
     /// Whether the line is terminated: if not, the file ends within it.
     pub(super) is_ended: bool,
@@ -53,8 +53,8 @@ impl<R: BufRead> Lines<R> {
         let is_ended = bytes.len() < self.bytes.len();
         let bytes = bytes.strip_suffix(b"\r").unwrap_or(bytes);
         let bytes = bytes.strip_prefix(b"\xef\xbb\xbf").unwrap_or(bytes);
-        // Nearly all text is valid, and checking it is several times as quick as looking for what to replace.
-        let text = str::from_utf8(bytes).map_or_else(|_| String::from_utf8_lossy(bytes), Cow::Borrowed);
+        let latin = |_| bytes.iter().map(|byte| char::from(*byte)).collect::<String>().into();
+        let text = str::from_utf8(bytes).map_or_else(latin, Cow::Borrowed);
         Line { number: self.number, text, is_ended }
     }
 
@@ -123,7 +123,7 @@ mod tests {
     #[test]
     fn lines_have_numbers_and_ends() {
         check(b"\xef\xbb\xbfa\r\n\nb", &["1: a", "2: ", "3: b..."]);
-        check(b"\xff\n", &["1: \u{fffd}"]);
+        check(b"T [\xb0C]\n", &["1: T [\u{b0}C]"]);
         check(b"", &[]);
         let long = [vec![b'x'; 17 << 20], b"\nb\n".to_vec()].concat();
         check(&long, &["1! the line is longer than 16 MiB; line left out", "2: b"]);

@@ -154,6 +154,8 @@ pub(super) trait Listener {
     }
     /// The reception of this topic's messages is unknown, for this reason; their times count the messages.
     fn untimed(&mut self, _topic: TopicId, _problem: String) {}
+    /// The time of this message is unreadable, although the others of its topic have one; it comes with that of the one before.
+    fn undated(&mut self, _place: Place, _problem: String) {}
     /// One message.
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>);
     /// A part of the file is lost.

@@ -96,16 +96,20 @@ fn identifier(text: &str) -> Result<u32, String> {
 }
 
 impl Parsed<'_> {
-    /// The data after the identifier: `A1B2`, `A1.B2`, `#1A1B2` (FD, with flags), `R` (a remote frame), `[2] A1 B2`. The rest of
+    /// The data after the identifier: `A1B2`, `A1.B2`, `#1A1B2` (FD, with flags), `R` (a remote frame), `[2] A1 B2`, `[4] remote request`. The rest of
     /// the line (`R` received, `T` sent, the data as text) is ignored.
     fn take(&mut self, content: &str) -> Result<(), String> {
-        let content = content.trim();
-        if let Some(listed) = content.strip_prefix('[') {
+        if let Some(listed) = content.trim_start().strip_prefix('[') {
             let (length, bytes) = listed.split_once(']').ok_or("no length in brackets")?;
+            if bytes.trim_start().starts_with("remote") {
+                self.has_data = false;
+                return Ok(());
+            }
             let length: usize = length.trim().parse().map_err(|_| format!("'{length}' is no length"))?;
             return bytes.split_whitespace().take(length).try_for_each(|byte| self.hexadecimal(byte));
         }
-        let digits = content.split_whitespace().next().unwrap_or("");
+        // A frame of no bytes has a blank behind the `#`.
+        let digits = content.split(char::is_whitespace).next().unwrap_or("");
         if digits.starts_with('R') {
             self.has_data = false;
             return Ok(());

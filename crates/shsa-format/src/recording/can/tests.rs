@@ -68,6 +68,12 @@ fn lines_of_candump_are_frames() {
 }
 
 #[test]
+fn a_frame_without_bytes_is_no_request() {
+    let text = "(1700000000.1) can0 123# R\n(1700000000.2)  can0  123   [0]\n(1700000000.3)  can0  123   [4]  remote request\n";
+    check(candump::read, text.as_bytes(), &["0x123 0x123[channel=can0]: data x2"], &[]);
+}
+
+#[test]
 fn without_a_dbc_frames_are_bytes() {
     let all = collected(candump::read, CANDUMP.as_bytes());
     assert_eq!(all.column("0x17[channel=can0]", "data[0]").len(), 4);

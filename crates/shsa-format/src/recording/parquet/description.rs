@@ -33,7 +33,7 @@ pub(super) enum Meaning {
     Unsigned,
     /// A floating-point number of 16 bits.
     Half,
-    /// A whole number of fractions, with the factor of one fraction.
+    /// A whole number of fractions, with how many of them are one.
     Decimal(f64),
     /// A time since 1970, with the nanoseconds of one step; whether it is in UTC, or in the local time of the writer.
     Moment { step_ns: i64, is_utc: bool },
@@ -156,7 +156,7 @@ fn physical(element: &Struct) -> Option<Physical> {
 
 /// The meaning by the logical type, or by the converted type of older writers.
 fn meaning(element: &Struct) -> Meaning {
-    let decimal = |scale: i64| Meaning::Decimal(0.1_f64.powi(i32::try_from(scale).unwrap_or(0)));
+    let decimal = |scale: i64| Meaning::Decimal(10_f64.powi(i32::try_from(scale).unwrap_or(0)));
     if let Some(logical) = element.structure(10) {
         if let Some(moment) = logical.structure(8) {
             let unit = |field| moment.structure(2).is_some_and(|unit| unit.structure(field).is_some());

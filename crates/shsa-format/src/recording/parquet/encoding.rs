@@ -13,7 +13,7 @@ const DAY_NS: i64 = 86_400_000_000_000;
 /// A whole number as a value of the column.
 fn whole(column: &Column, whole: i64) -> Cell {
     match (column.meaning, column.physical) {
-        (Meaning::Decimal(part), _) => Cell::Number(whole as f64 * part),
+        (Meaning::Decimal(parts), _) => Cell::Number(whole as f64 / parts),
         (Meaning::Unsigned, Physical::I32) => Cell::Whole(whole & 0xffff_ffff),
         (Meaning::Unsigned, _) if whole < 0 => Cell::Number(whole.cast_unsigned() as f64),
         (Meaning::Moment { step_ns, .. }, _) => whole.checked_mul(step_ns).map_or(Cell::Missing, Cell::Whole),
@@ -23,8 +23,8 @@ fn whole(column: &Column, whole: i64) -> Cell {
 
 /// Adds bytes as a value of the column: a decimal number, or a text.
 fn push_bytes(cells: &mut Cells, column: &Column, bytes: &[u8]) -> Option<()> {
-    let part = match (column.meaning, bytes.first_chunk()) {
-        (Meaning::Decimal(part), _) => part,
+    let parts = match (column.meaning, bytes.first_chunk()) {
+        (Meaning::Decimal(parts), _) => parts,
         (Meaning::Half, Some(half)) => {
             return cells.push(Cell::Number(half_number(u16::from_le_bytes(*half))), 1);
         }
@@ -32,7 +32,7 @@ fn push_bytes(cells: &mut Cells, column: &Column, bytes: &[u8]) -> Option<()> {
     };
     let sign = if bytes.first().is_some_and(|first| *first >= 0x80) { -1.0 } else { 0.0 };
     let number = bytes.iter().fold(sign, |number, byte| number * 256.0 + f64::from(*byte));
-    cells.push(Cell::Number(number * part), 1)
+    cells.push(Cell::Number(number / parts), 1)
 }
 
 /// A floating-point number of 16 bits: the sign, 5 bits of the exponent, 10 of the fraction (IEEE 754 binary16).

@@ -56,7 +56,7 @@ pub(super) fn read(
     if !listener.is_wanted(topic) {
         return Ok(());
     }
-    let mut table = Table { description: &description, topic, count: 0, clock: None, options };
+    let mut table = Table { description: &description, topic, count: 0, last: Time(0), clock: None, options };
     let found = first_rows(&mut Source::new(input, length), &description)
         .map(|rows| clock::find(&description, &rows, options));
     match found {
@@ -195,6 +195,8 @@ struct Table<'a> {
     description: &'a Description,
     topic: TopicId,
     count: i64,
+    /// The time of the latest row that has one.
+    last: Time,
     clock: Option<Clock>,
     options: &'a ReadOptions,
 }
@@ -237,17 +239,17 @@ impl Table<'_> {
     fn time(&mut self, columns: &Columns<'_>, listener: &mut dyn Listener) -> Option<Time> {
         let number = self.count;
         self.count += 1;
-        let numbered = Some(Time(number));
-        let Some(clock) = &mut self.clock else { return numbered };
+        let Some(clock) = &mut self.clock else { return Some(Time(number)) };
         match clock.moment(columns, &self.options.zone) {
             Some(time) => {
                 if let Some(note) = clock.note(&self.options.zone) {
                     listener.note(Place::Whole, note);
                 }
+                self.last = time;
                 Some(time)
             }
             None if listener.needs_time(self.topic) => None,
-            None => numbered,
+            None => Some(self.last),
         }
     }
 }

@@ -1,7 +1,7 @@
 //! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
 use super::cells::trimmed;
-use super::layout::Layout;
+use super::layout::{Layout, is_number};
 use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
 use crate::recording::{ReadOptions, Zone};
@@ -83,7 +83,9 @@ pub(in crate::recording) fn find(
 fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Span>) -> Result<Found, String> {
     let header = layout.headers.get(column).map_or("", String::as_str);
     let texts: Vec<&str> = rows.iter().filter_map(|row| row.get(column).copied()).collect();
-    let first = texts.iter().find(|text| !text.is_empty()).copied().unwrap_or("");
+    let mut filled = texts.iter().copied().filter(|text| !text.is_empty());
+    let number = filled.clone().find(|text| is_number(text));
+    let first = number.or_else(|| filled.next()).unwrap_or("");
     // Digits alone may be a number of microseconds: where all of them are dates and times of day, that is the likelier meaning.
     let has_unit = scale.is_some() || stamp::unit_of(header).is_some();
     let are_compact = !has_unit && texts.iter().filter(|text| !text.is_empty()).all(|text| is_compact(text));
@@ -93,6 +95,11 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
         }
         if is_time_of_day(first) {
             return Err(format!("column '{header}' holds times of day without a date ('{first}')"));
+        }
+        if !first.is_empty() && number.is_none() {
+            return Err(format!(
+                "column '{header}' holds neither numbers nor dates in a known form ('{first}')"
+            ));
         }
     }
     let stated = scale.or_else(|| stamp::unit_of(header)).or_else(|| {
@@ -146,16 +153,18 @@ fn parts(headers: &[String]) -> Option<Vec<Option<usize>>> {
     columns.iter().take(4).all(Option::is_some).then_some(columns)
 }
 
-/// The order of the dates in these texts: one in which all texts are dates; among several orders the one with the shortest span.
+/// The order of the dates in these texts: one in which the most texts are dates, and at least half of them; among several such
+/// orders the one with the shortest span.
 fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
-    let span = |order: DateOrder| -> Option<i64> {
-        let times =
-            || texts.iter().filter(|text| !text.is_empty()).map(|text| moment(text, order, &Zone::default()));
-        let times: Option<Vec<i64>> = times().map(|moment| moment.map(|moment| moment.time.0)).collect();
-        let times = times.filter(|times| !times.is_empty())?;
-        Some(times.iter().max()?.saturating_sub(*times.iter().min()?))
+    let filled: Vec<&str> = texts.iter().copied().filter(|text| !text.is_empty()).collect();
+    // The number of texts that are no dates, and the span of the others.
+    let span = |order: DateOrder| -> Option<(usize, i64)> {
+        let time = |text: &&str| moment(text, order, &Zone::default()).map(|moment| moment.time.0);
+        let times: Vec<i64> = filled.iter().filter_map(time).collect();
+        let span = times.iter().max()?.saturating_sub(*times.iter().min()?);
+        (2 * times.len() >= filled.len()).then(|| (filled.len() - times.len(), span))
     };
-    let fitting: Vec<(i64, DateOrder)> =
+    let fitting: Vec<((usize, i64), DateOrder)> =
         DateOrder::ALL.into_iter().filter_map(|order| Some((span(order)?, order))).collect();
     let (least, order) = *fitting.iter().min_by_key(|(span, _)| *span)?;
     let is_open = fitting.iter().filter(|(span, _)| *span == least).count() > 1;

@@ -54,7 +54,7 @@ pub(super) fn is_comment(text: &str) -> bool {
     text.trim_start().starts_with('#')
 }
 
-fn is_number(cell: &str) -> bool {
+pub(super) fn is_number(cell: &str) -> bool {
     let cell = cell.trim();
     cell.parse::<f64>().is_ok() || cell.contains(',') && cell.replacen(',', ".", 1).parse::<f64>().is_ok()
 }
@@ -217,7 +217,8 @@ fn named_by_comment(lines: &[(usize, &str)], row: usize) -> Option<usize> {
 /// The separator of a line: the most frequent one; blanks where there is none and the lines below have as many cells.
 fn separator(text: &str, below: &[&str]) -> Separator {
     let count = |separator: char| text.matches(separator).count();
-    let most = [',', ';', '\t'].into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(',');
+    let most =
+        [',', ';', '\t', '|'].into_iter().rev().max_by_key(|separator| count(*separator)).unwrap_or(',');
     let words = text.split_whitespace().count();
     let are_alike = below.iter().take(3).all(|line| uncommented(line).split_whitespace().count() == words);
     let are_blanks = count(most) == 0 && words > 1 && are_alike;

@@ -72,6 +72,7 @@ pub(super) fn read(
         listener,
         topic,
         count: 0,
+        last: Time(0),
         has_told_zone: false,
         doubts: Doubts::default(),
     };
@@ -122,6 +123,8 @@ struct Table<'a, 'l> {
     listener: &'l mut dyn Listener,
     topic: super::topic::TopicId,
     count: i64,
+    /// The time of the latest row that has one.
+    last: Time,
     has_told_zone: bool,
     doubts: Doubts,
 }
@@ -168,14 +171,19 @@ impl Table<'_, '_> {
                     let note = "its times name no zone and are taken for UTC; --time-zone says another";
                     self.listener.note(Place::Whole, note.into());
                 }
-                Some(self.doubts.settle(&moment))
+                self.last = self.doubts.settle(&moment);
+                Some(self.last)
             }
             None if self.listener.needs_time(self.topic) => {
                 let problem = format!("'{}' is no time; row left out", clock.text(cells));
                 self.listener.damaged(Place::Line(line), problem);
                 None
             }
-            None => Some(Time(number)),
+            None => {
+                let problem = format!("'{}' is no time", clock.text(cells));
+                self.listener.undated(Place::Line(line), problem);
+                Some(self.last)
+            }
         }
     }
 }

@@ -257,3 +257,43 @@ fn a_text_in_utf_16_is_read() {
     let units: Vec<u8> = text.encode_utf16().flat_map(u16::to_le_bytes).collect();
     assert_eq!(shown(&[("log.csv", &units)], &["log#a"], &ReadOptions::default()), "0@1000=5");
 }
+
+#[test]
+fn a_text_in_latin_1_is_read() {
+    let table = b"t [s];T [\xb0C]\n1;2,5\n";
+    let said = shown(&[("log.csv", table)], &["log#T [\u{b0}C]"], &ReadOptions::default());
+    assert_eq!(said, "0@1000=2.5");
+}
+
+#[test]
+fn columns_may_be_between_upright_lines() {
+    check("t [s]|a|b\n1|2|3\n", &["log#b"], "0@1000=3");
+}
+
+#[test]
+fn a_date_that_is_none_costs_only_its_row() {
+    check(
+        "time,v\n2024-02-30T00:00:00Z,1\n2024-03-01T00:00:00Z,2\n2024-03-01T00:00:01Z,3\n",
+        &["log#v"],
+        "0@1709251200000=2\n0@1709251201000=3\n\
+         ! log.csv:2: '2024-02-30T00:00:00Z' is no time; row left out\ndegraded",
+    );
+}
+
+#[test]
+fn months_may_be_names() {
+    let table = b"Time,v\n25-Mar-2024 13:05:00Z,1\n25-Oct-2024 13:05:00Z,2\n";
+    let said = shown(&[("log.csv", table)], &["log#v"], &ReadOptions::default());
+    assert_eq!(said, "0@1711371900000=1\n0@1729861500000=2");
+}
+
+#[test]
+fn what_a_column_of_times_holds_instead_is_said() {
+    check(
+        "time,v\nsoon,1\nlater,2\n",
+        &["log#v"],
+        "error: log.csv: column 'time' holds neither numbers nor dates in a known form ('soon'); columns: time, v; \
+         say which holds the time, with --time-column NAME --time-unit 5s, or in the model as source: \
+         file#column@NAME*5s (@row*5s counts the rows)",
+    );
+}
