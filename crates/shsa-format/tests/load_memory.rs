@@ -1,7 +1,7 @@
 //! The memory for loading a large model, a ratchet that may only go down, and for files that are made to take much memory.
 
 use shsa_format::model::load;
-use shsa_format::recording::{ReadOptions, Wanted, read};
+use shsa_format::recording::{ReadOptions, Wanted, read, stream, survey};
 use std::fmt::Write;
 
 /// Relations that are structure only, half as many variables, a sixth as many signals: what large models are made of.
@@ -169,6 +169,32 @@ fn the_values_of_a_small_file_are_bounded() {
     let packed = zstd::bulk::compress(line.repeat(1_400_000).as_bytes(), 1).unwrap();
     assert!(packed.len() < 10_000);
     defused("values.jsonl.zst", &packed, " values are left out: of a file of ");
+}
+
+/// Surveyed and streamed; what its threads take is bounded by the batches that wait.
+#[test]
+fn a_recording_whose_clock_was_set_takes_no_more_memory_the_longer_it_is() {
+    let peak = |rows: usize| {
+        let set = |row: usize| if 2 * row < rows { row } else { row + 5_000_000 };
+        let text: String = (0..rows).map(|row| format!("{},{row}\n", set(row))).collect();
+        let file = std::path::Path::new(env!("CARGO_TARGET_TMPDIR"))
+            .join(format!("set-{rows}-{}.csv", std::process::id()));
+        std::fs::write(&file, format!("t [s],a\n{text}")).unwrap();
+        let (paths, wanted, options) = ([file], [Wanted::new("a", "")], ReadOptions::default());
+        let mut count = 0;
+        let counted = allocation_counter::measure(|| {
+            let survey = survey(&paths, &wanted, &options).unwrap();
+            assert_eq!((survey.recording.sessions.len(), survey.can_stream), (2, true));
+            for session in 0..2 {
+                count += stream(&paths, &wanted, &options, &survey, session).unwrap().count();
+            }
+        });
+        std::fs::remove_file(&paths[0]).unwrap();
+        assert_eq!(count, rows);
+        counted.bytes_max
+    };
+    let (short, long) = (peak(20_000), peak(200_000));
+    assert!(long <= short + (1 << 20), "{short} bytes at the peak of a short file, {long} of a long one");
 }
 
 /// A battery at rest: rows that hardly differ are packed to few bytes, and are values all the same.

@@ -11,9 +11,15 @@
 //! The signals of a file share its clock. When only one signal leaps and the others continue, that signal has a clock of its own,
 //! and the clock of the file was not set.
 
-use super::Sample;
+mod division;
+mod receptions;
+mod times;
+
 use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
+
+pub(super) use division::{Division, divide};
+pub(super) use receptions::{Receptions, Stored};
 
 /// The least distance of a leap from the expected time, in nanoseconds: longer than most silences, and equal to the change from
 /// summer time.
@@ -21,18 +27,6 @@ pub(super) const LEAP: Span = Span::from_millis(3_600_000);
 
 /// The largest distance of messages that overtake each other.
 pub(super) const BACK: Span = Span::from_millis(5_000);
-
-/// A leap is longer than this number of periods of the signal.
-const PERIODS: i64 = 100;
-
-/// The most samples in a row that may be strays.
-const STRAYS: usize = 3;
-
-/// A clock that is set back passes more samples of the signal than this.
-const PASSED: usize = 3;
-
-/// The number of samples after a step of one signal that show whether the others stepped, too.
-const NEIGHBOURS: usize = 8;
 
 /// A step of a clock that was set.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -43,207 +37,33 @@ pub(super) struct Step {
     pub(super) to: Time,
 }
 
-/// A file split where its clock was set.
-#[derive(Debug, Default)]
-pub(super) struct Pieces {
-    /// The step before each piece; `None` before the first.
-    pub(super) steps: Vec<Option<Step>>,
-    /// The piece of each sample; `None` when its time is wrong.
-    pub(super) of: Vec<Option<usize>>,
-    /// The number of samples with a wrong time.
-    pub(super) strays: usize,
+/// Whether the clock of a file may have been set, by the receptions of each signal; otherwise [`divide`] finds one piece, and nothing
+/// to leave out.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Suspicion {
+    /// By signal, the last and the latest reception.
+    of_signal: BTreeMap<usize, (Time, Time)>,
+    /// The signals that show it.
+    pub(super) signals: Vec<usize>,
 }
 
-/// A step of one signal.
-#[derive(Clone, Copy, Debug)]
-struct Found {
-    /// The index of the first sample after the step, among the samples of the signal.
-    own: usize,
-    step: Step,
-}
-
-/// Splits the samples of a file, which are in the order of the file.
-///
-/// Time: O(samples log samples); each time that goes back adds the samples that it passes.
-pub(super) fn pieces(samples: &[Sample]) -> Pieces {
-    let mut places: BTreeMap<usize, Vec<usize>> = BTreeMap::new();
-    for (place, sample) in samples.iter().enumerate() {
-        places.entry(sample.wanted).or_default().push(place);
-    }
-    let mut of = vec![Some(0); samples.len()];
-    let mut strays = 0;
-    let mut found: Vec<(usize, usize, Found)> = Vec::new();
-    for (&wanted, own) in &mut places {
-        let times = |own: &[usize]| -> Vec<Time> {
-            own.iter().filter_map(|&place| Some(samples.get(place)?.received)).collect()
-        };
-        let wrong = wrong(&times(own));
-        for place in wrong.iter().filter_map(|&at| own.get(at)) {
-            of.get_mut(*place).into_iter().for_each(|it| *it = None);
-        }
-        strays += wrong.len();
-        own.retain(|place| of.get(*place).is_some_and(Option::is_some));
-        let place = |at: Found| Some((*own.get(at.own)?, wanted, at));
-        found.extend(steps(&times(own)).into_iter().filter_map(place));
-    }
-    found.sort_by_key(|(place, wanted, _)| (*place, *wanted));
-    let mut pieces = Pieces { steps: vec![None], of, strays };
-    let mut cuts = Vec::new();
-    let mut last: Option<(usize, usize, usize)> = None;
-    for (place, wanted, at) in found {
-        let Some(own) = places.get(&wanted) else { continue };
-        let before = at.own.checked_sub(1).and_then(|before| own.get(before)).copied().unwrap_or(0);
-        // A step that another signal has shown already.
-        let is_reported =
-            |(set, by, until): (usize, usize, usize)| before < if by == wanted { set } else { until };
-        if last.is_some_and(is_reported) {
-            continue;
-        }
-        let until = own.get(at.own + NEIGHBOURS).map_or(samples.len(), |place| place + 1);
-        if let Some(late) = neighbours(samples, (place, until), at.step) {
-            pieces.steps.push(Some(at.step));
-            cuts.push((place, late));
-            last = Some((place, wanted, until));
+impl Suspicion {
+    /// Takes in the next reception of a signal.
+    pub(super) fn see(&mut self, wanted: usize, received: Time) {
+        let (last, latest) = self.of_signal.entry(wanted).or_insert((received, received));
+        let is_odd =
+            (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
+        (*last, *latest) = (received, received.max(*latest));
+        if is_odd && !self.signals.contains(&wanted) {
+            self.signals.push(wanted);
         }
     }
-    pieces.cut(&cuts);
-    pieces
-}
-
-impl Pieces {
-    /// Begins a piece at each of these places, except for late samples of the old clock.
-    fn cut(&mut self, cuts: &[(usize, Vec<usize>)]) {
-        let mut next = cuts.iter().peekable();
-        let (mut piece, mut late): (usize, &[usize]) = (0, &[]);
-        for (place, of) in self.of.iter_mut().enumerate() {
-            while let Some((_, its)) = next.next_if(|(begin, _)| *begin <= place) {
-                (piece, late) = (piece + 1, its);
-            }
-            *of = of.map(|_| piece - usize::from(late.binary_search(&place).is_ok()));
-        }
-    }
-}
-
-/// The places within a stretch whose times continue those before the step; `None` when most do, as then the clock of the file did
-/// not step.
-fn neighbours(samples: &[Sample], (from, until): (usize, usize), step: Step) -> Option<Vec<usize>> {
-    let wanted = samples.get(from)?.wanted;
-    let half = Span((step.to - step.from).abs().0 / 2);
-    let (mut now, mut others, mut late) = (step.to, 0_usize, Vec::new());
-    for (place, sample) in samples.iter().enumerate().take(until).skip(from) {
-        if sample.wanted == wanted {
-            now = sample.received;
-            continue;
-        }
-        others += 1;
-        if (sample.received - now).abs() > half {
-            late.push(place);
-        }
-    }
-    (2 * late.len() <= others).then_some(late)
-}
-
-/// The usual distance between two samples.
-fn period(times: &[Time]) -> Span {
-    let pairs = times.iter().zip(times.iter().skip(1));
-    let mut between: Vec<i64> = pairs.map(|(one, next)| (*next - *one).0).filter(|it| *it > 0).collect();
-    let middle = between.len() / 2;
-    if between.is_empty() { Span::ZERO } else { Span(*between.select_nth_unstable(middle).1) }
-}
-
-fn leap(times: &[Time]) -> Span {
-    LEAP.max(period(times).times(PERIODS))
-}
-
-/// Samples of a signal whose times are a leap away from those before and after.
-fn wrong(times: &[Time]) -> Vec<usize> {
-    let is_off = |one: Time, next: Time, leap: Span| (next - one).abs() > leap;
-    // Most files need only this test.
-    if !times.iter().zip(times.iter().skip(1)).any(|(one, next)| is_off(*one, *next, LEAP)) {
-        return Vec::new();
-    }
-    let leap = leap(times);
-    let mut wrong = Vec::new();
-    let Some(mut last) = times.first().copied() else { return wrong };
-    let mut at = 1;
-    while let Some(&time) = times.get(at) {
-        let next = times.iter().enumerate().skip(at + 1).take(STRAYS);
-        match next.filter(|(_, next)| !is_off(last, **next, leap)).map(|(next, _)| next).next() {
-            Some(next) if is_off(last, time, leap) => {
-                wrong.extend(at..next);
-                at = next;
-            }
-            _ => {
-                last = time;
-                at += 1;
-            }
-        }
-    }
-    wrong
-}
-
-/// Where the clock of a signal was set.
-fn steps(times: &[Time]) -> Vec<Found> {
-    if times.iter().zip(times.iter().skip(1)).all(|(one, next)| *one <= *next && *next - *one <= LEAP) {
-        return Vec::new();
-    }
-    let leap = leap(times);
-    let mut found = Vec::new();
-    let Some(mut latest) = times.first().copied() else { return found };
-    let (mut begin, mut at) = (0, 1);
-    while let Some(&time) = times.get(at) {
-        let is_set = if time - latest > leap {
-            true
-        } else if latest - time > BACK {
-            let piece = times.get(begin..at).unwrap_or_default();
-            let rest = times.get(at..).unwrap_or_default();
-            match went_back(piece, rest, latest, leap) {
-                true => true,
-                false => {
-                    at += rest.iter().take_while(|time| **time < latest).count().max(1);
-                    continue;
-                }
-            }
-        } else {
-            false
-        };
-        if is_set {
-            let from = at.checked_sub(1).and_then(|before| times.get(before)).copied().unwrap_or(latest);
-            found.push(Found { own: at, step: Step { from, to: time } });
-            (begin, latest) = (at, time);
-        }
-        latest = latest.max(time);
-        at += 1;
-    }
-    found
-}
-
-/// Whether the clock was set back between a piece, whose latest time is `latest`, and the rest; false when samples came late.
-fn went_back(piece: &[Time], rest: &[Time], latest: Time, leap: Span) -> bool {
-    let Some(&first) = rest.first() else { return false };
-    let run = rest.iter().take_while(|time| **time < latest);
-    let again = run.clone().count();
-    let reached = run.max().copied().unwrap_or(first);
-    let is_at_end = again == rest.len();
-    // After a short step back, only a part as dense as the run decides, so that files with many late samples are read in one
-    // pass.
-    let is_short = !is_at_end && latest - first <= leap;
-    let looked_at = if is_short { 4 * again + 64 } else { piece.len() };
-    let passed = piece.iter().rev().take(looked_at).filter(|time| **time > first);
-    let within = passed.clone().filter(|time| **time <= reached).count();
-    let passed = passed.count();
-    // The recording has no samples of that time: stored samples arrive after new ones.
-    let fills_a_gap = 2 * within < again && piece.iter().any(|time| *time < first);
-    if latest - first > leap {
-        return !fills_a_gap;
-    }
-    let is_dense = if is_at_end { 2 * again >= within } else { 2 * again >= passed };
-    passed > PASSED && again > PASSED && !fills_a_gap && is_dense
 }
 
 #[cfg(test)]
 #[expect(clippy::single_range_in_vec_init, reason = "one stretch of several that a list may have")]
 mod tests {
+    use super::super::Sample;
     use super::*;
     use shsa_core::observation::RawValue;
 
@@ -257,15 +77,19 @@ mod tests {
             Sample { wanted, time, received: time, value: RawValue::Number(0.0) }
         };
         let samples: Vec<Sample> = samples.iter().map(sample).collect();
-        let pieces = pieces(&samples);
-        assert_eq!(pieces.of.len(), samples.len());
-        assert_eq!(pieces.strays, pieces.of.iter().filter(|of| of.is_none()).count());
+        let division = divide(&samples[..]);
+        let of: Vec<Option<usize>> = (0..samples.len()).map(|place| division.piece_of(place)).collect();
+        assert_eq!(division.strays.len(), of.iter().filter(|of| of.is_none()).count());
         let of_piece = |piece: usize| -> Vec<i64> {
-            let own = samples.iter().zip(&pieces.of).filter(|(_, of)| **of == Some(piece));
+            let own = samples.iter().zip(&of).filter(|(_, of)| **of == Some(piece));
             own.map(|(sample, _)| sample.received.0 / 1_000_000_000).collect()
         };
-        let found: Vec<Vec<i64>> = (0..pieces.steps.len()).map(of_piece).collect();
+        let found: Vec<Vec<i64>> = (0..division.steps.len()).map(of_piece).collect();
         assert_eq!(found, expected);
+        let mut stored = Stored::new().unwrap();
+        samples.iter().for_each(|sample| stored.push(sample.wanted, sample.received));
+        assert_eq!(divide(&stored), division);
+        assert!(stored.failure().is_none());
     }
 
     fn of_one(seconds: impl IntoIterator<Item = i64>) -> Vec<(usize, i64)> {

@@ -76,6 +76,19 @@ impl Cuts {
     }
 }
 
+impl Cuts {
+    /// A message for each stretch that leaves nothing out of any of these sessions, which are whole.
+    #[must_use]
+    pub fn beyond(&self, sessions: &[Session]) -> Vec<String> {
+        let longest = sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
+        let is_beyond = |stretch: &&Stretch| stretch.from > longest;
+        let beyond = |stretch: &Stretch| {
+            format!("nothing to skip from {} s on: the recording ends before", stretch.from.seconds())
+        };
+        self.skip.iter().filter(is_beyond).map(beyond).collect()
+    }
+}
+
 impl Recording {
     /// Leaves out the cuts, in each session by its own time. The part after a gap is a new session, so that no computation spans
     /// the gap. Returns a message for each stretch that left nothing out.
@@ -83,31 +96,68 @@ impl Recording {
         if cuts.is_empty() {
             return Vec::new();
         }
-        let mut samples = Vec::new();
-        let mut sessions = Vec::new();
-        let kept = cuts.kept();
+        let beyond = cuts.beyond(&self.sessions);
+        let (mut samples, mut sessions) = (Vec::new(), Vec::new());
         for (session, own) in self.by_session() {
-            let mut before = session.origin;
-            for stretch in &kept {
-                let begin = samples.len();
-                samples.extend(own.iter().filter(|it| stretch.holds(session.origin, it)).cloned());
-                let Some(part) = part(session, samples.get(begin..).unwrap_or_default(), begin) else {
-                    continue;
-                };
-                let left_out = Because::LeftOut { length: part.span.0 - before };
-                let because =
-                    if stretch.from > Span::ZERO { Some(left_out) } else { session.because.clone() };
-                before = part.span.1;
-                sessions.push(Session { because, part: *stretch, ..part });
+            let mut parting = Parting::new(session, cuts);
+            own.iter().for_each(|sample| parting.see(sample));
+            for part in parting.sessions(samples.len()) {
+                let is_kept = |sample: &&Sample| part.part.holds(part.origin, sample);
+                samples.extend(own.iter().filter(is_kept).cloned());
+                sessions.push(part);
             }
         }
-        let longest = self.sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
         (self.samples, self.sessions) = (samples, sessions);
-        let is_beyond = |stretch: &&Stretch| stretch.from > longest;
-        let beyond = |stretch: &Stretch| {
-            format!("nothing to skip from {} s on: the recording ends before", stretch.from.seconds())
+        beyond
+    }
+}
+
+/// The parts of a session that cuts leave, found by passing over its samples in the order of reception.
+#[derive(Clone, Debug)]
+pub struct Parting {
+    session: Session,
+    parts: Vec<(Stretch, Option<Kept>)>,
+}
+
+/// The samples of a part: the first and the last reception, and the count.
+#[derive(Clone, Copy, Debug)]
+struct Kept {
+    span: (Time, Time),
+    count: usize,
+}
+
+impl Parting {
+    /// Before the first sample of a whole session.
+    #[must_use]
+    pub fn new(session: &Session, cuts: &Cuts) -> Parting {
+        let parts = cuts.kept().into_iter().map(|stretch| (stretch, None)).collect();
+        Parting { session: session.clone(), parts }
+    }
+
+    /// Takes in the next sample.
+    pub fn see(&mut self, sample: &Sample) {
+        let (origin, at) = (self.session.origin, sample.received);
+        let part = self.parts.iter_mut().find(|(stretch, _)| stretch.holds(origin, sample));
+        if let Some((_, kept)) = part {
+            let Kept { span: (from, _), count } = kept.unwrap_or(Kept { span: (at, at), count: 0 });
+            *kept = Some(Kept { span: (from, at), count: count + 1 });
+        }
+    }
+
+    /// The parts that have samples, as sessions whose samples begin at this index, one part after the other.
+    #[must_use]
+    pub fn sessions(self, mut begin: usize) -> Vec<Session> {
+        let Parting { session, parts } = self;
+        let mut before = session.origin;
+        let part = |(part, kept): (Stretch, Option<Kept>)| {
+            let Kept { span, count } = kept?;
+            let left_out = Because::LeftOut { length: span.0 - before };
+            let because = if part.from > Span::ZERO { Some(left_out) } else { session.because.clone() };
+            let samples = begin..begin + count;
+            (before, begin) = (span.1, samples.end);
+            Some(Session { samples, span, because, part, ..session.clone() })
         };
-        cuts.skip.iter().filter(is_beyond).map(beyond).collect()
+        parts.into_iter().filter_map(part).collect()
     }
 }
 
@@ -118,12 +168,6 @@ impl Stretch {
         let since = sample.received - origin;
         self.from <= since && since < self.to
     }
-}
-
-/// The part of a session within a stretch; its samples begin at index `begin`.
-fn part(session: &Session, samples: &[Sample], begin: usize) -> Option<Session> {
-    let span = (samples.first()?.received, samples.last()?.received);
-    Some(Session { samples: begin..begin + samples.len(), span, ..session.clone() })
 }
 
 #[cfg(test)]

@@ -1,18 +1,22 @@
 //! The results of the readers: samples, counts and warnings of all files, and the final order.
 
-use std::collections::{BTreeMap, BTreeSet};
+mod end;
+
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
 use std::sync::mpsc::SyncSender;
 
 use shsa_core::time::Time;
 
 use super::batch::{BATCH, Batch, is_full};
+use super::clock::{Division, Stored, divide};
 use super::cut::Stretch;
 use super::room::{Room, numbers};
 use super::session::{Group, Piece, Session, groups};
 use super::stamps::Stamps;
 use super::stream::Surveyed;
-use super::{Found, Place, RawValue, Recording, Sample, Want, Warning, clock, names};
+use super::{Found, Place, RawValue, Recording, Sample, Want, Warning, names};
 
 /// The use of the samples.
 pub(super) enum Destination {
@@ -20,6 +24,8 @@ pub(super) enum Destination {
     Kept,
     /// Only the order of the samples is examined.
     Surveyed(Surveyed),
+    /// Only the times of reception are kept, on disk.
+    Timed(Stored),
     /// They go to another thread.
     Sent(SyncSender<Batch>),
 }
@@ -36,6 +42,11 @@ pub(super) struct Gathered {
     pieces: Vec<Piece>,
     /// The piece of the current file, where samples are not kept.
     piece: Piece,
+    /// Where the clock of the current file was set, if samples are not kept and it may have been: by a further pass.
+    division: Option<(Division, Stored)>,
+    /// The pieces of the only file whose samples are sent, and the number of samples so far.
+    part: Option<(Arc<Division>, BTreeSet<usize>)>,
+    place: usize,
     /// The values that may still be taken of the current file.
     room: Room,
     /// The numbers in the current batch.
@@ -45,6 +56,8 @@ pub(super) struct Gathered {
     names: BTreeSet<String>,
     /// For each file the signals that take the time of reception, because their stamps are unusable.
     unstamped: Vec<BTreeSet<usize>>,
+    /// For each surveyed file, where its clock was set; `None`: it was not.
+    divisions: Vec<Option<Arc<Division>>>,
 }
 
 /// How many damaged places of a file are reported singly, besides the last.
@@ -86,12 +99,16 @@ impl Gathered {
             files: 0,
             pieces: Vec::new(),
             piece: Piece::default(),
+            division: None,
+            part: None,
+            place: 0,
             room: Room::default(),
             numbers: 0,
             damages: 0,
             last_untold: None,
             names: BTreeSet::new(),
             unstamped: Vec::new(),
+            divisions: Vec::new(),
         }
     }
 
@@ -101,9 +118,20 @@ impl Gathered {
         self
     }
 
+    /// Sends only these pieces of the only file.
+    pub(super) fn of_pieces(mut self, division: Option<Arc<Division>>, pieces: BTreeSet<usize>) -> Gathered {
+        self.part = division.map(|division| (division, pieces));
+        self
+    }
+
     /// The argument of [`Gathered::without_stamps`] for each file.
     pub(super) fn unstamped(&self) -> &[BTreeSet<usize>] {
         &self.unstamped
+    }
+
+    /// For each surveyed file, where its clock was set; `None`: it was not.
+    pub(super) fn divisions(&self) -> &[Option<Arc<Division>>] {
+        &self.divisions
     }
 
     /// Names the file that the next warnings are about.
@@ -183,7 +211,16 @@ impl Gathered {
                 surveyed.see(wanted, received);
                 self.piece.see(wanted, received);
             }
+            Destination::Timed(receptions) => receptions.push(wanted, received),
             Destination::Sent(_) => {
+                let place = self.place;
+                self.place += 1;
+                let is_of_part = |(division, pieces): &(Arc<Division>, BTreeSet<usize>)| {
+                    division.piece_of(place).is_some_and(|piece| pieces.contains(&piece))
+                };
+                if !self.part.as_ref().is_none_or(is_of_part) {
+                    return;
+                }
                 let is_unstamped =
                     self.unstamped.first().is_some_and(|unstamped| unstamped.contains(&wanted));
                 let time = if is_unstamped { received } else { time };
@@ -206,11 +243,29 @@ impl Gathered {
     }
 
     /// The order of the samples, where they were only surveyed.
-    pub(super) fn surveyed(&self) -> Surveyed {
-        match &self.destination {
-            Destination::Surveyed(surveyed) => surveyed.clone(),
-            Destination::Kept | Destination::Sent(_) => Surveyed::default(),
+    pub(super) fn surveyed(&mut self) -> Option<&mut Surveyed> {
+        match &mut self.destination {
+            Destination::Surveyed(surveyed) => Some(surveyed),
+            _ => None,
         }
+    }
+
+    /// The times of reception, where only these were kept.
+    pub(super) fn receptions(self) -> Option<Stored> {
+        match self.destination {
+            Destination::Timed(receptions) => Some(receptions),
+            _ => None,
+        }
+    }
+
+    /// Splits the current file where its clock was set, by the times of reception of all its samples.
+    pub(super) fn divide(&mut self, receptions: Stored) {
+        let division = divide(&receptions);
+        if let Some(failure) = receptions.failure() {
+            let problem = format!("times of reception cannot be kept on disk: {failure}");
+            self.damaged(Place::Whole, problem);
+        }
+        self.division = Some((division, receptions));
     }
 
     /// Adds a warning about a place of the current file.
@@ -228,77 +283,6 @@ impl Gathered {
         } else {
             self.last_untold = Some(Warning { file: self.file.clone(), place, message: message.into() });
         }
-    }
-
-    /// Ends the current file: reports how much of it is lost, and splits it where its clock was set.
-    pub(super) fn end(&mut self) {
-        self.judge_stamps();
-        if let Some(problem) = std::mem::take(&mut self.room).problem() {
-            self.damaged(Place::Whole, problem);
-        }
-        match self.destination {
-            Destination::Kept => self.take_apart(),
-            Destination::Surveyed(_) => {
-                let piece =
-                    Piece { file: self.files, path: self.file.clone(), ..std::mem::take(&mut self.piece) };
-                self.pieces.push(piece);
-            }
-            Destination::Sent(_) => {}
-        }
-        if let Some(last) = self.last_untold.take() {
-            self.recording.warnings.push(last);
-            self.warn(Place::Whole, format!("{} places in all are damaged", self.damages));
-        }
-        self.damages = 0;
-        self.files += 1;
-    }
-
-    /// Replaces unusable stamps by times of reception, with a warning for each signal.
-    fn judge_stamps(&mut self) {
-        let mut flaws: BTreeMap<String, Vec<String>> = BTreeMap::new();
-        let mut unstamped = BTreeSet::new();
-        for (wanted, (stream, found)) in self.streams.iter().zip(&mut self.recording.found).enumerate() {
-            match stream.stamps.flaw().filter(|_| !stream.is_stamp_chosen && !stream.is_believed) {
-                None => found.backward += stream.stamps.backward,
-                Some(flaw) => {
-                    unstamped.insert(wanted);
-                    flaws.entry(flaw).or_default().push(stream.signal.clone());
-                }
-            }
-        }
-        for sample in self.recording.samples.iter_mut().filter(|sample| unstamped.contains(&sample.wanted)) {
-            sample.time = sample.received;
-        }
-        for (flaw, signals) in flaws {
-            let signals = signals.join(", ");
-            self.warn(
-                Place::Whole,
-                format!("signal {signals}: {flaw}; the time of reception is taken for them"),
-            );
-        }
-        if matches!(self.destination, Destination::Surveyed(_)) {
-            self.unstamped.push(unstamped);
-        }
-    }
-
-    fn take_apart(&mut self) {
-        let samples = std::mem::take(&mut self.recording.samples);
-        let found = clock::pieces(&samples);
-        if found.strays > 0 {
-            let left_out = "received at times that are off by hours from those before and after: left out";
-            self.damaged(Place::Whole, format!("{} samples {left_out}", found.strays));
-        }
-        let piece = |step| Piece { file: self.files, path: self.file.clone(), step, ..Piece::default() };
-        let mut pieces: Vec<Piece> = found.steps.into_iter().map(piece).collect();
-        for (sample, of) in samples.into_iter().zip(found.of) {
-            match of.and_then(|of| pieces.get_mut(of)) {
-                Some(piece) => piece.push(sample),
-                None => {
-                    self.recording.found.get_mut(sample.wanted).into_iter().for_each(|it| it.samples -= 1)
-                }
-            }
-        }
-        self.pieces.extend(pieces);
     }
 
     /// The sessions of the pieces; pieces without samples are left out.

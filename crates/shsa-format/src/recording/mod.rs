@@ -54,7 +54,8 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::zone::Zone;
 
-pub use cut::{Cuts, Stretch};
+use clock::Stored;
+pub use cut::{Cuts, Parting, Stretch};
 pub use error::RecordingError;
 use extraction::{Extraction, Naming};
 use files::{File, Opened, files_of, format_of, open, without_packing};
@@ -64,6 +65,7 @@ use inventory::Inventory;
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
 pub use stamp::TIME_NAMES;
+use stream::Surveyed;
 pub use stream::{Stream, Survey, stream, survey};
 use topic::{Fields, Input, Listener};
 pub use wanted::Wanted;
@@ -274,8 +276,26 @@ fn read_all(
         let Opened { mut input, problem } = open(path)?;
         problem.into_iter().for_each(|problem| gathered.damaged(Place::Whole, problem));
         read_one(row, &mut input, wants, options, &mut gathered)?;
+        if gathered.surveyed().is_some_and(Surveyed::may_be_set) {
+            gathered.divide(receptions(path, row, wants, options)?);
+        }
+        gathered.end();
     }
     Ok(gathered)
+}
+
+/// The times of reception of all samples of a file, which is read again for them.
+fn receptions(
+    path: &Path,
+    row: &Row,
+    wants: &[Want<'_>],
+    options: &ReadOptions,
+) -> Result<Stored, RecordingError> {
+    let unsorted = |reason| RecordingError::Unsorted { file: path.into(), reason };
+    let mut gathered = Gathered::new(wants, Destination::Timed(Stored::new().map_err(unsorted)?));
+    gathered.begin(path, files::size(path));
+    read_one(row, &mut open(path)?.input, wants, options, &mut gathered)?;
+    gathered.receptions().ok_or_else(|| unsorted(std::io::ErrorKind::Other.into()))
 }
 
 /// Reads one file from its bytes as [`read`] does; its name decides the format where the bytes do not.
@@ -296,6 +316,7 @@ pub fn read_bytes(
     }
     gathered.begin(name, bytes.len() as u64);
     read_one(row, &mut Cursor::new(bytes), &wants, options, &mut gathered)?;
+    gathered.end();
     Ok(gathered.finish(&wants).0)
 }
 
@@ -308,9 +329,7 @@ fn read_one(
 ) -> Result<(), RecordingError> {
     let mut extraction = Extraction::new(wants, gathered, row.naming);
     read_with(row.format, input, options, &mut extraction)?;
-    extraction.finish()?;
-    gathered.end();
-    Ok(())
+    extraction.finish()
 }
 
 /// Reports the topics and messages of a file.

@@ -9,7 +9,7 @@ use super::clock::{LEAP, Step};
 use super::cut::Stretch;
 use super::{Sample, Want};
 use shsa_core::time::{Span, Time};
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
 use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
@@ -121,6 +121,8 @@ pub(super) struct Piece {
     /// The number of the file, as the same file may be given twice.
     pub(super) file: usize,
     pub(super) path: PathBuf,
+    /// Which parts of the file it is, counted from 0.
+    pub(super) parts: BTreeSet<usize>,
     /// How the clock was set before the piece.
     pub(super) step: Option<Step>,
     /// By wanted signal.
@@ -141,6 +143,17 @@ impl Piece {
         extent.from = extent.from.min(received);
         extent.to = extent.to.max(received);
         extent.count += 1;
+    }
+
+    /// Adds a later part of the file.
+    fn absorb(&mut self, later: Piece) {
+        self.parts.extend(later.parts);
+        for (wanted, Extent { from, to, count }) in later.extents {
+            let extent = self.extents.entry(wanted).or_insert(Extent { from, to, count: 0 });
+            (extent.from, extent.to) = (extent.from.min(from), extent.to.max(to));
+            extent.count += count;
+        }
+        self.samples.extend(later.samples);
     }
 
     /// The number of its samples.
@@ -290,7 +303,7 @@ fn rejoined(pieces: Vec<Piece>) -> Vec<Piece> {
         let before = joined.last_mut().filter(|before| before.file == piece.file);
         match (before, piece.step) {
             (Some(before), Some(step)) if goes_on(&piece, step) => {
-                piece.samples.into_iter().for_each(|sample| before.push(sample));
+                before.absorb(piece);
             }
             _ => joined.push(piece),
         }

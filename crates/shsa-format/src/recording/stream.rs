@@ -1,18 +1,19 @@
 //! Recordings too long for the memory: surveyed in one pass, then read again sample by sample.
 //!
 //! A thread for each file reads ahead by a bounded number of samples; a file that is not in the order of reception is sorted on disk;
-//! the files are merged by reception. The samples are those of [`super::read`], in its order. Only where a clock may have been set
-//! within a file, all of its samples decide, and are kept: then nothing is streamed.
+//! the files are merged by reception. The samples are those of [`super::read`], in its order. Where a clock may have been set within
+//! a file, the times of all of its samples decide: they are gathered on disk by a further pass.
 
 use super::batch::Batch;
-use super::clock::{BACK, LEAP};
+use super::clock::{Division, Suspicion};
 use super::files::{File, files_of};
 use super::gathered::{Destination, Gathered};
 use super::session::Piece;
 use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, sorted, understand};
 use shsa_core::time::Time;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::PathBuf;
+use std::sync::Arc;
 use std::sync::mpsc::{Receiver, SyncSender, sync_channel};
 use std::{thread, vec};
 
@@ -25,14 +26,13 @@ const BATCHES_AHEAD: usize = 2;
 /// The content of a recording, without its samples.
 #[derive(Clone, Debug)]
 pub struct Survey {
-    /// The result of [`super::read`], without its samples. Where [`Survey::can_stream`] is false, the sessions are not decided.
+    /// The result of [`super::read`], without its samples.
     pub recording: Recording,
     /// The number of samples.
     pub count: usize,
     /// The earliest and the latest reception.
     pub span: Option<(Time, Time)>,
-    /// Whether [`stream`] gives the samples as [`super::read`] does: no clock may have been set within a file, and at most 32
-    /// files are of the same time.
+    /// Whether [`stream`] gives the samples as [`super::read`] does: at most 32 files are of the same time.
     pub can_stream: bool,
     /// The files of each session.
     parts: Vec<Vec<Part>>,
@@ -43,6 +43,9 @@ pub struct Survey {
 struct Part {
     /// The number of the file.
     file: usize,
+    /// Where the clock of the file was set, and which pieces of it are of the session.
+    division: Option<Arc<Division>>,
+    pieces: BTreeSet<usize>,
     /// The first and the last reception.
     span: (Time, Time),
     /// Whether its samples are not in the order of their reception.
@@ -59,13 +62,16 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
-    let gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
-    let (surveyed, unstamped) = (gathered.surveyed(), gathered.unstamped().to_vec());
+    let mut gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
+    let mixed = gathered.surveyed().map(|surveyed| surveyed.mixed.clone()).unwrap_or_default();
+    let (unstamped, divisions) = (gathered.unstamped().to_vec(), gathered.divisions().to_vec());
     let (recording, sessions) = gathered.finish(&wants);
     let part = |piece: &Piece| Part {
         file: piece.file,
+        division: divisions.get(piece.file).cloned().flatten(),
+        pieces: piece.parts.clone(),
         span: piece.span(),
-        is_mixed: surveyed.mixed.contains(&piece.file),
+        is_mixed: mixed.contains(&piece.file),
         unstamped: unstamped.get(piece.file).cloned().unwrap_or_default(),
     };
     let parts: Vec<Vec<Part>> = sessions.iter().map(|pieces| pieces.iter().map(part).collect()).collect();
@@ -73,11 +79,12 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let side_by_side = |parts: &[Part], at: Time| parts.iter().filter(|part| is_open(part, at)).count();
     let is_narrow =
         |parts: &Vec<Part>| parts.iter().all(|part| side_by_side(parts, part.span.0) <= MOST_FILES);
+    let spans = || recording.sessions.iter().map(|session| session.span);
     Ok(Survey {
+        count: recording.sessions.iter().map(|session| session.samples.len()).sum(),
+        span: spans().map(|span| span.0).min().zip(spans().map(|span| span.1).max()),
+        can_stream: parts.iter().all(is_narrow),
         recording,
-        count: surveyed.count,
-        span: surveyed.span,
-        can_stream: !surveyed.may_be_set && parts.iter().all(is_narrow),
         parts,
     })
 }
@@ -85,20 +92,13 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
 /// The order of samples that are not kept.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Surveyed {
-    /// The number of samples.
-    count: usize,
-    /// The earliest and the latest reception.
-    span: Option<(Time, Time)>,
     /// The numbers of the files with a sample that was received before the one above it.
     mixed: BTreeSet<usize>,
-    /// Whether the clock of a file may have been set, by the times of a signal.
-    may_be_set: bool,
     /// The number of files that have begun.
     begun: usize,
     /// The last reception in the current file.
     last: Option<Time>,
-    /// By signal, the last and the latest reception in the current file.
-    of_signal: BTreeMap<usize, (Time, Time)>,
+    suspicion: Suspicion,
 }
 
 impl Surveyed {
@@ -106,23 +106,21 @@ impl Surveyed {
     pub(super) fn begin(&mut self) {
         self.begun += 1;
         self.last = None;
-        self.of_signal.clear();
+        self.suspicion = Suspicion::default();
+    }
+
+    /// Whether the clock of the current file may have been set, by the times of a signal.
+    pub(super) fn may_be_set(&mut self) -> bool {
+        !self.suspicion.signals.is_empty()
     }
 
     /// Adds a reception of a signal.
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
-        self.count += 1;
         if self.last.is_some_and(|last| received < last) {
             self.mixed.insert(self.begun - 1);
         }
         self.last = Some(received);
-        let (last, latest) = self.of_signal.entry(wanted).or_insert((received, received));
-        // Otherwise `clock::pieces` finds one piece, and nothing to leave out.
-        self.may_be_set |=
-            (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
-        (*last, *latest) = (received, received.max(*latest));
-        let (from, to) = self.span.unwrap_or((received, received));
-        self.span = Some((from.min(received), to.max(received)));
+        self.suspicion.see(wanted, received);
     }
 }
 
@@ -177,7 +175,9 @@ impl Reader {
         let read = || {
             let mut wants = understand(&self.wanted)?;
             let gathered = Gathered::new(&wants, Destination::Sent(sender.clone()));
-            let gathered = gathered.without_stamps(self.part.unstamped.clone());
+            let Part { unstamped, division, pieces, .. } = &self.part;
+            let gathered = gathered.without_stamps(unstamped.clone());
+            let gathered = gathered.of_pieces(division.clone(), pieces.clone());
             read_all(&self.file, self.is_alone, &mut wants, &self.options, gathered)
         };
         // When the consumer has gone, neither the rest nor the error is needed.

@@ -179,11 +179,20 @@ fn what_is_out_of_order_in_its_file_is_sorted_while_it_is_streamed() {
 }
 
 #[test]
-fn where_a_clock_may_have_been_set_all_is_kept() {
-    let files: [(&str, &[u8]); 1] = [("one.csv", b"t,a\n0,1\n1,2\n4000,3\n4001,3\n")];
-    let folder = Folder::with(&files);
-    let paths = std::slice::from_ref(&folder.0);
-    assert!(!survey(paths, &wanted(&["a"]), &ReadOptions::default()).unwrap().can_stream);
+fn a_file_whose_clock_was_set_is_streamed_too() {
+    // Forwards by a day, back over an hour, and two wrong times, each with a slower signal that follows.
+    let day = 86_400;
+    let times = (0..9_000).chain(day..day + 9_000).chain(day + 5_400..day + 12_000);
+    let wrong = |at: usize| if at == 700 || at == 20_000 { 900_000_000 } else { 0 };
+    let row = |(at, time): (usize, usize)| {
+        format!("{},{at},{}\n", time + wrong(at), if at % 60 == 0 { "1" } else { "" })
+    };
+    let text: String = ["t [s],a,b\n".to_owned()].into_iter().chain(times.enumerate().map(row)).collect();
+    let folder = Folder::with(&[("one.csv", text.as_bytes())]);
+    let survey =
+        survey(std::slice::from_ref(&folder.0), &wanted(&["a", "b"]), &ReadOptions::default()).unwrap();
+    assert_eq!((survey.recording.sessions.len(), survey.can_stream), (3, true));
+    shown(&[("one.csv", text.as_bytes())], &["a", "b"], &ReadOptions::default());
 }
 
 #[test]
