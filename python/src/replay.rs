@@ -11,7 +11,7 @@ use shsa_format::fault::Fault;
 use shsa_format::recording::{self, ReadOptions, Recording, RecordingError, Wanted};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted};
-use shsa_report::replay::{Part, Report, ValueWriter, write_event_table};
+use shsa_report::replay::{NeedErrors, Part, Report, ValueWriter, write_event_table};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -62,14 +62,14 @@ pub(crate) fn warnings(recording: &Recording) -> Vec<String> {
 struct Played {
     sources: Vec<Source>,
     runs: Vec<Run>,
-    clean: Vec<Option<Run>>,
+    errors: Vec<Option<NeedErrors>>,
     elapsed: Duration,
 }
 
 impl Played {
     fn parts(&self) -> Vec<Part<'_>> {
-        let played = self.sources.iter().zip(&self.runs).zip(&self.clean);
-        played.map(|((source, run), clean)| Part { run, clean: clean.as_ref(), source }).collect()
+        let played = self.sources.iter().zip(&self.runs).zip(&self.errors);
+        played.map(|((source, run), errors)| Part { run, errors: errors.as_ref(), source }).collect()
     }
 }
 
@@ -168,8 +168,10 @@ fn play(sources: Vec<Source>, watch: &Watch) -> Played {
     watch.begin(sources.iter().map(length).sum());
     let runs = sources.iter().map(|source| drive(&source.eras, source, watch)).collect();
     let elapsed = began.elapsed();
-    let clean = sources.iter().map(|source| Some(drive(source.clean.as_ref()?, source, watch))).collect();
-    Played { runs, clean, elapsed, sources }
+    let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source, watch));
+    let errors = |(source, run): (&Source, &Run)| Some(NeedErrors::between(run, &clean(source)?));
+    let errors = sources.iter().zip(&runs).map(errors).collect();
+    Played { runs, errors, elapsed, sources }
 }
 
 fn drive(eras: &[Era], source: &Source, watch: &Watch) -> Run {

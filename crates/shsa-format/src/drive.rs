@@ -146,16 +146,21 @@ impl Run {
         let mut run = Run::with(knowledge, options, span.0);
         for observation in observations {
             let observation = observation?;
+            if run.observations == 0 && span.0 < observation.received {
+                run.take(&Input::Tick(span.0), &mut record)?;
+            }
             run.pass_until(observation.received, &mut record)?;
             run.take(&Input::Observation(observation), &mut record)?;
             look(&mut run)?;
             run.publications.clear();
         }
-        let end = span.1.max(run.last);
-        run.pass_until(end, &mut record)?;
-        run.take(&Input::Tick(end), &mut record)?;
-        look(&mut run)?;
-        run.publications.clear();
+        if run.observations > 0 {
+            let end = span.1.max(run.last);
+            run.pass_until(end, &mut record)?;
+            run.take(&Input::Tick(end), &mut record)?;
+            look(&mut run)?;
+            run.publications.clear();
+        }
         Ok(run)
     }
 

@@ -3,13 +3,18 @@
 //! Times count from the first sample of the recording. Amounts are in the unit of the signal after its scaling, as errors and
 //! ranges in the model. Randomness comes from a seed, so that a run repeats byte for byte.
 
+mod injected;
+
 use crate::recording::Sample;
+use injected::Change;
+pub use injected::Injected;
 use rand_chacha::ChaCha8Rng;
-use rand_chacha::rand_core::{Rng, SeedableRng};
+use rand_chacha::rand_core::SeedableRng;
 use shsa_core::knowledge::Scaling;
-use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::span::parse_span;
+use std::collections::VecDeque;
+use std::convert::Infallible;
 
 /// The kind of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -147,7 +152,7 @@ impl Fault {
     /// Injects this fault into the samples of signal number `wanted`; the samples stay sorted by reception. `first` is the begin
     /// of the recording, from which the times of the fault count; `scaling` is that of the signal.
     ///
-    /// Complexity: O(samples), for a delay O(samples log samples).
+    /// Complexity: O(samples).
     pub fn inject(
         &self,
         samples: &mut Vec<Sample>,
@@ -156,96 +161,41 @@ impl Fault {
         first: Time,
         seed: u64,
     ) {
-        let span = (first + self.from, self.to.map_or(Time::MAX, |to| first + to));
-        let hit = |sample: &Sample| {
-            sample.wanted == wanted && span.0 <= sample.received && sample.received < span.1
-        };
-        match self.kind {
-            FaultKind::Drop => samples.retain(|sample| !hit(sample)),
-            FaultKind::Delay(delay) => {
-                let end = samples.last().map_or(first, |sample| sample.received);
-                let late = samples.iter_mut().filter(|sample| hit(sample));
-                late.for_each(|sample| sample.received = sample.received + delay);
-                // A sample that would arrive after the end of the recording is dropped.
-                samples.retain(|sample| sample.received <= end);
-                samples.sort_by_key(|sample| sample.received);
-            }
-            FaultKind::Stuck(None) => freeze(samples, wanted, hit),
-            kind => {
-                let random = ChaCha8Rng::seed_from_u64(seed);
-                let mut change = Change { kind, scaling, random, since: span.0 };
-                samples.iter_mut().filter(|sample| hit(sample)).for_each(|sample| change.apply(sample));
-            }
+        let input = std::mem::take(samples).into_iter().map(Ok::<Sample, Infallible>);
+        samples.extend(self.injected(input, wanted, scaling, first, seed).flatten());
+    }
+
+    /// Injects this fault as [`Fault::inject`] does, into samples that are not kept. Errors of the input are passed on.
+    ///
+    /// Memory: the samples that are delayed at a time.
+    pub fn injected<I>(
+        &self,
+        input: I,
+        wanted: usize,
+        scaling: Option<Scaling>,
+        first: Time,
+        seed: u64,
+    ) -> Injected<I> {
+        let since = first + self.from;
+        let random = ChaCha8Rng::seed_from_u64(seed);
+        Injected {
+            input,
+            wanted,
+            since,
+            until: self.to.map_or(Time::MAX, |to| first + to),
+            change: Change { kind: self.kind, scaling, random, since },
+            held: None,
+            ahead: None,
+            late: VecDeque::new(),
+            reached: Time::MIN,
         }
-    }
-}
-
-fn freeze(samples: &mut [Sample], wanted: usize, hit: impl Fn(&Sample) -> bool) {
-    let mut held: Option<RawValue> = None;
-    for sample in samples.iter_mut().filter(|sample| sample.wanted == wanted) {
-        match &held {
-            Some(value) if hit(sample) => sample.value = value.clone(),
-            _ => held = Some(sample.value.clone()),
-        }
-    }
-}
-
-/// A fault that changes values one by one.
-struct Change {
-    kind: FaultKind,
-    scaling: Option<Scaling>,
-    random: ChaCha8Rng,
-    since: Time,
-}
-
-impl Change {
-    fn apply(&mut self, sample: &mut Sample) {
-        let elapsed = (sample.received - self.since).seconds();
-        let mut each = |reading: &mut f64| *reading = self.reading(*reading, elapsed);
-        match &mut sample.value {
-            RawValue::Number(value) => each(value),
-            RawValue::Interval { lo, hi } => {
-                let middle = lo.midpoint(*hi);
-                let mut moved = middle;
-                each(&mut moved);
-                (*lo, *hi) = (*lo + moved - middle, *hi + moved - middle);
-            }
-            RawValue::Vector(values) => values.iter_mut().for_each(each),
-        }
-    }
-
-    /// The changed reading; a reading whose value does not change stays bit-identical.
-    fn reading(&mut self, reading: f64, elapsed: f64) -> f64 {
-        let Some(scaling) = self.scaling else { return self.changed(reading, elapsed) };
-        let value = scaling.value(reading);
-        let changed = self.changed(value, elapsed);
-        if changed == value { reading } else { scaling.reading(changed) }
-    }
-
-    fn changed(&mut self, value: f64, elapsed: f64) -> f64 {
-        match self.kind {
-            FaultKind::Bias(amount) => value + amount,
-            FaultKind::Noise(amount) => value + amount * (2.0 * self.random() - 1.0),
-            FaultKind::Drift(rate) => value + rate * elapsed,
-            FaultKind::Spike(amount) => {
-                let hit = self.random() < 0.1;
-                if hit { value + amount } else { value }
-            }
-            FaultKind::Scale(factor) => value * factor,
-            FaultKind::Spoof(fixed) | FaultKind::Stuck(Some(fixed)) => fixed,
-            FaultKind::Stuck(None) | FaultKind::Drop | FaultKind::Delay(_) => value,
-        }
-    }
-
-    /// A uniform random number between 0 (included) and 1 (excluded), with 53 bits.
-    fn random(&mut self) -> f64 {
-        (self.random.next_u64() >> 11) as f64 / (1_u64 << 53) as f64
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use shsa_core::observation::RawValue;
 
     fn samples() -> Vec<Sample> {
         let sample = |second: i64| Sample {

@@ -81,16 +81,38 @@ impl<'a> Injection<'a> {
     /// Whether the fault can change an observation of what is left of the recording.
     #[must_use]
     pub fn strikes(&self, recording: &Recording) -> bool {
-        recording.by_session().any(|(session, samples)| {
-            let hit = |sample: &Sample| {
-                let since = sample.received - session.origin;
-                self.targets.contains(&sample.wanted)
-                    && since >= self.fault.from
-                    && self.fault.to.is_none_or(|to| since < to)
-            };
-            samples.iter().any(hit)
-        })
+        let hits = |(session, samples): (&Session, &[Sample])| {
+            samples.iter().any(|sample| self.hits(sample, session.origin))
+        };
+        recording.by_session().any(hits)
     }
+
+    /// Whether the fault can change this sample of a recording that begins at `origin`.
+    #[must_use]
+    pub fn hits(&self, sample: &Sample, origin: Time) -> bool {
+        let since = sample.received - origin;
+        self.targets.contains(&sample.wanted)
+            && since >= self.fault.from
+            && self.fault.to.is_none_or(|to| since < to)
+    }
+}
+
+/// The samples of one session with the faults, as [`broken`] makes them, while they are read; `origin` is the begin of the session.
+#[must_use]
+pub fn breaking<'a, E: 'a>(
+    samples: impl Iterator<Item = Result<Sample, E>> + 'a,
+    injections: &[Injection<'_>],
+    origin: Time,
+    seed: u64,
+) -> Box<dyn Iterator<Item = Result<Sample, E>> + 'a> {
+    let mut broken: Box<dyn Iterator<Item = Result<Sample, E>> + 'a> = Box::new(samples);
+    for (number, Injection { fault, targets, scaling }) in (0..).zip(injections) {
+        for &target in targets {
+            let seed = seed.wrapping_add(number);
+            broken = Box::new(fault.injected(broken, target, *scaling, origin, seed));
+        }
+    }
+    broken
 }
 
 /// The samples of each session with the faults; `seed` is that of the first fault, each further one has the next. `None` without

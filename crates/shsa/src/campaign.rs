@@ -327,7 +327,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
         );
     }
     recording.cut(&arguments.cut.cuts()).iter().for_each(show::warn);
-    only(&mut recording, arguments.session)?;
+    only(&mut recording.sessions, arguments.session)?;
     Ok(recording)
 }
 

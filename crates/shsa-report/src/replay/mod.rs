@@ -1,6 +1,7 @@
 //! The results of a replay: what was published, decided and trusted, session by session.
 
 mod picture;
+mod errors;
 mod needs;
 mod table;
 mod values;
@@ -12,6 +13,7 @@ mod cases;
 mod over_time;
 mod page;
 
+pub use errors::NeedErrors;
 pub use over_time::CasesOverTime;
 pub use page::Provenance;
 pub use picture::Recorder;
@@ -37,8 +39,8 @@ use shsa_format::story::Story;
 pub struct Part<'a> {
     /// The run at its end.
     pub run: &'a Run,
-    /// The run without the injected faults, if there are any.
-    pub clean: Option<&'a Run>,
+    /// The errors relative to a run without the injected faults, if there are any.
+    pub errors: Option<&'a NeedErrors>,
     /// The inputs.
     pub source: &'a Source,
 }
@@ -95,7 +97,7 @@ impl<'a> Part<'a> {
 ///     Ok::<(), std::convert::Infallible>(())
 /// })?;
 /// recorder.end(&run);
-/// let parts = [Part { run: &run, clean: None, source: &source }];
+/// let parts = [Part { run: &run, errors: None, source: &source }];
 /// let report = Report::new(&parts, Options::default().watch).expect("there is a session");
 /// assert!(report.all_met());
 /// assert!(report.text(Style::PLAIN, std::time::Duration::ZERO).contains("failed      /gnss/speed"));
@@ -211,7 +213,7 @@ pub fn story_page(story: &Story, made: &Provenance) -> Result<String, ReportErro
         Ok::<(), ReportError>(())
     })?;
     recorder.end(&run);
-    let parts = [Part { run: &run, clean: None, source: &source }];
+    let parts = [Part { run: &run, errors: None, source: &source }];
     let report = Report::new(&parts, options.watch).ok_or(ReportError::NothingHappens)?;
     Ok(report.page(&[recorder], made))
 }

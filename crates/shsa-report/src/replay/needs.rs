@@ -1,10 +1,9 @@
-//! How needs were served in a replay, and the errors of their values relative to a run without faults.
+//! How needs were served in a replay.
 
 use super::Part;
-use shsa_core::engine::{Publication, PublishedValue, Quality};
-use shsa_core::knowledge::{KnowledgeBase, Need, NeedId};
-use shsa_core::time::{Span, Time};
-use shsa_format::drive::Run;
+use super::errors::Difference;
+use shsa_core::knowledge::{Need, NeedId};
+use shsa_core::time::Span;
 use shsa_format::words;
 
 /// The record of a need.
@@ -19,28 +18,6 @@ pub(super) struct NeedReport {
     pub(super) widest: f64,
     /// The error relative to the run without the injected faults.
     pub(super) error: Option<Difference>,
-}
-
-/// The error of one run's values relative to another run.
-#[derive(Clone, Copy, Default)]
-pub(super) struct Difference {
-    count: u64,
-    squares: f64,
-    pub(super) most: f64,
-}
-
-impl Difference {
-    pub(super) fn rms(&self) -> f64 {
-        (self.squares / self.count as f64).sqrt()
-    }
-
-    fn and(self, other: Difference) -> Difference {
-        Difference {
-            count: self.count + other.count,
-            squares: self.squares + other.squares,
-            most: self.most.max(other.most),
-        }
-    }
 }
 
 pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_several: bool) -> NeedReport {
@@ -63,9 +40,7 @@ pub(super) fn need_report(part: &Part<'_>, id: NeedId, need: &Need, is_one_of_se
         met: is_over || status.published > 0 && longest_gap <= need.max_age,
         source: status.source.as_ref().map(words::served_by),
         widest: status.widest,
-        error: part
-            .clean
-            .and_then(|clean| difference(values(run, need), &values(clean, need).collect::<Vec<_>>())),
+        error: part.errors.and_then(|errors| errors.of(&need.signal)),
     }
 }
 
@@ -85,30 +60,4 @@ pub(super) fn together(needs_of: &[Vec<NeedReport>], at: usize) -> Option<NeedRe
             (one, other) => one.or(other),
         },
     }))
-}
-
-/// The published scalars of a need, by its published name: time, and midpoint of the value.
-fn values<'r>(run: &'r Run, need: &'r Need) -> impl Iterator<Item = (Time, f64)> + 'r {
-    // The midpoint of an uncertain value is no estimate.
-    let of_need = |known: &KnowledgeBase, publication: &Publication| {
-        known.needs()[publication.need].signal == need.signal && publication.quality != Quality::Uncertain
-    };
-    run.publications_with_models(0)
-        .filter(move |(known, publication)| of_need(known, publication))
-        .filter_map(|(_, publication)| match &publication.value {
-            PublishedValue::Scalar(value) => Some((publication.time, value.midpoint())),
-            PublishedValue::Vector(_) => None,
-        })
-}
-
-/// The root mean square and the largest difference to the reference value in force at the same time.
-fn difference(values: impl Iterator<Item = (Time, f64)>, reference: &[(Time, f64)]) -> Option<Difference> {
-    let mut sum = Difference::default();
-    for (time, value) in values {
-        let standing = reference.partition_point(|(at, _)| *at <= time);
-        let Some((_, expected)) = standing.checked_sub(1).and_then(|at| reference.get(at)) else { continue };
-        let error = (value - expected).abs();
-        sum = sum.and(Difference { count: 1, squares: error * error, most: error });
-    }
-    (sum.count > 0).then_some(sum)
 }

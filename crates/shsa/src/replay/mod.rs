@@ -20,7 +20,7 @@ use shsa_core::engine::Options;
 use shsa_format::drive::{Given, Run};
 use shsa_format::journal::JournalWriter;
 use shsa_report::Source;
-use shsa_report::replay::{Part, Provenance, Recorder, Report, ValueWriter, write_event_table};
+use shsa_report::replay::{NeedErrors, Part, Provenance, Recorder, Report, ValueWriter, write_event_table};
 use std::fs::File;
 use std::io::{self, BufWriter, Write, stdout};
 use std::path::{Path, PathBuf};
@@ -65,7 +65,7 @@ pub(crate) struct Arguments {
     watching: Watching,
     /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 1 MiB on.
     /// They are looked through once before.
-    #[arg(long, conflicts_with_all = ["inject", "reload"])]
+    #[arg(long, conflicts_with = "reload")]
     stream: bool,
     /// Write every input of the run as a journal that can be replayed; of one session only.
     #[arg(long, value_name = "FILE")]
@@ -114,10 +114,12 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         .collect::<anyhow::Result<_>>()?;
     let elapsed = began.elapsed();
     let clean = |source: &Source| Some(drive(source.clean.as_ref()?, source.span, options, give));
-    let clean: Vec<Option<Run>> =
-        sources.iter().map(|source| clean(source).transpose()).collect::<anyhow::Result<_>>()?;
-    let played = sources.iter().zip(&runs).zip(&clean);
-    let part = |((source, run), clean)| Part { run, clean: Option::as_ref(clean), source };
+    let errors =
+        |(source, run): (&Source, &Run)| Some(clean(source)?.map(|clean| NeedErrors::between(run, &clean)));
+    let errors: Vec<Option<NeedErrors>> =
+        sources.iter().zip(&runs).map(|it| errors(it).transpose()).collect::<anyhow::Result<_>>()?;
+    let played = sources.iter().zip(&runs).zip(&errors);
+    let part = |((source, run), errors)| Part { run, errors: Option::as_ref(errors), source };
     let parts: Vec<Part<'_>> = played.map(part).collect();
     if let Some(output) = output {
         let mut values = arguments.values(output)?;

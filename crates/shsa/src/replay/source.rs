@@ -9,7 +9,7 @@ use shsa_core::time::Span;
 use shsa_format::fault::{Fault, moment};
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{self, Cuts, Recording, Stretch, Wanted};
+use shsa_format::recording::{self, Cuts, Session, Stretch, Wanted};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted_by};
 use std::num::NonZeroUsize;
@@ -38,6 +38,18 @@ impl SourceArguments {
     /// Whether the arguments change the inputs.
     pub(crate) fn changes(&self) -> bool {
         !self.inject.is_empty() || !self.reload.is_empty()
+    }
+
+    /// The faults with what they strike.
+    ///
+    /// # Errors
+    /// When the models have no such signal.
+    pub(super) fn injections(
+        &self,
+        stages: &[Stage],
+        wanted: &[Wanted],
+    ) -> anyhow::Result<Vec<Injection<'_>>> {
+        self.inject.iter().map(|fault| injection(fault, stages, wanted)).collect()
     }
 }
 
@@ -123,11 +135,7 @@ fn read_recordings(
 ) -> anyhow::Result<Vec<Source>> {
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
     let wanted = wanted_by(&stages);
-    let injections: Vec<Injection<'_>> = arguments
-        .inject
-        .iter()
-        .map(|fault| injection(fault, &stages, &wanted))
-        .collect::<anyhow::Result<_>>()?;
+    let injections = arguments.injections(&stages, &wanted)?;
     let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
     show::recording(&recording);
     if let Some(cause) = recording.cause() {
@@ -140,15 +148,18 @@ fn read_recordings(
     }
     let broken = broken(&recording, &injections, arguments.seed);
     recording.cut(cuts).iter().for_each(show::warn);
-    only(&mut recording, arguments.session)?;
-    for injection in injections.iter().filter(|injection| !injection.strikes(&recording)) {
-        let signal = &injection.fault.signal;
-        show::warn(format_args!("the fault of {signal} changes nothing: no observation of it in that time"));
-    }
+    only(&mut recording.sessions, arguments.session)?;
+    injections.iter().filter(|injection| !injection.strikes(&recording)).for_each(without_effect);
     let longest = recording.sessions.iter().map(|it| it.span.1 - it.origin).max().unwrap_or_default();
     let stages = reload::until(stages, longest);
     let (recording, broken) = (&recording, broken.as_deref());
     Ok(Recorded { stages: &stages, wanted: &wanted, recording, broken, degraded: is_refused }.sources())
+}
+
+/// Warns that a fault strikes nothing.
+pub(super) fn without_effect(injection: &Injection<'_>) {
+    let signal = &injection.fault.signal;
+    show::warn(format_args!("the fault of {signal} changes nothing: no observation of it in that time"));
 }
 
 /// A fault with what it strikes.
@@ -167,14 +178,14 @@ fn injection<'a>(fault: &'a Fault, stages: &[Stage], wanted: &[Wanted]) -> anyho
 ///
 /// # Errors
 /// When there is no such session, or no session at all.
-pub(crate) fn only(recording: &mut Recording, number: Option<NonZeroUsize>) -> anyhow::Result<()> {
-    let count = recording.sessions.len();
+pub(crate) fn only(sessions: &mut Vec<Session>, number: Option<NonZeroUsize>) -> anyhow::Result<()> {
+    let count = sessions.len();
     if count == 0 {
         bail!("nothing is left of the recording: --from, --until and --skip leave no observation");
     }
     let Some(number) = number else { return Ok(()) };
-    let session = recording.sessions.get(number.get() - 1).cloned();
+    let session = sessions.get(number.get() - 1).cloned();
     let session = session.with_context(|| format!("there is no session {number}: there are {count}"))?;
-    recording.sessions = vec![session];
+    *sessions = vec![session];
     Ok(())
 }

@@ -154,8 +154,28 @@ fn a_streamed_recording_gives_the_same() {
     assert_eq!(folder.read("a.journal"), folder.read("b.journal"));
     assert!(folder.read("a.jsonl").len() > 1_000);
     assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"));
-    let both = "the argument '--stream' cannot be used with '--inject <FAULT>'";
-    folder.refuses("replay tank.yaml run.csv --stream --inject drop:/level", &[both]);
+    let both = "the argument '--stream' cannot be used with '--reload <FILE@TIME>'";
+    folder.refuses("replay tank.yaml run.csv --stream --reload tank.yaml@9s", &[both]);
+}
+
+#[test]
+fn a_streamed_recording_with_faults_and_parts_gives_the_same() {
+    let folder = tank::folder();
+    for changes in [
+        "--inject bias=0.2:/level@30s..60s",
+        "--inject drop:/level@..40s --inject noise=0.1:/volume --inject delay=3s:/volume@20s..",
+        "--inject stuck:/level@30s.. --from 20s --skip 40s..45s --until 55s",
+        "--skip 20s..40s --session 2 --inject drop:/volume@..10s",
+    ] {
+        let replayed = |output: &str, stream: &str| {
+            let ended =
+                folder.run(&format!("replay tank.yaml run.csv --json --output {output} {changes} {stream}"));
+            let report: Value = serde_json::from_str(&ended.stdout).unwrap();
+            (without_elapsed(report), ended.stderr, ended.status)
+        };
+        assert_eq!(replayed("a.jsonl", ""), replayed("b.jsonl", "--stream"), "{changes}");
+        assert_eq!(folder.read("a.jsonl"), folder.read("b.jsonl"), "{changes}");
+    }
 }
 
 #[test]
