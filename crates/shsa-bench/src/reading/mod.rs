@@ -14,6 +14,9 @@ use std::time::Instant;
 /// Reads with the usual reader of each format in Python, and prints the seconds.
 const READERS: &str = include_str!("readers.py");
 
+/// The manifest of the program that reads with the crates for MCAP and SQLite alone.
+const CRATES_ALONE: &str = "crates/shsa-bench/crates-alone/Cargo.toml";
+
 /// Arguments of `shsa-bench reading`.
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa-bench reading FOLDER --python venv/bin/python
@@ -32,6 +35,9 @@ pub(crate) struct Arguments {
     /// How many times as quick it has to be.
     #[arg(long, default_value_t = 5.0)]
     least: f64,
+    /// Also read MCAP and SQLite with the usual crate for them, which is built for it in the project's folder.
+    #[arg(long)]
+    crates: bool,
     /// Print the readers in Python, and read nothing.
     #[arg(long)]
     readers: bool,
@@ -43,6 +49,8 @@ struct Measured {
     own: f64,
     /// That of the other reader, or why it has none.
     other: Result<f64, String>,
+    /// That of the crate for the format, for all messages of the same topics without their fields; `None` where none is asked.
+    alone: Option<f64>,
 }
 
 /// Measures; the answer is no where the other reader is too near.
@@ -57,12 +65,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let is_slow = |it: &Measured| it.other.as_ref().is_ok_and(|other| other / it.own < arguments.least);
     let is_any_slow = measured.iter().any(is_slow);
-    let head = ["recording", "ms", "Python, ms", "times as quick"].map(str::to_owned);
+    let head = ["recording", "ms", "Python, ms", "times as quick", "crate alone, ms", "times its time"];
+    let columns = if arguments.crates { head.len() } else { head.len() - 2 };
     let table = Table {
         title: "Reading".to_owned(),
         note: format!("The least of {} rounds; imports are left out.", arguments.rounds),
-        head: head.into(),
-        rows: measured.iter().map(row).collect(),
+        head: head.iter().take(columns).map(|name| (*name).to_owned()).collect(),
+        rows: measured.iter().map(|it| row(it).into_iter().take(columns).collect()).collect(),
     };
     write!(stdout(), "{table}")?;
     Ok(if is_any_slow { Outcome::No } else { Outcome::Done })
@@ -74,7 +83,10 @@ fn row(measured: &Measured) -> Vec<String> {
         Ok(other) => (ms(*other), format!("{:.1}", other / measured.own)),
         Err(problem) => (problem.clone(), "-".to_owned()),
     };
-    vec![measured.name.clone(), ms(measured.own), other, ratio]
+    let none = || "-".to_owned();
+    let alone = measured.alone.map_or_else(none, ms);
+    let times_alone = measured.alone.map_or_else(none, |alone| format!("{:.1}", measured.own / alone));
+    vec![measured.name.clone(), ms(measured.own), other, ratio, alone, times_alone]
 }
 
 fn measure(arguments: &Arguments, recording: &Recorded) -> anyhow::Result<Measured> {
@@ -89,14 +101,28 @@ fn measure(arguments: &Arguments, recording: &Recorded) -> anyhow::Result<Measur
     let topics: Vec<&str> = wanted.iter().filter_map(|it| Some(it.source.split_once('#')?.0)).collect();
     let parts: Vec<&str> = path.iter().rev().take(2).filter_map(|part| part.to_str()).collect();
     let name = parts.into_iter().rev().collect::<Vec<_>>().join("/");
-    Ok(Measured { name, own, other: in_python(arguments, path, &topics) })
+    let alone = arguments.crates.then(|| alone(arguments.rounds, path, &topics).ok()).flatten();
+    Ok(Measured { name, own, other: in_python(arguments, path, &topics), alone })
 }
 
 /// The seconds of the reader in Python, or the last line of its output.
 fn in_python(arguments: &Arguments, path: &Path, topics: &[&str]) -> Result<f64, String> {
     let mut command = Command::new(&arguments.python);
-    command.args(["-c", READERS, &arguments.rounds.to_string()]).arg(path).args(topics);
-    let output = command.output().map_err(|problem| problem.to_string())?;
+    command.args(["-c", READERS]);
+    seconds_of(&mut command, arguments.rounds, path, topics)
+}
+
+/// The seconds of the crate for the format, or the last line of its output.
+fn alone(rounds: u32, path: &Path, topics: &[&str]) -> Result<f64, String> {
+    let mut command = Command::new("cargo");
+    command.args(["run", "--quiet", "--release", "--manifest-path", CRATES_ALONE, "--"]);
+    seconds_of(&mut command, rounds, path, topics)
+}
+
+/// The seconds that a program prints, or the last line of its output.
+fn seconds_of(command: &mut Command, rounds: u32, path: &Path, topics: &[&str]) -> Result<f64, String> {
+    let output = command.arg(rounds.to_string()).arg(path).args(topics).output();
+    let output = output.map_err(|problem| problem.to_string())?;
     let last = |bytes: &[u8]| String::from_utf8_lossy(bytes).trim().lines().last().unwrap_or("").to_owned();
     last(&output.stdout).parse().map_err(|_| last(&output.stderr).replace('|', " "))
 }
