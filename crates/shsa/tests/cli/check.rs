@@ -173,3 +173,37 @@ fn an_input_that_stands_without_a_limit_is_reported() {
     folder.write("m.yaml", model(", max_rate: 2 V/s"));
     assert!(!folder.ends("check m.yaml", 0).stdout.contains("warning"));
 }
+
+/// A cell whose resistance is learned, with one more key.
+fn cell(more: &str) -> String {
+    format!(
+        "\
+shsa: 1
+variables:
+  voltage: {{ unit: V, range: [2, 5] }}
+  rest: {{ unit: V, range: [2, 5] }}
+  current: {{ unit: A, range: [0, 60] }}
+  resistance: {{ unit: mohm, range: [15, 60], max_rate: 0.1 mohm/h }}
+relations:
+  terminal: {{ equation: voltage = rest - resistance * current, learn: resistance }}
+signals:
+  /voltage: {{ variable: voltage, rate: 1 Hz, value_error: 0.005 }}
+  /current: {{ variable: current, rate: 1 Hz, value_error: 0.1 }}
+{more}"
+    )
+}
+
+#[test]
+fn what_is_learned_is_not_needed_and_needs_values_of_its_relation() {
+    let rest = "  /rest: { variable: rest, rate: 1 Hz, value_error: 0.005 }\n";
+    let folder = Folder::new();
+    let check = |more: &str, status: i32, words: &str| {
+        std::fs::write(folder.path("cell.yaml"), cell(more)).unwrap();
+        let output = folder.ends("check cell.yaml", status).stdout;
+        assert!(output.contains(words), "no '{words}' in {output}");
+    };
+    check(rest, 0, "cell.yaml: ok");
+    check("", 0, "warning: `resistance` is never learned: nothing can provide `rest`");
+    let need = format!("{rest}needs:\n  resistance: {{ max_age: 1 s }}\n");
+    check(&need, 2, "`resistance` is learned, and what is learned is not published");
+}

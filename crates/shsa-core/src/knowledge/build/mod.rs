@@ -59,6 +59,7 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
         .with_fusions(fusions)
         .with_learned(learned);
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
+    needs::check_fitted(&mut problems, &learning, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
     let utility = utility::build(&mut problems, source, &knowledge);
     let contracts = contracts::build(&mut problems, source, &knowledge);

@@ -1,5 +1,6 @@
 //! Checks needs, and whether each of them can be served at all.
 
+use super::learning::Learning;
 use super::problems::Problems;
 use super::quantity::{self, Kind};
 use super::variables::Variables;
@@ -7,7 +8,7 @@ use crate::knowledge::draft::{NeedDraft, Place, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::rows::Rows;
 use crate::knowledge::{
-    ISOLATIONS, IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
+    ISOLATIONS, Id, IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
     integrity_level,
 };
 use crate::time::Span;
@@ -94,10 +95,42 @@ pub(super) fn check_providable(
     undecided: &BTreeSet<VariableId>,
 ) {
     let known = providable(knowledge, undecided);
-    for needed in needed.iter().filter(|needed| !known[needed.variable]) {
-        let name = &knowledge.variables()[needed.variable].name;
-        let help = "add a signal that carries it, or a relation whose inputs are provided";
-        problems.error(needed.at, format!("nothing can provide `{name}`"), help);
+    for Needed { at, variable } in needed {
+        let name = &knowledge.variables()[*variable].name;
+        if knowledge.learned().iter().any(|it| it.variable == *variable) {
+            let help = "need what its relation computes, or take the variable out of `learn`";
+            problems.error(*at, format!("`{name}` is learned, and what is learned is not published"), help);
+        } else if !known[*variable] {
+            let help = "add a signal that carries it, or a relation whose inputs are provided";
+            problems.error(*at, format!("nothing can provide `{name}`"), help);
+        }
+    }
+}
+
+/// Warns of learned variables whose relation has no values, as nothing provides one of its other variables.
+///
+/// `undecided`: variables that invalid relations name; a correction may make them providable.
+pub(super) fn check_fitted(
+    problems: &mut Problems,
+    learning: &[Learning],
+    knowledge: &KnowledgeBase,
+    undecided: &BTreeSet<VariableId>,
+) {
+    let known = providable(knowledge, undecided);
+    for Learning { name, variable, relation } in learning {
+        let fitted =
+            knowledge.learned().iter().find(|it| (it.variable, it.relation) == (*variable, *relation));
+        let symbols = fitted.map(|it| it.formula.symbols()).unwrap_or_default();
+        let mut read = symbols.into_iter().map(|it| VariableId::from_index(it.0 as usize));
+        if let Some(missing) = read.find(|id| known.find(*id) == Some(&false)) {
+            let missing = &knowledge.variables()[missing].name;
+            let message = format!("`{}` is never learned: nothing can provide `{missing}`", name.text);
+            problems.warn(
+                name,
+                message,
+                "add a signal that carries it, or a relation whose inputs are provided",
+            );
+        }
     }
 }
 
