@@ -4,8 +4,10 @@ use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::Context;
-use shsa_core::analysis::{Options, analyze};
-use shsa_core::knowledge::{Draft, KnowledgeBase, Severity, build};
+use shsa_core::analysis::{Options, analyze_with};
+use shsa_core::knowledge::{Draft, KnowledgeBase, Relation, Severity, build};
+use shsa_format::model::live::Written;
+use shsa_format::model::read_text;
 use shsa_report::analysis::Report;
 use std::collections::BTreeSet;
 use std::io::{BufWriter, Write, stdout};
@@ -13,7 +15,8 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa analyze`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa analyze models/husky.yaml --html husky.html")]
+#[command(after_help = "Example: shsa analyze models/husky.yaml --html husky.html
+         shsa analyze car.yaml --relations relations.yaml")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -23,6 +26,9 @@ pub(crate) struct Arguments {
     /// How many added sensors and relations to list, the most helpful first; 0 tries none.
     #[arg(long, value_name = "N", default_value_t = 10)]
     additions: usize,
+    /// Relations that the model does not have, as `shsa learn --patch` writes them: each is ranked among the additions.
+    #[arg(long, value_name = "FILE")]
+    relations: Option<PathBuf>,
     /// How many signals to analyse, in file order; of a larger model the others are left out, with a note. Memory and output
     /// grow with the square of this number.
     #[arg(long, value_name = "N", default_value_t = 4_000)]
@@ -45,10 +51,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.additions == 0 {
         options.addition_steps = 0;
     }
-    let mut analysis = analyze(&knowledge, options);
+    let given = match &arguments.relations {
+        Some(path) => given(&arguments.model, path, left_out)?,
+        None => Vec::new(),
+    };
+    let mut analysis = analyze_with(&knowledge, &given, options);
     analysis.additions.truncate(arguments.additions);
     let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-    let report = Report::new(&knowledge, &analysis, options, &title);
+    let report = Report::new(&knowledge, &analysis, options, &title).with_given(&given);
     if let Some(path) = &arguments.html {
         std::fs::write(path, report.page()).with_context(|| format!("cannot write {}", path.display()))?;
     }
@@ -64,6 +74,24 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let unserved = analysis.needs.iter().any(|need| !need.known && need.exact);
     Ok(if unserved { Outcome::No } else { Outcome::Done })
+}
+
+/// The relations of a change of the model that the model does not have.
+fn given(model: &Path, change: &Path, left_out: usize) -> anyhow::Result<Vec<Relation>> {
+    anyhow::ensure!(
+        left_out == 0,
+        "a part of a model has other variables: --relations needs all signals (--signals)"
+    );
+    let mut live = show::load_live(model)?;
+    let own: BTreeSet<String> = live.knowledge().relations().iter().map(|it| it.name.clone()).collect();
+    let variables = live.knowledge().variables().len();
+    let described = |report: shsa_format::model::Report| anyhow::anyhow!("{}", report.render(false));
+    let text = read_text(change, "relations").map_err(described)?;
+    let name = change.display().to_string();
+    live.change(Written { name: &name, text: &text }).map_err(described)?;
+    let changed = live.knowledge();
+    anyhow::ensure!(changed.variables().len() == variables, "{name} has more than relations: variables");
+    Ok(changed.relations().iter().filter(|it| !own.contains(&it.name)).cloned().collect())
 }
 
 /// The model with at most `most` signals, and the number of signals left out, which is reported first.

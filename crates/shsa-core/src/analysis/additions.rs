@@ -29,6 +29,8 @@ pub enum Candidate {
     /// An equation between two variables of the same dimension that no relation contains together yet, usable in both directions.
     /// Only people can say whether the equation holds.
     Relation(VariableId, VariableId),
+    /// A relation that the model does not have yet, by its place in those given to [`analyze_with`](super::analyze_with).
+    Given(usize),
 }
 
 /// The benefits of an addition.
@@ -84,16 +86,19 @@ pub(super) struct Tried {
     pub(super) candidates: usize,
 }
 
-/// Tries all candidates, those of the least redundant variables first, until the budget is spent.
+/// A model with the relations that may be added to it.
+#[derive(Clone, Copy)]
+pub(super) struct Extensible<'a> {
+    pub(super) knowledge: &'a KnowledgeBase,
+    pub(super) given: &'a [Relation],
+}
+
+/// Tries all candidates, the given ones first, then those of the least redundant variables, until the budget is spent.
 ///
 /// Complexity: for each candidate, an analysis of the part of the model that is connected with it.
-pub(super) fn ranked(
-    knowledge: &KnowledgeBase,
-    options: Options,
-    survey: &Survey,
-    budget: &mut Budget,
-) -> Tried {
-    let candidates = candidates(knowledge, survey);
+pub(super) fn ranked(model: Extensible<'_>, options: Options, survey: &Survey, budget: &mut Budget) -> Tried {
+    let given = (0..model.given.len()).map(Candidate::Given);
+    let candidates: Vec<Candidate> = given.chain(candidates(model.knowledge, survey)).collect();
     let mut tried = Tried { candidates: candidates.len(), ..Tried::default() };
     for &candidate in &candidates {
         if budget.is_spent() {
@@ -101,7 +106,7 @@ pub(super) fn ranked(
         }
         tried.tried += 1;
         tried.additions.extend(
-            Some(addition(knowledge, options, survey, candidate, budget)).filter(Addition::brings_something),
+            Some(addition(model, options, survey, candidate, budget)).filter(Addition::brings_something),
         );
     }
     // Equals keep the order in which they were tried.
@@ -180,23 +185,24 @@ fn pairs_of(
 
 /// The benefits of one candidate.
 fn addition(
-    knowledge: &KnowledgeBase,
+    model: Extensible<'_>,
     options: Options,
     survey: &Survey,
     candidate: Candidate,
     budget: &mut Budget,
 ) -> Addition {
+    let knowledge = model.knowledge;
     budget.spend(2 * (knowledge.variables().len() + knowledge.relations().len()) as u64);
-    let larger = with(knowledge, candidate);
+    let larger = model.with(candidate);
+    let ends = model.ends(candidate);
     let graph = Graph::new(&larger);
     let basis = Basis::new(&larger, options, RelationId::from_index(knowledge.relations().len()));
-    let faults = faults_with(&larger, &graph, &basis, survey, candidate, budget);
+    let faults = faults_with(&larger, &graph, &basis, survey, &ends, budget);
     let end = SignalId::from_index(knowledge.signals().len());
     let signals = || knowledge.signals().ids();
     let isolable = |faults: &Faults| signals().map(|s| faults.isolable_among(s, end)).sum::<usize>();
     let newly = |&signal: &SignalId| faults.is_detectable(signal) && !survey.faults.is_detectable(signal);
-    let (substitutable, survives) =
-        losses_with(knowledge, &larger, &graph, &basis, survey, candidate, budget);
+    let (substitutable, survives) = losses_with(knowledge, &larger, &graph, &basis, survey, &ends, budget);
     Addition {
         candidate,
         detectable: signals().filter(newly).collect(),
@@ -206,26 +212,19 @@ fn addition(
     }
 }
 
-fn ends(candidate: Candidate) -> Vec<VariableId> {
-    match candidate {
-        Candidate::Sensor(variable) => Vec::from([variable]),
-        Candidate::Relation(one, other) => Vec::from([one, other]),
-    }
-}
-
 /// The faults with a candidate. Comparisons are searched again only for variables whose ways can contain the candidate.
 fn faults_with(
     larger: &KnowledgeBase,
     graph: &Graph,
     basis: &Basis,
     survey: &Survey,
-    candidate: Candidate,
+    ends: &[VariableId],
     budget: &mut Budget,
 ) -> Faults {
     let is_looked_behind = |variable: VariableId| {
         !larger.is_provided(variable) || larger.variables()[variable].shape == Shape::Vector
     };
-    let affected = downstream(larger, &ends(candidate), is_looked_behind);
+    let affected = downstream(larger, ends, is_looked_behind);
     let mut watched =
         IdVec::filled(larger.variables().len(), |variable| match affected.contains(&variable) {
             true => Watched::of(larger, graph, basis, variable, budget),
@@ -244,10 +243,10 @@ fn losses_with(
     graph: &Graph,
     basis: &Basis,
     survey: &Survey,
-    candidate: Candidate,
+    ends: &[VariableId],
     budget: &mut Budget,
 ) -> (SignalSet, Vec<Survives>) {
-    let affected = downstream(larger, &ends(candidate), |_| true);
+    let affected = downstream(larger, ends, |_| true);
     let mut losses = Losses::new(larger, graph, basis);
     let mut substitutable = SignalSet::new();
     for signal in knowledge.signals().ids() {
@@ -294,28 +293,46 @@ fn downstream(
     reached
 }
 
-/// The model with a candidate; signals keep their availability.
-fn with(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
-    let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
-    match candidate {
-        Candidate::Sensor(variable) => {
-            signals.push(Signal::new(String::new(), variable));
-        }
-        Candidate::Relation(one, other) => {
-            relations.push(relation(one, other));
+impl Extensible<'_> {
+    /// The variables of a candidate.
+    fn ends(self, candidate: Candidate) -> Vec<VariableId> {
+        match candidate {
+            Candidate::Sensor(variable) => Vec::from([variable]),
+            Candidate::Relation(one, other) => Vec::from([one, other]),
+            Candidate::Given(place) => {
+                let of = |it: &Relation| it.inputs.iter().chain(&it.outputs).copied().collect();
+                self.given.get(place).map(of).unwrap_or_default()
+            }
         }
     }
-    let mut larger = KnowledgeBase::from_parts(
-        knowledge.variables().clone(),
-        relations,
-        signals,
-        knowledge.needs().clone(),
-    )
-    .with_utility(knowledge.utility().clone());
-    for signal in knowledge.signals().ids() {
-        larger.set_available(signal, knowledge.is_available(signal));
+
+    /// The model with a candidate; signals keep their availability.
+    fn with(self, candidate: Candidate) -> KnowledgeBase {
+        let knowledge = self.knowledge;
+        let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
+        match candidate {
+            Candidate::Sensor(variable) => {
+                signals.push(Signal::new(String::new(), variable));
+            }
+            Candidate::Relation(one, other) => {
+                relations.push(relation(one, other));
+            }
+            Candidate::Given(place) => self.given.get(place).into_iter().for_each(|it| {
+                relations.push(it.clone());
+            }),
+        }
+        let mut larger = KnowledgeBase::from_parts(
+            knowledge.variables().clone(),
+            relations,
+            signals,
+            knowledge.needs().clone(),
+        )
+        .with_utility(knowledge.utility().clone());
+        for signal in knowledge.signals().ids() {
+            larger.set_available(signal, knowledge.is_available(signal));
+        }
+        larger
     }
-    larger
 }
 
 fn relation(one: VariableId, other: VariableId) -> Relation {

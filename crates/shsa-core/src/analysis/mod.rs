@@ -31,9 +31,10 @@ pub use prospect::{Candidacy, Failure, Prospect, Serving};
 pub use watch::{Hidden, Watch};
 
 use crate::diagnosis::Component;
-use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, RelationId, SignalId, SignalSet};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, Relation, RelationId, SignalId, SignalSet};
 use crate::plan::Graph;
 use crate::residual_selection::WatchBudget;
+use additions::Extensible;
 use alloc::vec::Vec;
 use budget::Budget;
 use losses::{Losses, Target};
@@ -213,6 +214,14 @@ pub fn tolerances(knowledge: &KnowledgeBase, lost: &SignalSet, options: Options)
 /// [`Options::steps`]; the same again for each addition, at most [`Options::addition_steps`].
 #[must_use]
 pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
+    analyze_with(knowledge, &[], options)
+}
+
+/// Analyses a model, and ranks relations that it does not have among the additions. Their variables are those of the model.
+///
+/// Complexity: as [`analyze`].
+#[must_use]
+pub fn analyze_with(knowledge: &KnowledgeBase, given: &[Relation], options: Options) -> Analysis {
     let graph = Graph::new(knowledge);
     let all = RelationId::from_index(knowledge.relations().len());
     let basis = basis::Basis::new(knowledge, options, all);
@@ -221,7 +230,7 @@ pub fn analyze(knowledge: &KnowledgeBase, options: Options) -> Analysis {
     let mut budget = Budget::new(options.addition_steps);
     let tried = match budget.is_spent() {
         true => additions::Tried::default(),
-        false => additions::ranked(knowledge, options, &survey, &mut budget),
+        false => additions::ranked(Extensible { knowledge, given }, options, &survey, &mut budget),
     };
     if tried.tried < tried.candidates {
         limited.push(Limited::Additions { tried: tried.tried, of: tried.candidates });

@@ -210,19 +210,19 @@ fn the_diagnosis_suspects_whom_the_analysis_says() {
 
 fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
     let (mut relations, mut signals) = (knowledge.relations().clone(), knowledge.signals().clone());
-    match candidate {
-        Candidate::Sensor(variable) => _ = signals.push(Signal::new("added".to_owned(), variable)),
-        Candidate::Relation(one, other) => {
-            relations.push(Relation {
-                name: "added".to_owned(),
-                inputs: vec![one, other],
-                outputs: vec![one, other],
-                formulas: Vec::new(),
-                condition: None,
-                text: String::new(),
-                properties: Properties::new(),
-            });
-        }
+    if let Candidate::Sensor(variable) = candidate {
+        signals.push(Signal::new("added".to_owned(), variable));
+    }
+    if let Candidate::Relation(one, other) = candidate {
+        relations.push(Relation {
+            name: "added".to_owned(),
+            inputs: vec![one, other],
+            outputs: vec![one, other],
+            formulas: Vec::new(),
+            condition: None,
+            text: String::new(),
+            properties: Properties::new(),
+        });
     }
     let needs: Vec<VariableId> = knowledge.needs().iter().map(|need| need.variable).collect();
     with_parts(knowledge, relations, signals, needs)

@@ -181,10 +181,16 @@ fn addition(report: &Report<'_>, addition: &Addition) -> Value {
     let (kind, variables) = match addition.candidate {
         Candidate::Sensor(variable) => ("sensor", vec![variable]),
         Candidate::Relation(one, other) => ("relation", vec![one, other]),
+        Candidate::Given(place) => ("given", report.variables_of_given(place)),
+    };
+    let given = match addition.candidate {
+        Candidate::Given(place) => report.given.get(place).map(|it| it.name.as_str()),
+        Candidate::Sensor(_) | Candidate::Relation(..) => None,
     };
     let need = |each: &Survives| json!({ "need": report.need(each.need), "from": survives(&each.now), "to": survives(&each.then) });
     json!({
         "kind": kind,
+        "relation": given,
         "variables": variables.iter().map(|&variable| report.variable(variable)).collect::<Vec<_>>(),
         "detectable": report.signals(&addition.detectable),
         "isolable_pairs": addition.isolable_pairs,

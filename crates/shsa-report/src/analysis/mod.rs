@@ -21,8 +21,9 @@ use shsa_core::analysis::{
 };
 use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
-use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
+use shsa_core::knowledge::{KnowledgeBase, NeedId, Relation, SignalId, SignalSet, VariableId};
 use shsa_format::text::counted;
+use std::collections::BTreeSet;
 
 /// An analysis and its model.
 ///
@@ -50,6 +51,8 @@ pub struct Report<'a> {
     watch: WatchBudget,
     /// The model's file.
     title: String,
+    /// The relations that were tried as additions.
+    given: &'a [Relation],
 }
 
 impl<'a> Report<'a> {
@@ -68,7 +71,14 @@ impl<'a> Report<'a> {
             only_runnable: options.only_runnable,
             watch: options.watch,
             title: title.to_owned(),
+            given: &[],
         }
+    }
+
+    /// The same report, of an analysis that ranks these relations, too.
+    #[must_use]
+    pub fn with_given(self, given: &'a [Relation]) -> Report<'a> {
+        Report { given, ..self }
     }
 
     /// Tables of signals, fusions, relations, needs and additions, then the weaknesses in sentences.
@@ -165,7 +175,16 @@ impl<'a> Report<'a> {
             Candidate::Relation(one, other) => {
                 format!("a relation of {} and {}", self.variable(one), self.variable(other))
             }
+            Candidate::Given(place) => {
+                self.given.get(place).map_or(String::new(), |it| format!("{}: {}", it.name, it.text))
+            }
         }
+    }
+
+    /// The variables of a relation that was tried, each once, in file order.
+    fn variables_of_given(&self, place: usize) -> Vec<VariableId> {
+        let of = |it: &Relation| it.inputs.iter().chain(&it.outputs).copied().collect::<BTreeSet<_>>();
+        self.given.get(place).map(of).unwrap_or_default().into_iter().collect()
     }
 
     /// `0 to 1 for /need`, for each need that would survive more losses.

@@ -61,7 +61,7 @@ fn the_tank_as_json() {
     assert_eq!(watched, ["level", "pressure"]);
     assert_eq!((&answer["watched"][0]["ways"], &answer["watched"][0]["possible"]), (&json!(3), &json!(3)));
     let first = json!({
-        "kind": "sensor", "variables": ["volume"], "detectable": [], "isolable_pairs": 0,
+        "kind": "sensor", "relation": null, "variables": ["volume"], "detectable": [], "isolable_pairs": 0,
         "substitutable": ["/volume"], "survives": [{ "need": "/healed/level", "from": 2, "to": 3 }],
     });
     assert_eq!(answer["additions"][0], first);

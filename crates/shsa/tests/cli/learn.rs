@@ -1,6 +1,7 @@
 //! `shsa learn`: planted relations are found, fit a model as a change of it, and false friends are not proposed.
 
 use crate::folder::Folder;
+use serde_json::{Value, json};
 use std::fmt::Write;
 
 /// A power and its factors, and two temperatures that only drift alike.
@@ -129,4 +130,34 @@ fn the_answer_is_no_where_nothing_is_found() {
     folder.ends("patch model.yaml nothing.yaml -o same.yaml", 0);
     folder.ends("check same.yaml", 0);
     folder.refuses("learn absent.csv", &["absent.csv"]);
+}
+
+/// A model without relations, and three of which one says nothing new.
+#[test]
+fn learned_relations_are_ranked_beside_sensors() {
+    let tank = "shsa: 1
+variables: { level: { unit: m }, pressure: { unit: kPa }, volume: { unit: l } }
+relations: { cylinder: { equation: volume = 1000 l/m * level, for: [level] } }
+signals:
+  /level: { variable: level, rate: 1 Hz, value_error: 5 cm }
+  /pressure: { variable: pressure, rate: 1 Hz, value_error: 0.5 }
+  /volume: { variable: volume, rate: 1 Hz, value_error: 2 % }
+";
+    let learned = "relations:
+  again: { equation: level = 0.001 m/l * volume, for: [level] }
+  both_ways: pressure = 9.81 kPa/m * level
+  one_way: { equation: pressure = 9.81 kPa/m * level, for: [pressure] }
+";
+    let files = [("tank.yaml", tank.as_bytes()), ("learned.yaml", learned.as_bytes())];
+    let folder = Folder::with(&files);
+    let answer = folder.json("analyze tank.yaml --relations learned.yaml", 0);
+    let additions = answer["additions"].as_array().unwrap();
+    let given: Vec<&Value> =
+        additions.iter().filter(|it| it["kind"] == "given").map(|it| &it["relation"]).collect();
+    assert_eq!(given, ["both_ways", "one_way"]);
+    assert_eq!(additions[0]["variables"], json!(["level", "pressure"]));
+    let text = folder.ends("analyze tank.yaml --relations learned.yaml", 0).stdout;
+    assert!(text.contains("both_ways: pressure = 9.81 kPa/m * level"), "{text}");
+    let alone = folder.json("analyze tank.yaml", 0);
+    assert_eq!((&answer["signals"], &answer["gaps"]), (&alone["signals"], &alone["gaps"]));
 }
