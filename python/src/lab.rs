@@ -169,14 +169,14 @@ pub(crate) fn learn(
             let names: Vec<String> = recordings.iter().map(|path| path.display().to_string()).collect();
             let columns = Origin { recordings, by: None, options: ReadOptions::default() }.read();
             let columns = columns.map_err(|error| failed(py, error))?;
-            let subject = Subject::of_draft(&columns, &names.join(", "));
+            let subject = Subject::of_draft(&columns, &names.join(", "), &());
             (subject.map_err(|error| failed(py, error))?, columns.warnings)
         }
         (None, Recordings::Table(_)) => return Err(failed(py, "a table is learned from with a model")),
     };
-    let found = work::run(py, progress.as_ref(), |_| {
-        let learned = learning::learn(&subject.signals)?;
-        let mut proposals = Proposals::new(&subject, &learned)?;
+    let found = work::run(py, progress.as_ref(), |progress| {
+        let learned = learning::learn(&subject.signals, progress)?;
+        let mut proposals = Proposals::new(&subject, &learned, progress)?;
         let serving = need.map(|need| proposals.serve(&subject, need)).transpose()?;
         let report = learned::Report {
             subject: &subject,

@@ -30,8 +30,8 @@ use shsa_lab::proposal::{Proposal, Proposals, Serving, Subject, Worth};
 /// std::fs::remove_file(file)?;
 ///
 /// let subject = Subject::of_model(model, live.knowledge(), &recording);
-/// let learned = learn(&subject.signals)?;
-/// let proposals = Proposals::new(&subject, &learned)?;
+/// let learned = learn(&subject.signals, &())?;
+/// let proposals = Proposals::new(&subject, &learned, &())?;
 /// let report = Report { subject: &subject, learned: &learned, proposals: &proposals, serving: None };
 /// assert!(report.text(Style::PLAIN).contains("w = 3.333 rad/m * v"));
 /// assert!(report.patch().contains("w_from_v"));

@@ -2,6 +2,7 @@
 
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
+use crate::progress::Search;
 use anyhow::bail;
 use shsa_format::model::load;
 use shsa_lab::drafting::{draft, model_text};
@@ -33,7 +34,7 @@ pub(crate) struct Arguments {
 /// When a recording cannot be read, or nothing in it can be a signal.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let read = arguments.columns.read()?;
-    let drafted = draft(&read.columns)?;
+    let drafted = draft(&read.columns, &Search::default())?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }

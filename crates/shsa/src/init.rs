@@ -4,6 +4,7 @@
 
 use crate::columns::ColumnArguments;
 use crate::outcome::Outcome;
+use crate::progress::Search;
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::unit::{Unit, nearest};
@@ -52,7 +53,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut read = arguments.columns.read()?;
     let mut asking = Asking { is_over: arguments.yes };
     ask_units(&mut read, &mut asking)?;
-    let mut drafted = draft(&read.columns)?;
+    let mut drafted = draft(&read.columns, &Search::default())?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }

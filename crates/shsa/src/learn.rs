@@ -5,6 +5,7 @@
 
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
+use crate::progress::Search;
 use crate::replay::written;
 use crate::show;
 use anyhow::{Context, anyhow, bail};
@@ -64,8 +65,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
-    let learned = learn(&subject.signals)?;
-    let mut proposals = Proposals::new(&subject, &learned)?;
+    let learned = learn(&subject.signals, &Search::default())?;
+    let mut proposals = Proposals::new(&subject, &learned, &Search::default())?;
     let serving = arguments.need.as_ref().map(|need| proposals.serve(&subject, need)).transpose()?;
     let report =
         Report { subject: &subject, learned: &learned, proposals: &proposals, serving: serving.as_ref() };
@@ -91,7 +92,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// The series of the draft that the recordings give.
 fn of_draft(arguments: &ColumnArguments) -> anyhow::Result<Subject> {
     let names: Vec<String> = arguments.recordings.iter().map(|path| path.display().to_string()).collect();
-    Ok(Subject::of_draft(&arguments.read()?, &names.join(", "))?)
+    Ok(Subject::of_draft(&arguments.read()?, &names.join(", "), &Search::default())?)
 }
 
 /// The series of a model's variables.

@@ -14,6 +14,9 @@ mod delay;
 mod widening;
 mod fit;
 
+pub(crate) use comparison::Watched;
+pub(crate) use parted::observations;
+
 pub use chance::Chance;
 pub use fit::{
     Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,

@@ -80,7 +80,8 @@ impl<'r> Parted<'r> {
     }
 }
 
-fn observations(samples: &[Sample]) -> Vec<Observation> {
+/// Samples, numbered as the signals of the model, as observations.
+pub(crate) fn observations(samples: &[Sample]) -> Vec<Observation> {
     let observation = |sample: &Sample| Observation {
         signal: SignalId::from_index(sample.wanted),
         stamp: sample.time,

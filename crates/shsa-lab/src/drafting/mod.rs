@@ -4,6 +4,7 @@
 
 mod column;
 mod groups;
+mod rates;
 mod columns;
 mod text;
 mod answers;
@@ -14,7 +15,7 @@ pub use columns::{About, Columns, Origin, Series};
 pub use text::{model_text, variable_names};
 
 use crate::LabError;
-use crate::campaign::parallel::on_all_cores;
+use crate::campaign::parallel::{Progress, on_all_cores};
 use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};
 
 /// What a column is.
@@ -82,17 +83,18 @@ pub struct Drafted {
     pub needs: Vec<Needed>,
 }
 
-/// Drafts a model of columns. Equal columns give equal drafts. Time: O(pairs of columns), with bounded moments each; on all cores.
+/// Drafts a model of columns, and reports the progress. Equal columns give equal drafts. Time: O(pairs of columns), with bounded
+/// moments each; on all cores.
 ///
 /// # Errors
 /// When a thread panics.
-pub fn draft(columns: &[Column]) -> Result<Drafted, LabError> {
-    let facts = on_all_cores(columns.len(), None, &(), "", |column| Facts::of(&columns[column]))?;
+pub fn draft(columns: &[Column], progress: &dyn Progress) -> Result<Drafted, LabError> {
+    let facts = on_all_cores(columns.len(), None, progress, "columns", |column| Facts::of(&columns[column]))?;
     let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
     let may_measure = |column: usize| {
         facts[column].as_ref().is_some_and(|it| !it.is_constant() && !it.is_even && it.levels.is_none())
     };
-    let learned = learn_pairs(&signals, &may_measure)?;
+    let learned = learn_pairs(&signals, &may_measure, progress)?;
     let roles: Vec<Role> =
         (0..columns.len()).map(|column| role(columns, &facts, &learned.copies, column)).collect();
     let own: Vec<usize> = (0..columns.len()).filter(|it| roles[*it] == Role::Signal).collect();
@@ -103,7 +105,9 @@ pub fn draft(columns: &[Column]) -> Result<Drafted, LabError> {
         .collect();
     let groups = groups::of(columns, &facts, &own, &relations);
     let is_rate = |it: &Relation| matches!(it.shape, Shape::Rate { .. } | Shape::Integral);
-    let rates = relations.into_iter().filter(is_rate).collect();
+    let mut rates: Vec<Relation> = relations.into_iter().filter(is_rate).collect();
+    let likely = rates::of(columns, &groups, &rates);
+    rates.extend(likely);
     Ok(Drafted { facts, roles, groups, rates, needs: Vec::new() })
 }
 

@@ -85,7 +85,12 @@ impl Design {
     /// others again.
     fn plain(&self, shape: &Shape, numbers: Vec<f64>) -> Vec<f64> {
         let offset = match shape {
-            Shape::Polynomial(_) | Shape::Saturated | Shape::Gears(_) | Shape::Modes(_) | Shape::Norm => {
+            Shape::Polynomial(_)
+            | Shape::Saturated
+            | Shape::Table(_)
+            | Shape::Gears(_)
+            | Shape::Modes(_)
+            | Shape::Norm => {
                 return numbers;
             }
             Shape::Rate { .. } | Shape::Product(_) | Shape::Power(_) | Shape::Projected { .. } => None,

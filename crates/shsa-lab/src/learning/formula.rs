@@ -49,6 +49,11 @@ impl Writer<'_> {
                 format!("min(max({line}, {}), {})", self.constant(target, *low), self.constant(target, *high))
             }
             (Shape::Rate { window_s }, [factor]) => self.rate(target, input, *factor, *window_s),
+            (Shape::Rate { window_s }, [factor, offset]) => {
+                let mut text = self.rate(target, input, *factor, *window_s);
+                add(&mut text, *offset < 0.0, &self.constant(target, offset.abs()));
+                text
+            }
             (Shape::Power(power), [factor]) => {
                 let whole = (power.fract() == 0.0).then_some(*power as i8);
                 let of = whole.and_then(|whole| self.dimension(input)?.power(whole));
@@ -95,6 +100,7 @@ impl Writer<'_> {
                 let sign = if *factor < 0.0 { "-" } else { "" };
                 if size == "1" { format!("{sign}{product}") } else { format!("{sign}{size} * {product}") }
             }
+            (Shape::Table(arguments), numbers) => self.table(target, inputs, arguments, numbers),
             (Shape::Largest, [offset]) => self.of_two("max", target, inputs, *offset),
             (Shape::Smallest, [offset]) => self.of_two("min", target, inputs, *offset),
             (Shape::Norm, factors) => {
@@ -238,6 +244,25 @@ impl Writer<'_> {
         if is_one_source { format!("{text} * {}", (self.name)(sources[0])) } else { text }
     }
 
+    /// A table of a curve, and what a second input adds. The outer lines go on for a part of the width that was seen, as a table has no
+    /// value beyond its points.
+    fn table(&self, target: usize, inputs: &[usize], arguments: &[f64], numbers: &[f64]) -> String {
+        let [input, loads @ ..] = inputs else { return String::new() };
+        let points = continued(arguments, numbers);
+        let point = |(at, value): &(f64, f64)| {
+            format!("[{}, {}]", self.constant(*input, *at), self.constant(target, *value))
+        };
+        let points: Vec<String> = points.iter().map(point).collect();
+        let mut text = format!("table({}, {})", self.amount(*input), points.join(", "));
+        for (load, factor) in loads.iter().zip(numbers.iter().skip(arguments.len())) {
+            let size = self.factor(factor.abs(), target, self.dimension(*load));
+            let amount = self.amount(*load);
+            let term = if size == "1" { amount } else { format!("{size} * {amount}") };
+            add(&mut text, *factor < 0.0, &term);
+        }
+        text
+    }
+
     fn of_two(&self, function: &str, target: usize, inputs: &[usize], offset: f64) -> String {
         let inputs: Vec<String> = inputs.iter().map(|it| self.amount(*it)).collect();
         let mut text = format!("{function}({})", inputs.join(", "));
@@ -287,6 +312,22 @@ impl Writer<'_> {
         }
         text
     }
+}
+
+/// The points of a table, the outer ones moved outward on their lines.
+fn continued(arguments: &[f64], values: &[f64]) -> Vec<(f64, f64)> {
+    /// How far, as a share of the width.
+    const BEYOND: f64 = 0.2;
+    let mut points: Vec<(f64, f64)> = arguments.iter().copied().zip(values.iter().copied()).collect();
+    let [first, second, .., before, last] = points.as_mut_slice() else { return points };
+    let beyond = BEYOND * (last.0 - first.0);
+    let at = |one: (f64, f64), other: (f64, f64), argument: f64| {
+        let slope = (other.1 - one.1) / (other.0 - one.0);
+        (argument, one.1 + slope * (argument - one.0))
+    };
+    let ends = [at(*first, *second, first.0 - beyond), at(*before, *last, last.0 + beyond)];
+    [*first, *last] = ends;
+    points
 }
 
 fn add(text: &mut String, is_negative: bool, term: &str) {

@@ -1,5 +1,6 @@
 //! The delay between two signals.
 
+use crate::curve::Curve;
 use crate::learning::form::deviation;
 use crate::learning::shape::Shape;
 use crate::learning::signal::Seen;
@@ -8,9 +9,10 @@ use crate::learning::signal::Seen;
 const LONGEST_S: f64 = 6.0;
 const LONGEST: f64 = 0.05;
 
-/// The number of delays tried to either side, and the number of moments at which each is tried.
+/// The number of delays tried to either side, and the number of moments at which each is tried: few at first.
 const STEPS: i32 = 60;
 const MOMENTS: usize = 300;
+const FEW: usize = MOMENTS / 3;
 
 /// Rounds of the golden-section search between the neighbours of the best delay.
 const ROUNDS: usize = 25;
@@ -25,13 +27,63 @@ const SIZES: u32 = 10;
 /// Below this correlation at every delay, signals are unrelated.
 const RELATED: f64 = 0.9;
 
+fn longest_s(duration_s: f64) -> f64 {
+    LONGEST_S.min(LONGEST * duration_s)
+}
+
+/// A signal at few moments of its own and before and after each of them: for each delay its values there, with a mean of 0 and a length
+/// of 1.
+#[derive(Debug)]
+pub(crate) struct Lagged(Vec<Vec<f64>>);
+
+impl Lagged {
+    /// At the moments of the signal's clock. Time: O(delays * moments).
+    pub(crate) fn new(curve: &Curve, times: &[f64], duration_s: f64) -> Lagged {
+        let longest = longest_s(duration_s);
+        let step = longest / f64::from(STEPS);
+        let (start, end) =
+            curve.times().first().copied().zip(curve.times().last().copied()).unwrap_or((0.0, 0.0));
+        let inner: Vec<f64> =
+            times.iter().copied().filter(|it| start + longest < *it && *it < end - longest).collect();
+        let every = inner.len().div_ceil(FEW).max(1);
+        let column = |at: i32| {
+            let lag = f64::from(at) * step;
+            let value = |time: &f64| curve.read(time - lag).map_or(f64::NAN, |(value, _)| value);
+            normalised(inner.iter().step_by(every).map(value).collect())
+        };
+        Lagged((-STEPS..=STEPS).map(column).collect())
+    }
+
+    /// The correlations with another signal of the same clock, with each delay after it.
+    fn correlations(&self, other: &Lagged) -> Vec<f64> {
+        let own = &self.0[STEPS as usize];
+        let with = |column: &Vec<f64>| own.iter().zip(column).map(|(one, other)| one * other).sum();
+        other.0.iter().map(with).collect()
+    }
+}
+
+/// Values without their mean, divided by their length; zeros where all are the same.
+fn normalised(mut values: Vec<f64>) -> Vec<f64> {
+    let mean = crate::order::mean(&values);
+    values.iter_mut().for_each(|it| *it -= mean);
+    let length = values.iter().map(|it| it * it).sum::<f64>().sqrt();
+    let scale = if length > 0.0 { 1.0 / length } else { 0.0 };
+    values.iter_mut().for_each(|it| *it *= scale);
+    values
+}
+
 /// The delay of `one` after `other` in seconds, negative when it is earlier; `None` where no delay fits better than the others.
 /// Time: O(delays * moments * log n).
 pub(crate) fn lag_between(seen: &Seen<'_>, one: usize, other: usize) -> Option<f64> {
-    let longest = LONGEST_S.min(LONGEST * seen.duration_s);
+    let longest = longest_s(seen.duration_s);
     let step = longest / f64::from(STEPS);
-    let few = correlated_at(seen, one, other, longest, MOMENTS / 3);
-    let tried: Vec<f64> = (-STEPS..=STEPS).map(|at| few(f64::from(at) * step)).collect();
+    let tried: Vec<f64> = match seen.have_one_clock(one, other) {
+        true => seen.lagged[one].correlations(&seen.lagged[other]),
+        false => {
+            let few = correlated_at(seen, one, other, longest, FEW);
+            (-STEPS..=STEPS).map(|at| few(f64::from(at) * step)).collect()
+        }
+    };
     let best = (0..tried.len()).max_by(|one, next| tried[*one].total_cmp(&tried[*next]))?;
     if tried[best] < 0.9 * RELATED || best == 0 || best + 1 == tried.len() {
         return None;

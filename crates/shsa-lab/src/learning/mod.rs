@@ -15,7 +15,9 @@ mod pairs;
 mod products;
 mod gears;
 mod sums;
+mod rows;
 mod terms;
+mod tables;
 mod choice;
 mod formula;
 #[cfg(test)]
@@ -29,7 +31,7 @@ pub use shape::{Mode, Relation, Score, Shape};
 pub use signal::Signal;
 
 use crate::LabError;
-use crate::campaign::parallel::on_all_cores;
+use crate::campaign::parallel::{Progress, on_all_cores};
 use pairs::Forms;
 use signal::Seen;
 
@@ -51,24 +53,26 @@ pub struct Learned {
     pub relations: Vec<Relation>,
 }
 
-/// Finds relations. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments each; on all cores.
+/// Finds relations, and reports the progress. Equal signals give equal relations. Time: O(signals^3) in products, with bounded moments
+/// each; on all cores.
 ///
 /// # Errors
 /// When a thread panics.
-pub fn learn(signals: &[Signal]) -> Result<Learned, LabError> {
+pub fn learn(signals: &[Signal], progress: &dyn Progress) -> Result<Learned, LabError> {
     let seen = Seen::new(signals);
     let (copies, own) = own(&seen);
     let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs(&seen, &own, Forms::All)?);
+    choice.take_pairs(pairs(&seen, &own, Forms::All, progress)?);
     let is_same = |one: usize, other: usize| choice.is_same(one, other);
     let of = |at: usize| {
         let mut found = products::of(&seen, &own, own[at]);
         found.extend(gears::of(&seen, &own, own[at]));
         found.extend(sums::of(&seen, &own, own[at], &is_same));
         found.extend(terms::of(&seen, &own, own[at], &is_same));
+        found.extend(tables::of(&seen, &own, own[at], &is_same));
         found
     };
-    let larger = on_all_cores(own.len(), None, &(), "", of)?;
+    let larger = on_all_cores(own.len(), None, progress, "signals, each as a function of others", of)?;
     choice.take_larger(larger.into_iter().flatten().collect());
     Ok(Learned { copies, relations: choice.relations() })
 }
@@ -78,22 +82,36 @@ pub fn learn(signals: &[Signal]) -> Result<Learned, LabError> {
 pub(crate) fn learn_pairs(
     signals: &[Signal],
     may_relate: &dyn Fn(usize) -> bool,
+    progress: &dyn Progress,
 ) -> Result<Learned, LabError> {
     let seen = Seen::new(signals);
     let (copies, mut own) = own(&seen);
     own.retain(|signal| may_relate(*signal));
     let mut choice = choice::Choice::new(signals.len());
-    choice.take_pairs(pairs(&seen, &own, Forms::Motion)?);
+    choice.take_pairs(pairs(&seen, &own, Forms::Motion, progress)?);
     Ok(Learned { copies, relations: choice.relations() })
 }
 
 /// The best relation of each pair of some signals.
-fn pairs(seen: &Seen<'_>, signals: &[usize], forms: Forms) -> Result<Vec<Relation>, LabError> {
-    let later = |at: usize| -> Vec<Relation> {
-        let others = signals[at + 1..].iter();
-        others.filter_map(|other| pairs::of(seen, signals[at], *other, forms)).collect()
+fn pairs(
+    seen: &Seen<'_>,
+    signals: &[usize],
+    forms: Forms,
+    progress: &dyn Progress,
+) -> Result<Vec<Relation>, LabError> {
+    let later = |at: usize| {
+        let others = signals.get(at + 1..).unwrap_or_default().iter();
+        others.filter_map(move |other| pairs::of(seen, signals[at], *other, forms))
     };
-    Ok(on_all_cores(signals.len(), None, &(), "", later)?.into_iter().flatten().collect())
+    // One from the beginning has many others after it and one from the end has few: both together are steps of one size.
+    let (count, steps) = (signals.len(), signals.len().div_ceil(2));
+    let step = |at: usize| -> (Vec<Relation>, Vec<Relation>) {
+        let last = count - 1 - at;
+        (later(at).collect(), if last == at { Vec::new() } else { later(last).collect() })
+    };
+    let found = on_all_cores(steps, None, progress, "pairs of signals, each with all others", step)?;
+    let (early, late): (Vec<_>, Vec<_>) = found.into_iter().unzip();
+    Ok(early.into_iter().chain(late.into_iter().rev()).flatten().collect())
 }
 
 /// The best relation of two signals, if there is any.
@@ -113,10 +131,11 @@ fn own(seen: &Seen<'_>) -> (Vec<Copied>, Vec<usize>) {
     (copies, own)
 }
 
-/// What 99.9 % of the errors of a relation do not exceed, in the unit of the left side of its formula.
+/// What 99.9 % of the errors of each relation do not exceed, in the unit of the left side of its formula.
 #[must_use]
-pub fn tolerance(signals: &[Signal], relation: &Relation) -> f64 {
-    form::tolerance(&Seen::new(signals), relation)
+pub fn tolerances(signals: &[Signal], relations: &[Relation]) -> Vec<f64> {
+    let seen = Seen::new(signals);
+    relations.iter().map(|relation| form::tolerance(&seen, relation)).collect()
 }
 
 /// The unexplained share of a relation in another recording of the same signals, with its constants kept and its offset fitted

@@ -3,6 +3,7 @@
 use crate::curve::Curve;
 use crate::learning::shape::Shape;
 use crate::learning::signal::Seen;
+use crate::learning::tables::between;
 
 /// The terms of one form over some inputs.
 pub(crate) struct Regressors<'s> {
@@ -54,6 +55,11 @@ impl<'s> Regressors<'s> {
                 vec![value(first)? * if *is_sine { angle.sin() } else { angle.cos() }]
             }
             Shape::Saturated => vec![value(first)?, 1.0],
+            Shape::Table(arguments) => {
+                let load = self.inputs.get(1).map(|input| value(*input).ok_or(()));
+                let load = load.transpose().ok()?;
+                between(arguments, value(first)?).into_iter().chain(load).collect()
+            }
             Shape::Mean { window_s } => vec![curve.at(time - window_s, time)?, 1.0],
             Shape::Follower { .. } => vec![self.followed.as_ref()?.read(time)?.0, 1.0],
             Shape::Rate { window_s } => {

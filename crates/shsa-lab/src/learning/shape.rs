@@ -29,6 +29,9 @@ pub enum Shape {
     },
     /// `n0 x + n1`, limited to `n2` below and `n3` above.
     Saturated,
+    /// The lines between the values `n_i` that the target has at these values of the first input, and beyond the outer ones; `+ n`
+    /// times the second input, where there is one.
+    Table(Vec<f64>),
     /// `n0` times the mean of x over a window, `+ n1`.
     Mean {
         /// The window in seconds.
@@ -86,6 +89,7 @@ impl Shape {
             Shape::Absolute => "absolute",
             Shape::Projected { .. } => "projection",
             Shape::Saturated => "saturation",
+            Shape::Table(_) => "table",
             Shape::Mean { .. } => "mean",
             Shape::Rate { .. } => "derivative",
             Shape::Integral => "integral",
@@ -158,7 +162,7 @@ impl Relation {
         all
     }
 
-    /// Whether only the recording is evidence for the relation: a line or a curve between quantities of different kinds, unless
+    /// Whether only the recording is evidence for the relation: a line or a curve between two quantities of different kinds, unless
     /// it is a radius that turns an angle into a length.
     #[must_use]
     pub fn is_statistical(&self, signals: &[Signal]) -> bool {
@@ -174,6 +178,7 @@ impl Relation {
             self.shape,
             Shape::Line { .. } | Shape::Polynomial(_) | Shape::Power(_) | Shape::Absolute | Shape::Saturated
         );
+        let is_curve = is_curve || matches!(self.shape, Shape::Table(_)) && self.inputs.len() == 1;
         is_curve && !self.inputs.iter().all(|input| has_ground(*input))
     }
 }

@@ -1,6 +1,7 @@
 //! The recorded signals, and all of them at the moments of each.
 
 use crate::curve::Curve;
+use crate::learning::lag::Lagged;
 use shsa_core::unit::{Dimension, Unit};
 
 /// The most moments at which relations are searched, taken evenly.
@@ -65,6 +66,8 @@ pub(crate) struct Seen<'s> {
     pub(crate) clocks: Vec<Clock>,
     /// The clock of each signal.
     clock_of: Vec<usize>,
+    /// Each signal with delays, by its clock.
+    pub(crate) lagged: Vec<Lagged>,
     /// The time from the first to the last moment, in seconds.
     pub(crate) duration_s: f64,
 }
@@ -78,10 +81,19 @@ impl<'s> Seen<'s> {
             (lo.min(*first), hi.max(*last))
         });
         let mut keepers: Vec<usize> = Vec::new();
-        let clock_of = (0..signals.len()).map(|signal| clock_of(&curves, &mut keepers, signal)).collect();
+        let clock_of: Vec<usize> =
+            (0..signals.len()).map(|signal| clock_of(&curves, &mut keepers, signal)).collect();
         let clock = |keeper: &usize| Clock::new(&curves, *keeper, start, end);
-        let clocks = keepers.iter().map(clock).collect();
-        Seen { signals, clocks, clock_of, duration_s: (end - start).max(0.0), curves }
+        let clocks: Vec<Clock> = keepers.iter().map(clock).collect();
+        let duration_s = (end - start).max(0.0);
+        let lagged = |(curve, clock): (&Curve, &usize)| Lagged::new(curve, &clocks[*clock].times, duration_s);
+        let lagged = curves.iter().zip(&clock_of).map(lagged).collect();
+        Seen { signals, clocks, clock_of, lagged, duration_s, curves }
+    }
+
+    /// Whether two signals have their values at the same moments.
+    pub(crate) fn have_one_clock(&self, one: usize, other: usize) -> bool {
+        self.clock_of[one] == self.clock_of[other]
     }
 
     /// The clock of the slowest of some signals.

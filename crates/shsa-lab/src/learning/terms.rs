@@ -3,10 +3,10 @@
 
 use crate::learning::form::{Design, deviation, fit, root_mean_square};
 use crate::learning::gears::{WITH_CHANGES, levels};
-use crate::learning::least_squares::solve;
 use crate::learning::pairs::TRENDING;
+use crate::learning::rows::Rows;
 use crate::learning::shape::{Mode, Relation, Shape};
-use crate::learning::signal::{Part, Seen};
+use crate::learning::signal::Seen;
 use crate::learning::{BEATS_TIME, MOST_UNEXPLAINED};
 use shsa_core::unit::Dimension;
 
@@ -90,8 +90,8 @@ fn times(seen: &Seen<'_>, one: usize, other: usize, power: i8) -> Option<Dimensi
 /// Sums of two terms, or of a product and a constant: the best of each set of signals.
 fn two_terms(seen: &Seen<'_>, target: usize, others: &[usize]) -> Option<Relation> {
     let terms = terms(seen, target, others);
-    let rows = Rows::new(seen, target, others)?;
-    let columns: Vec<Vec<f64>> = terms.iter().map(|term| rows.of(term)).collect();
+    let rows = Rows::new(seen, target, others, MOMENTS)?;
+    let columns: Vec<Vec<f64>> = terms.iter().map(|term| rows.of(&term.powers)).collect();
     let kept = rows.nearest(&columns, MOST_TERMS);
     let mut rated: Vec<(f64, Vec<usize>)> = Vec::new();
     for (at, &one) in kept.iter().enumerate() {
@@ -159,7 +159,8 @@ fn products_of_three(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Re
     let Some(own) = seen.dimension(target).filter(|_| !is_point(seen, target)) else { return Vec::new() };
     let others: Vec<usize> =
         others.iter().copied().filter(|it| !is_point(seen, *it) && seen.dimension(*it).is_some()).collect();
-    let Some(rows) = Rows::new(seen, target, &others).filter(|_| others.len() <= MOST_OF_THREE) else {
+    let Some(rows) = Rows::new(seen, target, &others, MOMENTS).filter(|_| others.len() <= MOST_OF_THREE)
+    else {
         return Vec::new();
     };
     let mut found = Vec::new();
@@ -180,8 +181,7 @@ fn products_of_three(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Re
                     if cancels() {
                         continue;
                     }
-                    let term = Term { powers, has_unit: false };
-                    if dimension != Some(own) || !rows.is_multiple(&rows.of(&term)) {
+                    if dimension != Some(own) || !rows.is_multiple(&rows.of(&powers), PROMISING) {
                         continue;
                     }
                     found.extend(
@@ -198,7 +198,7 @@ fn products_of_three(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Re
 /// The larger, the smaller, and the length of two.
 fn of_two(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
     let alike: Vec<usize> = others.iter().copied().filter(|it| seen.is_addable(*it, target)).collect();
-    let Some(rows) = Rows::new(seen, target, &alike) else { return Vec::new() };
+    let Some(rows) = Rows::new(seen, target, &alike, MOMENTS) else { return Vec::new() };
     let columns: Vec<Vec<f64>> = alike.iter().map(|it| rows.value(*it).to_vec()).collect();
     let alike: Vec<usize> = rows.nearest(&columns, MOST_OF_TWO).into_iter().map(|it| alike[it]).collect();
     let mut found = Vec::new();
@@ -234,12 +234,12 @@ fn projections(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation
     let mut found = Vec::new();
     for &angle in others.iter().filter(|it| is_angle(it)) {
         for length in lengths().filter(|it| *it != angle) {
-            let Some(rows) = Rows::new(seen, target, &[length, angle]) else { continue };
+            let Some(rows) = Rows::new(seen, target, &[length, angle], MOMENTS) else { continue };
             for is_sine in [false, true] {
                 let of = |length: f64, angle: f64| length * if is_sine { angle.sin() } else { angle.cos() };
                 let pairs = rows.value(length).iter().zip(rows.value(angle));
                 let column: Vec<f64> = pairs.map(|(length, angle)| of(*length, *angle)).collect();
-                if rows.is_multiple(&column) {
+                if rows.is_multiple(&column, PROMISING) {
                     let shape = Shape::Projected { is_sine };
                     found.extend(
                         fit(seen, target, &[length, angle], &shape)
@@ -314,85 +314,4 @@ fn left_at(seen: &Seen<'_>, target: usize, input: usize, chooser: usize, level: 
     left.truncate(left.len() * 9 / 10);
     let moves = deviation(rows.iter().map(|it| it.0));
     (rows.len() >= 20 && moves > 0.0).then(|| root_mean_square(&left) / moves)
-}
-
-/// The target and the other signals at some moments of the slowest of them.
-struct Rows {
-    target: Vec<f64>,
-    values: Vec<(usize, Vec<f64>)>,
-    moves: f64,
-}
-
-impl Rows {
-    fn new(seen: &Seen<'_>, target: usize, others: &[usize]) -> Option<Rows> {
-        let clock = seen.slowest(others.iter().copied().chain([target]));
-        let is_known = |row: &usize| {
-            clock.parts[*row] != Part::Unseen
-                && others
-                    .iter()
-                    .chain([&target])
-                    .all(|it| clock.values[*it].get(*row).is_some_and(|it| it.is_finite()))
-        };
-        let rows: Vec<usize> = (0..clock.times.len()).filter(is_known).collect();
-        let every = rows.len().div_ceil(MOMENTS).max(1);
-        let rows: Vec<usize> = rows.into_iter().step_by(every).collect();
-        let of = |signal: usize| rows.iter().map(|row| clock.values[signal][*row]).collect::<Vec<f64>>();
-        let target = of(target);
-        let moves = deviation(target.iter().copied());
-        let values = others.iter().map(|it| (*it, of(*it))).collect();
-        (rows.len() >= 20 && moves > 0.0).then_some(Rows { target, values, moves })
-    }
-
-    fn value(&self, signal: usize) -> &[f64] {
-        self.values.iter().find(|it| it.0 == signal).map_or(&[], |it| &it.1)
-    }
-
-    fn of(&self, term: &Term) -> Vec<f64> {
-        let mut product = vec![1.0; self.target.len()];
-        for (signal, power) in &term.powers {
-            let value = self.value(*signal);
-            product.iter_mut().zip(value).for_each(|(product, it)| *product *= it.powi(i32::from(*power)));
-        }
-        product
-    }
-
-    /// The share that these columns and a constant leave.
-    fn left(&self, columns: &[Vec<f64>], chosen: &[usize]) -> f64 {
-        let ones = vec![1.0; self.target.len()];
-        let used: Vec<Vec<f64>> = chosen.iter().map(|it| columns[*it].clone()).chain([ones]).collect();
-        let Some(numbers) = solve(&used, &self.target, |_| true) else { return f64::INFINITY };
-        let predicted =
-            |row: usize| used.iter().zip(&numbers).map(|(it, number)| it[row] * number).sum::<f64>();
-        let left: Vec<f64> = (0..self.target.len()).map(|row| self.target[row] - predicted(row)).collect();
-        root_mean_square(&left) / self.moves
-    }
-
-    /// The columns that alone leave least, in their order.
-    fn nearest(&self, columns: &[Vec<f64>], most: usize) -> Vec<usize> {
-        let mut rated: Vec<(f64, usize)> =
-            (0..columns.len()).map(|it| (self.left(columns, &[it]), it)).collect();
-        rated.sort_by(|one, other| one.0.total_cmp(&other.0));
-        rated.truncate(most);
-        let mut kept: Vec<usize> = rated.into_iter().map(|it| it.1).collect();
-        kept.sort_unstable();
-        kept
-    }
-
-    /// Whether the target is nearly a multiple of a column.
-    fn is_multiple(&self, column: &[f64]) -> bool {
-        let (together, size) = self
-            .target
-            .iter()
-            .zip(column)
-            .fold((0.0, 0.0), |(together, size), (own, it)| (together + own * it, size + it * it));
-        let left = self.target.iter().zip(column).map(|(own, it)| (own - together / size * it).powi(2));
-        (left.sum::<f64>() / self.target.len() as f64).sqrt() < PROMISING * self.moves
-    }
-
-    /// The spread of the target's differences from a function of two, as a share.
-    fn apart(&self, one: usize, other: usize, of: fn(f64, f64) -> f64) -> f64 {
-        let pairs = self.value(one).iter().zip(self.value(other));
-        let apart = self.target.iter().zip(pairs).map(|(own, (one, other))| own - of(*one, *other));
-        deviation(apart) / self.moves
-    }
 }

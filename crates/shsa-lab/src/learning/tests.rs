@@ -26,7 +26,7 @@ fn signal(name: &str, unit: &str, noise: f64, value: impl Fn(f64) -> f64) -> Sig
 
 #[track_caller]
 fn check(signals: &[Signal], expected: &[&str]) {
-    let learned = learn(signals).unwrap();
+    let learned = learn(signals, &()).unwrap();
     let name = |signal: usize| signals[signal].name.clone();
     let copies = learned.copies.iter().map(|it| format!("{} is a copy of {}", name(it.signal), name(it.of)));
     let relations = learned.relations.iter().map(|it| formula(signals, it, &name));
@@ -70,7 +70,7 @@ fn a_sum_has_the_terms_that_it_is_made_of() {
         signal("three", "A", 0.01, |time| wave(3, time)),
         signal("four", "A", 0.01, |time| wave(4, time)),
     ];
-    let learned = learn(&signals).unwrap();
+    let learned = learn(&signals, &()).unwrap();
     let found: Vec<Vec<usize>> = learned.relations.iter().map(super::Relation::signals).collect();
     assert_eq!(found, [[0, 1, 2, 3]]);
 }
@@ -79,9 +79,11 @@ fn a_sum_has_the_terms_that_it_is_made_of() {
 fn rates_saturations_and_gears() {
     let way = |time: f64| 50.0 + 20.0 * wave(1, time);
     let speed = move |time: f64| (way(time + 1e-3) - way(time - 1e-3)) / 2e-3;
-    let found =
-        learn(&[signal("way", "m", 0.01, way), signal("speed", "km/h", 0.01, move |time| 3.6 * speed(time))])
-            .unwrap();
+    let found = learn(
+        &[signal("way", "m", 0.01, way), signal("speed", "km/h", 0.01, move |time| 3.6 * speed(time))],
+        &(),
+    )
+    .unwrap();
     assert!(
         matches!(found.relations[..], [super::Relation { shape: super::Shape::Rate { .. }, .. }]),
         "{found:?}"
@@ -134,7 +136,8 @@ fn a_follower_a_larger_one_and_a_mode() {
         })
         .collect();
     let slow = move |time: f64| followed[((time / step).round() as usize).min(followed.len() - 1)];
-    let found = learn(&[signal("fast", "degC", 0.01, fast), signal("slow", "degC", 0.01, slow)]).unwrap();
+    let found =
+        learn(&[signal("fast", "degC", 0.01, fast), signal("slow", "degC", 0.01, slow)], &()).unwrap();
     let [relation] = &found.relations[..] else { panic!("{found:?}") };
     assert!(
         matches!(relation.shape, super::Shape::Follower { tau_s } if (tau_s - 4.0).abs() < 0.2),
@@ -194,4 +197,24 @@ fn two_terms_a_projection_and_a_power() {
 fn two_trends_are_on_a_line_by_chance() {
     let road = |number: u32, slope: f64| move |time: f64| slope * time + 0.5 * wave(number, time);
     check(&[signal("north", "m", 0.001, road(1, 0.1)), signal("east", "m", 0.001, road(2, 0.05))], &[]);
+}
+
+#[test]
+fn a_curve_under_a_load_is_a_table() {
+    let charge = |time: f64| 15.0 + 6.0 * wave(1, time);
+    let current = |time: f64| 12.0 * wave(2, time);
+    // An open-circuit voltage: steep at first, nearly flat after it, a bit steeper at last.
+    let open = |charge: f64| {
+        3.9 + 0.12 * (charge - 10.0).min(0.0) + 0.02 * (charge - 10.0) + 0.05 * (charge - 20.0).max(0.0)
+    };
+    let signals = [
+        signal("voltage", "V", 0.002, move |time| open(charge(time)) + 0.01 * current(time)),
+        signal("charge", "Ah", 0.01, charge),
+        signal("current", "A", 0.02, current),
+    ];
+    let learned = learn(&signals, &()).unwrap();
+    let name = |signal: usize| signals[signal].name.clone();
+    let found: Vec<String> = learned.relations.iter().map(|it| formula(&signals, it, &name)).collect();
+    let [found] = &*found else { panic!("{found:?}") };
+    assert!(found.starts_with("voltage = table(charge, [") && found.ends_with(" * current"), "{found}");
 }

@@ -1,5 +1,6 @@
 //! Relations as entries of a model: formula, tolerance, where it was seen to hold, and what it adds.
 
+mod series;
 mod subject;
 mod serving;
 
@@ -7,7 +8,9 @@ pub use serving::Serving;
 pub use subject::Subject;
 
 use crate::LabError;
-use crate::learning::{Learned, Relation, Shape, Signal, formula, tolerance};
+use crate::campaign::Progress;
+use crate::campaign::parallel::on_all_cores;
+use crate::learning::{Learned, Relation, Shape, Signal, formula, tolerances};
 use crate::naming::{number, unique};
 use shsa_core::analysis::{Options, analyze};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
@@ -67,27 +70,30 @@ pub struct Proposals {
 }
 
 impl Proposals {
-    /// Tries each relation in the model.
+    /// Tries each relation in the model, and reports the progress.
     ///
     /// # Errors
     /// When the model cannot be loaded again.
-    pub fn new(subject: &Subject, learned: &Learned) -> Result<Proposals, LabError> {
+    pub fn new(subject: &Subject, learned: &Learned, progress: &dyn Progress) -> Result<Proposals, LabError> {
         let mut taken = BTreeSet::new();
         let is_known = |relation: &Relation| {
             let own: BTreeSet<String> =
                 relation.signals().iter().map(|it| subject.signals[*it].name.clone()).collect();
-            subject.known.contains(&own)
+            subject.knows(&own)
         };
-        let mut all: Vec<Proposal> = learned
-            .relations
-            .iter()
-            .filter(|it| !is_known(it))
-            .map(|it| proposal(&subject.signals, it, &mut taken))
-            .collect();
+        let relations: Vec<Relation> = learned.relations.iter().filter(|it| !is_known(it)).cloned().collect();
+        let errors = tolerances(&subject.signals, &relations);
+        let with_error = relations.iter().zip(errors);
+        let mut all: Vec<Proposal> =
+            with_error.map(|(it, error)| proposal(&subject.signals, it, error, &mut taken)).collect();
         let before = worth(changed(subject, "")?.knowledge());
-        for proposal in &mut all {
-            match changed(subject, &format!("relations:\n{}", proposal.entry())) {
-                Ok(live) => proposal.worth = worth(live.knowledge()),
+        let tried = |at: usize| {
+            changed(subject, &format!("relations:\n{}", all[at].entry())).map(|live| worth(live.knowledge()))
+        };
+        let tried = on_all_cores(all.len(), None, progress, "relations, each tried in the model", tried)?;
+        for (proposal, tried) in all.iter_mut().zip(tried) {
+            match tried {
+                Ok(worth) => proposal.worth = worth,
                 Err(error) => proposal.refusal = Some(error.to_string()),
             }
         }
@@ -117,7 +123,7 @@ impl Proposal {
     }
 }
 
-fn proposal(signals: &[Signal], relation: &Relation, taken: &mut BTreeSet<String>) -> Proposal {
+fn proposal(signals: &[Signal], relation: &Relation, error: f64, taken: &mut BTreeSet<String>) -> Proposal {
     let name = |signal: usize| signals[signal].name.clone();
     let equation = formula(signals, relation, &name);
     let left = equation.split(" = ").next().unwrap_or_default().to_owned();
@@ -132,7 +138,7 @@ fn proposal(signals: &[Signal], relation: &Relation, taken: &mut BTreeSet<String
     let seen = relation.signals().into_iter().filter_map(|it| seen(&signals[it])).collect();
     Proposal {
         name: unique(&text, taken),
-        error: tolerance(signals, relation),
+        error,
         kind: relation.shape.kind(),
         is_statistical: relation.is_statistical(signals),
         directions,

@@ -1,11 +1,12 @@
 //! What is learned from: one series for each variable of a model, or of the draft of a model.
 
 use crate::LabError;
+use crate::campaign::Progress;
 use crate::drafting::{Columns, Role, draft, model_text, variable_names};
 use crate::learning::Signal;
 use crate::naming::number;
-use shsa_core::knowledge::{KnowledgeBase, Relation, SignalId, VariableId};
-use shsa_core::observation::RawValue;
+use crate::proposal::series::{computed, measured};
+use shsa_core::knowledge::{KnowledgeBase, Relation, VariableId};
 use shsa_format::model::live::Written;
 use shsa_format::recording::Recording;
 use std::collections::BTreeSet;
@@ -23,6 +24,8 @@ pub struct Subject {
     pub equal: Vec<String>,
     /// The variables of each relation that the model has.
     pub known: Vec<BTreeSet<String>>,
+    /// Variables that no signal measures, each with the variables from which it is computed.
+    pub rests_on: Vec<(String, BTreeSet<String>)>,
     /// Whether a part of the recording is lost.
     pub degraded: bool,
 }
@@ -32,8 +35,8 @@ impl Subject {
     ///
     /// # Errors
     /// When a thread panics.
-    pub fn of_draft(read: &Columns, recordings: &str) -> Result<Subject, LabError> {
-        let drafted = draft(&read.columns)?;
+    pub fn of_draft(read: &Columns, recordings: &str, progress: &dyn Progress) -> Result<Subject, LabError> {
+        let drafted = draft(&read.columns, progress)?;
         let names = variable_names(read, &drafted);
         let mut signals = Vec::new();
         let mut equal = Vec::new();
@@ -61,29 +64,19 @@ impl Subject {
             }
         }
         let text = model_text(read, &drafted, recordings);
-        let (model, known) = ("the draft".to_owned(), Vec::new());
-        Ok(Subject { signals, model, text, equal, known, degraded: read.degraded })
+        let (model, known, rests_on) = ("the draft".to_owned(), Vec::new(), Vec::new());
+        Ok(Subject { signals, model, text, equal, known, rests_on, degraded: read.degraded })
     }
 
-    /// The variables of a model, each by its fastest recorded signal that is derived from no other. `wanted` of the recording are the
-    /// signals that are measured, in the order of the model.
+    /// The variables of a model, each by its fastest recorded signal that is derived from no other; one that no signal measures, by its
+    /// best substitution. `wanted` of the recording are the signals that are measured, in the order of the model.
     #[must_use]
     pub fn of_model(model: Written<'_>, knowledge: &KnowledgeBase, recording: &Recording) -> Subject {
-        let measured: Vec<SignalId> =
-            knowledge.signals().ids().filter(|it| !knowledge.is_computed(*it)).collect();
-        let mut series = series(knowledge, &measured, recording);
-        let mut signals = Vec::new();
-        for (variable, name) in knowledge.variables().enumerate().map(|(id, it)| (id, &it.name)) {
-            let of = |at: &usize| {
-                let signal = &knowledge.signals()[measured[*at]];
-                signal.variable == variable && signal.derived_from.is_empty()
-            };
-            let best = (0..measured.len()).filter(of).max_by_key(|at| series[*at].len());
-            if let Some(points) = best.map(|at| std::mem::take(&mut series[at])) {
-                let unit = knowledge.variables()[variable].unit.clone();
-                signals.push(Signal { name: name.clone(), unit, points });
-            }
-        }
+        let mut signals = measured(knowledge, recording);
+        let computed = computed(knowledge, recording);
+        let rests_on: Vec<(String, BTreeSet<String>)> =
+            computed.iter().map(|it| (it.signal.name.clone(), it.rests_on.clone())).collect();
+        signals.extend(computed.into_iter().map(|it| it.signal));
         let relation = |it: &Relation| {
             let is_measurable = |id: &&VariableId| knowledge.variables()[**id].constant.is_none();
             let members = it.inputs.iter().chain(&it.outputs).filter(is_measurable);
@@ -91,36 +84,14 @@ impl Subject {
         };
         let known = knowledge.relations().iter().map(relation).collect();
         let (text, degraded) = (model.text.to_owned(), recording.degraded);
-        Subject { signals, model: model.name.to_owned(), text, equal: Vec::new(), known, degraded }
+        Subject { signals, model: model.name.to_owned(), text, equal: Vec::new(), known, rests_on, degraded }
     }
-}
 
-/// The values of each signal in the unit of its variable, at the moments at which they were measured; sessions follow each
-/// other.
-fn series(knowledge: &KnowledgeBase, measured: &[SignalId], recording: &Recording) -> Vec<Vec<(f64, f64)>> {
-    let mut series = vec![Vec::new(); measured.len()];
-    let mut shift_s = 0.0;
-    for (_, samples) in recording.by_session() {
-        let Some(first) = samples.first().map(|it| it.time) else { continue };
-        let mut last_s: f64 = shift_s;
-        for sample in samples {
-            let (RawValue::Number(reading), Some(id)) = (&sample.value, measured.get(sample.wanted)) else {
-                continue;
-            };
-            let signal = &knowledge.signals()[*id];
-            let time_s = (sample.time - first - signal.delay).seconds() + shift_s;
-            last_s = last_s.max(time_s);
-            series[sample.wanted].push((time_s, in_unit_of_variable(knowledge, *id, *reading)));
-        }
-        shift_s = last_s + 1.0;
+    /// Whether the model has a relation of these variables, or computes one of them from the others.
+    pub(crate) fn knows(&self, variables: &BTreeSet<String>) -> bool {
+        let is_computed = |(variable, from): &(String, BTreeSet<String>)| {
+            variables.contains(variable) && variables.iter().all(|it| it == variable || from.contains(it))
+        };
+        self.known.contains(variables) || self.rests_on.iter().any(is_computed)
     }
-    series
-}
-
-fn in_unit_of_variable(knowledge: &KnowledgeBase, id: SignalId, reading: f64) -> f64 {
-    let signal = &knowledge.signals()[id];
-    let value = signal.scaling.map_or(reading, |scaling| scaling.value(reading));
-    let own = signal.unit.as_ref().map_or(value, |unit| unit.to_si(value));
-    let unit = knowledge.variables()[signal.variable].unit.as_ref();
-    unit.map_or(own, |unit| (own - unit.offset) / unit.scale)
 }

@@ -70,7 +70,7 @@ pub(super) fn compare(recorded: &Recorded, compared: &mut Compared) -> anyhow::R
         let signals = record::signals(system, 0)?;
         let days = [record::signals(system, 1)?, record::signals(system, 2)?];
         let mut found: Vec<BTreeSet<String>> = Vec::new();
-        for relation in learn(&signals)?.relations {
+        for relation in learn(&signals, &())?.relations {
             let text = formula(&signals, &relation, &|signal| signals[signal].name.clone());
             let left = days.iter().map(|day| share_elsewhere(day, &relation).unwrap_or(f64::INFINITY));
             let left = left.fold(0.0, f64::max);
