@@ -8,6 +8,7 @@ mod in_loop;
 mod alignment;
 mod charge;
 mod day;
+mod learning;
 mod live;
 mod monitor;
 mod navigation;
@@ -36,6 +37,8 @@ enum Command {
     Charge(charge::Arguments),
     /// How long a day of data takes, and how much memory.
     Day(day::Arguments),
+    /// How long drafts and relations of many signals take, and how much memory.
+    Learning(learning::Arguments),
     /// What healing costs on the wire: the gate, reactions, throughput, an hour of soak.
     Live(live::Arguments),
     /// What the monitor costs for each observation.
@@ -86,6 +89,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Alignment(arguments) => alignment::run(arguments),
         Command::Charge(arguments) => charge::run(arguments),
         Command::Day(arguments) => day::run(arguments),
+        Command::Learning(arguments) => learning::run(arguments),
         Command::Live(arguments) => live::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
         Command::Navigation(arguments) => navigation::run(arguments),

@@ -3,17 +3,15 @@
 mod data;
 mod report;
 
-use super::processor::memory_bytes;
 use crate::Outcome;
-use anyhow::{Context, bail};
+use crate::program::{Watched, shsa, watch};
+use anyhow::Context;
 use data::Shape;
 use serde_json::{Value, json};
 use std::fs::{self, File};
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
-use std::process::{Command, Stdio};
-use std::thread;
-use std::time::{Duration, Instant};
+use std::process::Command;
 
 /// Arguments of `shsa-bench day`.
 #[derive(clap::Args)]
@@ -38,9 +36,6 @@ pub(crate) struct Arguments {
     #[arg(long)]
     json: bool,
 }
-
-/// Time between two readings of the memory.
-const LOOK_EVERY: Duration = Duration::from_millis(20);
 
 fn hours(text: &str) -> Result<f64, String> {
     let hours: f64 = text.parse().map_err(|_| format!("'{text}' is no number of hours"))?;
@@ -132,30 +127,12 @@ fn measure(folder: &Path, shape: Shape) -> anyhow::Result<Measured> {
 
 /// Replays in another process and records its memory until it ends.
 fn replay(folder: &Path, model: &Path, table: &Path) -> anyhow::Result<Replayed> {
-    let program = crate::program::shsa()?;
     // Standard output goes to a file: nobody reads a pipe while the process is watched, and a full pipe would block it.
     let report_path = folder.join("report.json");
-    let mut command = Command::new(program);
+    let mut command = Command::new(shsa()?);
     command.arg("replay").args([model, table]).args(["--json", "--stream"]);
-    command.stdout(File::create(&report_path)?).stderr(Stdio::inherit());
-    let began = Instant::now();
-    let mut child = command.spawn().context("cannot start shsa")?;
-    let who = child.id().to_string();
-    let mut memory = Vec::new();
-    let ended = loop {
-        if let Some(ended) = child.try_wait()? {
-            break ended;
-        }
-        memory.push((began.elapsed().as_secs_f64(), memory_bytes(&who, "VmRSS")));
-        thread::sleep(LOOK_EVERY);
-    };
-    let seconds = began.elapsed().as_secs_f64();
-    if !ended.success() {
-        bail!("the replay ended with {ended}");
-    }
+    let Watched { seconds, memory, .. } = watch(command.stdout(File::create(&report_path)?))?;
     let report =
         serde_json::from_str(&fs::read_to_string(&report_path)?).context("the replay said something else")?;
-    // A process that has just ended reports no memory.
-    memory.retain(|(_, bytes)| *bytes > 0.0);
     Ok(Replayed { seconds, memory, report })
 }

@@ -61,6 +61,19 @@ fn day_replays_what_it_writes_and_removes_it() {
     assert!(read("day-memory.svg").starts_with("<svg"));
 }
 
+#[test]
+fn learning_drafts_and_learns_from_what_it_writes() {
+    crate::with_shsa();
+    let folder = Folder::new();
+    let ended = folder.ends("learning --signals 8 --seconds 300 --rate 4 --json", 0);
+    let found: Vec<serde_json::Value> =
+        ended.stdout.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
+    let commands: Vec<_> = found.iter().map(|it| it["command"].as_str().unwrap()).collect();
+    assert_eq!(commands, ["draft", "learn"]);
+    assert!(found.iter().all(|it| it["found"].as_u64() > Some(0)), "{found:?}");
+    assert!(found.iter().all(|it| it["peak_bytes"].as_f64() > Some(0.0)), "{found:?}");
+}
+
 /// The most runs of a measurement in real time.
 const ATTEMPTS: usize = 5;
 
