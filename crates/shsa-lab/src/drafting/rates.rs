@@ -20,7 +20,8 @@ const FAIR: f64 = 0.4;
 /// How far from 1 the factor between the target and the rate in one unit may be, to either side.
 const LEAST_FACTOR: f64 = 0.6;
 
-/// The rates among the first columns of groups that are not known yet: pairs whose units say so, with a factor near to 1 or to -1.
+/// The rates among the first columns of groups, of those in no known relation: pairs whose units say so, with a factor near to 1 or
+/// to -1.
 ///
 /// Time: O(pairs of such units), with bounded moments each.
 pub(super) fn of(columns: &[Column], groups: &[Group], known: &[Relation]) -> Vec<Relation> {
@@ -30,12 +31,10 @@ pub(super) fn of(columns: &[Column], groups: &[Group], known: &[Relation]) -> Ve
         let rate = dimension(input).and_then(|it| it.over(Dimension::TIME));
         rate.is_some() && rate == dimension(target)
     };
-    let is_known = |one: usize, other: usize| {
-        known.iter().any(|it| it.signals().contains(&one) && it.signals().contains(&other))
-    };
+    let is_known = |target: &&usize| known.iter().any(|it| it.signals().contains(target));
     let mut found = Vec::new();
-    for &target in &first {
-        for &input in first.iter().filter(|it| is_rate(target, **it) && !is_known(target, **it)) {
+    for &target in first.iter().filter(|it| !is_known(it)) {
+        for &input in first.iter().filter(|it| is_rate(target, **it)) {
             found.extend(rate(columns, target, input));
         }
     }

@@ -16,7 +16,7 @@ const PROMISING: f64 = 1.5 * MOST_UNEXPLAINED;
 const CURVED: f64 = 0.6;
 
 /// The share of the error of any simpler relation of the same signals that is left at most.
-const NEEDED: f64 = 0.4;
+const NEEDED: f64 = 0.5;
 
 /// The parts into which a signal is divided for a first curve, and the places at which a point of a curve is tried.
 const PARTS: usize = 8;
