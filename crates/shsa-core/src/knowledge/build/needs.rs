@@ -8,8 +8,8 @@ use crate::knowledge::draft::{NeedDraft, Place, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::rows::Rows;
 use crate::knowledge::{
-    ISOLATIONS, Id, IdVec, KnowledgeBase, Need, NeedId, Signal, SignalId, Switching, VariableId, WhenUnsure,
-    integrity_level,
+    ISOLATIONS, Id, IdVec, KnowledgeBase, Need, NeedId, RelationId, Signal, SignalId, Switching, VariableId,
+    WhenUnsure, integrity_level,
 };
 use crate::time::Span;
 use alloc::collections::{BTreeMap, BTreeSet};
@@ -94,7 +94,7 @@ pub(super) fn check_providable(
     knowledge: &KnowledgeBase,
     undecided: &BTreeSet<VariableId>,
 ) {
-    let known = providable(knowledge, undecided);
+    let known = providable(knowledge, undecided, None);
     for Needed { at, variable } in needed {
         let name = &knowledge.variables()[*variable].name;
         if knowledge.learned().iter().any(|it| it.variable == *variable) {
@@ -116,8 +116,9 @@ pub(super) fn check_fitted(
     knowledge: &KnowledgeBase,
     undecided: &BTreeSet<VariableId>,
 ) {
-    let known = providable(knowledge, undecided);
     for Learning { name, variable, relation } in learning {
+        // What only this relation provides rests on the learned variable itself.
+        let known = providable(knowledge, undecided, Some(*relation));
         let fitted =
             knowledge.learned().iter().find(|it| (it.variable, it.relation) == (*variable, *relation));
         let symbols = fitted.map(|it| it.formula.symbols()).unwrap_or_default();
@@ -134,13 +135,20 @@ pub(super) fn check_fitted(
     }
 }
 
-/// The variables that are provided, given, or computable from these: the least fixpoint.
+/// The variables that are provided, given, or computable from these, but for one relation: the least fixpoint.
 ///
 /// Time and space: linear in the edges of the relations.
-pub(super) fn providable(knowledge: &KnowledgeBase, given: &BTreeSet<VariableId>) -> IdVec<VariableId, bool> {
+pub(super) fn providable(
+    knowledge: &KnowledgeBase,
+    given: &BTreeSet<VariableId>,
+    without: Option<RelationId>,
+) -> IdVec<VariableId, bool> {
     let variables = knowledge.variables();
     let mut known = IdVec::filled(variables.len(), |id| knowledge.is_provided(id) || given.contains(&id));
-    let mut missing = IdVec::filled(knowledge.relations().len(), |id| knowledge.relations()[id].inputs.len());
+    let mut missing = IdVec::filled(knowledge.relations().len(), |id| match without {
+        Some(out) if out == id => usize::MAX,
+        _ => knowledge.relations()[id].inputs.len(),
+    });
     let inputs = knowledge.relations().enumerate().map(|(id, relation)| (id, relation.inputs.as_slice()));
     let read = inputs.flat_map(|(id, inputs)| inputs.iter().map(move |&input| (input, id)));
     let readers = Rows::grouped(variables.len(), read);

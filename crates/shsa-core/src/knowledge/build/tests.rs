@@ -162,7 +162,7 @@ proptest! {
         let knowledge = knowledge(12, &relations);
         let given = knowledge.variables().ids().zip(0..).filter(|(_, at)| given.contains(at)).map(|(id, _)| id);
         let given: BTreeSet<VariableId> = given.collect();
-        let known = needs::providable(&knowledge, &given);
+        let known = needs::providable(&knowledge, &given, None);
         let known: BTreeSet<VariableId> = known.enumerate().filter(|(_, known)| **known).map(|(id, _)| id).collect();
         prop_assert_eq!(known, naive(&knowledge, &given));
     }
