@@ -1,16 +1,16 @@
 //! Factors that another signal selects: gears, ranges, modes.
 
-use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::form::{Design, fit};
 use crate::learning::shape::{Relation, Shape};
 use crate::learning::signal::Seen;
+use crate::learning::{BEATS_TIME, MOST_UNEXPLAINED};
 
 /// The most levels of a selecting signal, and the share of the samples that each level needs.
 const MOST_LEVELS: usize = 8;
 const LEAST_SHARE: f64 = 0.03;
 
 /// The share that may stay unexplained when the samples around each change count, too.
-pub(crate) const WITH_CHANGES: f64 = 0.12;
+const WITH_CHANGES: f64 = 0.12;
 
 /// The relations `y = k_i x` in which a signal with few levels selects k.
 pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], chooser: usize) -> Vec<Relation> {
@@ -20,14 +20,21 @@ pub(crate) fn of(seen: &Seen<'_>, signals: &[usize], chooser: usize) -> Vec<Rela
     let mut found = Vec::new();
     for target in others() {
         for input in others().filter(|it| *it != target && seen.is_addable(*it, target)) {
-            let holds = |it: &Relation| {
-                let design = || Design::new(seen, target, &it.inputs, &it.shape);
-                it.score.worst() <= MOST_UNEXPLAINED && design().left(&it.shape, &it.numbers) <= WITH_CHANGES
-            };
-            found.extend(fit(seen, target, &[input, chooser], &shape).filter(holds));
+            found.extend(fit(seen, target, &[input, chooser], &shape).filter(|it| holds(seen, it)));
         }
     }
     found
+}
+
+/// Whether a relation with steps leaves little, also around its changes, and less than time alone: whatever rises with time is near to
+/// a multiple of anything else that does.
+pub(crate) fn holds(seen: &Seen<'_>, found: &Relation) -> bool {
+    if found.score.worst() > MOST_UNEXPLAINED {
+        return false;
+    }
+    let design = Design::new(seen, found.target, &found.inputs, &found.shape);
+    let by_time = design.left_by_time();
+    design.left(&found.shape, &found.numbers) <= WITH_CHANGES && found.score.all() <= BEATS_TIME * by_time
 }
 
 /// The levels of a signal that has few whole ones.

@@ -2,7 +2,7 @@
 //! products of three, the larger or smaller of two, lengths, and sources that a mode selects.
 
 use crate::learning::form::{Design, deviation, fit, root_mean_square};
-use crate::learning::gears::{WITH_CHANGES, levels};
+use crate::learning::gears::{self, levels};
 use crate::learning::pairs::TRENDING;
 use crate::learning::rows::Rows;
 use crate::learning::shape::{Mode, Relation, Shape};
@@ -288,11 +288,7 @@ fn modes(seen: &Seen<'_>, target: usize, others: &[usize]) -> Vec<Relation> {
             .collect();
         inputs.push(chooser);
         let shape = Shape::Modes(modes);
-        let fitted = fit(seen, target, &inputs, &shape).filter(|it| {
-            let design = Design::new(seen, target, &it.inputs, &it.shape);
-            it.score.worst() <= MOST_UNEXPLAINED && design.left(&it.shape, &it.numbers) <= WITH_CHANGES
-        });
-        found.extend(fitted);
+        found.extend(fit(seen, target, &inputs, &shape).filter(|it| gears::holds(seen, it)));
     }
     found
 }

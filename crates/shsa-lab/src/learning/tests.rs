@@ -110,6 +110,16 @@ fn rates_saturations_and_gears() {
 }
 
 #[test]
+fn two_that_rise_are_no_gears_of_each_other() {
+    let way = |number: u32| move |time: f64| 12.0 * time + 20.0 * wave(number, time);
+    let gear = |time: f64| (time / 11.0 * 1.7).floor() % 3.0 + 1.0;
+    check(
+        &[signal("one", "m", 0.02, way(1)), signal("two", "m", 0.02, way(2)), signal("gear", "1", 0.0, gear)],
+        &[],
+    );
+}
+
+#[test]
 fn a_copy_is_reported_and_is_no_witness() {
     let one = signal("one", "m", 0.1, |time| 3.0 * wave(1, time));
     let points = one.points.iter().map(|(time, value)| (*time, 2.0 * value + 1.0)).collect();
