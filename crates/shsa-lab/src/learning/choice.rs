@@ -60,7 +60,11 @@ impl Choice {
             let is_known = |known: &Relation| {
                 let known_members = self.members(known);
                 let is_part = known_members.iter().all(|it| members.contains(it));
+                // A quantity and its rate are no functions of each other: a third one may follow from both.
+                let leaves_target_open = matches!(known.shape, Shape::Rate { .. } | Shape::Integral)
+                    && !known_members.contains(&self.root(relation.target));
                 is_part
+                    && !leaves_target_open
                     && (known_members.len() == members.len()
                         || relation.score.all() > MUCH_LESS * known.score.all())
             };

@@ -4,6 +4,9 @@ use crate::learning::form::{deviation, root_mean_square};
 use crate::learning::least_squares::solve;
 use crate::learning::signal::{Part, Seen};
 
+/// A column of which others leave less than this share is a combination of them.
+const DEPENDENT: f64 = 1e-9;
+
 /// The target and the other signals at some moments of the slowest of them.
 pub(crate) struct Rows {
     pub(crate) target: Vec<f64>,
@@ -58,6 +61,21 @@ impl Rows {
         root_mean_square(&left) / self.moves
     }
 
+    /// The target beside these columns and a constant. Time: O(columns^2 * moments).
+    pub(crate) fn beside(&self, columns: Vec<Vec<f64>>) -> Beside {
+        let mut basis: Vec<Vec<f64>> = Vec::new();
+        for column in [vec![1.0; self.target.len()]].into_iter().chain(columns) {
+            let (before, own) = (length(&column), without(&basis, column));
+            let after = length(&own);
+            if after > DEPENDENT * before {
+                basis.push(own.into_iter().map(|it| it / after).collect());
+            }
+        }
+        let unit = self.moves * (self.target.len() as f64).sqrt();
+        let rest = without(&basis, self.target.iter().map(|it| it / unit).collect());
+        Beside { basis, rest }
+    }
+
     /// The columns that alone leave least, in their order.
     pub(crate) fn nearest(&self, columns: &[Vec<f64>], most: usize) -> Vec<usize> {
         let mut rated: Vec<(f64, usize)> =
@@ -95,4 +113,47 @@ impl Rows {
         let apart = self.target.iter().zip(pairs).map(|(own, (one, other))| own - of(*one, *other));
         deviation(apart) / self.moves
     }
+}
+
+/// What some columns leave of the target: a further column is tried beside them without a new fit.
+pub(crate) struct Beside {
+    /// The columns, at right angles to each other and of length 1.
+    basis: Vec<Vec<f64>>,
+    /// What they leave, in such a unit that the whole target has a length of 1.
+    rest: Vec<f64>,
+}
+
+impl Beside {
+    /// The share that the columns leave.
+    pub(crate) fn left(&self) -> f64 {
+        length(&self.rest)
+    }
+
+    /// The share that they leave together with a further one. Time: O(columns * moments).
+    pub(crate) fn left_with(&self, column: &[f64]) -> f64 {
+        let own = without(&self.basis, column.to_vec());
+        let size = length(&own);
+        if size <= DEPENDENT * length(column) {
+            return self.left();
+        }
+        let explained = product(&self.rest, &own) / size;
+        (product(&self.rest, &self.rest) - explained * explained).max(0.0).sqrt()
+    }
+}
+
+/// A column without what columns at right angles to each other explain of it.
+fn without(basis: &[Vec<f64>], mut column: Vec<f64>) -> Vec<f64> {
+    for other in basis {
+        let share = product(&column, other);
+        column.iter_mut().zip(other).for_each(|(own, it)| *own -= share * it);
+    }
+    column
+}
+
+fn product(one: &[f64], other: &[f64]) -> f64 {
+    one.iter().zip(other).map(|(one, other)| one * other).sum()
+}
+
+fn length(column: &[f64]) -> f64 {
+    product(column, column).sqrt()
 }

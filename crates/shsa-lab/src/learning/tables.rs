@@ -18,19 +18,18 @@ const CURVED: f64 = 0.6;
 /// The share of the error of any simpler relation of the same signals that is left at most.
 const NEEDED: f64 = 0.5;
 
-/// The parts into which a signal is divided for a first curve, and the places at which a point of a curve is tried.
-const PARTS: usize = 8;
-const PLACES: usize = 16;
+/// The parts into which the width and the samples of a signal are divided: between them a curve may bend.
+const PARTS: usize = 16;
 
-/// The most points of a curve, and the share of the error without it that a further point leaves at most.
+/// The most points of a curve, and how much more than with the most points is left at most with the fewest that are enough.
 const MOST_POINTS: usize = 9;
-const BETTER: f64 = 0.93;
+const ENOUGH: f64 = 1.05;
 
 /// The least distance of two points, as a share of the width.
 const APART: f64 = 0.01;
 
 /// The best curve of a target over another signal with the load of a third one.
-/// Time: O(signals^2 * moments), and more for each two signals that promise.
+/// Time: O(signals^2 * parts * moments), and more for each two signals that promise.
 pub(crate) fn of(
     seen: &Seen<'_>,
     signals: &[usize],
@@ -46,15 +45,10 @@ pub(crate) fn of(
     let rows = Rows::new(seen, target, &others, MOMENTS)?;
     let mut rated: Vec<(f64, [usize; 2])> = Vec::new();
     for &input in others.iter().filter(|it| rows.scatter(**it) < CURVED) {
-        let arguments = parts(rows.value(input));
-        let mut columns = columns(&arguments, rows.value(input));
-        let curve: Vec<usize> = (0..columns.len()).collect();
-        let alone = rows.left(&columns, &curve);
+        let beside = rows.beside(columns(&places(rows.value(input)), rows.value(input)));
         for &load in others.iter().filter(|it| **it != input && !is_same(**it, input)) {
-            columns.push(rows.value(load).to_vec());
-            let left = rows.left(&columns, &(0..columns.len()).collect::<Vec<_>>());
-            columns.pop();
-            if left < PROMISING && left < NEEDED * alone {
+            let left = beside.left_with(rows.value(load));
+            if left < PROMISING && left < NEEDED * beside.left() {
                 rated.push((left, [input, load]));
             }
         }
@@ -82,44 +76,50 @@ fn loaded(seen: &Seen<'_>, rows: &Rows, target: usize, inputs: [usize; 2]) -> Op
     (says_more && is_needed).then_some(found)
 }
 
-/// The arguments of the points of a curve under a load: the ends, and one after the other that which leaves least, as long as it is
-/// worth it; `None` where a line is enough.
+/// The arguments of the points of a curve under a load: the ends, and the fewest others that leave little more than the most points
+/// do, of which each is the one that leaves least beside those before it; `None` where a line is enough.
 fn arguments(rows: &Rows, values: &[f64], load: &[f64]) -> Option<Vec<f64>> {
     let left = |arguments: &[f64]| {
         let mut columns = columns(arguments, values);
         columns.push(load.to_vec());
         rows.left(&columns, &(0..columns.len()).collect::<Vec<_>>())
     };
-    let sorted = sorted(values.iter().copied());
-    let mut chosen = vec![*sorted.first()?, *sorted.last()?];
-    let width = chosen[1] - chosen[0];
-    let even = (1..PLACES).map(|place| chosen[0] + width * place as f64 / PLACES as f64);
-    let often = (1..PLACES).filter_map(|place| quantile(&sorted, place as f64 / PLACES as f64));
-    let places: Vec<f64> = even.chain(often).collect();
-    let mut least = left(&chosen);
-    while chosen.len() < MOST_POINTS {
-        let is_apart = |place: &&f64| chosen.iter().all(|it| (it - **place).abs() > APART * width);
+    let places = places(values);
+    let ends = vec![*places.first()?, *places.last()?];
+    let mut curves = vec![(left(&ends), ends)];
+    while curves.len() + 1 < MOST_POINTS {
+        let (_, chosen) = curves.last()?;
         let with = |place: &f64| {
             let mut with: Vec<f64> = chosen.iter().copied().chain([*place]).collect();
             with.sort_by(f64::total_cmp);
             (left(&with), with)
         };
-        let tried = places.iter().filter(is_apart).map(with);
-        let best = tried.min_by(|one, other| one.0.total_cmp(&other.0));
-        let Some((left, with)) = best.filter(|it| it.0 < BETTER * least) else { break };
-        (least, chosen) = (left, with);
+        let tried = places.iter().filter(|it| !chosen.contains(it)).map(with);
+        let Some(best) = tried.min_by(|one, other| one.0.total_cmp(&other.0)) else { break };
+        curves.push(best);
     }
-    (chosen.len() > 2).then_some(chosen)
+    let least = curves.iter().map(|it| it.0).fold(f64::INFINITY, f64::min);
+    let (_, fewest) = curves.into_iter().find(|it| it.0 <= ENOUGH * least)?;
+    (fewest.len() > 2).then_some(fewest)
 }
 
-/// The ends of parts with equally many values.
-fn parts(values: &[f64]) -> Vec<f64> {
+/// The ends of parts of one width and of parts with equally many values, in order, without those near to another one.
+fn places(values: &[f64]) -> Vec<f64> {
     let sorted = sorted(values.iter().copied());
-    let ends = (0..=PARTS).filter_map(|part| quantile(&sorted, part as f64 / PARTS as f64));
-    let mut ends: Vec<f64> = ends.collect();
-    let width = ends.last().copied().unwrap_or(0.0) - ends.first().copied().unwrap_or(0.0);
-    ends.dedup_by(|later, earlier| *later - *earlier <= APART * width);
-    ends
+    let Some((low, high)) = sorted.first().copied().zip(sorted.last().copied()) else { return Vec::new() };
+    let share = |part: usize| part as f64 / PARTS as f64;
+    let even = (1..PARTS).map(|part| low + (high - low) * share(part));
+    let often = (1..PARTS).filter_map(|part| quantile(&sorted, share(part)));
+    let mut places: Vec<f64> = even.chain(often).collect();
+    places.sort_by(f64::total_cmp);
+    let apart = APART * (high - low);
+    let mut last = low;
+    places.retain(|place| {
+        let is_apart = *place - last > apart && high - *place > apart;
+        last = if is_apart { *place } else { last };
+        is_apart
+    });
+    [low].into_iter().chain(places).chain([high]).collect()
 }
 
 /// The shares of all points but the first at each value; together with a constant, these give each curve through the points.

@@ -228,3 +228,32 @@ fn a_curve_under_a_load_is_a_table() {
     let [found] = &*found else { panic!("{found:?}") };
     assert!(found.starts_with("voltage = table(charge, [") && found.ends_with(" * current"), "{found}");
 }
+
+#[test]
+fn a_curve_is_found_though_most_samples_are_at_its_ends() {
+    // Charged, left alone, discharged, and left alone again.
+    let phase = |time: f64| time % 60.0;
+    let charge = move |time: f64| match phase(time) {
+        at if at < 12.0 => 2.5 * at,
+        at if at < 30.0 => 30.0,
+        at if at < 36.0 => 30.0 - 5.0 * (at - 30.0),
+        _ => 0.0,
+    };
+    let current = move |time: f64| match phase(time) {
+        at if at < 12.0 => 15.0,
+        at if (30.0..36.0).contains(&at) => -30.0,
+        _ => 0.0,
+    };
+    let open = |charge: f64| 3.15 + 0.22 * charge.min(2.0) + 0.02 * (charge - 2.0).max(0.0);
+    let signals = [
+        signal("voltage", "V", 0.01, move |time| open(charge(time)) + 0.004 * current(time)),
+        signal("charge", "Ah", 0.01, charge),
+        signal("current", "A", 0.02, current),
+    ];
+    let learned = learn(&signals, &()).unwrap();
+    let is_curve = |it: &&super::Relation| matches!(it.shape, super::Shape::Table(_));
+    let found = learned.relations.iter().find(is_curve).unwrap_or_else(|| panic!("{learned:?}"));
+    assert_eq!((found.target, &*found.inputs), (0, &[1, 2][..]));
+    let resistance = found.numbers.last().copied().unwrap_or(0.0);
+    assert!((resistance / 0.004 - 1.0).abs() < 0.05, "{found:?}");
+}
