@@ -14,11 +14,14 @@ const LONGEST: f64 = 0.1;
 const MOMENTS: usize = 1_000;
 const LEAST_MOMENTS: usize = 30;
 
-/// The share of the target's spread that may stay unexplained in either half: noise of a rate is large.
-const FAIR: f64 = 0.4;
+/// The share of the target's spread that may stay unexplained in either half: noise of a rate is large, and what else is in the target,
+/// such as the slope of a road in an acceleration, is not seen.
+const FAIR: f64 = 0.5;
 
-/// How far from 1 the factor between the target and the rate in one unit may be, to either side.
+/// How far from 1 the factor between the target and the rate in one unit may be, to either side, and how far those of the halves may be
+/// from each other: of what is unrelated, two halves do not show one and the same plausible factor.
 const LEAST_FACTOR: f64 = 0.6;
+const ALIKE: f64 = 0.75;
 
 /// The rates among the first columns of groups, of those in no known relation: pairs whose units say so, with a factor near to 1 or
 /// to -1.
@@ -74,22 +77,81 @@ fn in_si(column: &Column) -> Vec<(f64, f64)> {
 }
 
 /// The factor and the offset of pairs of a target and a rate, by the first half, with the shares of the target that are left in either
-/// half beside an offset of its own.
+/// half beside an offset of its own; `None` where the second half has another factor.
 fn fitted(pairs: &[(f64, f64)]) -> Option<(Vec<f64>, Score)> {
     let half = pairs.len() / 2;
     if half < LEAST_MOMENTS {
         return None;
     }
-    let target: Vec<f64> = pairs.iter().map(|it| it.0).collect();
-    let columns = [pairs.iter().map(|it| it.1).collect(), vec![1.0; pairs.len()]];
-    let numbers = solve(&columns, &target, |row| row < half)?;
+    let (early, late) = pairs.split_at(half);
+    let numbers = line(early)?;
     let factor = *numbers.first()?;
+    let ratio = line(late)?.first()? / factor;
     let share = |part: &[(f64, f64)]| {
         let left: Vec<f64> = part.iter().map(|it| it.0 - factor * it.1).collect();
         let own: Vec<f64> = part.iter().map(|it| it.0).collect();
         (variance(&left) / variance(&own)).sqrt()
     };
-    let (early, late) = pairs.split_at(half);
     let unseen = share(late);
-    Some((numbers, Score { fitted: share(early), chosen: unseen, unseen }))
+    let score = Score { fitted: share(early), chosen: unseen, unseen };
+    (ALIKE..=1.0 / ALIKE).contains(&ratio).then_some((numbers, score))
+}
+
+/// The factor and the offset of a line through pairs of a target and a rate.
+fn line(pairs: &[(f64, f64)]) -> Option<Vec<f64>> {
+    let target: Vec<f64> = pairs.iter().map(|it| it.0).collect();
+    let columns = [pairs.iter().map(|it| it.1).collect(), vec![1.0; pairs.len()]];
+    solve(&columns, &target, |_| true)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::drafting::{Because, Member};
+    use crate::learning::Signal;
+    use shsa_core::unit::Unit;
+    use std::f64::consts::TAU;
+
+    fn column(name: &str, unit: &str, value: impl Fn(f64) -> f64) -> Column {
+        let points = (0..6_000).map(|at| f64::from(at) / 100.0).map(|time| (time, value(time))).collect();
+        let signal = Signal { name: name.to_owned(), unit: Some(Unit::parse(unit).unwrap()), points };
+        Column { signal, breaks: Vec::new(), kind: name.to_owned(), turn: None }
+    }
+
+    fn rates_of(columns: &[Column]) -> Vec<(usize, Vec<usize>)> {
+        let because = Because::First;
+        let member = |column| Member { column, delay_s: 0.0, offset: 0.0, apart: 0.0, share: 0.0, because };
+        let groups: Vec<Group> =
+            (0..columns.len()).map(|column| Group { members: vec![member(column)] }).collect();
+        of(columns, &groups, &[]).into_iter().map(|it| (it.target, it.inputs)).collect()
+    }
+
+    fn speed(time: f64) -> f64 {
+        15.0 + 3.0 * (TAU * time / 13.0).sin() + 2.0 * (TAU * time / 7.1).sin()
+    }
+
+    fn acceleration(time: f64) -> f64 {
+        (speed(time + 1e-3) - speed(time - 1e-3)) / 2e-3
+    }
+
+    #[test]
+    fn an_acceleration_is_the_rate_of_a_speed_though_the_slope_of_the_road_is_in_it() {
+        let slope = |time: f64| 1.0 * (TAU * time / 23.0).sin();
+        let columns = [
+            column("speed", "m/s", speed),
+            column("forward", "m/s^2", move |time| 0.9 * acceleration(time) + slope(time) + 0.7),
+            column("sideward", "m/s^2", slope),
+        ];
+        assert_eq!(rates_of(&columns), [(1, vec![0])]);
+    }
+
+    #[test]
+    fn halves_with_other_factors_show_no_rate() {
+        let factor = |time: f64| if time < 30.0 { 0.7 } else { 1.4 };
+        let columns = [
+            column("speed", "m/s", speed),
+            column("forward", "m/s^2", move |time| factor(time) * acceleration(time)),
+        ];
+        assert_eq!(rates_of(&columns), []);
+    }
 }
