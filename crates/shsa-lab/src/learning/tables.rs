@@ -25,6 +25,10 @@ const PARTS: usize = 16;
 const MOST_POINTS: usize = 9;
 const ENOUGH: f64 = 1.05;
 
+/// How much longer the way along the values of a characteristic curve is than its rise or fall, at most: a curve that turns back and
+/// forth fits anything.
+const DETOUR: f64 = 1.1;
+
 /// The least distance of two points, as a share of the width.
 const APART: f64 = 0.01;
 
@@ -62,8 +66,10 @@ pub(crate) fn of(
 fn loaded(seen: &Seen<'_>, rows: &Rows, target: usize, inputs: [usize; 2]) -> Option<Relation> {
     let [input, load] = inputs;
     let arguments = arguments(rows, rows.value(input), rows.value(load))?;
+    let points = arguments.len();
     let shape = Shape::Table(arguments);
-    let found = fit(seen, target, &inputs, &shape).filter(|it| it.score.worst() <= MOST_UNEXPLAINED)?;
+    let found = fit(seen, target, &inputs, &shape)
+        .filter(|it| it.score.worst() <= MOST_UNEXPLAINED && rises_or_falls(it.numbers.get(..points)))?;
     let design = Design::new(seen, target, &inputs, &found.shape);
     let by_time = design.left_by_time();
     let says_more = by_time >= TRENDING && design.left(&found.shape, &found.numbers) <= BEATS_TIME * by_time;
@@ -74,6 +80,13 @@ fn loaded(seen: &Seen<'_>, rows: &Rows, target: usize, inputs: [usize; 2]) -> Op
     ];
     let is_needed = simpler.into_iter().flatten().all(|it| found.score.all() < NEEDED * it.score.all());
     (says_more && is_needed).then_some(found)
+}
+
+/// Whether values rise throughout, or fall, but for small returns.
+fn rises_or_falls(values: Option<&[f64]>) -> bool {
+    let Some(values @ [first, .., last]) = values else { return false };
+    let way: f64 = values.windows(2).map(|pair| (pair[1] - pair[0]).abs()).sum();
+    way <= DETOUR * (last - first).abs()
 }
 
 /// The arguments of the points of a curve under a load: the ends, and the fewest others that leave little more than the most points
@@ -142,4 +155,17 @@ pub(crate) fn between(arguments: &[f64], at: f64) -> Vec<f64> {
         (shares[place], shares[place + 1]) = (1.0 - share, share);
     }
     shares
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_curve_may_return_a_little() {
+        assert!(rises_or_falls(Some(&[3.1, 3.6, 3.59, 4.2])));
+        assert!(rises_or_falls(Some(&[4.2, 3.6, 3.1])));
+        assert!(!rises_or_falls(Some(&[-11.7, 4.7, -10.3, 2.3])));
+        assert!(!rises_or_falls(Some(&[1.0])) && !rises_or_falls(None));
+    }
 }

@@ -1,6 +1,6 @@
 //! From a recording to a watching model in three commands, without an edit; and the relations that recordings show.
 
-use super::{Case, WORKSPACE, case, quad};
+use super::{Case, WORKSPACE, car, case, quad};
 use serde_json::Value;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -98,6 +98,8 @@ fn drafts_name_what_is_the_rate_of_something() {
         ("speed", "mileage"),
     ];
     has_rates("quad", quad(), &flight);
+    // With the slope of the road in it.
+    has_rates("car", car(), &[("acc_x", "wheel")]);
 }
 
 fn equations(name: &str, recording: &str, arguments: &[&str]) -> Option<Vec<String>> {
