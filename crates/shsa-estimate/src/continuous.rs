@@ -112,7 +112,7 @@ fn add_outer(to: &mut Matrix, factor: f64, vector: &[f64]) {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::formulas::Vocabulary;
+    use crate::formulas::{Sensor, Vocabulary};
     use crate::matrix::propagate;
 
     fn chain() -> Continuous {
@@ -139,6 +139,29 @@ mod tests {
                 assert!((q[(row, column)] - 4.0 * wanted).abs() < 1e-14, "{q}");
             }
         }
+    }
+
+    /// So a covariance stays one; the check of the model warns of such a formula.
+    #[test]
+    fn noise_below_zero_counts_by_its_magnitude() {
+        let mut words = Vocabulary::default();
+        words.add_number("x");
+        let formula = |text: &str| words.formula("a test", text).unwrap();
+        let noise = |text: &str| {
+            let sensor =
+                Sensor { name: "z".into(), formula: formula("x"), variance: formula(text), turn: None };
+            let draft = Draft {
+                transition: vec![formula("x")],
+                controls: 0,
+                noise: vec![formula(text)],
+                sensors: vec![sensor],
+            };
+            let (mut system, mut q) = (Continuous::new(draft).unwrap(), Matrix::zeros(1, 1));
+            system.noise(&[-2.0], &[], 1.0, &mut q);
+            (q[(0, 0)], system.covariance(0, 0, &[-2.0], &[]))
+        };
+        assert_eq!(noise("0.5*x"), noise("0.5*abs(x)"));
+        assert!(noise("0.5*x").1 == 1.0);
     }
 
     #[test]

@@ -6,12 +6,12 @@
 //! begins next to the initial state. Some states show only where others move, as the offset of a sensor where a curve is steep and
 //! where it is flat: so the run goes on for an hour and a half, and what noise moves, and an input shows in proportion, moves.
 
-use super::build;
+use super::{build, noise};
 use crate::continuous::Continuous;
 use crate::matrix::Matrix;
 use crate::system::System;
 use nalgebra::SVD;
-use shsa_core::knowledge::{Diagnostic, Fusion, FusionState, KnowledgeBase, Place, Severity};
+use shsa_core::knowledge::{Diagnostic, Fusion, FusionMethod, FusionState, KnowledgeBase, Place, Severity};
 
 /// Seconds between two points of the run: long enough to show what grows with time.
 const STEP_S: f64 = 1.0;
@@ -44,8 +44,9 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
             "choose another method, or change its model",
         )];
     }
-    let Some(Observability { never, without }) = observability(knowledge, fusion) else { return Vec::new() };
-    let mut found: Vec<Diagnostic> = never.iter().map(|state| of_state(fusion, *state)).collect();
+    let mut found = noise::below_zero(knowledge, fusion);
+    let Some(Observability { never, without }) = observability(knowledge, fusion) else { return found };
+    found.extend(never.iter().map(|state| of_state(fusion, *state)));
     for (lost, states) in without.iter().enumerate().filter(|(_, states)| !states.is_empty()) {
         let Some(input) = fusion.inputs.get(lost) else { continue };
         let names = states.iter().filter_map(|state| fusion.states.get(*state));
@@ -89,8 +90,13 @@ pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Obser
 fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {
     let name = fusion.states.get(state).map_or("", |it| it.name.as_str());
     let place = fusion.places.states.get(state).copied().unwrap_or(fusion.places.name);
-    let message =
-        format!("nothing observes `{name}`: it stays as uncertain as it was at first, or becomes more so");
+    let outcome = match fusion.method {
+        FusionMethod::Particle => {
+            "its particles become alike, so it will look certain of a value that is chance"
+        }
+        _ => "it stays as uncertain as it was at first, or becomes more so",
+    };
+    let message = format!("nothing observes `{name}`: {outcome}");
     diagnostic(Severity::Warning, place, message, "add an input that it shows in, or leave the state away")
 }
 

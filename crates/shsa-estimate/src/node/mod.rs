@@ -11,6 +11,7 @@
 mod each;
 mod build;
 mod filters;
+mod noise;
 mod check;
 mod inlet;
 mod outputs;

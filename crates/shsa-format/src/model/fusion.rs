@@ -1,5 +1,7 @@
 //! Fusions in a model file: reading and writing.
 
+mod unused;
+
 use shsa_core::knowledge::{
     Diagnostic, FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft, KnowledgeBase,
     PropertyDrafts, Severity, Text,
@@ -23,7 +25,7 @@ pub(super) fn checked(knowledge: &KnowledgeBase, mut found: Vec<Diagnostic>) -> 
 pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDraft {
     let example = "motion: { method: kalman, states: .., inputs: .., outputs: .. }";
     let mut keys = Known::of(reader, node, &FUSION, "a fusion's keys", example);
-    FusionDraft {
+    let draft = FusionDraft {
         name: name.clone(),
         method: keys.text("method"),
         states: keys.entries("states", state),
@@ -39,7 +41,9 @@ pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDr
         window: keys.text("window"),
         particles: keys.text("particles"),
         seed: keys.text("seed"),
-    }
+    };
+    unused::unused(&draft).into_iter().for_each(|it| reader.report(it));
+    draft
 }
 
 fn state(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionStateDraft {

@@ -41,16 +41,18 @@ impl Reader {
 
     /// Adds a warning.
     pub(crate) fn warn(&mut self, place: Place, message: &str, help: &str) {
-        if self.problems.len() < MAX_PROBLEMS {
-            self.problems
-                .push(Diagnostic { severity: Severity::Warning, ..problem(place, message, Some(help)) });
-        }
+        self.report(Diagnostic { severity: Severity::Warning, ..problem(place, message, Some(help)) });
     }
 
     /// Adds an error.
     pub(crate) fn note(&mut self, place: Place, message: &str, help: &str) {
+        self.report(problem(place, message, Some(help)));
+    }
+
+    /// Adds a finding.
+    pub(crate) fn report(&mut self, found: Diagnostic) {
         if self.problems.len() < MAX_PROBLEMS {
-            self.problems.push(problem(place, message, Some(help)));
+            self.problems.push(found);
         }
     }
 

@@ -45,6 +45,14 @@ fn what_nothing_observes_is_reported() {
     );
 }
 
+/// Particles that nothing tells apart get fewer and fewer ancestors.
+#[test]
+fn particles_that_nothing_observes_are_reported() {
+    let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
+    let found = brief(&loaded(&text.replace("method: kalman", "method: particle")));
+    assert!(found.contains("nothing observes `position`: its particles become alike"), "{found}");
+}
+
 #[test]
 fn units_of_formulas_are_checked() {
     check(&plant("/gps: position", "/gps: speed"), "12:21 error: this counts in `m/s`, and `m` is wanted");
@@ -80,7 +88,8 @@ fn what_has_no_model_combines_what_measures_the_same() {
     let text = plant("method: kalman", "method: median").replace("/odom: speed", "/odom: 2 * speed");
     check(
         &text,
-        "7:3 error: fusion `motion` cannot be set up: the formula of /odom is no state by itself, and `median` combines what measures the same (choose another method, or change its model)",
+        "7:3 error: fusion `motion` cannot be set up: the formula of /odom is no state by itself, and `median` combines what measures the same (choose another method, or change its model)
+         10:43 warning: `median` has no model of the states, and ignores the transition of `position` (choose a filter such as `kalman`, or leave it away)",
     );
 }
 
@@ -90,6 +99,41 @@ fn one_word_changes_the_method() {
         let knowledge = knowledge(&plant("method: kalman", &format!("method: {word}")));
         assert_eq!(knowledge.fusions()[0].method, method);
     }
+}
+
+/// Parts of the model that do not count are warnings, settings are notes, and a filter uses all parts.
+#[test]
+fn what_a_method_does_not_use_is_reported() {
+    let without_model = plant("method: kalman", "method: median")
+        .replace("noise: 0.5 }\n    inputs", "noise: 2 % * speed + push }\n    inputs");
+    let text = format!(
+        "{}\n    controls: {{ push: /odom }}\n    gate: 99 %\n    window: 3\n    seed: 2",
+        without_model
+    );
+    check(
+        &text,
+        "10:43 warning: `median` has no model of the states, and ignores the transition of `position` (choose a filter such as `kalman`, or leave it away)
+         11:7 warning: the noise of `speed` can be below 0, and a standard deviation cannot (write `abs(..)`, or `max(.., 0.1)` with the least noise, or give its variables a `range`; below 0 its magnitude counts)
+         11:34 warning: `median` has no model of the states, and takes this noise of `speed` for 0 (write a number, or choose a filter such as `kalman`)
+         12:15 note: without `/gps` nothing observes `position` (its uncertainty grows then: a second input that measures it would hold it)
+         14:17 warning: `median` has no model of the states, and ignores the control input `push` (choose a filter such as `kalman`, or leave it away)
+         15:11 note: `median` does not use `gate` (Kalman and particle filters use it)
+         17:11 note: `median` does not use `seed` (`particle` uses it)",
+    );
+}
+
+#[test]
+fn noise_that_can_be_below_zero_is_reported() {
+    let warned = |formula: &str| {
+        let text = plant("noise: 0.5 }\n    inputs", &format!("noise: {formula} }}\n    inputs"));
+        let text = text.replace("unit: m/s }", "unit: m/s, range: [-3, 3] }");
+        let found = brief(&loaded(&text));
+        found.lines().find(|line| line.contains("below 0")).map(str::to_owned)
+    };
+    let expected = "11:7 warning: the noise of `speed` can be below 0, down to -0.75 in SI, and a standard deviation cannot (write `abs(..)`, or `max(.., 0.1)` with the least noise, or give its variables a `range`; below 0 its magnitude counts)";
+    assert_eq!(warned("0.25 * speed").as_deref(), Some(expected));
+    assert_eq!(warned("0.1 m/s + 0.2 * abs(speed)"), None);
+    assert_eq!(warned("1 m/s + 0.25 * speed"), None);
 }
 
 #[test]
