@@ -1,12 +1,12 @@
-//! Runs every test of the workspace, and counts them; builds the documentation meanwhile.
+//! Builds, lints and documents the workspace, runs every test, and counts them.
 
-mod documents;
+mod build;
 mod stalls;
 mod total;
 
-use crate::command;
-use anyhow::{Result, bail};
-use serde_json::Value;
+use crate::ratchet;
+use anyhow::{Result, anyhow, bail};
+use build::{Built, Program};
 use stalls::Stalls;
 use std::ffi::OsStr;
 use std::mem;
@@ -32,32 +32,11 @@ const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 /// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
-/// The command that they run.
-const COMMAND: &str = "shsa";
-
 /// How often a test is run that fails while the machine stalls.
 const ATTEMPTS: u32 = 3;
 
 /// Runs a command with lower priority.
 const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
-
-/// What cargo says that it has built.
-#[derive(Debug, PartialEq)]
-enum Built {
-    Test(Program),
-    /// The command that other tests run.
-    Command,
-}
-
-/// A built test program.
-#[derive(Debug, PartialEq)]
-struct Program {
-    /// The name of its target: `live`, `shsa_core`.
-    name: String,
-    executable: PathBuf,
-    /// The folder of its crate, in which cargo runs it.
-    folder: PathBuf,
-}
 
 /// The programs still to be run, and the results so far.
 #[derive(Default)]
@@ -153,11 +132,13 @@ impl Shared {
 /// Runs all tests, also after a failure, each program as soon as it is built; ends with their number.
 ///
 /// # Errors
-/// When a test fails or does not build, or the documentation has a warning.
+/// When a test fails or does not build, clippy or the documentation has a warning, or instructions exceed their ceiling.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let stalls = Stalls::watch();
-    let (built, documented) = thread::scope(|scope| {
+    let other = thread::scope(|scope| {
+        // Its build takes one core for most of its time, and has a folder of its own.
+        let counted = scope.spawn(ratchet::check_apart);
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
         scope.spawn(|| work(&shared, &[], Some(&stalls), |it| it.waiting.pop()));
@@ -166,18 +147,19 @@ pub(crate) fn run() -> Result<()> {
             work(&shared, &GIVING_WAY, None, |it| it.computing.pop());
         });
         scope.spawn(|| work(&shared, &GIVING_WAY, None, |it| it.computing.pop()));
-        let built = build(&shared);
+        let built = build::all(|built| shared.change(|queue| queue.take(built)));
         shared.change(Queue::complete);
         // The last programs mostly wait, which leaves time for these.
-        (built, [documents::build(), documents::test(|line| shared.change(|queue| queue.total.add(line)))])
+        let examples = build::examples(|line| shared.change(|queue| queue.total.add(line)));
+        let counted = counted.join().unwrap_or_else(|_| Err(anyhow!("the ratchet panicked")));
+        [built, examples, counted]
     });
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
     for test in again {
         failed.extend(run_again(&test, &stalls, &mut total));
     }
-    let other = documented.into_iter().chain([built]);
-    failed.extend(other.filter_map(Result::err).map(|problem| problem.to_string()));
+    failed.extend(other.into_iter().filter_map(Result::err).map(|problem| problem.to_string()));
     for absent in absent(&Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared")) {
         println!(
             "not shown: tests that need ../shared/{absent} skipped (see SKIPPED above), and count as passed"
@@ -191,32 +173,6 @@ pub(crate) fn run() -> Result<()> {
         bail!("tests failed");
     }
     Ok(())
-}
-
-/// Builds all test programs, and adds each to the queue once it is built.
-fn build(shared: &Shared) -> Result<()> {
-    let cargo = ["cargo", "test", "--workspace", "--locked", "--no-run"];
-    let messages = ["--message-format", "json-render-diagnostics"];
-    command::listen(&[&GIVING_WAY[..], &cargo, &messages].concat(), |message| {
-        let Some(built) = built(message) else { return };
-        shared.change(|queue| queue.take(built));
-    })
-}
-
-/// The test program or the command in a message of cargo; `None` for other messages.
-fn built(message: &str) -> Option<Built> {
-    let message: Value = serde_json::from_str(message).ok()?;
-    let is_test = message["profile"]["test"].as_bool()?;
-    let name = message["target"]["name"].as_str()?;
-    let executable = message["executable"].as_str()?;
-    if !is_test {
-        return (name == COMMAND && message["target"]["kind"][0] == "bin").then_some(Built::Command);
-    }
-    Some(Built::Test(Program {
-        name: name.to_owned(),
-        executable: executable.into(),
-        folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
-    }))
 }
 
 /// Runs one program after the other, and shows the output of each after its end, so that outputs do not mix. `under` is the
@@ -305,28 +261,6 @@ mod tests {
     fn what_is_not_beside_the_project_is_reported() {
         let here = Path::new(env!("CARGO_MANIFEST_DIR"));
         assert_eq!(absent(&here.join("src")).collect::<Vec<_>>(), BESIDE);
-    }
-
-    #[test]
-    fn test_programs_are_among_the_messages_of_cargo() {
-        let message = |name: &str, kind: &str, test: bool| {
-            let target = format!(r#"{{"name": "{name}", "kind": ["{kind}"]}}"#);
-            format!(
-                r#"{{"reason": "compiler-artifact", "manifest_path": "/w/crates/a/Cargo.toml", "target": {target},
-                    "profile": {{"test": {test}}}, "executable": "/w/target/live-1"}}"#
-            )
-        };
-        let live = Program {
-            name: "live".into(),
-            executable: "/w/target/live-1".into(),
-            folder: "/w/crates/a".into(),
-        };
-        assert_eq!(built(&message("live", "test", true)), Some(Built::Test(live)));
-        assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command));
-        assert_eq!(built(&message("shsa-bench", "bin", false)), None);
-        assert_eq!(built(&message("own_bus", "example", false)), None);
-        assert_eq!(built(r#"{"reason": "build-finished", "success": true}"#), None);
-        assert_eq!(built("a line of something else"), None);
     }
 
     #[test]

@@ -1,0 +1,182 @@
+//! Called by cargo in the place of rustc: each unit of the workspace is compiled, then linted and documented with what it was
+//! compiled with.
+//!
+//! `cargo clippy` and `cargo doc` would have every dependency checked again, each for itself: an eighth of the time of all of CI.
+
+use anyhow::{Context, Result};
+use std::env;
+use std::path::Path;
+use std::process::Command;
+
+/// Options of rustc whose value is the next argument.
+const WITH_VALUE: [&str; 9] = [
+    "-C",
+    "-L",
+    "--cap-lints",
+    "--cfg",
+    "--check-cfg",
+    "--crate-name",
+    "--crate-type",
+    "--extern",
+    "--out-dir",
+];
+/// Those of them that rustdoc needs, besides the kind of the unit.
+const OF_DOCUMENTATION: [&str; 6] = ["-L", "--cap-lints", "--cfg", "--check-cfg", "--crate-name", "--extern"];
+/// Cargo takes an announced artifact for the one that it waits for: only the compiler announces its own.
+const MESSAGES: &str = "--json=diagnostic-rendered-ansi";
+
+/// An argument of rustc, with the one after it where this is its value.
+type Argument<'a> = &'a [String];
+
+/// The setting of cargo for which this program is called in the place of rustc.
+///
+/// # Errors
+/// When the own program cannot be found.
+pub(crate) fn setting() -> Result<String> {
+    let own = env::current_exe().context("finding the own program")?;
+    Ok(format!("build.rustc-workspace-wrapper={:?}", own.display().to_string()))
+}
+
+/// Whether these arguments are the path of rustc and its arguments.
+pub(crate) fn is_called(arguments: &[String]) -> bool {
+    arguments.first().is_some_and(|first| Path::new(first).file_stem().is_some_and(|name| name == "rustc"))
+}
+
+/// Compiles a unit, lints it and documents it; returns whether all succeeded. A unit with a warning fails, so that cargo builds it
+/// again the next time.
+///
+/// # Errors
+/// When a program cannot be started.
+pub(crate) fn run(arguments: &[String]) -> Result<bool> {
+    let (rustc, arguments) = arguments.split_first().context("the path of rustc is missing")?;
+    let parsed = parsed(arguments);
+    // Compiled first, as units that use this one wait for its metadata only.
+    let lines = [
+        ("rustc", Some(arguments.to_vec())),
+        ("clippy-driver", linted(&parsed)),
+        ("rustdoc", documented(&parsed)),
+    ];
+    for (program, line) in lines {
+        let Some(line) = line else { continue };
+        let program = Path::new(rustc).with_file_name(program);
+        let status = Command::new(&program).args(line).status();
+        if !status.with_context(|| format!("starting {}", program.display()))?.success() {
+            return Ok(false);
+        }
+    }
+    Ok(true)
+}
+
+fn parsed(mut arguments: &[String]) -> Vec<Argument<'_>> {
+    let mut parsed = Vec::new();
+    while let Some(first) = arguments.first() {
+        let count = if WITH_VALUE.contains(&first.as_str()) { 2 } else { 1 };
+        let (argument, rest) = arguments.split_at(count.min(arguments.len()));
+        parsed.push(argument);
+        arguments = rest;
+    }
+    parsed
+}
+
+/// The value of an option; `None` where it is absent.
+fn value<'a>(parsed: &[Argument<'a>], option: &str) -> Option<&'a str> {
+    parsed.iter().find(|it| it[0] == option).and_then(|it| it.get(1)).map(String::as_str)
+}
+
+/// The arguments with which clippy checks a unit; `None` where cargo only asks what the compiler can do.
+fn linted(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
+    let kept = parsed.iter().filter(|it| {
+        let is_incremental = it.get(1).is_some_and(|value| value.starts_with("incremental="));
+        !(it[0] == "--out-dir"
+            || it[0].starts_with("--emit=")
+            || it[0].starts_with("--json=")
+            || is_incremental)
+    });
+    finished(parsed, kept, &["--emit=metadata"])
+}
+
+/// The arguments with which rustdoc documents a library or a program; `None` for tests, and what [`linted`] has none for.
+fn documented(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
+    let is_test = parsed.iter().any(|it| it[0] == "--test");
+    if is_test || value(parsed, "--crate-name") == Some("build_script_build") {
+        return None;
+    }
+    let kept = parsed.iter().filter(|it| {
+        let is_of_source = it[0].ends_with(".rs") || it[0].starts_with("--edition=");
+        is_of_source || it[0].starts_with("--error-format=") || OF_DOCUMENTATION.contains(&it[0].as_str())
+    });
+    // A library of any kind has the same documentation; nobody but its authors reads that of a program.
+    let kind: &[&str] = match value(parsed, "--crate-type")? {
+        "bin" => &["--crate-type", "bin", "--document-private-items"],
+        _ => &["--crate-type", "lib"],
+    };
+    finished(parsed, kept, kind)
+}
+
+/// The kept arguments and some more, with warnings as errors and what comes out apart from the results of the compiler.
+fn finished<'a>(
+    parsed: &[Argument<'_>],
+    kept: impl Iterator<Item = &'a Argument<'a>>,
+    more: &[&str],
+) -> Option<Vec<String>> {
+    let suffix = parsed.iter().find_map(|it| it.get(1)?.strip_prefix("extra-filename="))?;
+    let unit = format!("{}{suffix}", value(parsed, "--crate-name")?);
+    let folder = Path::new(value(parsed, "--out-dir")?).with_file_name("checked").join(unit);
+    let folder = folder.display().to_string();
+    let last = [MESSAGES, "-D", "warnings", "--out-dir", &folder];
+    Some(
+        kept.copied().flatten().cloned().chain(more.iter().chain(&last).map(|it| (*it).to_owned())).collect(),
+    )
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn arguments(line: &str) -> Vec<String> {
+        line.split(' ').map(str::to_owned).collect()
+    }
+
+    const LIBRARY: &str = "--crate-name a --edition=2024 src/lib.rs --error-format=json --json=diagnostic-rendered-ansi,artifacts \
+                           --crate-type cdylib --crate-type rlib --emit=dep-info,metadata,link -C opt-level=1 --warn=clippy::all \
+                           --check-cfg cfg(test) -C extra-filename=-12 --out-dir /t/debug/deps -C incremental=/t/i \
+                           -L dependency=/t/debug/deps --extern b=/t/debug/deps/libb-3.rmeta";
+
+    #[test]
+    fn a_library_is_linted_and_documented() {
+        let line = arguments(LIBRARY);
+        let parsed = parsed(&line);
+        assert_eq!(
+            linted(&parsed).unwrap().join(" "),
+            "--crate-name a --edition=2024 src/lib.rs --error-format=json --crate-type cdylib --crate-type rlib -C opt-level=1 \
+             --warn=clippy::all --check-cfg cfg(test) -C extra-filename=-12 -L dependency=/t/debug/deps \
+             --extern b=/t/debug/deps/libb-3.rmeta --emit=metadata --json=diagnostic-rendered-ansi -D warnings \
+             --out-dir /t/debug/checked/a-12"
+        );
+        assert_eq!(
+            documented(&parsed).unwrap().join(" "),
+            "--crate-name a --edition=2024 src/lib.rs --error-format=json --check-cfg cfg(test) -L dependency=/t/debug/deps \
+             --extern b=/t/debug/deps/libb-3.rmeta --crate-type lib --json=diagnostic-rendered-ansi -D warnings \
+             --out-dir /t/debug/checked/a-12"
+        );
+    }
+
+    #[test]
+    fn a_program_is_documented_with_what_is_private_and_a_test_not_at_all() {
+        let program = arguments(&LIBRARY.replace("cdylib --crate-type rlib", "bin"));
+        assert!(documented(&parsed(&program)).unwrap().contains(&"--document-private-items".to_owned()));
+        let test = arguments(&LIBRARY.replace("--crate-type cdylib --crate-type rlib", "--test"));
+        assert_eq!(documented(&parsed(&test)), None);
+        assert!(linted(&parsed(&test)).unwrap().contains(&"--test".to_owned()));
+    }
+
+    #[test]
+    fn questions_to_the_compiler_are_passed_on_only() {
+        for question in ["-vV", "- --crate-name ___ --print=file-names --crate-type bin"] {
+            let line = arguments(question);
+            assert_eq!((linted(&parsed(&line)), documented(&parsed(&line))), (None, None));
+        }
+        assert!(is_called(&arguments("/opt/bin/rustc -vV")));
+        assert!(!is_called(&arguments("test")) && !is_called(&[]));
+    }
+}

@@ -1,0 +1,102 @@
+//! Builds, lints and documents the workspace, and runs the examples in its documentation.
+
+use super::GIVING_WAY;
+use crate::{command, compiler};
+use anyhow::Result;
+use serde_json::Value;
+use std::path::{Path, PathBuf};
+
+/// The command that some tests run.
+const COMMAND: &str = "shsa";
+
+/// What cargo says that it has built.
+#[derive(Debug, PartialEq)]
+pub(super) enum Built {
+    Test(Program),
+    /// The command that other tests run.
+    Command,
+}
+
+/// A built test program.
+#[derive(Debug, PartialEq)]
+pub(super) struct Program {
+    /// The name of its target: `live`, `shsa_core`.
+    pub(super) name: String,
+    pub(super) executable: PathBuf,
+    /// The folder of its crate, in which cargo runs it.
+    pub(super) folder: PathBuf,
+}
+
+/// Builds, lints and documents everything, and passes on each test program and the command once they are built.
+///
+/// # Errors
+/// When something does not build, or clippy or the documentation has a warning.
+pub(super) fn all(mut pass: impl FnMut(Built)) -> Result<()> {
+    let compiler = compiler::setting()?;
+    let cargo =
+        ["cargo", "test", "--workspace", "--all-targets", "--locked", "--no-run", "--config", &compiler];
+    let messages = ["--message-format", "json-render-diagnostics"];
+    command::listen(&[&GIVING_WAY[..], &cargo, &messages].concat(), |message| {
+        if let Some(built) = built(message) {
+            pass(built);
+        }
+    })
+}
+
+/// The test program or the command in a message of cargo; `None` for other messages.
+fn built(message: &str) -> Option<Built> {
+    let message: Value = serde_json::from_str(message).ok()?;
+    let is_test = message["profile"]["test"].as_bool()?;
+    let name = message["target"]["name"].as_str()?;
+    let executable = message["executable"].as_str()?;
+    if !is_test {
+        return (name == COMMAND && message["target"]["kind"][0] == "bin").then_some(Built::Command);
+    }
+    if message["target"]["kind"][0] == "bench" {
+        return None;
+    }
+    Some(Built::Test(Program {
+        name: name.to_owned(),
+        executable: executable.into(),
+        folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
+    }))
+}
+
+/// Runs the examples in the documentation of all crates; passes on each line that they print.
+///
+/// # Errors
+/// When an example fails.
+pub(super) fn examples(show: impl FnMut(&str)) -> Result<()> {
+    let compiler = compiler::setting()?;
+    let cargo =
+        ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc", "--config", &compiler];
+    command::relay(&[&GIVING_WAY[..], &cargo].concat(), show)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn test_programs_are_among_the_messages_of_cargo() {
+        let message = |name: &str, kind: &str, test: bool| {
+            let target = format!(r#"{{"name": "{name}", "kind": ["{kind}"]}}"#);
+            format!(
+                r#"{{"reason": "compiler-artifact", "manifest_path": "/w/crates/a/Cargo.toml", "target": {target},
+                    "profile": {{"test": {test}}}, "executable": "/w/target/live-1"}}"#
+            )
+        };
+        let live = Program {
+            name: "live".into(),
+            executable: "/w/target/live-1".into(),
+            folder: "/w/crates/a".into(),
+        };
+        assert_eq!(built(&message("live", "test", true)), Some(Built::Test(live)));
+        assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command));
+        assert_eq!(built(&message("shsa-bench", "bin", false)), None);
+        assert_eq!(built(&message("own_bus", "example", false)), None);
+        assert_eq!(built(&message("filters", "bench", true)), None);
+        assert_eq!(built(r#"{"reason": "build-finished", "success": true}"#), None);
+        assert_eq!(built("a line of something else"), None);
+    }
+}
