@@ -32,15 +32,13 @@ pub(super) struct Program {
 /// # Errors
 /// When something does not build, or clippy or the documentation has a warning.
 pub(super) fn all(mut pass: impl FnMut(Built)) -> Result<()> {
-    let compiler = compiler::setting()?;
-    let cargo =
-        ["cargo", "test", "--workspace", "--all-targets", "--locked", "--no-run", "--config", &compiler];
-    let messages = ["--message-format", "json-render-diagnostics"];
-    command::listen(&[&GIVING_WAY[..], &cargo, &messages].concat(), |message| {
+    let arguments = ["--all-targets", "--no-run", "--message-format", "json-render-diagnostics"];
+    let mut hear = |message: &str| {
         if let Some(built) = built(message) {
             pass(built);
         }
-    })
+    };
+    cargo_test(&arguments, |line| command::listen(line, &mut hear))
 }
 
 /// The test program or the command in a message of cargo; `None` for other messages.
@@ -67,10 +65,15 @@ fn built(message: &str) -> Option<Built> {
 /// # Errors
 /// When an example fails.
 pub(super) fn examples(show: impl FnMut(&str)) -> Result<()> {
+    cargo_test(&["--no-fail-fast", "--doc"], |line| command::relay(line, show))
+}
+
+/// Runs `cargo test` for the workspace, with more arguments.
+fn cargo_test(arguments: &[&str], run: impl FnOnce(&[&str]) -> Result<()>) -> Result<()> {
     let compiler = compiler::setting()?;
-    let cargo =
-        ["cargo", "test", "--workspace", "--locked", "--no-fail-fast", "--doc", "--config", &compiler];
-    command::relay(&[&GIVING_WAY[..], &cargo].concat(), show)
+    // Nobody steps through these programs with a debugger. It takes a tenth of the time to compile them.
+    let settings = ["--config", &compiler, "--config", "profile.test.debug=false"];
+    run(&[&GIVING_WAY[..], &["cargo", "test", "--workspace", "--locked"], arguments, &settings].concat())
 }
 
 #[cfg(test)]
