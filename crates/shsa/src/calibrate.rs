@@ -41,7 +41,7 @@ fails.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
-    /// Recordings of a healthy system: CSV, JSON lines, ROS 1 bags, folders of them.
+    /// Recordings of a healthy system: files and folders of any format (`shsa help recordings`).
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// False alarms of the whole model an hour that are accepted on data not seen, with 95 % confidence.

@@ -43,7 +43,7 @@ alarms are false, or more needs are unmet than in the stored campaign.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
-    /// Recordings: CSV, JSON lines, ROS 1 bags, folders of them.
+    /// Files and folders of any format (`shsa help recordings`).
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     /// A change of the model to begin with, as `shsa replay --reload` takes it; may be given several times, in their order.

@@ -54,7 +54,7 @@ removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with e
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
-    /// Recordings: CSV, JSON lines, ROS 1 bags, folders of them; or the journal of an earlier run.
+    /// Files and folders of any format (`shsa help recordings`), or the journal of an earlier run.
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
     #[command(flatten)]
