@@ -1,6 +1,7 @@
 //! `shsa calibrate`: finds the errors, offsets and delays that healthy recordings need, and writes them as a change of the model.
 
 use crate::outcome::Outcome;
+use crate::patch::patched;
 use crate::progress::{Search, bar};
 use crate::reading::ReadArguments;
 use crate::replay::written;
@@ -9,6 +10,7 @@ use anyhow::Context;
 use shsa_core::knowledge::{SignalId, build};
 use shsa_core::time::Span;
 use shsa_format::fault::moment;
+use shsa_format::model::live::Written;
 use shsa_format::recording;
 use shsa_lab::calibration::{self, Calibration, Options, Parted, calibrate};
 use shsa_lab::campaign::{Kind, SearchSpec, Smallest};
@@ -17,12 +19,12 @@ use shsa_report::calibration::Report;
 use shsa_report::recorded::wanted;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::str::FromStr;
 
 /// Arguments of `shsa calibrate`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa calibrate models/car.yaml drive/ --patch tuned.yaml
+#[command(after_help = "Example: shsa calibrate models/car.yaml drive/ -o tuned.yaml
 
 The promise is about the whole loop: on other recordings of the same healthy system, at most this many moments an hour at \
 which a signal is suspected or failed. The numbers are fitted to the first part of each recording: the scatter of signals and \
@@ -36,7 +38,7 @@ of their own in every reading. With a single recording, the difference between r
 in which one signal leaves all ways that it agrees with elsewhere counts as a fault: it is reported, and not fitted. With --faults \
 the smallest fault of each kind is listed with which the whole loop gives an alarm at each of 5 moments.
 
-Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no patch is written), or a healthy signal \
+Exit status 1: on the rest, the fitted numbers do worse than those of the model (then no change is written), or a healthy signal \
 fails.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
@@ -66,6 +68,9 @@ pub(crate) struct Arguments {
     /// Write what changes in the model, as `shsa replay --reload` takes it, with the evidence.
     #[arg(long, value_name = "FILE")]
     patch: Option<PathBuf>,
+    /// Write the model with these changes in it; its comments stay.
+    #[arg(short, long, value_name = "FILE")]
+    output: Option<PathBuf>,
     /// Write a page for the browser with all of it; it needs nothing else.
     #[arg(long, value_name = "FILE")]
     html: Option<PathBuf>,
@@ -107,7 +112,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let skip: Vec<(Span, Span)> = arguments.skip.iter().map(|it| (it.from, it.to)).collect();
     let parted = Parted::of(&recording, arguments.split, &skip)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
-    arguments.patch.iter().chain(&arguments.html).try_for_each(|path| written::ensure_free(path, &read))?;
+    let files = arguments.patch.iter().chain(&arguments.output).chain(&arguments.html);
+    files.into_iter().try_for_each(|path| written::ensure_free(path, &read))?;
     let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
     let wanted = Options {
         alarms_per_hour: arguments.false_alarms,
@@ -133,19 +139,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: parted.duration,
         refusal: refusal.as_deref(),
     };
-    if let (Some(path), None) = (&arguments.patch, &refusal)
-        && let [Some(mut patch)] = written::open([Some(path.as_path())], &read)?
-    {
-        patch.write_all(report.patch(show::style()).as_bytes())?;
-        patch.flush()?;
+    if refusal.is_none() {
+        let change = report.patch(show::style());
+        write(arguments.patch.as_deref(), &read, || Ok(change.clone()))?;
+        let change = Written { name: "the fitted numbers", text: &change };
+        write(arguments.output.as_deref(), &read, || patched(&arguments.model, change))?;
     }
-    if let Some(path) = &arguments.html
-        && let [Some(mut page)] = written::open([Some(path.as_path())], &read)?
-    {
-        let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-        page.write_all(report.page(&title).as_bytes())?;
-        page.flush()?;
-    }
+    let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
+    write(arguments.html.as_deref(), &read, || Ok(report.page(&title)))?;
     let text = if arguments.json { report.json().to_string() } else { report.text(show::style()) };
     writeln!(stdout(), "{text}")?;
     Ok(match (refusal.is_some() || found.after.failed > 0, recording.degraded) {
@@ -153,6 +154,21 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         (false, true) => Outcome::Degraded,
         (false, false) => Outcome::Done,
     })
+}
+
+/// Writes a text to a file, where one is given.
+fn write(
+    file: Option<&Path>,
+    read: &[&PathBuf],
+    text: impl FnOnce() -> anyhow::Result<String>,
+) -> anyhow::Result<()> {
+    let Some(path) = file else { return Ok(()) };
+    let text = text()?;
+    if let [Some(mut file)] = written::open([Some(path)], read)? {
+        file.write_all(text.as_bytes())?;
+        file.flush()?;
+    }
+    Ok(())
 }
 
 /// The numbers of moments and of seeds with which each fault is tried.

@@ -28,17 +28,23 @@ pub(crate) struct Arguments {
 
 /// Writes the changed model; bad input if it would be invalid.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let (model, change) = (text(&arguments.model, "model")?, text(&arguments.patch, "change")?);
-    let (model_name, change_name) =
-        (arguments.model.display().to_string(), arguments.patch.display().to_string());
-    let model = Written { name: &model_name, text: &model };
-    let change = Written { name: &change_name, text: &change };
-    let patched = patch::patched(model, change).map_err(|report| or_report(&report))?;
+    let change_name = arguments.patch.display().to_string();
+    let change = Written { name: &change_name, text: &text(&arguments.patch, "change")? };
+    let patched = patched(&arguments.model, change)?;
     match &arguments.output {
         Some(file) => fs::write(file, patched).with_context(|| format!("writing {}", file.display()))?,
         None => stdout().write_all(patched.as_bytes())?,
     }
     Ok(Outcome::Done)
+}
+
+/// The text of the model in a file with a change put into it.
+///
+/// # Errors
+/// When the file cannot be read, or the model would be invalid; that is reported.
+pub(crate) fn patched(model: &Path, change: Written<'_>) -> anyhow::Result<String> {
+    let (name, text) = (model.display().to_string(), text(model, "model")?);
+    patch::patched(Written { name: &name, text: &text }, change).map_err(|report| or_report(&report))
 }
 
 fn text(path: &Path, what: &str) -> anyhow::Result<String> {

@@ -124,6 +124,17 @@ fn the_page_has_what_the_text_says_and_the_patch() {
 }
 
 #[test]
+fn the_calibrated_model_is_the_model_with_the_patch() {
+    let folder = folder();
+    folder.ends("calibrate m.yaml drive.csv --patch patch.yaml --output tuned.yaml", 0);
+    let patched = folder.ends("patch m.yaml patch.yaml", 0).stdout;
+    assert_eq!(folder.read("tuned.yaml"), patched);
+    assert_ne!(patched, folder.read("m.yaml"));
+    let refused = folder.ends("calibrate m.yaml drive.csv --output m.yaml", 2);
+    assert!(refused.stderr.contains("m.yaml"), "{}", refused.stderr);
+}
+
+#[test]
 fn a_relation_that_does_not_hold_is_reported() {
     let folder = folder();
     // The relation's error is so wide that it accuses nobody.
