@@ -1,5 +1,7 @@
 //! `shsa plan`: substitutions for a variable, best first.
 
+mod trace;
+
 use crate::contingency;
 use crate::outcome::Outcome;
 use crate::requirements::{self, RequirementArguments};
@@ -17,6 +19,7 @@ use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::time::{Duration, Instant};
+use trace::Trace;
 
 /// Arguments of `shsa plan`.
 #[derive(clap::Args)]
@@ -54,11 +57,20 @@ pub(crate) struct Arguments {
     /// How many threads the exact search may use; the result is the same.
     #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one)]
     threads: NonZeroUsize,
+    /// Print the steps of the search too, as a tree; searches by SH-PGSA.
+    #[arg(long, conflicts_with_all = ["engine", "threads", "contingency"])]
+    trace: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     requirements: RequirementArguments,
+}
+
+impl Arguments {
+    fn engine(&self) -> Engine {
+        if self.trace { Engine::ShPgsa } else { self.engine }
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -110,12 +122,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let variable = find_variable(&knowledge, arguments.variable.as_deref().unwrap_or_default())?;
     let requirements = arguments.requirements.read(&knowledge, variable, &mut options)?;
-    if requirements.limits_paths() && arguments.engine != Engine::BestFirst {
+    if requirements.limits_paths() && arguments.engine() != Engine::BestFirst {
         bail!("latency and width are checked by the engine best-first only");
     }
     let graph = Graph::new(&knowledge);
     let began = Instant::now();
-    let plan = search(arguments, &knowledge, &graph, variable, &options, &requirements);
+    let mut trace = Trace::default();
+    let plan = search(arguments, &knowledge, &graph, variable, &options, &requirements, &mut trace);
     let elapsed = began.elapsed();
     let narrowed = requirements.narrowed(&knowledge, &options);
     let excluded = |signal: SignalId| narrowed.forbidden_signals.contains(&signal);
@@ -125,12 +138,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         .then(|| refused(&knowledge, &graph, variable, &options, &requirements, limits(arguments)));
     let mut output = stdout().lock();
     if arguments.json {
-        writeln!(
-            output,
-            "{}",
-            to_json(arguments, &knowledge, &plan, elapsed, excluded, falling_short.as_deref())
-        )?;
+        let mut answer = to_json(arguments, &knowledge, &plan, elapsed, excluded, falling_short.as_deref());
+        if arguments.trace {
+            answer["steps"] = trace.to_json(&knowledge);
+        }
+        writeln!(output, "{answer}")?;
     } else {
+        if arguments.trace {
+            writeln!(output, "{}\n", trace.to_text(&knowledge))?;
+        }
         writeln!(output, "{}", to_text(arguments, &knowledge, &plan, excluded))?;
         if let Some(refused) = falling_short.filter(|refused| !refused.is_empty()) {
             writeln!(output, "\n{}", requirements::table(&knowledge, &refused))?;
@@ -152,11 +168,12 @@ fn search(
     variable: VariableId,
     options: &Options,
     requirements: &Requirements,
+    trace: &mut Trace,
 ) -> Plan {
     let limits = limits(arguments);
     let options = &requirements.narrowed(knowledge, options);
     let count = if arguments.all { usize::MAX } else { arguments.top.get() };
-    match arguments.engine {
+    match arguments.engine() {
         Engine::BestFirst if requirements.limits_paths() => {
             plan::best_meeting(knowledge, graph, variable, options, requirements, count, limits)
         }
@@ -165,6 +182,11 @@ fn search(
             plan::best_in_parts(graph, variable, options, count, limits, parts, at_once)
         }
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
+        Engine::ShPgsa if arguments.trace => {
+            plan::property_guided_traced(graph, variable, options, count, limits, &mut |step| {
+                trace.take(step)
+            })
+        }
         Engine::ShPgsa => plan::property_guided(graph, variable, options, count, limits),
         Engine::Orr => plan::ontology(graph, variable, options, limits),
         Engine::Dfs if count == 1 => plan::depth_first(graph, variable, options, Take::First, limits),
@@ -239,7 +261,7 @@ fn to_json(
         .map(|(substitution, utility)| Names::of(knowledge, substitution, &excluded).to_json(*utility));
     let mut answer = json!({
         "variable": arguments.variable,
-        "engine": arguments.engine.name(),
+        "engine": arguments.engine().name(),
         "stop": plan.stop.to_string(),
         "expanded": plan.expanded,
         "search_ns": u64::try_from(elapsed.as_nanos()).unwrap_or(u64::MAX),

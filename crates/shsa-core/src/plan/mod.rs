@@ -34,7 +34,7 @@ pub use graph::{Appraisal, Graph, Options};
 pub use limits::{Limits, StopReason};
 pub use ontology::ontology;
 pub use parallel::{Part, best_in_parts};
-pub use property_guided::property_guided;
+pub use property_guided::{Leaves, Step, property_guided, property_guided_traced};
 pub use requirements::{Requirements, Shortfall};
 pub use scratch::Scratch;
 

@@ -28,7 +28,7 @@ use super::utility::{Scale, Weight};
 use super::workers::{State, WorkerId, Workers};
 use crate::knowledge::{RelationId, VariableId};
 use crate::substitution::Substitution;
-use alloc::collections::BTreeSet;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
 /// The `count` best substitutions of `root`, best first, in the order of [`exhaustive`](super::exhaustive()).
@@ -44,11 +44,71 @@ pub fn property_guided(
     count: usize,
     limits: Limits,
 ) -> Plan {
+    search(graph, root, options, count, limits, None)
+}
+
+/// Searches as [`property_guided`], and passes on each step when it is made.
+#[must_use]
+pub fn property_guided_traced(
+    graph: &Graph,
+    root: VariableId,
+    options: &Options,
+    count: usize,
+    limits: Limits,
+    pass: &mut dyn FnMut(Step),
+) -> Plan {
+    search(graph, root, options, count, limits, Some(pass))
+}
+
+/// A step of the search: a worker decides all variables that are open after an earlier step.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// How many steps were made after which this worker goes on.
+    pub depth: usize,
+    /// The number of the step before, counted from 1 in the order of making; `None` for a first step.
+    pub after: Option<usize>,
+    /// The decided variables, each with its relation; `None` where it is provided.
+    pub decisions: Vec<(VariableId, Option<RelationId>)>,
+    /// The utility of all decisions so far; an upper bound for a step that was dropped.
+    pub utility: f64,
+    /// What the step leads to.
+    pub leaves: Leaves,
+}
+
+/// What a step of the search leaves.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Leaves {
+    /// Variables that are to be decided.
+    Open,
+    /// Nothing: the substitution is complete. It is an answer once no other worker is better.
+    Complete,
+    /// A cycle: the step is dropped.
+    Cycle,
+}
+
+fn search(
+    graph: &Graph,
+    root: VariableId,
+    options: &Options,
+    count: usize,
+    limits: Limits,
+    pass: Option<&mut dyn FnMut(Step)>,
+) -> Plan {
     let choices = Choices::new(graph, root, options);
     if let Some(refusal) = choices.refusal() {
         return refusal;
     }
-    Search::new(choices).run(count, limits)
+    let trace = pass.map(|pass| Trace { pass, steps: 0, numbers: BTreeMap::new() });
+    Search::new(choices, trace).run(count, limits)
+}
+
+/// Where steps are passed on.
+struct Trace<'p> {
+    pass: &'p mut dyn FnMut(Step),
+    /// The number of steps made.
+    steps: usize,
+    /// The numbers of the workers' steps.
+    numbers: BTreeMap<WorkerId, usize>,
 }
 
 /// A worker whose decisions are part of the present ones.
@@ -59,8 +119,9 @@ struct Stand {
     decided: usize,
 }
 
-struct Search<'a> {
+struct Search<'a, 'p> {
     scale: Scale,
+    trace: Option<Trace<'p>>,
     partial: Partial<'a>,
     workers: Workers,
     /// The workers of the present partial substitution, from depth 1 on.
@@ -73,10 +134,11 @@ struct Search<'a> {
     kept: usize,
 }
 
-impl<'a> Search<'a> {
-    fn new(choices: Choices<'a>) -> Search<'a> {
+impl<'a, 'p> Search<'a, 'p> {
+    fn new(choices: Choices<'a>, trace: Option<Trace<'p>>) -> Search<'a, 'p> {
         Search {
             scale: choices.scale(),
+            trace,
             workers: Workers::new(choices.scale()),
             partial: Partial::new(choices),
             line: Vec::new(),
@@ -119,7 +181,7 @@ impl<'a> Search<'a> {
         match self.workers.state(worker) {
             State::Potential => {
                 self.workers.follow(worker, weight);
-                self.make(worker);
+                self.make(worker, weight);
             }
             State::Open => {
                 self.go_to(worker);
@@ -132,12 +194,34 @@ impl<'a> Search<'a> {
     }
 
     /// Decides a combination; one that closes a cycle is dropped.
-    fn make(&mut self, worker: WorkerId) {
+    fn make(&mut self, worker: WorkerId, least: Weight) {
         self.go_to(self.workers.before(worker));
-        if self.decide(worker) {
-            let state = if self.partial.open().is_empty() { State::Done } else { State::Open };
-            self.workers.make(worker, self.partial.weight(), state);
-        }
+        let open = if self.trace.is_some() { self.partial.open().to_vec() } else { Vec::new() };
+        let (leaves, weight) = if !self.decide(worker) {
+            (Leaves::Cycle, least)
+        } else if self.partial.open().is_empty() {
+            self.workers.make(worker, self.partial.weight(), State::Done);
+            (Leaves::Complete, self.partial.weight())
+        } else {
+            self.workers.make(worker, self.partial.weight(), State::Open);
+            (Leaves::Open, self.partial.weight())
+        };
+        self.tell(worker, &open, weight, leaves);
+    }
+
+    /// Passes on the step of a worker that decided these variables.
+    fn tell(&mut self, worker: WorkerId, open: &[VariableId], weight: Weight, leaves: Leaves) {
+        let Some(trace) = &mut self.trace else { return };
+        trace.steps += 1;
+        trace.numbers.insert(worker, trace.steps);
+        let relations = self.workers.combination(worker).map(|choice| choice.relation);
+        (trace.pass)(Step {
+            depth: self.workers.depth(worker).saturating_sub(1),
+            after: trace.numbers.get(&self.workers.before(worker)).copied(),
+            decisions: open.iter().copied().zip(relations).collect(),
+            utility: self.scale.utility(weight),
+            leaves,
+        });
     }
 
     /// Makes the decisions of a worker's combination, all or none.

@@ -1,6 +1,6 @@
 //! SWI-Prolog answers from the exported facts as our searches do; files of the thesis's forms give its answers.
 //!
-//! `prolog/substitution.pl` is the definition, written for Prolog: it shares nothing with the searches.
+//! The rules at the end of an export are the definition, written for Prolog: they share nothing with the searches.
 
 use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -122,6 +122,32 @@ fn models_have_the_substitutions_that_prolog_finds() {
         yaml.map(|path| (path.display().to_string(), fs::read_to_string(&path).unwrap())).collect();
     let Some((variables, _)) = check("models", &models) else { return };
     assert!(variables > 20, "{variables}");
+}
+
+#[test]
+fn an_export_answers_by_itself() {
+    let text = include_str!("../../../../models/drivetrain.yaml");
+    let knowledge = load(text, "drivetrain.yaml").knowledge;
+    let file = Path::new(env!("CARGO_TARGET_TMPDIR")).join("drivetrain.pl");
+    fs::write(&file, prolog::write(&knowledge).text).unwrap();
+    let query = "forall(substitution(steering_angle, S), (atomic_list_concat(S, ' ', L), writeln(L)))";
+    let Ok(output) = Command::new("swipl").args(["-g", query, "-t", "halt"]).arg(&file).output() else {
+        let _ = writeln!(std::io::stderr(), "SKIPPED: swipl: install SWI-Prolog (swi-prolog-nox)");
+        return;
+    };
+    let reported = String::from_utf8_lossy(&output.stderr);
+    assert!(output.status.success() && reported.is_empty(), "{reported}");
+    let printed = String::from_utf8_lossy(&output.stdout);
+    let own = |line: &str| {
+        let mut names: Vec<String> = line.split_whitespace().map(|name| own_name(&knowledge, name)).collect();
+        names.sort();
+        names
+    };
+    let theirs: Vec<Vec<String>> = printed.lines().map(own).collect();
+    let wanted = knowledge.variable("steering_angle").unwrap();
+    let ours = substitutions(&knowledge, wanted, &Options::default()).unwrap();
+    assert_eq!((theirs.len(), theirs.into_iter().collect::<Sets>()), (ours.len(), ours));
+    assert!(load(&fs::read_to_string(file).unwrap(), "drivetrain.pl").report.ok());
 }
 
 /// A small generator of pseudo-random numbers (SplitMix64).

@@ -2,6 +2,7 @@
 
 use crate::folder::{Folder, keys};
 use crate::tank;
+use serde_json::Value;
 
 #[test]
 fn all_substitutions_as_json() {
@@ -56,6 +57,29 @@ fn what_is_behind_a_provided_variable_is_found_when_asked_for() {
         assert_eq!(relations(&format!("--behind --engine {engine}")), [json!(["r"]), json!(["r", "s"])]);
     }
     folder.refuses("plan chain.yaml a --contingency --behind", &["cannot be used with"]);
+}
+
+#[test]
+fn each_step_of_a_search_is_shown() {
+    let folder = tank::folder();
+    let answer = folder.json("plan tank.yaml level --all --behind --trace", 0);
+    assert_eq!(answer["engine"], "sh-pgsa");
+    let steps = answer["steps"].as_array().unwrap();
+    // Each complete step is an answer, with the utility of the answer.
+    let utilities = |of: &[Value]| -> Vec<f64> {
+        let mut found: Vec<f64> = of.iter().map(|it| it["utility"].as_f64().unwrap()).collect();
+        found.sort_by(f64::total_cmp);
+        found
+    };
+    let complete: Vec<Value> = steps.iter().filter(|step| step["leaves"] == "complete").cloned().collect();
+    assert_eq!(utilities(&complete), utilities(answer["substitutions"].as_array().unwrap()));
+    for (at, step) in steps.iter().enumerate() {
+        assert!(step["after"].as_u64().is_none_or(|after| after <= at as u64), "{step}");
+        assert!(!step["decisions"].as_array().unwrap().is_empty(), "{step}");
+    }
+    let text = folder.ends("plan tank.yaml level --all --behind --trace", 0).stdout;
+    assert!(text.contains("step  decides") && text.contains("complete"), "{text}");
+    folder.refuses("plan tank.yaml level --trace --engine dfs", &["cannot be used with"]);
 }
 
 #[test]

@@ -6,6 +6,7 @@ use std::collections::BTreeMap;
 
 use super::clauses::{Token, clauses};
 use super::notes::Notes;
+use super::prolog::RULES;
 use super::sketch::{Direction, Sketch, Sketched};
 
 /// The form of each fact.
@@ -23,9 +24,9 @@ enum Term {
     List(Vec<Text>),
 }
 
-/// Reads all facts. Wrong facts are reported, and other clauses are counted.
+/// Reads all facts. Wrong facts are reported, and other clauses are counted, but for the rules of an export.
 pub(super) fn sketch(notes: &mut Notes, text: &str) -> Sketch {
-    let clauses = clauses(notes, text);
+    let clauses = clauses(notes, text.strip_suffix(RULES).unwrap_or(text));
     let mut reader = Reader {
         notes,
         sketch: Sketch::default(),

@@ -17,6 +17,9 @@ pub struct Written {
     pub losses: Vec<String>,
 }
 
+/// The rules for substitutions, with which every export ends.
+pub(super) const RULES: &str = include_str!("rules.pl");
+
 /// Reserved words of Python that could be names of ours.
 const KEYWORDS: [&str; 28] = [
     "as", "assert", "async", "await", "break", "class", "continue", "def", "del", "elif", "else", "except",
@@ -27,7 +30,8 @@ const KEYWORDS: [&str; 28] = [
 /// The most names in the report of a loss.
 const MOST_NAMES: usize = 3;
 
-/// Writes `function/3`, `implementation/2` and `itomsOf/2`, with values in SI.
+/// Writes `function/3`, `implementation/2` and `itomsOf/2`, with values in SI, and rules: the query `substitution(speed, S)` in
+/// SWI-Prolog gives all substitutions.
 ///
 /// A relation keeps its name for the variable before the `=` of its equation. For another output, the name of the variable
 /// follows the name of the relation. A relation of structure only keeps one name. The value of a constant is among its itoms.
@@ -46,6 +50,7 @@ pub fn write(knowledge: &KnowledgeBase) -> Written {
     }
     writer.implementations(&relations);
     writer.itoms();
+    writer.text += RULES;
     writer.other_losses();
     Written { text: writer.text, losses: writer.losses }
 }
