@@ -3,6 +3,7 @@
 use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::least_squares::solve;
 use crate::learning::regressors::Regressors;
+use crate::learning::saturation;
 use crate::learning::shape::{Relation, Score, Shape};
 use crate::learning::signal::{Part, Seen};
 
@@ -18,9 +19,6 @@ const INTEGRAL_WINDOW: f64 = 0.05;
 /// How much the error may grow by a plain number (no offset, a factor of 1 or -1), and which error counts as zero.
 const PLAIN: f64 = 1.02;
 const LEAST_LEFT: f64 = 1e-4;
-
-/// Rounds in which the ends of a saturation are found.
-const ROUNDS: usize = 12;
 
 /// A form with its data: the target, the term with the factor 1, and the columns whose factors are fitted.
 pub(crate) struct Design {
@@ -71,7 +69,7 @@ impl Design {
             self.target.iter().zip(&self.fixed).map(|(target, fixed)| target - fixed).collect();
         let is_used = |row: usize| is_used(self.parts[row]);
         match shape {
-            Shape::Saturated => saturated(&self.columns, &rest, is_used),
+            Shape::Saturated => saturation::fit(&self.columns, &rest, is_used),
             Shape::Gears(_) | Shape::Modes(_) => self.fit_gears(shape, &rest, &is_used),
             Shape::Norm => {
                 let squares: Vec<f64> = self.target.iter().map(|it| it * it).collect();
@@ -130,10 +128,16 @@ impl Design {
     fn part_each_gear(&mut self) {
         for column in &self.columns {
             let rows: Vec<usize> = (0..column.len()).filter(|row| column[*row] != 0.0).collect();
-            for (rank, row) in rows.iter().enumerate() {
-                self.parts[*row] = Part::at(rank as f64 / rows.len() as f64);
-            }
+            divide(&mut self.parts, &rows);
         }
+    }
+
+    /// Divides the time of each piece of a saturated line into parts, as some limits are reached late only.
+    fn part_each_piece(&mut self, shape: &Shape) -> Option<()> {
+        let numbers = self.fit(shape, |_| true)?;
+        let pieces = saturation::pieces(&self.columns, &numbers);
+        pieces.iter().for_each(|rows| divide(&mut self.parts, rows));
+        Some(())
     }
 
     /// The factors of the gears, fitted without the samples around each change.
@@ -238,7 +242,10 @@ pub(crate) fn fit(seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shap
     if !promises(seen, target, inputs, shape) {
         return None;
     }
-    let design = Design::new(seen, target, inputs, shape);
+    let mut design = Design::new(seen, target, inputs, shape);
+    if *shape == Shape::Saturated {
+        design.part_each_piece(shape)?;
+    }
     let early = design.fit(shape, |part| part == Part::Fitted)?;
     let score = design.score(shape, &early)?;
     let numbers = design.plain(shape, design.fit(shape, |_| true)?);
@@ -286,31 +293,11 @@ pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f6
     (errors.len() >= 10 && moves > 0.0).then(|| deviation(errors.iter().copied()) / moves)
 }
 
-/// Slope, offset, lower and upper limit of a saturated line. The fit alternates between the line through the values between the
-/// limits, and the means of the values beyond.
-fn saturated(columns: &[Vec<f64>], target: &[f64], is_used: impl Fn(usize) -> bool) -> Option<Vec<f64>> {
-    let rows: Vec<usize> = (0..target.len()).filter(|row| is_used(*row)).collect();
-    let ends = rows
-        .iter()
-        .map(|row| target[*row])
-        .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it), high.max(it)));
-    let margin = 0.08 * (ends.1 - ends.0);
-    let (mut low, mut high) = (ends.0 + margin, ends.1 - margin);
-    let mut line = solve(columns, target, |row| is_used(row) && low < target[row] && target[row] < high)?;
-    for _ in 0..ROUNDS {
-        let on_line = |row: usize| columns[0][row] * line[0] + line[1];
-        let mean_beyond = |is_beyond: &dyn Fn(f64) -> bool| {
-            let own: Vec<f64> =
-                rows.iter().filter(|row| is_beyond(on_line(**row))).map(|row| target[*row]).collect();
-            (own.len() >= 5).then(|| crate::order::mean(&own))
-        };
-        low = mean_beyond(&|it| it < low).unwrap_or(ends.0);
-        high = mean_beyond(&|it| it > high).unwrap_or(ends.1);
-        let is_between: Vec<bool> =
-            (0..target.len()).map(|row| low < on_line(row) && on_line(row) < high).collect();
-        line = solve(columns, target, |row| is_used(row) && is_between[row])?;
+/// Divides these rows into parts, by their order.
+fn divide(parts: &mut [Part], rows: &[usize]) {
+    for (rank, row) in rows.iter().enumerate() {
+        parts[*row] = Part::at(rank as f64 / rows.len() as f64);
     }
-    Some(vec![line[0], line[1], low, high])
 }
 
 /// The largest size without the trimmed share.

@@ -46,7 +46,7 @@ impl Writer<'_> {
             (Shape::Polynomial(_), numbers) => self.polynomial(target, input, numbers),
             (Shape::Saturated, [factor, offset, low, high]) => {
                 let line = line(*factor, self.amount(input), *offset);
-                format!("min(max({line}, {}), {})", self.constant(target, *low), self.constant(target, *high))
+                self.limited(target, line, *low, *high)
             }
             (Shape::Rate { window_s }, [factor]) => self.rate(target, input, *factor, *window_s),
             (Shape::Rate { window_s }, [factor, offset]) => {
@@ -173,6 +173,17 @@ impl Writer<'_> {
             add(&mut text, offset < 0.0, &self.constant(target, offset.abs()));
         }
         text
+    }
+
+    /// An expression within limits; an infinite one is none.
+    fn limited(&self, target: usize, line: String, low: f64, high: f64) -> String {
+        let from_below =
+            if low.is_finite() { format!("max({line}, {})", self.constant(target, low)) } else { line };
+        if high.is_finite() {
+            format!("min({from_below}, {})", self.constant(target, high))
+        } else {
+            from_below
+        }
     }
 
     fn polynomial(&self, target: usize, input: usize, numbers: &[f64]) -> String {

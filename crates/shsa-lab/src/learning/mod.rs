@@ -8,6 +8,7 @@ mod signal;
 mod least_squares;
 mod shape;
 mod regressors;
+mod saturation;
 mod form;
 mod copies;
 mod lag;

@@ -27,7 +27,7 @@ pub enum Shape {
         /// Whether it is the sine.
         is_sine: bool,
     },
-    /// `n0 x + n1`, limited to `n2` below and `n3` above.
+    /// `n0 x + n1`, limited to `n2` below and `n3` above; one of them is infinite where too few samples show it.
     Saturated,
     /// The lines between the values `n_i` that the target has at these values of the first input, and beyond the outer ones; `+ n`
     /// times the second input, where there is one.

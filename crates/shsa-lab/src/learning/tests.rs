@@ -110,6 +110,17 @@ fn rates_saturations_and_gears() {
 }
 
 #[test]
+fn a_limit_may_be_reached_late_only_and_what_no_sample_shows_is_no_limit() {
+    let swing = |time: f64| if time < 0.6 * DURATION_S { 8.0 } else { 20.0 };
+    let open = move |time: f64| 50.0 + swing(time) * wave(2, time);
+    let flow = move |time: f64| (1.2 * open(time) - 5.0).clamp(-40.0, 80.0);
+    check(
+        &[signal("open", "%", 0.0, open), signal("flow", "%", 0.0, flow)],
+        &["flow = min(1.2 * open - 5 %, 80 %)"],
+    );
+}
+
+#[test]
 fn two_that_rise_are_no_gears_of_each_other() {
     let way = |number: u32| move |time: f64| 12.0 * time + 20.0 * wave(number, time);
     let gear = |time: f64| (time / 11.0 * 1.7).floor() % 3.0 + 1.0;
