@@ -88,7 +88,7 @@ const NEEDS: [Need; 13] = [
         install: &[
             "sh",
             "-c",
-            "python3 -m venv target/python && target/python/bin/pip install --quiet --disable-pip-version-check -r xtask/python.txt",
+            "python3 -m venv target/python && target/python/bin/pip install --quiet --no-compile --disable-pip-version-check -r xtask/python.txt",
         ],
     },
     Need {
