@@ -1,27 +1,40 @@
 //! The particle filter (SIR): a distribution as weighted points, propagated by the model and selected by the measurements.
 //!
-//! Each particle is propagated by the formulas with its own noise; a measurement weights it by the density of its residual. When
-//! the effective number `1 / sum(w^2)` falls below a share of all, the particles are resampled by their weights (`resampling`).
-//! Mean and covariance are those before resampling. Weights are kept as logarithms until they are compared, so that a surprising
-//! measurement does not make all of them zero.
+//! Each particle is propagated by the formulas. Its noise waits until the measurements of the moment are known, and is drawn with
+//! regard to them (`proposal`); without a measurement it is drawn at the next step, and counts in the covariance meanwhile.
+//! Each particle is weighted by the density of its residual, corrected for how the noise was drawn. Measurements of a moment that
+//! come one by one give the same result as together (`moment`). When the effective number `1 / sum(w^2)` falls below a share of
+//! all, the particles are resampled by their weights (`resampling`). Mean and covariance are those before resampling. Weights are
+//! kept as logarithms until they are compared, so that a surprising measurement does not make all of them zero.
 //!
 //! The particles are stored by state elements, not one by one: all loops run over one element of many particles, in vector
 //! instructions, and formulas are evaluated for many of them at once.
 //!
-//! O(N n^2) for a prediction and O(N m (n + m)) for an update of N particles.
+//! O(N n^2) for a prediction and O(N (n^2 + m n + m^2)) for an update of N particles.
+//!
+//! # What it cannot do
+//! Each resampling leaves fewer ancestors. A state without noise of its own, such as a constant, gets no new values: once a
+//! measurement has selected few particles, or after about as many resamplings as there are particles, its spread is too small.
 //!
 //! N. Gordon, D. Salmond, A. Smith 1993 (doi:10.1049/ip-f-2.1993.0015); M. S. Arulampalam and others 2002
 //! (doi:10.1109/78.978374).
 
+mod moment;
+mod proposal;
 mod resampling;
+mod sums;
 
 use crate::Error;
-use crate::kernel::{add_scaled, are_finite};
+use crate::kernel::are_finite;
 use crate::matrix::{Factors, Matrix, at, column, column_mut, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
-use crate::normal::{Normal, log_density};
+use crate::normal::Normal;
 use crate::random::Random;
 use crate::system::{Ensemble, wrapped};
+use moment::Moment;
+use proposal::Proposal;
+use resampling::Comb;
+use sums::sum_of_products;
 
 /// The number of particles, and the criterion for resampling.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -54,11 +67,13 @@ pub struct Particle<S> {
     spare: Matrix,
     /// The weights, which sum to 1.
     weights: Vec<f64>,
+    /// Mean and covariance, with the noise that waits.
     estimate: Gaussian,
-    /// The noise of this step, and that which waits for the next one.
+    /// The noise of this step, and that which waits to be drawn.
     noise: Matrix,
     pending: Matrix,
-    factors: Factors,
+    moment: Moment,
+    proposal: Proposal,
     r: Matrix,
     r_factors: Factors,
     used: Vec<Measurement>,
@@ -67,10 +82,7 @@ pub struct Particle<S> {
     logarithms: Vec<f64>,
     /// Working memory: one number for each particle.
     numbers: Vec<f64>,
-    /// For each resampled particle, its source.
-    sources: Vec<u32>,
-    /// The particles in the order in which the comb meets them.
-    order: Vec<u32>,
+    comb: Comb,
 }
 
 impl<S: Ensemble> Particle<S> {
@@ -106,23 +118,23 @@ impl<S: Ensemble> Particle<S> {
             spare: particles.clone(),
             particles,
             weights: vec![1.0 / options.count as f64; options.count],
+            moment: Moment::new(options.count, m, &estimate),
+            proposal: Proposal::new(options.count, n, m),
             estimate,
             noise: Matrix::zeros(n, n),
             pending: Matrix::zeros(n, n),
-            factors: Factors::new(n),
             r: Matrix::zeros(m, m),
             r_factors: Factors::new(m),
             used: Vec::with_capacity(m),
             apart: Matrix::zeros(options.count, m),
             logarithms: vec![0.0; options.count],
             numbers: vec![0.0; options.count],
-            sources: vec![0; options.count],
-            order: (0..options.count as u32).collect(),
+            comb: Comb::new(options.count),
             options,
         })
     }
 
-    /// Mean and covariance of the weighted particles.
+    /// Mean and covariance of the weighted particles and the noise that waits.
     fn summarise(&mut self) {
         let Gaussian { mean, spread } = &mut self.estimate;
         for (state, mean) in mean.iter_mut().enumerate() {
@@ -132,59 +144,23 @@ impl<S: Ensemble> Particle<S> {
             let pairs = self.weights.iter().zip(column(&self.particles, j));
             self.numbers.iter_mut().zip(pairs).for_each(|(to, (weight, own))| *to = weight * (own - about));
             for (i, mean) in mean.iter().enumerate().take(j + 1) {
-                let covariance = sum_of_products(&self.numbers, column(&self.particles, i), *mean);
+                let covariance = sum_of_products(&self.numbers, column(&self.particles, i), *mean)
+                    + at(&self.pending, i, j);
                 put(spread, i, j, covariance);
                 put(spread, j, i, covariance);
             }
         }
     }
 
-    /// Keeps the measurements that have an expectation at the estimate, and factors their noise.
-    fn choose(&mut self, measurements: &[Measurement], controls: &[f64]) {
-        self.used.clear();
-        for measurement in measurements.iter().take(self.apart.ncols()) {
-            let own =
-                self.system.covariance(measurement.sensor, measurement.sensor, &self.estimate.mean, controls);
-            let variance = measurement.variance.unwrap_or(own);
-            if variance > 0.0 && variance.is_finite() && measurement.value.is_finite() {
-                let place = self.used.len();
-                put(&mut self.r, place, place, variance);
-                for (other, known) in self.used.iter().enumerate() {
-                    let shared = self.system.covariance(
-                        measurement.sensor,
-                        known.sensor,
-                        &self.estimate.mean,
-                        controls,
-                    );
-                    put(&mut self.r, place, other, shared);
-                }
-                self.used.push(*measurement);
-            }
+    /// Computes mean and covariance, and resamples if the effective number is low.
+    fn conclude(&mut self) {
+        self.summarise();
+        if self.effective() <= self.options.resample_below * self.weights.len() as f64 {
+            self.comb.resample(&self.particles, &self.weights, &mut self.random, &mut self.spare);
+            std::mem::swap(&mut self.particles, &mut self.spare);
+            let count = self.weights.len();
+            self.weights.fill(1.0 / count as f64);
         }
-        self.r_factors.factor(&self.r, self.used.len());
-    }
-
-    /// The logarithm of the density of all measurements for each particle; minus infinity for a particle without a value.
-    fn weigh(&mut self, controls: &[f64]) {
-        self.logarithms.fill(0.0);
-        for (j, measurement) in self.used.iter().enumerate() {
-            let turn = self.system.turn(measurement.sensor);
-            let (known, own) = self.apart.as_mut_slice().split_at_mut(j * self.weights.len());
-            let own = own.get_mut(..self.weights.len()).unwrap_or(&mut []);
-            self.system.expectations(measurement.sensor, &self.particles, controls, own);
-            own.iter_mut().for_each(|own| *own = wrapped(measurement.value - *own, turn));
-            // Makes the residuals independent, one after the other.
-            for (k, known) in known.chunks_exact(self.weights.len()).enumerate() {
-                let shared = at(&self.r_factors.l, j, k);
-                if shared != 0.0 {
-                    add_scaled(own, -shared, known);
-                }
-            }
-            let half = -0.5 / self.r_factors.d.get(j).copied().unwrap_or(f64::NAN);
-            self.logarithms.iter_mut().zip(own.iter()).for_each(|(sum, apart)| *sum += half * apart * apart);
-        }
-        let all = self.logarithms.iter_mut();
-        all.for_each(|sum| *sum = if sum.is_nan() { f64::NEG_INFINITY } else { *sum });
     }
 
     /// The effective number of particles: one over the sum of the squared weights.
@@ -207,54 +183,12 @@ impl<S: Ensemble> Particle<S> {
         is_defined
     }
 
-    /// Whether the noise is more than rounding beside the spread of some state. Less of it waits for the next step, so that the
-    /// random numbers of later steps are the same whether two measurements have the same stamp or nearly the same.
+    /// Whether the noise that waits is more than rounding beside the spread of some state. Less of it waits for the next step, so
+    /// that the random numbers of later steps are the same whether two measurements have the same stamp or nearly the same.
     fn is_noticeable(&self) -> bool {
         (0..self.particles.ncols())
-            .any(|state| at(&self.noise, state, state) > NOTICED * at(&self.estimate.spread, state, state))
+            .any(|state| at(&self.pending, state, state) > NOTICED * at(&self.estimate.spread, state, state))
     }
-
-    /// Adds the noise of the transition.
-    fn disturb(&mut self) {
-        let n = self.particles.ncols();
-        self.factors.factor(&self.noise, n);
-        for k in 0..n {
-            let deviation = self.factors.d.get(k).copied().unwrap_or(0.0).sqrt();
-            if deviation > 0.0 {
-                self.numbers.iter_mut().for_each(|number| *number = self.random.normal());
-                for i in k..n {
-                    let factor = deviation * at(&self.factors.l, i, k);
-                    if factor != 0.0 {
-                        add_scaled(column_mut(&mut self.particles, i), factor, &self.numbers);
-                    }
-                }
-            }
-        }
-    }
-}
-
-/// The sum of `one * (other - about)`, in eight independent parts.
-fn sum_of_products(one: &[f64], other: &[f64], about: f64) -> f64 {
-    let ((one, one_rest), (other, other_rest)) = (one.as_chunks::<8>(), other.as_chunks::<8>());
-    let mut parts = [0.0; 8];
-    for (one, other) in one.iter().zip(other) {
-        for (part, (one, other)) in parts.iter_mut().zip(one.iter().zip(other)) {
-            *part += one * (other - about);
-        }
-    }
-    let rest = one_rest.iter().zip(other_rest).map(|(one, other)| one * (other - about));
-    parts.into_iter().chain(rest).sum()
-}
-
-/// The largest number, in eight parts; none of the numbers is not-a-number.
-fn greatest(numbers: &[f64]) -> f64 {
-    let greater = |one: f64, other: f64| if one > other { one } else { other };
-    let (chunks, rest) = numbers.as_chunks::<8>();
-    let mut parts = [f64::NEG_INFINITY; 8];
-    for chunk in chunks {
-        parts.iter_mut().zip(chunk).for_each(|(part, number)| *part = greater(*number, *part));
-    }
-    parts.into_iter().chain(rest.iter().copied()).fold(f64::NEG_INFINITY, greater)
 }
 
 impl<S: Ensemble> Method for Particle<S> {
@@ -271,25 +205,26 @@ impl<S: Ensemble> Method for Particle<S> {
         if !are_finite(self.noise.as_slice()) {
             return false;
         }
-        self.noise += &self.pending;
+        self.end_moment();
+        // Nothing was measured since the last step.
+        if self.is_noticeable() {
+            self.disturb();
+        }
         self.system.transitions(&self.particles, controls, dt, &mut self.spare);
         if !are_finite(self.spare.as_slice()) && !self.bring_back() {
             return false;
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
-        if self.is_noticeable() {
-            self.disturb();
-            self.pending.fill(0.0);
-        } else {
-            self.pending.copy_from(&self.noise);
-        }
+        self.pending += &self.noise;
         self.summarise();
         true
     }
 
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
-        self.choose(&[*measurement], controls);
+        self.used.clear();
+        self.choose_one(measurement, controls);
         self.used.first()?;
+        let waiting = self.variance_of_noise(measurement.sensor, controls);
         let turn = self.system.turn(measurement.sensor);
         let about = self.system.expected(measurement.sensor, &self.estimate.mean, controls);
         let (mut sum, mut square, mut total) = (0.0, 0.0, 0.0);
@@ -303,55 +238,29 @@ impl<S: Ensemble> Method for Particle<S> {
         }
         let mean = sum / total;
         let noise = at(&self.r, 0, 0);
-        let variance = (square / total - mean * mean).max(0.0) + noise;
+        let variance = (square / total - mean * mean).max(0.0) + waiting + noise;
         let value = wrapped(measurement.value - about - mean, turn);
         (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance, noise })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
-        self.choose(measurements, controls);
+        self.used.clear();
+        measurements.iter().for_each(|measurement| self.choose_one(measurement, controls));
         if self.used.is_empty() {
             return Updated::NOTHING;
         }
-        self.weigh(controls);
-        let greatest = greatest(&self.logarithms);
-        if greatest == f64::NEG_INFINITY {
-            return Updated { healed: true, ..Updated::NOTHING };
-        }
-        for (weight, logarithm) in self.weights.iter_mut().zip(&self.logarithms) {
-            *weight *= libm::exp(logarithm - greatest);
-        }
-        let total = self.weights.iter().sum::<f64>();
-        let count = self.weights.len() as f64;
-        // The measurement rules out all particles that had weight: all particles get equal weights.
-        let healed = total.is_nan() || total <= 0.0;
-        if healed {
-            self.weights.fill(1.0 / count);
-        } else {
-            self.weights.iter_mut().for_each(|weight| *weight /= total);
-        }
-        let noise = self.r_factors.d.iter().take(self.used.len());
-        let scale: f64 = noise.map(|variance| log_density(0.0, *variance)).sum();
-        let updated = Updated {
-            used: self.used.len(),
-            normalized_square: -2.0 * greatest,
-            log_likelihood: greatest + libm::log(total) + scale,
-            healed,
-        };
-        self.summarise();
-        if self.effective() <= self.options.resample_below * count {
-            self.resample();
-        }
-        updated
+        self.update_moment(measurements, controls)
     }
 
     fn widen(&mut self, factor: f64) {
+        self.end_moment();
         let Gaussian { mean, spread } = &mut self.estimate;
         for (state, mean) in mean.iter().enumerate() {
             let own = column_mut(&mut self.particles, state).iter_mut();
             own.for_each(|own| *own = mean + factor.sqrt() * (*own - mean));
         }
         *spread *= factor;
+        self.pending *= factor;
     }
 
     fn memory_len(&self) -> usize {
@@ -367,6 +276,7 @@ impl<S: Ensemble> Method for Particle<S> {
     }
 
     fn restore(&mut self, memory: &[f64]) {
+        self.end_moment();
         let Gaussian { mean, spread } = &mut self.estimate;
         let (particles, spread) = (self.particles.as_mut_slice(), spread.as_mut_slice());
         let mut random = [0.0];

@@ -19,10 +19,11 @@ use std::hint::black_box;
 pub(crate) type Step = Box<dyn FnMut()>;
 
 /// What is measured, and what the same is called that is written by hand.
-pub(crate) const STEPS: [(&str, Option<&str>); 3] = [
+pub(crate) const STEPS: [(&str, Option<&str>); 4] = [
     ("kalman 6x3", Some("kalman 6x3 by hand")),
     ("extended 5x4", Some("extended 5x4 by hand")),
     ("particles 1000x3", None),
+    ("particles 1000x3, precise", None),
 ];
 
 /// The step with a name.
@@ -32,7 +33,8 @@ pub(crate) fn step(name: &str) -> Option<Step> {
         "kalman 6x3 by hand" => Some(linear_by_hand()),
         "extended 5x4" => Some(of(extended(formulas()), FIXES.to_vec(), 0.1)),
         "extended 5x4 by hand" => Some(of(extended(ByHand), FIXES.to_vec(), 0.1)),
-        "particles 1000x3" => Some(of(particles(), vec![0.0, 0.0], 0.1)),
+        "particles 1000x3" => Some(of(particles("0.5"), vec![0.0, 0.0], 0.1)),
+        "particles 1000x3, precise" => Some(of(particles("0.0001"), vec![0.0, 0.0], 0.1)),
         _ => None,
     }
 }
@@ -189,8 +191,8 @@ fn extended<S: System>(system: S) -> Kalman<S> {
     Kalman::new(system, &start, &Matrix::identity(5, 5), Loss::Square).expect("a filter")
 }
 
-/// 1,000 particles of three states.
-fn particles() -> Particle<Formulas> {
+/// 1,000 particles of three states, whose measurements have this variance.
+fn particles(variance: &str) -> Particle<Formulas> {
     let mut words = Vocabulary::default();
     for state in ["x", "y", "h"] {
         words.add_number(state);
@@ -199,7 +201,7 @@ fn particles() -> Particle<Formulas> {
     let sensor = |text: &str| Sensor {
         name: text.into(),
         formula: formula(text),
-        variance: formula("0.5"),
+        variance: formula(variance),
         turn: None,
     };
     let system = Formulas::new(Draft {

@@ -92,7 +92,7 @@ fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {
     let place = fusion.places.states.get(state).copied().unwrap_or(fusion.places.name);
     let outcome = match fusion.method {
         FusionMethod::Particle => {
-            "its particles become alike, so it will look certain of a value that is chance"
+            "its particles get fewer ancestors, so in the long run it looks more certain than it is"
         }
         _ => "it stays as uncertain as it was at first, or becomes more so",
     };

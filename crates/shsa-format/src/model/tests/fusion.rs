@@ -50,7 +50,7 @@ fn what_nothing_observes_is_reported() {
 fn particles_that_nothing_observes_are_reported() {
     let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
     let found = brief(&loaded(&text.replace("method: kalman", "method: particle")));
-    assert!(found.contains("nothing observes `position`: its particles become alike"), "{found}");
+    assert!(found.contains("nothing observes `position`: its particles get fewer ancestors"), "{found}");
 }
 
 #[test]
