@@ -102,8 +102,7 @@ The same methods with the same settings; from 5 s on.
 
 The recorded TurtleBot3 was simulated by others, with the true pose (`turtlebot3/turtlebot3.bag`, 91 s, 25 m). Each \
 of its two wheels gives a speed, with the gyroscope, and the command is the third; its inertial unit gives the \
-heading. It has no fixes, so methods without a model have no position. Nothing observes the position there, so all particles \
-soon descend from one of the first ones: their error is that of one random draw, and another seed gives another one.
+heading. It has no fixes, so methods without a model have no position, and nothing observes the position of the others.
 
 The others are real, and their true position is unknown. The methods are given every fifth satellite fix, and are \
 judged by the other four. The errors of fixes are correlated for a minute: how far a fix is from the truth does not \
