@@ -27,12 +27,12 @@ pub(super) struct Program {
     pub(super) folder: PathBuf,
 }
 
-/// Builds, lints and documents everything, and passes on each test program and the command once they are built.
+/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built.
 ///
 /// # Errors
 /// When something does not build, or clippy or the documentation has a warning.
 pub(super) fn all(mut pass: impl FnMut(Built)) -> Result<()> {
-    let arguments = ["--all-targets", "--no-run", "--message-format", "json-render-diagnostics"];
+    let arguments = ["--no-run", "--message-format", "json-render-diagnostics"];
     let mut hear = |message: &str| {
         if let Some(built) = built(message) {
             pass(built);
@@ -50,14 +50,19 @@ fn built(message: &str) -> Option<Built> {
     if !is_test {
         return (name == COMMAND && message["target"]["kind"][0] == "bin").then_some(Built::Command);
     }
-    if message["target"]["kind"][0] == "bench" {
-        return None;
-    }
     Some(Built::Test(Program {
         name: name.to_owned(),
         executable: executable.into(),
         folder: Path::new(message["manifest_path"].as_str()?).parent()?.to_owned(),
     }))
+}
+
+/// Builds and lints the benches, which nothing runs.
+///
+/// # Errors
+/// When one does not build, or clippy has a warning.
+pub(super) fn benches() -> Result<()> {
+    cargo_test(&["--benches", "--no-run"], command::run)
 }
 
 /// Runs the examples in the documentation of all crates; passes on each line that they print.
@@ -98,7 +103,6 @@ mod tests {
         assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command));
         assert_eq!(built(&message("shsa-bench", "bin", false)), None);
         assert_eq!(built(&message("own_bus", "example", false)), None);
-        assert_eq!(built(&message("filters", "bench", true)), None);
         assert_eq!(built(r#"{"reason": "build-finished", "success": true}"#), None);
         assert_eq!(built("a line of something else"), None);
     }

@@ -150,9 +150,10 @@ pub(crate) fn run() -> Result<()> {
         let built = build::all(|built| shared.change(|queue| queue.take(built)));
         shared.change(Queue::complete);
         // The last programs mostly wait, which leaves time for these.
+        let benches = build::benches();
         let examples = build::examples(|line| shared.change(|queue| queue.total.add(line)));
         let counted = counted.join().unwrap_or_else(|_| Err(anyhow!("the ratchet panicked")));
-        [built, examples, counted]
+        [built, benches, examples, counted]
     });
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
