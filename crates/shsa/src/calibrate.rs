@@ -19,7 +19,7 @@ use shsa_report::calibration::Report;
 use shsa_report::recorded::wanted;
 use std::io::{Write, stdout};
 use std::num::NonZeroUsize;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::str::FromStr;
 
 /// Arguments of `shsa calibrate`.
@@ -112,8 +112,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let skip: Vec<(Span, Span)> = arguments.skip.iter().map(|it| (it.from, it.to)).collect();
     let parted = Parted::of(&recording, arguments.split, &skip)?;
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
-    let files = arguments.patch.iter().chain(&arguments.output).chain(&arguments.html);
-    files.into_iter().try_for_each(|path| written::ensure_free(path, &read))?;
+    let mut files = arguments.patch.iter().chain(&arguments.output).chain(&arguments.html);
+    files.try_for_each(|path| written::ensure_free(path, &read))?;
     let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
     let wanted = Options {
         alarms_per_hour: arguments.false_alarms,
@@ -139,14 +139,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: parted.duration,
         refusal: refusal.as_deref(),
     };
-    if refusal.is_none() {
-        let change = report.patch(show::style());
-        write(arguments.patch.as_deref(), &read, || Ok(change.clone()))?;
-        let change = Written { name: "the fitted numbers", text: &change };
-        write(arguments.output.as_deref(), &read, || patched(&arguments.model, change))?;
-    }
-    let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
-    write(arguments.html.as_deref(), &read, || Ok(report.page(&title)))?;
+    write(arguments, &report, &read)?;
     let text = if arguments.json { report.json().to_string() } else { report.text(show::style()) };
     writeln!(stdout(), "{text}")?;
     Ok(match (refusal.is_some() || found.after.failed > 0, recording.degraded) {
@@ -156,15 +149,19 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
-/// Writes a text to a file, where one is given.
-fn write(
-    file: Option<&Path>,
-    read: &[&PathBuf],
-    text: impl FnOnce() -> anyhow::Result<String>,
-) -> anyhow::Result<()> {
-    let Some(path) = file else { return Ok(()) };
-    let text = text()?;
-    if let [Some(mut file)] = written::open([Some(path)], read)? {
+/// Writes the files that are asked for, all or none; those of the fitted numbers only where these are better.
+fn write(arguments: &Arguments, report: &Report<'_>, read: &[&PathBuf]) -> anyhow::Result<()> {
+    let fitted = |file: &Option<PathBuf>| file.clone().filter(|_| report.refusal.is_none());
+    let (patch, output) = (fitted(&arguments.patch), fitted(&arguments.output));
+    let change = report.patch(show::style());
+    let numbers = Written { name: "the fitted numbers", text: &change };
+    let model = output.as_ref().map(|_| patched(&arguments.model, numbers)).transpose()?;
+    let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();
+    let page = arguments.html.as_ref().map(|_| report.page(&title));
+    let files = written::open([patch.as_deref(), output.as_deref(), arguments.html.as_deref()], read)?;
+    let texts = [change, model.unwrap_or_default(), page.unwrap_or_default()];
+    for (file, text) in files.into_iter().zip(texts) {
+        let Some(mut file) = file else { continue };
         file.write_all(text.as_bytes())?;
         file.flush()?;
     }

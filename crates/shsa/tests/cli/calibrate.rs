@@ -132,6 +132,7 @@ fn the_calibrated_model_is_the_model_with_the_patch() {
     assert_ne!(patched, folder.read("m.yaml"));
     let refused = folder.ends("calibrate m.yaml drive.csv --output m.yaml", 2);
     assert!(refused.stderr.contains("m.yaml"), "{}", refused.stderr);
+    folder.ends("calibrate m.yaml drive.csv --patch twice.yaml --output twice.yaml", 2);
 }
 
 #[test]
