@@ -11,9 +11,11 @@
     reason = "a test may fail loudly, in its helpers too"
 )]
 
-use shsa_core::expression::Formula;
+mod common;
+
+use common::system;
 use shsa_core::time::{Span, Time};
-use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
+use shsa_estimate::formulas::Formulas;
 use shsa_estimate::fusion::{Estimate, Fusion, Gate, Options};
 use shsa_estimate::kalman::{Kalman, Loss};
 use shsa_estimate::matrix::{Factors, Matrix};
@@ -24,29 +26,6 @@ use shsa_estimate::random::Random;
 use shsa_estimate::system::System;
 use shsa_estimate::unscented::{Points, Unscented};
 use std::f64::consts::TAU;
-
-/// A system by names of states, transition, upper triangle of noise, and sensors with variance and turn.
-fn system(
-    states: &[&str],
-    transition: &[&str],
-    noise: &[&str],
-    sensors: &[(&str, &str, Option<f64>)],
-) -> Formulas {
-    let mut words = Vocabulary::default();
-    for state in states {
-        words.add_number(*state);
-    }
-    let formula = |text: &str| words.formula("a test", text).unwrap();
-    let all = |texts: &[&str]| -> Vec<Formula> { texts.iter().map(|text| formula(text)).collect() };
-    let sensor = |(text, variance, turn): &(&str, &str, Option<f64>)| Sensor {
-        name: (*text).into(),
-        formula: formula(text),
-        variance: formula(variance),
-        turn: *turn,
-    };
-    let sensors = sensors.iter().map(sensor).collect();
-    Formulas::new(Draft { transition: all(transition), controls: 0, noise: all(noise), sensors }).unwrap()
-}
 
 fn line() -> Formulas {
     system(

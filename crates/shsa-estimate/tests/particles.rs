@@ -6,7 +6,10 @@
     reason = "a test may fail loudly, in its helpers too"
 )]
 
-use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
+mod common;
+
+use common::system;
+use shsa_estimate::formulas::Formulas;
 use shsa_estimate::kalman::{Kalman, Loss};
 use shsa_estimate::matrix::Matrix;
 use shsa_estimate::method::{Measurement, Method};
@@ -14,33 +17,6 @@ use shsa_estimate::normal::log_density;
 use shsa_estimate::particle::{Particle, Particles};
 use shsa_estimate::random::Random;
 use std::f64::consts::TAU;
-
-/// A system by states, transition, the upper triangle of the noise, and sensors with variance and turn.
-fn system(
-    states: &[&str],
-    transition: &[&str],
-    noise: &[&str],
-    sensors: &[(&str, &str, Option<f64>)],
-) -> Formulas {
-    let mut words = Vocabulary::default();
-    states.iter().for_each(|state| {
-        words.add_number(*state);
-    });
-    let formula = |text: &&str| words.formula("a test", text).unwrap();
-    let sensor = |(text, variance, turn): &(&str, &str, Option<f64>)| Sensor {
-        name: (*text).into(),
-        formula: formula(text),
-        variance: formula(variance),
-        turn: *turn,
-    };
-    Formulas::new(Draft {
-        transition: transition.iter().map(formula).collect(),
-        controls: 0,
-        noise: noise.iter().map(formula).collect(),
-        sensors: sensors.iter().map(sensor).collect(),
-    })
-    .unwrap()
-}
 
 fn particles(system: Formulas, mean: &[f64], p: &Matrix, count: usize, seed: u64) -> Particle<Formulas> {
     Particle::new(system, mean, p, Particles { count, seed, ..Particles::default() }).unwrap()

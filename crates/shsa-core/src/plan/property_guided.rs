@@ -63,9 +63,9 @@ pub fn property_guided_traced(
 /// A step of the search: a worker decides all variables that are open after an earlier step.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Step {
-    /// How many steps were made after which this worker goes on.
+    /// The number of steps from the beginning to this one.
     pub depth: usize,
-    /// The number of the step before, counted from 1 in the order of making; `None` for a first step.
+    /// The number of the step that it goes on from, counted from 1 in the order of making; `None` for a first step.
     pub after: Option<usize>,
     /// The decided variables, each with its relation; `None` where it is provided.
     pub decisions: Vec<(VariableId, Option<RelationId>)>,
@@ -206,11 +206,11 @@ impl<'a, 'p> Search<'a, 'p> {
             self.workers.make(worker, self.partial.weight(), State::Open);
             (Leaves::Open, self.partial.weight())
         };
-        self.tell(worker, &open, weight, leaves);
+        self.pass_on(worker, &open, weight, leaves);
     }
 
     /// Passes on the step of a worker that decided these variables.
-    fn tell(&mut self, worker: WorkerId, open: &[VariableId], weight: Weight, leaves: Leaves) {
+    fn pass_on(&mut self, worker: WorkerId, open: &[VariableId], weight: Weight, leaves: Leaves) {
         let Some(trace) = &mut self.trace else { return };
         trace.steps += 1;
         trace.numbers.insert(worker, trace.steps);

@@ -21,7 +21,7 @@ pub(super) struct Moment {
     pub(super) is_drawn: bool,
     pub(super) measurements: Vec<Measurement>,
     /// What was returned for these measurements so far.
-    told: Updated,
+    returned: Updated,
 }
 
 impl Moment {
@@ -36,18 +36,18 @@ impl Moment {
             random: 0,
             is_drawn: false,
             measurements: Vec::with_capacity(sensors),
-            told: Updated::NOTHING,
+            returned: Updated::NOTHING,
         }
     }
 
     /// The result of the measurements that are new among all of the moment. They are kept if the moment's noise was drawn for them.
-    fn told(&mut self, all: Updated, used: &[Measurement]) -> Updated {
+    fn new_part(&mut self, all: Updated, used: &[Measurement]) -> Updated {
         if !self.is_drawn {
             return all;
         }
         self.measurements.clear();
         self.measurements.extend_from_slice(used);
-        let before = std::mem::replace(&mut self.told, all);
+        let before = std::mem::replace(&mut self.returned, all);
         Updated {
             used: all.used.saturating_sub(before.used),
             normalized_square: (all.normalized_square - before.normalized_square).max(0.0),
@@ -61,7 +61,7 @@ impl<S> Particle<S> {
     /// Ends the moment: what was drawn for it stays.
     pub(super) fn end_moment(&mut self) {
         self.moment.measurements.clear();
-        (self.moment.is_drawn, self.moment.told) = (false, Updated::NOTHING);
+        (self.moment.is_drawn, self.moment.returned) = (false, Updated::NOTHING);
     }
 
     /// Keeps the state before the first draw of a moment.
@@ -100,7 +100,7 @@ impl<S: Ensemble> Particle<S> {
         self.choose(new, controls);
         if let Some(all) = self.take_in(controls) {
             self.conclude();
-            return self.moment.told(all, &self.used);
+            return self.moment.new_part(all, &self.used);
         }
         // The new measurements change nothing: the result of the earlier ones is computed again.
         if self.moment.is_drawn {

@@ -36,7 +36,7 @@ use crate::system::{Ensemble, wrapped};
 const TRUSTED: f64 = 1.0;
 /// What the noise adds to the variances of the residuals, in variances of the measurement noise, from which on a proposal pays:
 /// below it, the effective number of particles falls by no more than 2 % for want of one, `1 - sqrt(1 + 2 s) / (1 + s)`.
-const TOLD: f64 = 0.25;
+const INFORMATIVE: f64 = 0.25;
 /// One of this many particles draws from the transition.
 const DEFENSIVE: usize = 20;
 
@@ -92,7 +92,7 @@ impl Proposal {
             self.variances.get_mut(j).into_iter().for_each(|own| *own = whole);
             share += whole / variance - 1.0;
         }
-        share > TOLD
+        share > INFORMATIVE
     }
 }
 
