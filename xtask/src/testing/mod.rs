@@ -8,6 +8,7 @@ use crate::ratchet;
 use anyhow::{Result, anyhow, bail};
 use build::{Built, Program};
 use stalls::Stalls;
+use std::env;
 use std::ffi::OsStr;
 use std::mem;
 use std::path::{Path, PathBuf};
@@ -31,6 +32,9 @@ const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 
 /// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
+
+/// From where random cases are drawn, so that what passed once passes again. `cargo test` draws new ones each time.
+const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20190415");
 
 /// How often a test is run that fails while the machine stalls.
 const ATTEMPTS: u32 = 3;
@@ -191,6 +195,9 @@ fn work(
         let began = Instant::now();
         let mut command = Command::new(line[0]);
         command.args(&line[1..]).current_dir(&program.folder);
+        if env::var_os(SEED.0).is_none() {
+            command.env(SEED.0, SEED.1);
+        }
         command.envs(THREADS.iter().filter(|it| it.0 == program.name).map(|it| ("RUST_TEST_THREADS", it.1)));
         let output = command.output();
         shared.change(|queue| {

@@ -5,7 +5,15 @@ use proptest::prelude::*;
 use shsa_core::knowledge::{ContractDraft, DemandDraft, GuaranteeDraft, Text};
 
 pub(super) fn contract() -> impl Strategy<Value = ContractDraft> {
-    let bounds = || named((Just(Text::default()), text()), |(name, _), text| *name = text);
+    // What a key of the format names is no property.
+    let keys = ["of", "level", "when", "redundant"];
+    let bounds = move || {
+        let bounds = named((Just(Text::default()), text()), |(name, _), text| *name = text);
+        bounds.prop_map(move |mut bounds| {
+            bounds.retain(|(name, _)| !keys.contains(&name.text.as_str()));
+            bounds
+        })
+    };
     let given = (some(text()), some(text()), some(text()), some(names(2)), bounds()).prop_map(
         |(of, level, when, redundant, properties)| GuaranteeDraft {
             name: Text::default(),
