@@ -2,6 +2,7 @@
 
 use anyhow::{Context, Result, bail};
 use std::io::{BufRead, BufReader};
+use std::ops::ControlFlow;
 use std::process::{Command, ExitStatus, Stdio};
 
 /// Runs a command with visible output.
@@ -20,18 +21,22 @@ pub(crate) fn relay(line: &[&str], mut show: impl FnMut(&str)) -> Result<()> {
     listen(line, |text| {
         println!("{text}");
         show(text);
+        ControlFlow::Continue(())
     })
 }
 
-/// Runs a command, and passes on each line of its standard output at once.
+/// Runs a command, and passes on each line of its standard output at once. Kills it when `hear` breaks.
 ///
 /// # Errors
 /// When it cannot be started, ends with another status than 0, or prints no UTF-8.
-pub(crate) fn listen(line: &[&str], mut hear: impl FnMut(&str)) -> Result<()> {
+pub(crate) fn listen(line: &[&str], mut hear: impl FnMut(&str) -> ControlFlow<()>) -> Result<()> {
     let mut child = prepare(line)?.stdout(Stdio::piped()).spawn().with_context(|| starting(line))?;
     let printed = child.stdout.take().context("a pipe that is not there")?;
     for text in BufReader::new(printed).lines() {
-        hear(&text.with_context(|| reading(line))?);
+        if hear(&text.with_context(|| reading(line))?).is_break() {
+            child.kill().with_context(|| format!("ending `{}`", line.join(" ")))?;
+            break;
+        }
     }
     ended(line, child.wait().with_context(|| reading(line))?)
 }
@@ -92,5 +97,11 @@ mod tests {
         let mut lines = Vec::new();
         relay(&["printf", "one\\ntwo\\n"], |line| lines.push(line.to_owned())).unwrap();
         assert_eq!(lines, ["one", "two"]);
+    }
+
+    #[test]
+    fn a_command_is_ended_by_who_hears_enough() {
+        let error = listen(&["yes"], |_| ControlFlow::Break(())).unwrap_err();
+        assert!(error.to_string().contains("`yes` failed"), "{error}");
     }
 }

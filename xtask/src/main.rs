@@ -67,7 +67,7 @@ fn run(command: Option<&str>) -> Result<()> {
 /// Runs all of CI: the quick checks first, the tests last, so that the output ends with their result.
 fn test() -> Result<()> {
     let start = Instant::now();
-    step("needs", needs::provide)?;
+    step("toolchain", needs::provide_toolchain)?;
     step("format", || command::run(&["cargo", "fmt", "--all", "--check"]))?;
     step("tidy", tidy::check)?;
     step("licences", licences::check)?;

@@ -23,7 +23,7 @@ impl Drop for Running {
 /// # Errors
 /// When something is absent, or the page is not as it should be.
 pub(crate) fn take() -> Result<()> {
-    needs::provide()?;
+    needs::provide_for_tests()?;
     command::run(&["cargo", "build", "--locked", "-p", "shsa"])?;
     let mut run = Command::new("target/debug/shsa");
     run.args(["run", "--http", "127.0.0.1:0"]).stdout(Stdio::null()).stderr(Stdio::piped());

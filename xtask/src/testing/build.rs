@@ -4,13 +4,14 @@ use super::GIVING_WAY;
 use crate::{command, compiler};
 use anyhow::Result;
 use serde_json::Value;
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 /// The command that some tests run.
 const COMMAND: &str = "shsa";
 
 /// What cargo says that it has built.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) enum Built {
     Test(Program),
     /// The command that other tests run.
@@ -18,7 +19,7 @@ pub(super) enum Built {
 }
 
 /// A built test program.
-#[derive(Debug, PartialEq)]
+#[derive(Clone, Debug, PartialEq)]
 pub(super) struct Program {
     /// The name of its target: `live`, `shsa_core`.
     pub(super) name: String,
@@ -27,18 +28,25 @@ pub(super) struct Program {
     pub(super) folder: PathBuf,
 }
 
-/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built.
+/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built: `first` the
+/// test programs of these names, with the command that they run. Ends once `is_vain` after a unit.
 ///
 /// # Errors
-/// When something does not build, or clippy or the documentation has a warning.
-pub(super) fn all(mut pass: impl FnMut(Built)) -> Result<()> {
-    let arguments = ["--no-run", "--message-format", "json-render-diagnostics"];
+/// When something does not build, or clippy or the documentation has a warning; when it was ended.
+pub(super) fn all(first: &[&str], is_vain: impl Fn() -> bool, mut pass: impl FnMut(Built)) -> Result<()> {
+    let all = ["--no-run", "--message-format", "json-render-diagnostics"];
+    let first: Vec<&str> = first.iter().flat_map(|name| ["--test", name]).chain(all).collect();
+    // Cargo announces what is already built, too.
+    let mut passed = Vec::new();
     let mut hear = |message: &str| {
-        if let Some(built) = built(message) {
+        if let Some(built) = built(message).filter(|built| !passed.contains(built)) {
+            passed.push(built.clone());
             pass(built);
         }
+        if is_vain() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    cargo_test(&arguments, |line| command::listen(line, &mut hear))
+    cargo_test(&first, |line| command::listen(line, &mut hear))?;
+    cargo_test(&all, |line| command::listen(line, &mut hear))
 }
 
 /// The test program or the command in a message of cargo; `None` for other messages.

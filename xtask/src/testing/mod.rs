@@ -4,7 +4,7 @@ mod build;
 mod stalls;
 mod total;
 
-use crate::ratchet;
+use crate::{needs, ratchet};
 use anyhow::{Result, anyhow, bail};
 use build::{Built, Program};
 use stalls::Stalls;
@@ -14,7 +14,7 @@ use std::mem;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
-use std::thread;
+use std::thread::{self, ScopedJoinHandle};
 use std::time::Instant;
 use total::Total;
 
@@ -29,6 +29,10 @@ const THREADS: [(&str, &str); 1] = [("live", "3")];
 
 /// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
+
+/// What is built first. Two programs take longest and mostly wait: they run beside the other builds. The third one needs libraries that
+/// macros need, too: known from the start, these are not built twice.
+const FIRST: [&str; 3] = ["live", "chaos", "c"];
 
 /// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
@@ -52,6 +56,8 @@ struct Queue {
     has_command: bool,
     /// Whether no further program will be added.
     is_complete: bool,
+    /// Whether the tests will not run, as something that they need is absent.
+    is_vain: bool,
     total: Total,
     failed: Vec<String>,
     /// Tests that failed while the machine stalled, each to be run again alone.
@@ -133,15 +139,26 @@ impl Shared {
     }
 }
 
-/// Runs all tests, also after a failure, each program as soon as it is built; ends with their number.
+/// Runs all tests, also after a failure, each program as soon as it is built; ends with their number. What they need is installed
+/// beside the first builds.
 ///
 /// # Errors
-/// When a test fails or does not build, clippy or the documentation has a warning, or instructions exceed their ceiling.
+/// When something that the tests need is absent, a test fails or does not build, clippy or the documentation has a warning, or instructions exceed their ceiling.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let stalls = Stalls::watch();
     let other = thread::scope(|scope| {
-        // Its build takes one core for most of its time, and has a folder of its own.
+        let built = scope.spawn(|| {
+            let pass = |built| shared.change(|queue| queue.take(built));
+            let built = build::all(&FIRST, || shared.lock().is_vain, pass);
+            shared.change(Queue::complete);
+            built
+        });
+        if let Err(absent) = needs::provide_for_tests() {
+            shared.change(|queue| queue.is_vain = true);
+            return Err(absent);
+        }
+        // Its build has a folder of its own, and takes what the others leave: the first of them wait for each other.
         let counted = scope.spawn(ratchet::check_apart);
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
@@ -151,14 +168,12 @@ pub(crate) fn run() -> Result<()> {
             work(&shared, &GIVING_WAY, None, |it| it.computing.pop());
         });
         scope.spawn(|| work(&shared, &GIVING_WAY, None, |it| it.computing.pop()));
-        let built = build::all(|built| shared.change(|queue| queue.take(built)));
-        shared.change(Queue::complete);
+        let built = joined(built);
         // The last programs mostly wait, which leaves time for these.
         let benches = build::benches();
         let examples = build::examples(|line| shared.change(|queue| queue.total.add(line)));
-        let counted = counted.join().unwrap_or_else(|_| Err(anyhow!("the ratchet panicked")));
-        [built, benches, examples, counted]
-    });
+        Ok([built, benches, examples, joined(counted)])
+    })?;
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
     for test in again {
@@ -178,6 +193,11 @@ pub(crate) fn run() -> Result<()> {
         bail!("tests failed");
     }
     Ok(())
+}
+
+/// The result of a thread.
+fn joined(thread: ScopedJoinHandle<'_, Result<()>>) -> Result<()> {
+    thread.join().unwrap_or_else(|_| Err(anyhow!("a part of the checks panicked")))
 }
 
 /// Runs one program after the other, and shows the output of each after its end, so that outputs do not mix. `under` is the
