@@ -4,6 +4,8 @@
 //! signal is learnt from its first readings. Stamps are wrong when
 //!
 //! * the amount differs from the usual one by more than any transmission delay, and stays so: the clock was set;
+//! * stamps that were not in the future are, and stay so, while those of most signals are not: the clock was set forth. No
+//!   transmission takes less than no time, so a second is enough;
 //! * the usual amount differs from that of the other signals: the clock was wrong from the start. Where all clocks are equally
 //!   behind (a recording of another host), nothing is wrong; no clock can be ahead;
 //! * values change, and their stamp does not: the clock stands still.
@@ -17,6 +19,8 @@ use alloc::vec::Vec;
 
 /// The longest undeclared transmission delay, and the largest difference between two clocks of one system.
 const MOST_OFF: Span = Span::from_millis(10_000);
+/// A stamp further than this ahead of its reception is in the future.
+const FUTURE: Span = Span::from_millis(1_000);
 /// A wrong amount must last this long, and so must an amount to learn,
 const LASTS: Span = Span::from_millis(1_000);
 /// and for this many readings.
@@ -40,6 +44,10 @@ pub enum Misdated {
 struct Clock {
     /// The largest deviation from the usual amount that is no error.
     margin: Span,
+    /// Of a stamp in the future, and of a decrease of the amount that is looked at closer: negative.
+    future: Span,
+    /// Whether its stamps were found to be in the future since they were usual.
+    was_set_forth: bool,
     /// The usual time from the stamp to the reception; `None` while unknown.
     usual: Option<Span>,
     /// An amount that may become the usual one or deviates from it; since when and in how many readings.
@@ -92,7 +100,7 @@ impl Clocks {
         // The most frequent case.
         if let Some(usual) = &mut clock.usual
             && clock.stamp != Some(observation.stamp)
-            && is_near(amount, *usual, clock.margin)
+            && is_between(amount - *usual, clock.future, clock.margin)
         {
             (clock.stamp, clock.stamped, clock.value, clock.readings) =
                 (Some(observation.stamp), now, None, 0);
@@ -109,13 +117,23 @@ impl Clocks {
         if let Some(stood) = clock.stood(observation, now) {
             return (stood > STANDS.max(clock.margin - MOST_OFF)).then_some(Misdated::Stopped(stood));
         }
-        let lasted = clock.lasted(amount, now);
         let margin = clock.margin;
+        let earliest = reference.unwrap_or(Span::ZERO).min(Span::ZERO) + clock.future;
+        let is_set_forth = |usual: Span| amount < earliest && earliest <= usual;
+        if let Some(usual) =
+            clock.usual.filter(|usual| is_near(amount, *usual, margin) && !is_set_forth(*usual))
+        {
+            let shorter = if amount - usual < clock.future { amount - usual } else { Span::ZERO };
+            let usual = usual + Span(shorter.0 / FOLLOWS);
+            (clock.usual, clock.readings) = (Some(usual), 0);
+            return apart(usual, reference, margin);
+        }
+        clock.was_set_forth &= clock.readings > 0;
+        let lasted = clock.lasted(amount, now);
         let is_usual = |amount: Span| is_near(amount, reference.unwrap_or(Span::ZERO), margin);
         match clock.usual {
-            Some(usual) if is_near(amount, usual, margin) => {
-                clock.readings = 0;
-                apart(usual, reference, margin)
+            Some(usual) if lasted && is_near(amount, usual, margin) => {
+                self.look_ahead(observation.signal, amount).then_some(Misdated::Off(amount - usual))
             }
             // The clock has been corrected.
             Some(usual) if lasted && is_usual(amount) && !is_usual(usual) => {
@@ -130,6 +148,29 @@ impl Clocks {
             }
             None => None,
         }
+    }
+
+    /// Whether the clock of a signal whose stamps are in the future was set forth. Where most signals show that, the clock of the
+    /// receiver was set back: it is learnt anew. O(signals) once for each clock that is set.
+    fn look_ahead(&mut self, signal: SignalId, amount: Span) -> bool {
+        if self.list[signal].was_set_forth {
+            return true;
+        }
+        let since = self.list[signal].since;
+        let heard = self.list.iter().filter(|it| it.usual.is_some() && it.stamped >= since);
+        let (mut all, mut ahead) = (0, 0);
+        for clock in heard {
+            all += 1;
+            ahead += usize::from(clock.readings > 0);
+        }
+        let was_set_forth = 2 * ahead <= all;
+        if was_set_forth {
+            self.list[signal].was_set_forth = true;
+        } else if let Some(usual) = self.list[signal].usual {
+            self.forget(usual);
+            self.learn(signal, amount);
+        }
+        was_set_forth
     }
 
     fn learn(&mut self, signal: SignalId, usual: Span) {
@@ -171,8 +212,12 @@ fn reference(learnt: &[Span]) -> Option<Span> {
 /// Whether two amounts are no further apart than a margin.
 #[inline]
 fn is_near(one: Span, other: Span, margin: Span) -> bool {
-    let off = one - other;
-    off <= margin && Span::ZERO - margin <= off
+    is_between(one - other, Span::ZERO - margin, margin)
+}
+
+#[inline]
+fn is_between(span: Span, least: Span, most: Span) -> bool {
+    span <= most && least <= span
 }
 
 impl Clock {
@@ -181,6 +226,8 @@ impl Clock {
         let longest = signal.limits.max_delay.unwrap_or(Span::ZERO);
         Clock {
             margin: MOST_OFF.max(longest) + (late - early),
+            future: Span::ZERO - FUTURE - (late - early),
+            was_set_forth: false,
             usual: None,
             other: Span::ZERO,
             since: Time::MIN,

@@ -294,7 +294,7 @@ fn is_reported(run: &Run, between: std::ops::Range<i64>, restored: bool) {
 
 #[test]
 fn a_clock_that_is_set_is_reported_within_seconds_and_trusted_when_it_is_right_again() {
-    for off in [-3600 * SECOND, 3600 * SECOND, -20 * SECOND] {
+    for off in [-3600 * SECOND, 3600 * SECOND, -20 * SECOND, 3 * SECOND] {
         let set = |now: i64| now + if (20 * SECOND..60 * SECOND).contains(&now) { off } else { 0 };
         is_reported(&clock(set, 0), 20..26, true);
         is_reported(&clock(|now| now + if now >= 20 * SECOND { off } else { 0 }, 0), 20..26, false);
@@ -316,6 +316,23 @@ fn stamps_that_stand_still_are_reported() {
 fn clocks_that_are_all_off_alike_are_right() {
     let run = clock(|now| now - 3600 * SECOND, -3600 * SECOND);
     assert!(run.accused().is_empty(), "{:?}", run.accused());
+}
+
+/// The stamps of all signals are 5 s in the future from one moment on: it is the clock of the receiver that was set back.
+#[test]
+fn a_receiver_that_was_set_back_accuses_no_clock() {
+    let mut run = Run::new(knowledge(&[(vec![], vec![]), (vec![], vec![]), (vec![], vec![])], None));
+    for step in 0..240_usize {
+        let now = step as i64 * PERIOD;
+        let lead = if step < 60 { 0 } else { 5 * SECOND };
+        run.pass(now);
+        for number in 0..3 {
+            run.give(number, now + lead, now + number as i64, 20.0 + Errs::Uniformly.at(number, step));
+        }
+    }
+    let clocks =
+        run.events(EventKind::Failed).into_iter().filter(|it| it.symptom == Some(Symptom::WrongClock));
+    assert_eq!(clocks.count(), 0);
 }
 
 /// Values from the future cannot be used, so the reason for that must be reported.

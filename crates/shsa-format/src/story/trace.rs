@@ -51,19 +51,21 @@ pub(super) struct Echo {
 }
 
 impl Trace {
-    /// All observations except the echoes, with the faults injected, and all orders, in the order of reception. Inputs after the
+    /// All observations except the echoes, with the faults injected into what is sampled, and all orders, in the order of reception. Inputs after the
     /// end are left out. An order comes before the observations of its moment.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
         let sampled =
             |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);
         let mut samples: Vec<Sample> = self.sources.iter().enumerate().flat_map(sampled).collect();
-        samples.extend(self.rows.iter().cloned());
         samples.sort_by_key(|sample| sample.received);
         for (number, (fault, signal)) in self.faults.iter().enumerate() {
             let scaling = knowledge.signals()[*signal].scaling;
             let seed = self.seed.wrapping_add(number as u64);
             fault.inject(&mut samples, signal.index(), scaling, Time(0), seed);
         }
+        // What is written out is meant as it stands.
+        samples.extend(self.rows.iter().cloned());
+        samples.sort_by_key(|sample| sample.received);
         let end = Time(0) + self.duration;
         let order = |(time, order): &(Time, Order)| Input::Order { time: *time, order: order.clone() };
         let mut inputs: Vec<Input> = self.orders.iter().map(order).collect();

@@ -20,8 +20,8 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("stood-still", "its value has been exactly the same for {lasted}, {allowed} is allowed"),
     (
         "stamps-ahead",
-        "its time stamps are {by} ahead of the time of reception, and no two clocks of one system \
-         differ by that",
+        "its time stamps are {by} ahead of the time of reception, and nothing is received before it is \
+         measured",
     ),
     (
         "stamps-behind",
