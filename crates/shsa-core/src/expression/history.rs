@@ -45,8 +45,9 @@ pub(super) struct Recalled<N> {
 }
 
 /// The middle of a validity, as the time of a sample.
+#[inline]
 pub(super) fn middle(at: Validity) -> Time {
-    Time(at.from.0 / 2 + at.to.0 / 2 + (at.from.0 % 2 + at.to.0 % 2) / 2)
+    Time(at.from.0.midpoint(at.to.0))
 }
 
 /// The seconds from one validity to a later one: between their middles, with the least and largest possible time.
@@ -124,12 +125,37 @@ impl<N: Number> History<N> {
         }
     }
 
+    /// The samples from the oldest to the newest, in two parts.
+    fn parts(&self) -> (&[Sample<N>], &[Sample<N>]) {
+        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        (older, newer)
+    }
+
+    /// The samples with these numbers, counted from the oldest as 0.
+    fn range(&self, from: usize, to: usize) -> impl Iterator<Item = &Sample<N>> + Clone {
+        let (older, newer) = self.parts();
+        let count = older.len();
+        let older = older.get(from.min(count)..to.min(count)).unwrap_or(&[]);
+        let newer = newer.get(from.saturating_sub(count)..to.saturating_sub(count)).unwrap_or(&[]);
+        older.iter().chain(newer)
+    }
+
     /// How many of the oldest samples meet a condition that no sample meets after one that does not. Complexity: O(log samples).
     fn first_ones(&self, is_so: impl Fn(&Sample<N>) -> bool) -> usize {
-        let (newer, older) = self.samples.split_at_checked(self.start).unwrap_or((&[], &self.samples));
+        let (older, newer) = self.parts();
         match older.partition_point(&is_so) {
             count if count < older.len() => count,
             count => count + newer.partition_point(&is_so),
+        }
+    }
+
+    /// How many samples are before a time: mostly all of them.
+    fn count_before(&self, time: Time) -> usize {
+        let count = self.samples.len();
+        let newest = count.checked_sub(1).and_then(|number| self.numbered(number));
+        match newest {
+            Some(newest) if middle(newest.at) >= time => self.first_ones(|sample| middle(sample.at) < time),
+            _ => count,
         }
     }
 
@@ -180,20 +206,23 @@ impl<N: Number> History<N> {
     /// The value a span ago: interpolated between the samples before and after that time.
     fn delay(&self, value: N, at: Validity, span: Span) -> N {
         let now = Sample { at, value };
-        let kept = self.first_ones(|sample| middle(sample.at) < middle(at));
+        let kept = self.count_before(middle(at));
         let count = kept + usize::from(!value.is_missing());
         // The present sample comes after the kept ones.
         let numbered = |number: usize| if number < kept { self.numbered(number) } else { Some(&now) };
-        let first_ones = |is_so: &dyn Fn(Time) -> bool| match self.first_ones(|it| is_so(middle(it.at))) {
+        let (earliest, moment, latest) = (at.from - span, middle(at) - span, at.to - span);
+        let found = match self.first_ones(|sample| middle(sample.at) <= earliest) {
             older if older < kept => older,
-            _ if count > kept && is_so(middle(at)) => count,
+            _ if count > kept && middle(at) <= earliest => count,
             _ => kept,
         };
-        let (earliest, moment, latest) = (at.from - span, middle(at) - span, at.to - span);
-        let before = first_ones(&|time| time <= earliest).checked_sub(1);
-        let nominal = first_ones(&|time| time <= moment).checked_sub(1);
-        let after = Some(first_ones(&|time| time < latest)).filter(|after| *after < count);
-        let (Some(before), Some(nominal), Some(after)) = (before, nominal, after) else { return N::MISSING };
+        let Some(before) = found.checked_sub(1) else { return N::MISSING };
+        // The others are at most a few samples later.
+        let time = |number: usize| numbered(number).map_or(Time::MAX, |sample| middle(sample.at));
+        let from = if time(before) < latest { found } else { self.count_before(latest).min(kept) };
+        let after = (from..count).find(|number| time(*number) >= latest);
+        let nominal = (found..count).take_while(|number| time(*number) <= moment).last().unwrap_or(before);
+        let Some(after) = after else { return N::MISSING };
         let Some(nominal) = numbered(nominal) else { return N::MISSING };
         let between = |(one, other): (&Sample<N>, &Sample<N>)| middle(other.at) - middle(one.at);
         let length = numbered(before).zip(numbered(after)).map_or(Span::MAX, between);
@@ -204,26 +233,22 @@ impl<N: Number> History<N> {
     }
 
     /// The mean of the values within the window, including the present one; missing before the first window is over, and where
-    /// values of its begin are.
+    /// values of its begin are. Complexity: O(samples within the window).
     fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
         let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
         let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
         if value.is_missing() || !is_over {
             return N::MISSING;
         }
-        let (from, to) = (
-            self.first_ones(|sample| age(sample) >= window),
-            self.first_ones(|sample| age(sample) > Span::ZERO),
-        );
+        let (from, to) = (self.first_ones(|sample| age(sample) >= window), self.count_before(middle(at)));
         let first = self.numbered(from).filter(|_| from < to).map_or(Span::ZERO, age);
         let missing = window - first;
         if missing > Span(window.0 / 4) && self.is_gap(missing, middle(at)) {
             return N::MISSING;
         }
-        let within = (from..to).filter_map(|number| self.numbered(number));
-        let add =
-            |(sum, count): (N, f64), sample: &Sample<N>| (sum.binary(Binary::Add, sample.value), count + 1.0);
-        let (sum, count) = within.fold((value, 1.0), add);
+        let within = self.range(from, to).map(|sample| sample.value);
+        let sum = value.plus_all(within);
+        let count = to.saturating_sub(from) as f64 + 1.0;
         let count = Constant { value: count, bounds: Interval::point(count) };
         sum.binary(Binary::Div, N::constant(count))
     }

@@ -2,6 +2,7 @@
 
 use super::*;
 use crate::time::{Span, Time, Validity};
+use proptest::prelude::*;
 
 fn clock() -> Model {
     Model::new().variable("x", "m", None).variable("y", "m/s", None).vector("v", "m")
@@ -243,4 +244,20 @@ fn memory_is_bounded_at_any_rate() {
         extreme,
         Some(Validity::at(Time::MIN).shifted(Span(-1))),
     );
+}
+
+proptest! {
+    /// Numbers of very different magnitudes, whose sum fits into an integer exactly.
+    #[test]
+    fn a_sum_of_many_intervals_has_the_exact_one_within_it(numbers in prop::collection::vec((-(1_i64 << 52)..1 << 52, 0_i32..40), 1..400)) {
+        let number = |(mantissa, shift): (i64, i32)| mantissa as f64 * libm::exp2(f64::from(-shift));
+        let intervals: Vec<Interval> = numbers.iter().map(|&it| Interval::point(number(it))).collect();
+        let exact: i128 = numbers.iter().map(|&(mantissa, shift)| i128::from(mantissa) << (40 - shift)).sum();
+        let sum = intervals[0].plus_all(intervals[1..].iter().copied());
+        let scale = libm::exp2(40.0);
+        prop_assert!(libm::floor(sum.lo() * scale) as i128 <= exact, "{sum:?} {exact}");
+        prop_assert!(exact <= libm::ceil(sum.hi() * scale) as i128, "{sum:?} {exact}");
+        let size: f64 = intervals.iter().map(|it| it.magnitude()).sum();
+        prop_assert!(sum.width() <= 1e-15 * size * (intervals.len() as f64 + 2.0), "{sum:?}");
+    }
 }
