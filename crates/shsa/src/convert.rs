@@ -6,6 +6,8 @@ use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
 use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_format::drawing::{self, Marks};
+#[cfg(feature = "ontology")]
+use shsa_format::model::thesis::ontology;
 use shsa_format::model::thesis::prolog::{self, Written};
 use shsa_format::model::{self, Form, Loaded, Report, write};
 use std::fs;
@@ -16,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub(crate) struct Arguments {
-    /// The knowledge base: YAML, JSON, or a file of the thesis's programs (YAML or Prolog).
+    /// The knowledge base: YAML, JSON, a file of the thesis's programs (YAML or Prolog), or an ontology in Turtle.
     file: PathBuf,
     /// Where to write; `-` is standard output.
     #[arg(short, long, value_name = "FILE", default_value = "-")]
@@ -54,6 +56,11 @@ and the Prolog facts the output first:
   implementation(turn, \"angle.v = atan(base.v / radius.v)\").
   itomsOf(base, [\"/base\"]).
 
+An ontology in Turtle uses SOSA and SSN: a sosa:ObservableProperty (schema:unitText, schema:value) is a variable or a constant, a sosa:Sensor \
+that sosa:observes it a signal, a sosa:Platform that sosa:hosts several sensors their common cause, and a sosa:Procedure with \
+ssn:hasInput and ssn:hasOutput a relation, structure only but for `<urn:shsa:ontology#equation>`. Names are rdfs:label, or ends of IRIs.
+
+Example: shsa convert models/rover.yaml -o rover.ttl
 Example: shsa convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
 Example: shsa convert facts.pl -o model.yaml";
 
@@ -65,6 +72,8 @@ enum Target {
     Json,
     /// Facts of the thesis's programs.
     Prolog,
+    /// An ontology by SOSA and SSN.
+    Turtle,
     /// A graph for Graphviz.
     Dot,
     /// A drawing.
@@ -81,6 +90,8 @@ enum Origin {
     Thesis,
     /// Their Prolog facts.
     Prolog,
+    /// An ontology by SOSA and SSN.
+    Turtle,
 }
 
 impl Origin {
@@ -89,6 +100,7 @@ impl Origin {
             Origin::Yaml | Origin::Json => Form::Yaml,
             Origin::Thesis => Form::Thesis,
             Origin::Prolog => Form::Prolog,
+            Origin::Turtle => Form::Turtle,
         }
     }
 }
@@ -129,6 +141,7 @@ fn target(arguments: &Arguments) -> anyhow::Result<Target> {
         "yaml" | "yml" => Target::Yaml,
         "json" => Target::Json,
         "pl" | "pro" | "plp" | "prolog" => Target::Prolog,
+        "ttl" => Target::Turtle,
         "dot" | "gv" => Target::Dot,
         "svg" => Target::Svg,
         _ => bail!("what to write into {} is not clear: say it with --to", arguments.output.display()),
@@ -167,6 +180,10 @@ fn written(
         Target::Yaml => write::yaml(draft),
         Target::Json => write::json(draft),
         Target::Prolog => return Ok(prolog::write(knowledge)),
+        #[cfg(feature = "ontology")]
+        Target::Turtle => return Ok(ontology::write(knowledge)?),
+        #[cfg(not(feature = "ontology"))]
+        Target::Turtle => bail!("this program is built without the feature `ontology`"),
         Target::Dot => drawing::dot(knowledge, &marks(arguments, knowledge)?),
         Target::Svg => drawing::svg(knowledge, &marks(arguments, knowledge)?)?,
     };

@@ -59,6 +59,8 @@ pub enum Form {
     Thesis,
     /// The Prolog facts of these programs: `function/3`, `implementation/2`, `itomsOf/2`, `itomOf/2`.
     Prolog,
+    /// An ontology of the vocabularies SOSA and SSN in Turtle, with the feature `ontology`.
+    Turtle,
 }
 
 /// A model before its check, and the parts of its text that the draft lacks.
@@ -160,6 +162,12 @@ fn open<'t>(text: &'t str, name: &str, form: Option<Form>) -> Result<Opened<'t>,
     }
     if form == Some(Form::Prolog) || form.is_none() && thesis::is_prolog(text) {
         return Ok(Opened::Other(Box::new(Source::taken(thesis::from_prolog(text), Form::Prolog))));
+    }
+    if form == Some(Form::Turtle) || form.is_none() && thesis::is_turtle(text) {
+        #[cfg(feature = "ontology")]
+        return Ok(Opened::Other(Box::new(Source::taken(thesis::from_ontology(text), Form::Turtle))));
+        #[cfg(not(feature = "ontology"))]
+        return Err(refused("this is an ontology in Turtle".to_owned(), "build with the feature `ontology`"));
     }
     let is_thesis = |root: &Node| form == Some(Form::Thesis) || form.is_none() && thesis::is_thesis(root);
     if let Some((root, json)) = open_json(text, name)?.filter(|(root, _)| !is_thesis(root)) {

@@ -1,7 +1,8 @@
 //! Knowledge bases of the thesis's public programs as drafts of models.
 //!
-//! Both forms become one sketch: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. Elements without a
-//! counterpart in our model or formula language are reported with their place; the structure is always converted.
+//! The first two forms become one sketch: YAML with `relations` (or `graph`) and `properties`, and Prolog facts. Elements without a
+//! counterpart in our model or formula language are reported with their place; the structure is always converted. Ontologies are the
+//! third form.
 //!
 //! Format of the files: D. Ratasich, "Self-Healing Cyber-Physical Systems", TU Wien 2019, and its public programs.
 
@@ -20,7 +21,10 @@ mod yaml;
 mod clauses;
 mod facts;
 mod statements;
+mod losses;
 pub mod prolog;
+#[cfg(feature = "ontology")]
+pub mod ontology;
 
 pub(super) use clauses::is_prolog;
 pub(super) use yaml::is_thesis;
@@ -52,6 +56,25 @@ pub(super) fn from_prolog(text: &str) -> Taken {
     let mut notes = Notes::default();
     let sketch = facts::sketch(&mut notes, text);
     sketch::taken(sketch, notes)
+}
+
+/// Reads an ontology in Turtle.
+#[cfg(feature = "ontology")]
+pub(super) fn from_ontology(text: &str) -> Taken {
+    let mut notes = Notes::default();
+    let draft = ontology::draft(&mut notes, text);
+    Taken { draft, problems: notes.found, rewritten: notes.rewritten }
+}
+
+/// Whether a text looks like Turtle.
+pub(super) fn is_turtle(text: &str) -> bool {
+    let mut lines = text.trim_start_matches('\u{feff}').lines().map(str::trim_start);
+    let first = lines.find(|line| !line.is_empty() && !line.starts_with('#')).unwrap_or_default();
+    let word = first.split(char::is_whitespace).next().unwrap_or_default();
+    let is_keyword = |keyword: &str| word.eq_ignore_ascii_case(keyword);
+    word.starts_with("<http")
+        || word.starts_with("<urn:")
+        || ["@prefix", "@base", "prefix", "base"].into_iter().any(is_keyword)
 }
 
 #[cfg(test)]

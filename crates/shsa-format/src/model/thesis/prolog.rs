@@ -1,10 +1,10 @@
 //! Knowledge bases as the thesis's Prolog facts.
 
 use shsa_core::expression::{Node, Symbol, parse_equation};
-use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, Shape, Utility, VariableId};
-use std::collections::BTreeSet;
+use shsa_core::knowledge::{Id, KnowledgeBase, Relation, RelationId, VariableId};
 use std::fmt::Write;
 
+use super::losses::{self, described};
 use super::names::Taken;
 use super::statements;
 
@@ -27,9 +27,6 @@ const KEYWORDS: [&str; 28] = [
     "return", "try", "while", "with", "yield",
 ];
 
-/// The most names in the report of a loss.
-const MOST_NAMES: usize = 3;
-
 /// Writes `function/3`, `implementation/2` and `itomsOf/2`, with values in SI, and rules: the query `substitution(speed, S)` in
 /// SWI-Prolog gives all substitutions.
 ///
@@ -51,7 +48,7 @@ pub fn write(knowledge: &KnowledgeBase) -> Written {
     writer.implementations(&relations);
     writer.itoms();
     writer.text += RULES;
-    writer.other_losses();
+    writer.losses.extend(losses::of(knowledge, |_| true));
     Written { text: writer.text, losses: writer.losses }
 }
 
@@ -170,87 +167,6 @@ impl Writer<'_> {
             }
         }
     }
-
-    fn other_losses(&mut self) {
-        let knowledge = self.knowledge;
-        let mut lose = |what: &str, kind: &str, names: Vec<&str>| {
-            if !names.is_empty() {
-                self.losses.push(format!("{what} of {}", described(kind, &names)));
-            }
-        };
-        let variables = knowledge.variables();
-        let names = |is: &dyn Fn(&shsa_core::knowledge::Variable) -> bool| {
-            variables.iter().filter(|variable| is(variable)).map(|variable| variable.name.as_str()).collect()
-        };
-        lose(
-            "the unit",
-            "variable",
-            names(&|variable| variable.unit.as_ref().is_some_and(|unit| unit.to_string() != "1")),
-        );
-        lose("the range", "variable", names(&|variable| variable.range.is_some()));
-        lose("the largest rate of change", "variable", names(&|variable| variable.max_rate.is_some()));
-        lose("the turn", "variable", names(&|variable| variable.wraps.is_some()));
-        lose("the properties", "variable", names(&|variable| !variable.properties.is_empty()));
-        let inexact = |variable: &shsa_core::knowledge::Variable| {
-            variable.constant.is_some_and(|value| value.lo() != value.hi())
-        };
-        lose("the bounds", "constant", names(&inexact));
-        let relations = knowledge.relations().iter().filter(|relation| !relation.properties.is_empty());
-        lose("the properties", "relation", relations.map(|relation| relation.name.as_str()).collect());
-        let signals = |is: &dyn Fn(&shsa_core::knowledge::Signal) -> bool| {
-            // A computed signal is lost with its fusion.
-            let measured = knowledge.signals().enumerate().filter(|(id, _)| !knowledge.is_computed(*id));
-            let found = measured.filter(|(_, signal)| is(signal));
-            found.map(|(_, signal)| signal.name.as_str()).collect::<Vec<_>>()
-        };
-        lose("the source", "signal", signals(&|signal| signal.source != signal.name));
-        lose("the scale and offset", "signal", signals(&|signal| signal.scaling.is_some()));
-        lose("the errors, rate and delays", "signal", signals(&is_timed));
-        let has_limits = |signal: &shsa_core::knowledge::Signal| {
-            let variable = &variables[signal.variable];
-            let limits = (signal.limits.range, signal.limits.max_rate);
-            variable.shape == Shape::Scalar && limits != (variable.range, variable.max_rate)
-        };
-        lose("the limits", "signal", signals(&has_limits));
-        lose("the origin", "signal", signals(&|signal| !signal.derived_from.is_empty()));
-        let sharing = knowledge.causes().iter().flat_map(|cause| &cause.signals).collect::<BTreeSet<_>>();
-        let sharing = sharing.into_iter().map(|&signal| knowledge.signals()[signal].name.as_str());
-        lose("what is shared", "signal", sharing.collect());
-        lose("the properties", "signal", signals(&|signal| !signal.properties.is_empty()));
-        let fusions = knowledge.fusions().iter().map(|fusion| fusion.name.as_str());
-        lose("all that is said", "fusion", fusions.collect());
-        let needs: Vec<&str> =
-            knowledge.needs().iter().map(|need| variables[need.variable].name.as_str()).collect();
-        lose("the name and demands", "need", needs);
-        if !matches!(knowledge.utility(), Utility::Norm) {
-            self.losses.push("how substitutions are rated".to_owned());
-        }
-    }
-}
-
-fn is_timed(signal: &shsa_core::knowledge::Signal) -> bool {
-    let usual = shsa_core::knowledge::ValueError::default();
-    let zero = shsa_core::time::Span::ZERO;
-    let is_late = signal.time_error != (zero, zero) || signal.delay != zero || signal.timeout.is_some();
-    is_late
-        || signal.mean_over != zero
-        || signal.limits.max_delay.is_some()
-        || signal.value_error != usual
-        || signal.noise.is_some()
-        || signal.rate_hz.is_some()
-}
-
-/// `signal a`, `signals a, b`, `signals a, b, c and 4 more`.
-fn described(kind: &str, names: &[&str]) -> String {
-    let mut text = format!(
-        "{kind}{} {}",
-        if names.len() == 1 { "" } else { "s" },
-        names.iter().take(MOST_NAMES).copied().collect::<Vec<_>>().join(", ")
-    );
-    if names.len() > MOST_NAMES {
-        let _ = write!(text, " and {} more", names.len() - MOST_NAMES);
-    }
-    text
 }
 
 /// A name as an atom, in quotes unless it begins in lower case.

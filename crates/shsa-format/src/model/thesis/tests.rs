@@ -1,5 +1,7 @@
 //! Python to formulas, and files in the form of the thesis to drafts; the files here are our own.
 
+#[cfg(feature = "ontology")]
+mod ontology;
 mod python;
 
 use super::clauses::is_prolog;
