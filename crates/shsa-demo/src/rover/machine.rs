@@ -115,7 +115,7 @@ impl Machine {
 }
 
 /// A random pose with free space around it.
-fn start(seed: u64, room: &Room) -> Pose {
+pub(super) fn start(seed: u64, room: &Room) -> Pose {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     random.set_stream(9);
     loop {

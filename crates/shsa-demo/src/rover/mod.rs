@@ -11,6 +11,7 @@ mod avoidance;
 mod provider;
 mod healed;
 mod machine;
+pub mod process;
 mod score;
 mod trial;
 

@@ -1,12 +1,14 @@
 //! `shsa demo`: a simulated system that breaks and heals, shown as it happens. The systems are those of `shsa-demo`.
 
 mod map;
+mod processes;
 #[cfg(feature = "zenoh")]
 mod platoon;
 #[cfg(feature = "zenoh")]
 mod radio;
 mod screen;
 
+use crate::bus::BusArguments;
 use crate::outcome::Outcome;
 use crate::replay::provenance;
 use crate::story;
@@ -15,6 +17,7 @@ use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
 use map::Ink;
 use screen::Screen;
+use shsa_bridge::Address;
 use shsa_core::time::{Span, Time};
 use shsa_demo::rover::{Happening, NEED, Provision, Trial};
 use shsa_demo::stories;
@@ -53,7 +56,7 @@ pub(crate) enum System {
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
 #[command(
-    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
+    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo rover --processes --bus mqtt://127.0.0.1\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
 )]
 pub(crate) struct DemoArgs {
     /// The simulated system
@@ -80,6 +83,14 @@ pub(crate) struct DemoArgs {
     /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
     page: bool,
+    /// The rover as separate programs on a bus, with `shsa run` beside them: one is killed, and an attacker comes
+    #[arg(long, conflicts_with_all = ["fast", "page", "report", "live"])]
+    processes: bool,
+    /// One program of the rover on a bus
+    #[arg(long, hide = true, conflicts_with_all = ["processes", "fast", "page", "report", "live"])]
+    part: Option<String>,
+    #[command(flatten)]
+    bus: BusArguments,
     /// Writes the page of `shsa replay --report` about it, with the assurance case where there are contracts; not of the rover
     #[arg(long, value_name = "FILE")]
     report: Option<PathBuf>,
@@ -100,6 +111,16 @@ impl DemoArgs {
 /// When standard output is closed.
 pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let Some(name) = args.name else { return list() };
+    let is_rover = name == System::Rover;
+    if let Some(part) = args.part.as_deref().filter(|_| is_rover) {
+        return processes::part(args, part);
+    }
+    if args.processes && is_rover {
+        return processes::run(args);
+    }
+    if args.processes || args.bus.bus != Address::Memory {
+        bail!("--processes and --bus belong together, and to the rover");
+    }
     let story = match name {
         System::Platoon if args.live => return live_platoon(args.json),
         _ if args.live => bail!("--live is of the platoon; the rover has --page"),

@@ -27,6 +27,7 @@ mod prometheus;
 mod record;
 mod reference;
 mod roles;
+mod rover;
 mod service_manager;
 mod takeover;
 mod top;
