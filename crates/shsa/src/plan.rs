@@ -1,5 +1,6 @@
 //! `shsa plan`: substitutions for a variable, best first.
 
+mod draw;
 mod trace;
 
 use crate::contingency;
@@ -23,7 +24,9 @@ use trace::Trace;
 
 /// Arguments of `shsa plan`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa plan models/rover.yaml v_dmin --all --exclude /lidar/scan")]
+#[command(
+    after_help = "Example: shsa plan models/rover.yaml v_dmin --all --exclude /lidar/scan --draw drawings"
+)]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -60,6 +63,9 @@ pub(crate) struct Arguments {
     /// Print the steps of the search too, as a tree; searches by SH-PGSA.
     #[arg(long, conflicts_with_all = ["engine", "threads", "contingency"])]
     trace: bool,
+    /// Draw the knowledge base with each substitution marked: FOLDER/VARIABLE-1.svg is the best one; at most 100.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "contingency")]
+    draw: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
@@ -136,6 +142,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         .requirements
         .asks_why()
         .then(|| refused(&knowledge, &graph, variable, &options, &requirements, limits(arguments)));
+    if let Some(folder) = &arguments.draw {
+        let count = draw::write(&knowledge, variable, &plan, &options.forbidden_signals, folder)?;
+        show::notice(&format!("{} written to {}", counted(count, "drawing"), folder.display()));
+    }
     let mut output = stdout().lock();
     if arguments.json {
         let mut answer = to_json(arguments, &knowledge, &plan, elapsed, excluded, falling_short.as_deref());

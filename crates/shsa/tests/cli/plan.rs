@@ -83,6 +83,15 @@ fn each_step_of_a_search_is_shown() {
 }
 
 #[test]
+fn each_substitution_is_drawn() {
+    let folder = tank::folder();
+    let run = folder.ends("plan tank.yaml level --all --behind --draw drawn", 0);
+    assert!(run.stderr.contains("written to drawn"), "{}", run.stderr);
+    let (one, two) = (folder.read("drawn/level-1.svg"), folder.read("drawn/level-2.svg"));
+    assert!(one.contains("<svg") && one != two, "{one}");
+}
+
+#[test]
 fn engines_agree() {
     let folder = tank::folder();
     let found = |engine: &str| {
