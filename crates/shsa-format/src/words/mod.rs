@@ -96,7 +96,8 @@ pub fn span(length: Span) -> String {
 }
 
 /// A span of hours or days; a shorter one as [`span`].
-fn long(length: Span) -> String {
+#[must_use]
+pub fn long_span(length: Span) -> String {
     match length.seconds() / 3600.0 {
         hours if hours < 1.0 => span(length),
         hours if hours < 100.0 => format!("{hours:.1} h"),
@@ -126,7 +127,7 @@ fn shown(argument: &Argument, manner: &str) -> String {
         Argument::Name(name) => name.clone(),
         Argument::Names(names) if manner == "few" => few(names),
         Argument::Names(names) => names.join(", "),
-        Argument::Span(length) if manner == "long" => long(*length),
+        Argument::Span(length) if manner == "long" => long_span(*length),
         Argument::Span(length) => span(*length),
         Argument::Count(1) if manner == "times" => "once".to_owned(),
         Argument::Count(count) if manner == "times" => format!("{count} times"),

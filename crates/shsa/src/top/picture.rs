@@ -2,7 +2,9 @@
 
 use super::board::Board;
 use serde_json::{Value, json};
+use shsa_core::time::Span;
 use shsa_format::text::seconds;
+use shsa_format::words::long_span;
 use shsa_report::{Paint, Style};
 
 /// Below this many rows each list keeps its first lines only.
@@ -123,10 +125,12 @@ impl Picture<'_> {
             .map(|(variable, row)| {
                 let bounds = |lo: &Value, hi: &Value| interval(&json!([lo, hi]), &row["unit"]);
                 let range = bounds(&row["range"][0], &row["range"][1]);
-                vec![variable.to_owned(), bounds(&row["lo"], &row["hi"]), range, word(&row["state"])]
+                let left = row["limit_in_s"].as_f64().map(Span::from_seconds);
+                let left = left.map_or_else(|| "-".to_owned(), long_span);
+                vec![variable.to_owned(), bounds(&row["lo"], &row["hi"]), range, word(&row["state"]), left]
             })
             .collect();
-        let head = ["learned", "value", "range", "state"];
+        let head = ["learned", "value", "range", "state", "leaves it in"];
         let table = if rows.is_empty() { Vec::new() } else { self.table(&head, rows) };
         let gap = (!table.is_empty()).then(String::new);
         gap.into_iter().chain(table).collect()
