@@ -11,7 +11,7 @@ use std::path::{Path, PathBuf};
 const COMMAND: &str = "shsa";
 
 /// What cargo says that it has built.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(super) enum Built {
     Test(Program),
     /// The command that other tests run.
@@ -19,7 +19,7 @@ pub(super) enum Built {
 }
 
 /// A built test program.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Debug, PartialEq)]
 pub(super) struct Program {
     /// The name of its target: `live`, `shsa_core`.
     pub(super) name: String,
@@ -28,25 +28,20 @@ pub(super) struct Program {
     pub(super) folder: PathBuf,
 }
 
-/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built: `first` the
-/// test programs of these names, with the command that they run. Ends once `is_vain` after a unit.
+/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built. Ends once
+/// `is_vain` after a unit.
 ///
 /// # Errors
 /// When something does not build, or clippy or the documentation has a warning; when it was ended.
-pub(super) fn all(first: &[&str], is_vain: impl Fn() -> bool, mut pass: impl FnMut(Built)) -> Result<()> {
-    let all = ["--no-run", "--message-format", "json-render-diagnostics"];
-    let first: Vec<&str> = first.iter().flat_map(|name| ["--test", name]).chain(all).collect();
-    // Cargo announces what is already built, too.
-    let mut passed = Vec::new();
+pub(super) fn all(is_vain: impl Fn() -> bool, mut pass: impl FnMut(Built)) -> Result<()> {
+    let arguments = ["--no-run", "--message-format", "json-render-diagnostics"];
     let mut hear = |message: &str| {
-        if let Some(built) = built(message).filter(|built| !passed.contains(built)) {
-            passed.push(built.clone());
+        if let Some(built) = built(message) {
             pass(built);
         }
         if is_vain() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
-    cargo_test(&first, |line| command::listen(line, &mut hear))?;
-    cargo_test(&all, |line| command::listen(line, &mut hear))
+    cargo_test(&arguments, |line| command::listen(line, &mut hear))
 }
 
 /// The test program or the command in a message of cargo; `None` for other messages.

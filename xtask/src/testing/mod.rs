@@ -30,10 +30,6 @@ const THREADS: [(&str, &str); 1] = [("live", "3")];
 /// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 
-/// What is built first. Two programs take longest and mostly wait: they run beside the other builds. The third one needs libraries that
-/// macros need, too: known from the start, these are not built twice.
-const FIRST: [&str; 3] = ["live", "chaos", "c"];
-
 /// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
 const LATE: [&str; 2] = ["shsa", "shsa-bench"];
 
@@ -150,7 +146,7 @@ pub(crate) fn run() -> Result<()> {
     let other = thread::scope(|scope| {
         let built = scope.spawn(|| {
             let pass = |built| shared.change(|queue| queue.take(built));
-            let built = build::all(&FIRST, || shared.lock().is_vain, pass);
+            let built = build::all(|| shared.lock().is_vain, pass);
             shared.change(Queue::complete);
             built
         });
@@ -158,7 +154,7 @@ pub(crate) fn run() -> Result<()> {
             shared.change(|queue| queue.is_vain = true);
             return Err(absent);
         }
-        // Its build has a folder of its own, and takes what the others leave: the first of them wait for each other.
+        // Its build has a folder of its own, and takes what the others leave.
         let counted = scope.spawn(ratchet::check_apart);
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
