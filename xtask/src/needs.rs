@@ -187,7 +187,7 @@ mod tests {
         let there = Cell::new(false);
         let install = |line: &[&str]| {
             assert_eq!(line, ["get", "two"]);
-            there.replace(true);
+            there.set(true);
             true
         };
         assert!(provide(&NEEDS, |probe| probe != ["two"] || there.get(), install).is_ok());

@@ -28,18 +28,18 @@ pub(super) struct Program {
     pub(super) folder: PathBuf,
 }
 
-/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built. Ends once
-/// `is_vain` after a unit.
+/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built. Ends after
+/// the first unit at which `is_cancelled`.
 ///
 /// # Errors
 /// When something does not build, or clippy or the documentation has a warning; when it was ended.
-pub(super) fn all(is_vain: impl Fn() -> bool, mut pass: impl FnMut(Built)) -> Result<()> {
+pub(super) fn all(is_cancelled: impl Fn() -> bool, mut pass: impl FnMut(Built)) -> Result<()> {
     let arguments = ["--no-run", "--message-format", "json-render-diagnostics"];
     let mut hear = |message: &str| {
         if let Some(built) = built(message) {
             pass(built);
         }
-        if is_vain() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if is_cancelled() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     cargo_test(&arguments, |line| command::listen(line, &mut hear))
 }

@@ -53,7 +53,7 @@ struct Queue {
     /// Whether no further program will be added.
     is_complete: bool,
     /// Whether the tests will not run, as something that they need is absent.
-    is_vain: bool,
+    is_cancelled: bool,
     total: Total,
     failed: Vec<String>,
     /// Tests that failed while the machine stalled, each to be run again alone.
@@ -139,19 +139,20 @@ impl Shared {
 /// beside the first builds.
 ///
 /// # Errors
-/// When something that the tests need is absent, a test fails or does not build, clippy or the documentation has a warning, or instructions exceed their ceiling.
+/// When something that the tests need is absent, a test fails or does not build, clippy or the documentation has a warning, or
+/// instructions exceed their ceiling.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let stalls = Stalls::watch();
     let other = thread::scope(|scope| {
         let built = scope.spawn(|| {
             let pass = |built| shared.change(|queue| queue.take(built));
-            let built = build::all(|| shared.lock().is_vain, pass);
+            let built = build::all(|| shared.lock().is_cancelled, pass);
             shared.change(Queue::complete);
             built
         });
         if let Err(absent) = needs::provide_for_tests() {
-            shared.change(|queue| queue.is_vain = true);
+            shared.change(|queue| queue.is_cancelled = true);
             return Err(absent);
         }
         // Its build has a folder of its own, and takes what the others leave.

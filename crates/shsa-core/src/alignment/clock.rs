@@ -4,8 +4,8 @@
 //! signal is learnt from its first readings. Stamps are wrong when
 //!
 //! * the amount differs from the usual one by more than any transmission delay, and stays so: the clock was set;
-//! * stamps that were not in the future are, and stay so, while those of most signals are not: the clock was set forth. No
-//!   transmission takes less than no time, so a second is enough;
+//! * stamps that were not in the future are, and stay so, while those of most signals are not: the clock was set
+//!   forward. Nothing is received before it is sent, so a second is enough;
 //! * the usual amount differs from that of the other signals: the clock was wrong from the start. Where all clocks are equally
 //!   behind (a recording of another host), nothing is wrong; no clock can be ahead;
 //! * values change, and their stamp does not: the clock stands still.
@@ -44,10 +44,10 @@ pub enum Misdated {
 struct Clock {
     /// The largest deviation from the usual amount that is no error.
     margin: Span,
-    /// Of a stamp in the future, and of a decrease of the amount that is looked at closer: negative.
+    /// Below this amount a stamp is in the future: negative.
     future: Span,
-    /// Whether its stamps were found to be in the future since they were usual.
-    was_set_forth: bool,
+    /// Whether the clock was found to be set forward, since its amounts are unusual.
+    is_set_forward: bool,
     /// The usual time from the stamp to the reception; `None` while unknown.
     usual: Option<Span>,
     /// An amount that may become the usual one or deviates from it; since when and in how many readings.
@@ -119,21 +119,22 @@ impl Clocks {
         }
         let margin = clock.margin;
         let earliest = reference.unwrap_or(Span::ZERO).min(Span::ZERO) + clock.future;
-        let is_set_forth = |usual: Span| amount < earliest && earliest <= usual;
+        let is_new_in_future = |usual: Span| amount < earliest && earliest <= usual;
         if let Some(usual) =
-            clock.usual.filter(|usual| is_near(amount, *usual, margin) && !is_set_forth(*usual))
+            clock.usual.filter(|usual| is_near(amount, *usual, margin) && !is_new_in_future(*usual))
         {
+            // A queue that has drained.
             let shorter = if amount - usual < clock.future { amount - usual } else { Span::ZERO };
             let usual = usual + Span(shorter.0 / FOLLOWS);
             (clock.usual, clock.readings) = (Some(usual), 0);
             return apart(usual, reference, margin);
         }
-        clock.was_set_forth &= clock.readings > 0;
+        clock.is_set_forward &= clock.readings > 0;
         let lasted = clock.lasted(amount, now);
         let is_usual = |amount: Span| is_near(amount, reference.unwrap_or(Span::ZERO), margin);
         match clock.usual {
             Some(usual) if lasted && is_near(amount, usual, margin) => {
-                self.look_ahead(observation.signal, amount).then_some(Misdated::Off(amount - usual))
+                self.was_set_forward(observation.signal, amount).then_some(Misdated::Off(amount - usual))
             }
             // The clock has been corrected.
             Some(usual) if lasted && is_usual(amount) && !is_usual(usual) => {
@@ -150,10 +151,10 @@ impl Clocks {
         }
     }
 
-    /// Whether the clock of a signal whose stamps are in the future was set forth. Where most signals show that, the clock of the
-    /// receiver was set back: it is learnt anew. O(signals) once for each clock that is set.
-    fn look_ahead(&mut self, signal: SignalId, amount: Span) -> bool {
-        if self.list[signal].was_set_forth {
+    /// Whether the clock of a signal whose stamps are in the future was set forward. Where most signals show that, the clock of
+    /// the receiver was set back: the amount is learnt anew. O(signals) once for each clock that is set.
+    fn was_set_forward(&mut self, signal: SignalId, amount: Span) -> bool {
+        if self.list[signal].is_set_forward {
             return true;
         }
         let since = self.list[signal].since;
@@ -161,16 +162,15 @@ impl Clocks {
         let (mut all, mut ahead) = (0, 0);
         for clock in heard {
             all += 1;
-            ahead += usize::from(clock.readings > 0);
+            ahead += usize::from(clock.leads());
         }
-        let was_set_forth = 2 * ahead <= all;
-        if was_set_forth {
-            self.list[signal].was_set_forth = true;
-        } else if let Some(usual) = self.list[signal].usual {
+        let is_alone = 2 * ahead <= all;
+        self.list[signal].is_set_forward = is_alone;
+        if let Some(usual) = self.list[signal].usual.filter(|_| !is_alone) {
             self.forget(usual);
             self.learn(signal, amount);
         }
-        was_set_forth
+        is_alone
     }
 
     fn learn(&mut self, signal: SignalId, usual: Span) {
@@ -227,7 +227,7 @@ impl Clock {
         Clock {
             margin: MOST_OFF.max(longest) + (late - early),
             future: Span::ZERO - FUTURE - (late - early),
-            was_set_forth: false,
+            is_set_forward: false,
             usual: None,
             other: Span::ZERO,
             since: Time::MIN,
@@ -236,6 +236,11 @@ impl Clock {
             stamped: Time::MIN,
             value: None,
         }
+    }
+
+    /// Whether its stamps are further in the future than usual now.
+    fn leads(&self) -> bool {
+        self.readings > 0 && self.usual.is_some_and(|usual| self.other - usual < self.future)
     }
 
     /// How long the stamp has been the same while the value has changed; remembers a new stamp.

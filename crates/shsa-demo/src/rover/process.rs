@@ -111,9 +111,9 @@ fn process(part: Part, seed: u64) -> Box<dyn Process> {
         Part::Depth => sensor(DEPTH),
         Part::Odometry => sensor(ODOMETRY),
         Part::Stop => Box::new(Stop::new(seed)),
-        Part::Teleoperation => Box::new(Teleoperation { due: Time(0) }),
+        Part::Teleoperation => Box::new(Periodic::teleoperation()),
         Part::LidarAlone => Box::new(LidarAlone { nearest: None }),
-        Part::Attacker => Box::new(Attacker { due: Time(0) }),
+        Part::Attacker => Box::new(Periodic::attacker()),
     }
 }
 
@@ -272,21 +272,39 @@ impl Process for Stop {
     }
 }
 
-struct Teleoperation {
+/// Sends one kind of message, whatever happens.
+struct Periodic {
     due: Time,
+    period: Span,
+    topic: &'static str,
+    /// The message at a time since the start, with its stamp.
+    message: fn(Time, &Value) -> Value,
 }
 
-impl Process for Teleoperation {
+impl Periodic {
+    /// The operator, who drives slower for 3 s of each 10.
+    fn teleoperation() -> Periodic {
+        let message = |now: Time, _: &Value| json!(if now.0 / 1_000_000_000 % 10 < 7 { 0.6 } else { 0.3 });
+        Periodic { due: Time(0), period: WISHES, topic: WISH, message }
+    }
+
+    /// The attacker, with scans of one beam.
+    fn attacker() -> Periodic {
+        let message = |_: Time, stamp: &Value| json!({ "header": { "stamp": stamp }, "ranges": [ATTACK_M] });
+        Periodic { due: Time(0), period: ATTACK, topic: LIDAR, message }
+    }
+}
+
+impl Process for Periodic {
     fn topics(&self) -> Vec<&'static str> {
         Vec::new()
     }
 
     fn observe(&mut self, _: Time, _: &str, _: &Value) {}
 
-    fn step(&mut self, now: Time, _: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        if is_due(&mut self.due, now, WISHES) {
-            // Slower for 3 s of each 10.
-            send(WISH, json!(if now.0 / 1_000_000_000 % 10 < 7 { 0.6 } else { 0.3 }));
+    fn step(&mut self, now: Time, stamp: &Value, send: &mut dyn FnMut(&'static str, Value)) {
+        if is_due(&mut self.due, now, self.period) {
+            send(self.topic, (self.message)(now, stamp));
         }
     }
 }
@@ -306,23 +324,5 @@ impl Process for LidarAlone {
 
     fn step(&mut self, _: Time, _: &Value, send: &mut dyn FnMut(&'static str, Value)) {
         self.nearest.take().into_iter().for_each(|nearest| send(NEED, json!(nearest)));
-    }
-}
-
-struct Attacker {
-    due: Time,
-}
-
-impl Process for Attacker {
-    fn topics(&self) -> Vec<&'static str> {
-        Vec::new()
-    }
-
-    fn observe(&mut self, _: Time, _: &str, _: &Value) {}
-
-    fn step(&mut self, now: Time, stamp: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        if is_due(&mut self.due, now, ATTACK) {
-            send(LIDAR, json!({ "header": { "stamp": stamp }, "ranges": [ATTACK_M] }));
-        }
     }
 }

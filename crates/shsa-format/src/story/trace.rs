@@ -51,8 +51,8 @@ pub(super) struct Echo {
 }
 
 impl Trace {
-    /// All observations except the echoes, with the faults injected into what is sampled, and all orders, in the order of reception. Inputs after the
-    /// end are left out. An order comes before the observations of its moment.
+    /// All observations except the echoes, with the faults injected into what is sampled, and all orders, in the order of
+    /// reception. Inputs after the end are left out. An order comes before the observations of its moment.
     pub(super) fn inputs(&self, knowledge: &KnowledgeBase) -> Vec<Input> {
         let sampled =
             |(number, source): (usize, &Source)| source.samples(knowledge, self.seed, number as u64);

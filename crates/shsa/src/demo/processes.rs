@@ -16,11 +16,12 @@ use std::env;
 use std::ffi::OsString;
 use std::io::{BufRead, BufReader, Write, stdout};
 use std::process::{Child, Command, Stdio};
+use std::sync::atomic::Ordering;
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::Duration;
 
-/// The programs that run all the time, and those of them that only the healed robot has.
+/// The programs that run all the time.
 const PARTS: [Part; 7] =
     [Part::World, Part::Lidar, Part::Sonar, Part::Depth, Part::Odometry, Part::Stop, Part::Teleoperation];
 
@@ -194,7 +195,7 @@ pub(super) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let stop = stop_on_signals(inbox.clone())?;
     let started = inbox.clock().now();
     let mut acts = SCENARIO.into_iter().peekable();
-    while !stop.load(std::sync::atomic::Ordering::Acquire) {
+    while !stop.load(Ordering::Acquire) {
         inbox.wait(Duration::from_millis(20));
         let now = inbox.clock().now();
         watch.look(now)?;

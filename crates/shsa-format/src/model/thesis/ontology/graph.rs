@@ -1,7 +1,8 @@
 //! The statements of a text in Turtle, by subject.
 
 use super::super::notes::Notes;
-use super::{OWN, RDFS, SCHEMA, SOSA, SSN};
+use super::{OWN, RDFS, SCHEMAS, SOSA, SSN};
+use crate::text::counted;
 use oxrdf::vocab::rdf;
 use oxrdf::{NamedOrBlankNode, Term};
 use oxttl::TurtleParser;
@@ -23,10 +24,11 @@ pub(super) struct Node {
     pub(super) value: Option<String>,
     pub(super) equation: Option<String>,
     pub(super) shape: Option<String>,
-    pub(super) observes: Vec<String>,
-    pub(super) hosts: Vec<String>,
-    pub(super) inputs: Vec<String>,
-    pub(super) outputs: Vec<String>,
+    // Sets, as both directions of a statement may be there: `observes` and `isObservedBy`.
+    pub(super) observes: BTreeSet<String>,
+    pub(super) hosts: BTreeSet<String>,
+    pub(super) inputs: BTreeSet<String>,
+    pub(super) outputs: BTreeSet<String>,
 }
 
 /// All subjects and objects, by their IRIs.
@@ -69,21 +71,22 @@ impl<'t> Graph<'t> {
             Term::Literal(literal) => (literal.value().to_owned(), false),
         };
         let word = |vocabulary: &str| predicate.strip_prefix(vocabulary).unwrap_or_default();
+        let of_schema = SCHEMAS.into_iter().find_map(|it| predicate.strip_prefix(it)).unwrap_or_default();
         let node = self.nodes.entry(subject.clone()).or_default();
         match (word(SOSA), word(SSN), is_node) {
             _ if predicate == rdf::TYPE.as_str() => {
                 let class = object.strip_prefix(SOSA).or_else(|| object.strip_prefix(SSN));
                 node.classes.extend(class.map(str::to_owned));
             }
-            ("observes", _, true) => node.observes.push(object),
-            ("isObservedBy", _, true) => self.node(object).observes.push(subject),
-            ("hosts", _, true) => node.hosts.push(object),
-            ("isHostedBy", _, true) => self.node(object).hosts.push(subject),
-            (_, "hasInput", true) => node.inputs.push(object),
-            (_, "hasOutput", true) => node.outputs.push(object),
+            ("observes", _, true) => node.observes.extend([object]),
+            ("isObservedBy", _, true) => self.node(object).observes.extend([subject]),
+            ("hosts", _, true) => node.hosts.extend([object]),
+            ("isHostedBy", _, true) => self.node(object).hosts.extend([subject]),
+            (_, "hasInput", true) => node.inputs.extend([object]),
+            (_, "hasOutput", true) => node.outputs.extend([object]),
             (.., false) if word(RDFS) == "label" => node.label = Some(object),
-            (.., false) if word(SCHEMA) == "unitText" => node.unit = Some(object),
-            (.., false) if word(SCHEMA) == "value" => node.value = Some(object),
+            (.., false) if of_schema == "unitText" => node.unit = Some(object),
+            (.., false) if of_schema == "value" => node.value = Some(object),
             (.., false) if word(OWN) == "equation" => node.equation = Some(object),
             (.., false) if word(OWN) == "shape" => node.shape = Some(object),
             _ => *self.passed.entry(predicate.to_owned()).or_default() += 1,
@@ -94,7 +97,7 @@ impl<'t> Graph<'t> {
         self.nodes.entry(iri).or_default()
     }
 
-    /// The label of an element if no other one has it, else the end of its IRI, at its first place in the text.
+    /// The label of an element, or the end of its IRI where it has none, at the first place of that end in the text.
     pub(super) fn name(&self, iri: &str) -> Text {
         let end = iri.rsplit(['/', '#', ':']).find(|part| !part.is_empty()).unwrap_or(iri);
         let from = self.words.get(end).copied().unwrap_or(0);
@@ -112,7 +115,8 @@ impl<'t> Graph<'t> {
         if self.passed.len() > MOST_NAMED {
             names.push("..");
         }
-        let message = format!("not taken over: {count} statements with {}", names.join(", "));
+        let statements = counted(count, "statement");
+        let message = format!("not taken over: {statements} with {}", names.join(", "));
         let help = "what is read is in `shsa convert --help`";
         notes.warn(&Text::default(), message, help);
     }

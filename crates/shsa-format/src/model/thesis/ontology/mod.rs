@@ -22,6 +22,7 @@ pub(super) use read::draft;
 const SOSA: &str = "http://www.w3.org/ns/sosa/";
 const SSN: &str = "http://www.w3.org/ns/ssn/";
 const RDFS: &str = "http://www.w3.org/2000/01/rdf-schema#";
-const SCHEMA: &str = "https://schema.org/";
+/// Both are in use; the first one is written.
+const SCHEMAS: [&str; 2] = ["https://schema.org/", "http://schema.org/"];
 /// What the others have no word for.
 const OWN: &str = "urn:shsa:ontology#";

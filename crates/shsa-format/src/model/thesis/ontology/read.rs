@@ -131,7 +131,8 @@ impl<'g> Reader<'g, '_> {
                 relations.push(RelationDraft::new(own, body(node, name.place)));
             }
             let Some(relation) = relations.get_mut(at) else { continue };
-            let ours = |iris: &[String]| iris.iter().filter_map(|iri| self.our(iri)).collect::<Vec<_>>();
+            let ours =
+                |iris: &BTreeSet<String>| iris.iter().filter_map(|iri| self.our(iri)).collect::<Vec<_>>();
             match &mut relation.body {
                 BodyDraft::Equation(_) => {
                     relation.directions.get_or_insert_default().extend(ours(&node.outputs))

@@ -2,7 +2,7 @@
 
 use super::super::losses;
 use super::super::prolog::Written;
-use super::{OWN, RDFS, SCHEMA, SOSA, SSN};
+use super::{OWN, RDFS, SCHEMAS, SOSA, SSN};
 use oxrdf::vocab::rdf;
 use oxrdf::{Literal, NamedNode, Term, Triple};
 use oxttl::TurtleSerializer;
@@ -12,6 +12,7 @@ use shsa_core::knowledge::{Cause, KnowledgeBase, Relation, Shape, Signal, Variab
 use std::fmt::Write;
 use std::io;
 
+const SCHEMA: &str = SCHEMAS[0];
 /// What an ontology keeps of all that [`losses::of`] names.
 const KEPT: [&str; 2] = ["the unit", "what is shared"];
 

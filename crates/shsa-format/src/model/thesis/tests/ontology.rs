@@ -10,13 +10,14 @@ use std::path::Path;
 const BOILER: &str = r#"@prefix sosa: <http://www.w3.org/ns/sosa/> .
 @prefix ssn: <http://www.w3.org/ns/ssn/> .
 @prefix rdfs: <http://www.w3.org/2000/01/rdf-schema#> .
-@prefix schema: <https://schema.org/> .
+@prefix schema: <http://schema.org/> .
 @base <http://example.org/boiler/> .
 
 <water/temperature> a sosa:ObservableProperty ; rdfs:label "flow temperature"@en ; schema:unitText "degC" .
 <water/pressure> a ssn:Property ; schema:unitText "kPa" ; sosa:isObservedBy <gauge> .
 <gravity> a sosa:ObservableProperty ; schema:unitText "m/s^2" ; schema:value 9.81 .
 <thermometer> a sosa:Sensor ; sosa:observes <water/temperature> ; sosa:isHostedBy <board> .
+<water/temperature> sosa:isObservedBy <thermometer> .
 <gauge> sosa:isHostedBy <board> .
 <board> a sosa:Platform ; rdfs:label "board 1" ; rdfs:comment "in the cellar" .
 <steam-table> a sosa:Procedure ; ssn:hasInput <water/temperature> ; ssn:hasOutput <water/pressure> .
@@ -43,7 +44,7 @@ signals:
   gauge: { variable: pressure, shares: [board 1] }
   thermometer: { variable: flow_temperature, shares: [board 1] }
 "#,
-        "1:1 warning: not taken over: 1 statements with http://www.w3.org/2000/01/rdf-schema#comment\n\
+        "1:1 warning: not taken over: 1 statement with http://www.w3.org/2000/01/rdf-schema#comment\n\
          7:8 warning: `flow temperature` becomes `flow_temperature`\n\
          9:2 warning: nothing uses `gravity`",
     );
