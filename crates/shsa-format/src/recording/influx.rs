@@ -5,7 +5,7 @@
 //! (nanoseconds, else micro-, milliseconds or seconds). Where the points of a series have different fields, the series has all
 //! fields so far.
 
-use super::lines::Lines;
+use super::lines::{self, Lines};
 use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, RecordingError};
 use shsa_core::time::Time;
@@ -23,8 +23,8 @@ const PARTS_MAX: usize = 1 << 12;
 pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
     // The last line may be incomplete.
-    let lines = text.split_inclusive('\n').filter(|line| line.ends_with('\n')).map(str::trim);
-    let lines: Vec<&str> = lines.filter(|line| !line.is_empty() && !line.starts_with('#')).take(5).collect();
+    let whole = text.rfind(['\n', '\r']).map_or("", |end| &text[..end]);
+    let lines: Vec<&str> = lines::of(whole).filter(|line| !line.starts_with('#')).take(5).collect();
     !lines.is_empty() && lines.iter().all(|line| point(line).is_ok_and(|point| point.time.is_some()))
 }
 

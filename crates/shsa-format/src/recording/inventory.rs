@@ -6,6 +6,7 @@ use super::{FieldInfo, FileInfo, Place, TopicInfo, Warning};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::json::{Kind, Visitor, unescaped, walk};
+use std::mem;
 use std::path::{Path, PathBuf};
 
 /// The most fields of a topic that are listed.
@@ -30,6 +31,9 @@ struct Entry {
     locators: Vec<(String, Locator)>,
     span: Option<(Time, Time)>,
     last: Option<Time>,
+    /// How many messages have a time.
+    dated: usize,
+    is_next_undated: bool,
     is_untimed: bool,
 }
 
@@ -75,7 +79,13 @@ impl Listener for Inventory {
         self.note(Place::Whole, problem);
     }
 
-    fn undated(&mut self, place: Place, problem: String) {
+    fn undated(&mut self, topic: TopicId) {
+        if let Some(entry) = self.topics.get_mut(topic.0) {
+            entry.is_next_undated = true;
+        }
+    }
+
+    fn has_undated(&mut self, place: Place, problem: String) {
         self.damaged(place, problem);
     }
 
@@ -118,6 +128,8 @@ impl Entry {
             locators: Vec::new(),
             span: None,
             last: None,
+            dated: 0,
+            is_next_undated: false,
             is_untimed: false,
         };
         entry.list();
@@ -158,15 +170,22 @@ impl Entry {
 
     fn see(&mut self, received: Time, body: Body<'_>) {
         self.info.count += 1;
+        if !mem::take(&mut self.is_next_undated) {
+            self.see_time(received);
+        }
+        // Examples are taken from fewer and fewer messages, so that the memory does not grow with the content of the messages.
+        if self.info.count.is_power_of_two() {
+            self.look_into(body);
+        }
+    }
+
+    fn see_time(&mut self, received: Time) {
+        self.dated += 1;
         let (from, to) = self.span.unwrap_or((received, received));
         self.span = Some((from.min(received), to.max(received)));
         if let Some(last) = self.last.replace(received) {
             let longest = self.info.longest_gap.unwrap_or(Span::ZERO);
             self.info.longest_gap = Some(longest.max(received - last));
-        }
-        // Examples are taken from fewer and fewer messages, so that the memory does not grow with the content of the messages.
-        if self.info.count.is_power_of_two() {
-            self.look_into(body);
         }
     }
 
@@ -189,7 +208,7 @@ impl Entry {
         if self.is_untimed {
             return TopicInfo { longest_gap: None, ..self.info };
         }
-        self.info.rate_hz = self.span.and_then(|(from, to)| mean_rate(self.info.count, from, to));
+        self.info.rate_hz = self.span.and_then(|(from, to)| mean_rate(self.dated, from, to));
         self.info.span = self.span;
         self.info
     }

@@ -5,7 +5,7 @@ use serde::de::{Deserialize, Deserializer, Error, IgnoredAny, MapAccess, SeqAcce
 use std::fmt;
 
 /// The longest line of a text recording, bytes.
-pub(super) const LINE_MAX: u64 = 1 << 24;
+pub(super) const LINE_MAX: usize = 1 << 24;
 
 /// The most numbers of a list.
 const LIST_MAX: usize = 1 << 20;

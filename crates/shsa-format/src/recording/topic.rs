@@ -154,8 +154,10 @@ pub(super) trait Listener {
     }
     /// The reception of this topic's messages is unknown, for this reason; their times count the messages.
     fn untimed(&mut self, _topic: TopicId, _problem: String) {}
-    /// The time of this message is unreadable, although the others of its topic have one; it comes with that of the one before.
-    fn undated(&mut self, _place: Place, _problem: String) {}
+    /// The next message of this topic has no readable time, although others of its topic have one.
+    fn undated(&mut self, _topic: TopicId) {}
+    /// Messages without a readable time are here, and are reported all the same.
+    fn has_undated(&mut self, _place: Place, _problem: String) {}
     /// One message.
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>);
     /// A part of the file is lost.

@@ -1,6 +1,6 @@
 //! ASC, the text form of Vector's tools: a head with a date, then one line for each frame, with seconds since that date.
 
-use super::super::lines::Lines;
+use super::super::lines::{self, Lines};
 use super::super::stamp::of_place;
 use super::super::topic::{Input, Listener};
 use super::super::{Place, ReadOptions, RecordingError};
@@ -32,7 +32,7 @@ const MONTHS: [&[&str]; 12] = [
 /// Whether a text begins as an ASC file does.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head).to_lowercase();
-    let mut lines = text.lines().map(str::trim).filter(|line| !line.is_empty());
+    let mut lines = lines::of(&text);
     let first = lines.next().unwrap_or_default();
     first.starts_with("date ") && lines.next().unwrap_or_default().starts_with("base ")
 }

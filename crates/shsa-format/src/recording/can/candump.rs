@@ -1,7 +1,7 @@
 //! The output of Linux's `candump`: with `-L` (or `-l`) `(1410714882.622188) can0 0DF50B23#A1B2`, with `-ta` `(1410714882.622188)
 //! can0  0DF50B23   [2]  A1 B2`.
 
-use super::super::lines::Lines;
+use super::super::lines::{self, Lines};
 use super::super::topic::{Input, Listener};
 use super::super::{Place, ReadOptions, RecordingError};
 use super::bus::{Bus, Frame};
@@ -18,7 +18,7 @@ const ERROR: u32 = 1 << 29;
 /// Whether a text begins as these files do, after comments.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    let mut lines = text.lines().filter(|line| !line.trim().is_empty() && !line.starts_with('#'));
+    let mut lines = lines::of(&text).filter(|line| !line.starts_with('#'));
     lines.next().is_some_and(|line| matches!(parsed(line), Ok(Some(_))))
 }
 

@@ -22,7 +22,7 @@ const INSTANCES_MAX: usize = 64;
 
 /// Whether a text begins as these logs do: with the definition of a format, after a few lines of greeting at most.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
-    head.split(|byte| *byte == b'\n').any(|line| line.starts_with(b"FMT, 128, 89, FMT"))
+    head.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| line.starts_with(b"FMT, 128, 89, FMT"))
 }
 
 /// A kind of message, with the listener's topics for it.

@@ -7,7 +7,7 @@
 mod sentence;
 mod table;
 
-use super::lines::Lines;
+use super::lines::{self, Lines};
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, RecordingError};
 use sentence::{Flaw, Sentence, sentence};
@@ -28,7 +28,7 @@ const DAY: Span = Span::from_millis(86_400_000);
 /// Whether a text begins as these recordings do: one of its first lines is a sentence.
 pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    text.lines().take(100).any(|line| sentence(line, true).is_ok())
+    lines::of(&text).take(100).any(|line| sentence(line, true).is_ok())
 }
 
 /// Reads all sentences.

@@ -11,8 +11,10 @@ use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;
 use shsa_message::zone::Zone;
 
-/// How many rows decide where the time is.
-pub(super) const ROWS: u64 = 100;
+/// How many rows with a time decide where it is.
+pub(super) const ROWS: usize = 100;
+/// In how many rows these are looked for.
+pub(super) const ROWS_LOOKED_AT: u64 = 1 << 16;
 
 /// The place of the time in the rows.
 pub(super) struct Clock {
@@ -36,6 +38,27 @@ pub(super) struct Found {
     pub(super) notes: Vec<String>,
 }
 
+/// The names of the columns.
+pub(super) fn headers(description: &Description) -> Vec<String> {
+    description.columns.iter().map(|column| column.name.clone()).collect()
+}
+
+/// The columns of which one may be the time by its name or by its kind.
+pub(super) fn candidates(description: &Description, options: &ReadOptions) -> Vec<usize> {
+    let headers = headers(description);
+    let asked = options.time_column.as_ref().and_then(|name| match names::column_of(&headers, name) {
+        names::Fit::Column(at) => Some(at),
+        _ => None,
+    });
+    let is_moment = |at: &usize| {
+        description.columns.get(*at).is_some_and(|column| matches!(column.meaning, Meaning::Moment { .. }))
+    };
+    match asked {
+        Some(at) => vec![at],
+        None => (0..headers.len()).filter(is_moment).chain(stamp::time_column(&headers)).collect(),
+    }
+}
+
 /// Finds the columns with the time.
 ///
 /// # Errors
@@ -45,22 +68,26 @@ pub(super) fn find(
     rows: &[Vec<String>],
     options: &ReadOptions,
 ) -> Result<Found, String> {
-    let headers: Vec<String> = description.columns.iter().map(|column| column.name.clone()).collect();
+    let headers = headers(description);
     let moments = |at: usize| match description.columns.get(at)?.meaning {
         Meaning::Moment { is_utc, .. } => Some(Kind::Moments(at, is_utc)),
         _ => None,
     };
+    let has_values = |at: &usize| rows.iter().any(|row| row.get(*at).is_some_and(|cell| !cell.is_empty()));
     let found = |kind, notes| Found {
         clock: Clock { kind, has_told_zone: false, is_zone_missing: false, doubts: Doubts::default() },
         notes,
     };
-    // The requested column, else the one with the name of a time, else the first column of timestamps.
+    // The requested column, else the one with the name of a time, else the first column of timestamps that is not empty.
     let asked = options.time_column.as_ref().map(|name| match names::column_of(&headers, name) {
         names::Fit::Column(at) => moments(at),
         _ => None,
     });
-    let by_itself =
-        || stamp::time_column(&headers).and_then(moments).or_else(|| (0..headers.len()).find_map(moments));
+    let all = || 0..headers.len();
+    let by_itself = || {
+        let named = stamp::time_column(&headers).filter(has_values).and_then(moments);
+        named.or_else(|| all().filter(has_values).find_map(moments)).or_else(|| all().find_map(moments))
+    };
     if let Some(kind) = asked.unwrap_or_else(by_itself) {
         return Ok(found(kind, Vec::new()));
     }

@@ -50,15 +50,16 @@ pub(super) fn read(
     };
     let file = listener.file().to_path_buf();
     let name = without_packing(&file).file_stem().unwrap_or_default().to_string_lossy().into_owned();
-    let headers: Vec<String> = description.columns.iter().map(|column| column.name.clone()).collect();
+    let headers = clock::headers(&description);
     let fields = Fields::named(description.columns.iter().map(field));
     let topic = listener.topic(Topic::new(&name, &headers.join(", "), fields));
     if !listener.is_wanted(topic) {
         return Ok(());
     }
     let mut table = Table { description: &description, topic, count: 0, last: Time(0), clock: None, options };
-    let found = first_rows(&mut Source::new(input, length), &description)
-        .map(|rows| clock::find(&description, &rows, options));
+    let found =
+        first_rows(&mut Source::new(input, length), &description, &clock::candidates(&description, options))
+            .map(|rows| clock::find(&description, &rows, options));
     match found {
         Err(problem) => {
             listener.damaged(Place::Whole, format!("cannot be read: {problem}"));
@@ -112,14 +113,25 @@ fn described(input: &mut dyn Input) -> Result<(Description, u64), (Place, String
     Ok((Description::read(&described).ok_or_else(unknown)?, length))
 }
 
-/// The first rows as texts, to find the times.
-fn first_rows(source: &mut Source<'_>, description: &Description) -> io::Result<Vec<Vec<String>>> {
+/// The first rows that may have a time, as texts, to find it.
+fn first_rows(
+    source: &mut Source<'_>,
+    description: &Description,
+    clocks: &[usize],
+) -> io::Result<Vec<Vec<String>>> {
     let Some(group) = description.groups.iter().find(|group| group.rows > 0) else { return Ok(Vec::new()) };
     let mut columns = Columns::new(description, group, |_| true);
     let mut rows = Vec::new();
-    for _ in 0..group.rows.min(clock::ROWS) {
+    for _ in 0..group.rows.min(clock::ROWS_LOOKED_AT) {
         columns.turn(source)?;
+        let is_empty = |at: &usize| matches!(columns.value(*at), Value::Missing);
+        if !clocks.is_empty() && clocks.iter().all(is_empty) {
+            continue;
+        }
         rows.push((0..description.columns.len()).map(|at| columns.shown(at)).collect());
+        if rows.len() == clock::ROWS {
+            break;
+        }
     }
     Ok(rows)
 }
@@ -213,21 +225,29 @@ impl Table<'_> {
             listener.is_field_wanted(self.topic, at)
                 || self.clock.as_ref().is_some_and(|clock| clock.reads(at))
         };
+        let needs_time = listener.needs_time(self.topic);
         let mut columns = Columns::new(self.description, group, is_read);
-        let (mut rows, mut untimed) = (0, 0_u64);
+        let (mut rows, mut undated) = (0, 0_u64);
         while rows < group.rows && columns.turn(source)? {
             rows += 1;
-            match self.time(&columns, listener) {
-                Some(time) => {
-                    let values: Vec<Value<'_>> = (0..columns.row.len()).map(|at| columns.value(at)).collect();
-                    listener.message(self.topic, Times::at(time), Body::Values(&values));
+            let time = self.time(&columns, listener);
+            if time.is_none() {
+                undated += 1;
+                if needs_time {
+                    continue;
                 }
-                None => untimed += 1,
+                listener.undated(self.topic);
             }
+            let values: Vec<Value<'_>> = (0..columns.row.len()).map(|at| columns.value(at)).collect();
+            listener.message(self.topic, Times::at(time.unwrap_or(self.last)), Body::Values(&values));
         }
         columns.report_damages(listener);
-        if untimed > 0 {
-            listener.damaged(Place::Whole, format!("{untimed} rows have no time; left out"));
+        match undated {
+            0 => (),
+            _ if needs_time => {
+                listener.damaged(Place::Whole, format!("{undated} rows have no time; left out"));
+            }
+            _ => listener.has_undated(Place::Whole, format!("{undated} rows have no time")),
         }
         if rows < group.rows {
             listener.damaged(Place::Whole, format!("{} rows are missing", group.rows - rows));
@@ -235,22 +255,16 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The time of a row; `None` where it is unknown and matters.
+    /// The time of a row; `None` where it is unknown.
     fn time(&mut self, columns: &Columns<'_>, listener: &mut dyn Listener) -> Option<Time> {
         let number = self.count;
         self.count += 1;
         let Some(clock) = &mut self.clock else { return Some(Time(number)) };
-        match clock.moment(columns, &self.options.zone) {
-            Some(time) => {
-                if let Some(note) = clock.note(&self.options.zone) {
-                    listener.note(Place::Whole, note);
-                }
-                self.last = time;
-                Some(time)
-            }
-            None if listener.needs_time(self.topic) => None,
-            None => Some(self.last),
+        self.last = clock.moment(columns, &self.options.zone)?;
+        if let Some(note) = clock.note(&self.options.zone) {
+            listener.note(Place::Whole, note);
         }
+        Some(self.last)
     }
 }
 

@@ -1,7 +1,7 @@
 //! Parquet files written by hand, files beside the results of an independent reader, and damaged files.
 
 use super::super::tests::independent::{Reader, check_values, collected, counted, expected, sample};
-use super::super::tests::parquet_writer::small;
+use super::super::tests::parquet_writer::{moments, small};
 use super::super::{Wanted, read_bytes};
 use super::*;
 use shsa_core::observation::RawValue;
@@ -21,6 +21,16 @@ fn numbers_texts_and_lists_are_read() {
     assert_eq!(values("name"), ["'a'", "'bc'", "'d'"]);
     assert_eq!(values("ranges"), ["[1.0, 2.0]", "-", "[3.0]"]);
     assert!(all.damages.is_empty() && all.notes.is_empty(), "{:?} {:?}", all.damages, all.notes);
+}
+
+#[test]
+fn the_time_is_a_column_that_has_some() {
+    let mut times: Vec<Option<i64>> = (0..200).map(|second| Some(second * 1_000_000)).collect();
+    times[..150].fill(None);
+    let all = collected(READ, &moments(&[("installed", &[None; 200]), ("read_at", &times)]));
+    let column = all.column("log", "read_at");
+    assert_eq!((column.len(), column[0].0), (50, 150_000_000_000));
+    assert_eq!(all.damages, [(Place::Whole, "150 rows have no time; left out".into())]);
 }
 
 #[test]

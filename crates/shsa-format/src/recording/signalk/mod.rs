@@ -7,7 +7,7 @@
 
 mod delta;
 
-use super::lines::Lines;
+use super::lines::{self, Lines};
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError};
 use delta::{Update, delta};
@@ -22,7 +22,7 @@ const TOPICS_MAX: usize = 1 << 14;
 /// Whether a text begins as these logs do.
 pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
-    let first = text.lines().find(|line| !line.trim().is_empty()).unwrap_or_default();
+    let first = lines::of(&text).next().unwrap_or_default();
     let has = |name: &str| first.contains(&format!("\"{name}\""));
     // A server sends a greeting before its first delta.
     let is_greeting = has("roles") && has("version") && has("self");

@@ -181,7 +181,8 @@ impl Table<'_, '_> {
             }
             None => {
                 let problem = format!("'{}' is no time", clock.text(cells));
-                self.listener.undated(Place::Line(line), problem);
+                self.listener.has_undated(Place::Line(line), problem);
+                self.listener.undated(self.topic);
                 Some(self.last)
             }
         }

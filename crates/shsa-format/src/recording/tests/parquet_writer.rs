@@ -101,16 +101,36 @@ fn columns() -> [Column; 4] {
 
 /// Three rows, a second apart: `time`, `v [m/s]` (1.5, missing, 2.5), `name` (a, bc, d) and `ranges` ([1, 2], missing, [3]).
 pub(in super::super) fn small() -> Vec<u8> {
-    let columns = columns();
+    table(3, &columns())
+}
+
+/// Columns of microseconds since 1970, UTC, of equal length, some of which are missing.
+pub(in super::super) fn moments(columns: &[(&str, &[Option<i64>])]) -> Vec<u8> {
+    let column = |(name, times): &(&str, &[Option<i64>])| -> Column {
+        let unit = structure(2, &[structure(2, &[])]);
+        let moment = structure(10, &[structure(8, &[Field(1, 1, Vec::new()), unit])]);
+        let about = written(&[whole(1, 2), whole(3, 1), text(4, name), moment]);
+        let level = |(at, time): (usize, &Option<i64>)| u8::from(time.is_some()) << at;
+        let levels = times.chunks(8).map(|eight| eight.iter().enumerate().map(level).sum::<u8>());
+        let levels = [varint((times.len().div_ceil(8) << 1 | 1) as u64), levels.collect()].concat();
+        let known = times.iter().flatten().flat_map(|time| time.to_le_bytes()).collect();
+        let content = [(levels.len() as u32).to_le_bytes().to_vec(), levels, known].concat();
+        (vec![about], 2, vec![data(times.len() as i64, 0, &content)], 0)
+    };
+    let rows = columns.first().map_or(0, |column| column.1.len());
+    table(rows as i64, &columns.iter().map(column).collect::<Vec<_>>())
+}
+
+fn table(rows: i64, columns: &[Column]) -> Vec<u8> {
     let mut file = b"PAR1".to_vec();
     let mut chunks = Vec::new();
-    for (_, kind, pages, dictionaries) in &columns {
+    for (_, kind, pages, dictionaries) in columns {
         let begin = file.len() as i64;
         let data = begin + pages.iter().take(*dictionaries).map(Vec::len).sum::<usize>() as i64;
         let length: usize = pages.iter().map(Vec::len).sum();
         file.extend(pages.concat());
         let mut about =
-            vec![whole(1, *kind), whole(4, 0), whole(5, 3), whole(7, length as i64), whole(9, data)];
+            vec![whole(1, *kind), whole(4, 0), whole(5, rows), whole(7, length as i64), whole(9, data)];
         if *dictionaries > 0 {
             about.push(whole(11, begin));
         }
@@ -118,9 +138,9 @@ pub(in super::super) fn small() -> Vec<u8> {
     }
     let root = written(&[text(4, "schema"), whole(5, columns.len() as i64)]);
     let schema: Vec<Vec<u8>> =
-        [vec![root], columns.into_iter().flat_map(|column| column.0).collect()].concat();
-    let group = written(&[list(1, &chunks), whole(2, 0), whole(3, 3)]);
-    let description = written(&[whole(1, 2), list(2, &schema), whole(3, 3), list(4, &[group])]);
+        [vec![root], columns.iter().flat_map(|column| column.0.clone()).collect()].concat();
+    let group = written(&[list(1, &chunks), whole(2, 0), whole(3, rows)]);
+    let description = written(&[whole(1, 2), list(2, &schema), whole(3, rows), list(4, &[group])]);
     let length = description.len() as u32;
     [&file[..], &description, &length.to_le_bytes(), b"PAR1"].concat()
 }

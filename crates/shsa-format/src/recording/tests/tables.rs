@@ -16,6 +16,7 @@ fn columns_by_name_and_times_by_header() {
     check("v\ttime_ns\n7\t1000000\n", &["v"], "0@1=7");
     check("t [s],/wheel/1\n1,2\n", &["/wheel/1"], "0@1000=2");
     check("t [s],v\n1,2", &["log#v"], "0@1000=2");
+    check("t [s],v\r1,2\r2,3\r", &["log#v"], "0@1000=2\n0@2000=3");
     check("t [s],v\n\n \n1,2\n", &["log#v"], "0@1000=2");
     check(
         "t [s],v\n",
@@ -115,6 +116,19 @@ fn numbers_that_are_none_are_delivered_or_missing() {
         &["log#v"],
         "0@1000=NaN\n0@2000=inf\n0@3000=-inf\n0@6000=inf\n\
          ! log.csv: column 'v': 1 cells are empty and 1 are no numbers (the first: 'low'); taken as missing",
+    );
+}
+
+#[test]
+fn rows_without_a_time_are_listed_without_one() {
+    let folder =
+        Folder::with(&[("log.csv", b"time,v\n,1\n2024-05-01T12:00:00Z,2\n,3\n2024-05-01T12:00:01Z,4\n")]);
+    let topic = topics(&folder.0.join("log.csv")).remove(0);
+    let span = topic.span.map(|(from, to)| to - from);
+    let second = Span::from_millis(1_000);
+    assert_eq!(
+        (topic.count, span, topic.rate_hz, topic.longest_gap),
+        (4, Some(second), Some(1.0), Some(second))
     );
 }
 
