@@ -8,6 +8,7 @@
 //! Nothing here reads a clock, a file or a socket, starts a thread, or allocates after construction. The same inputs give the
 //! same bytes.
 
+mod exponential;
 mod kernel;
 pub mod matrix;
 pub mod random;

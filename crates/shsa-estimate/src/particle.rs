@@ -79,7 +79,9 @@ pub struct Particle<S> {
     used: Vec<Measurement>,
     /// The residual of each particle from measurement i as column i.
     apart: Matrix,
+    /// The weights by the measurements of a moment, as the product of a factor and of what has this logarithm.
     logarithms: Vec<f64>,
+    factors: Vec<f64>,
     /// Working memory: one number for each particle.
     numbers: Vec<f64>,
     comb: Comb,
@@ -128,6 +130,7 @@ impl<S: Ensemble> Particle<S> {
             used: Vec::with_capacity(m),
             apart: Matrix::zeros(options.count, m),
             logarithms: vec![0.0; options.count],
+            factors: vec![1.0; options.count],
             numbers: vec![0.0; options.count],
             comb: Comb::new(options.count),
             options,

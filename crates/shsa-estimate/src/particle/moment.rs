@@ -3,6 +3,7 @@
 
 use super::Particle;
 use super::sums::{add_squares, greatest};
+use crate::exponential::exp_all;
 use crate::kernel::add_scaled;
 use crate::matrix::{Matrix, at, column, put};
 use crate::method::{Gaussian, Measurement, Updated};
@@ -169,17 +170,21 @@ impl<S: Ensemble> Particle<S> {
     /// Draws the noise that is due, and weighs the particles by the measurements in use. `None` where no particle has a value.
     pub(super) fn take_in(&mut self, controls: &[f64]) -> Option<Updated> {
         self.logarithms.fill(0.0);
+        self.factors.fill(1.0);
         if self.is_noticeable() {
             self.propose(controls);
         }
         self.weigh(controls);
-        let greatest = greatest(&self.logarithms);
-        if greatest == f64::NEG_INFINITY {
+        let scale = greatest(&self.logarithms);
+        if scale == f64::NEG_INFINITY {
             return None;
         }
-        for (weight, logarithm) in self.weights.iter_mut().zip(&self.logarithms) {
-            *weight *= libm::exp(logarithm - greatest);
-        }
+        let densities = &mut self.logarithms;
+        densities.iter_mut().for_each(|logarithm| *logarithm -= scale);
+        exp_all(densities);
+        densities.iter_mut().zip(&self.factors).for_each(|(density, factor)| *density *= factor);
+        let greatest = greatest(densities);
+        self.weights.iter_mut().zip(&*densities).for_each(|(weight, density)| *weight *= density);
         let total = self.weights.iter().sum::<f64>();
         // The measurement rules out all particles that had weight: all particles get equal weights.
         let healed = total.is_nan() || total <= 0.0;
@@ -190,11 +195,11 @@ impl<S: Ensemble> Particle<S> {
             self.weights.iter_mut().for_each(|weight| *weight /= total);
         }
         let variances = self.r_factors.d.iter().take(self.used.len());
-        let scale: f64 = variances.map(|variance| log_density(0.0, *variance)).sum();
+        let of_noise: f64 = variances.map(|variance| log_density(0.0, *variance)).sum();
         Some(Updated {
             used: self.used.len(),
-            normalized_square: (-2.0 * greatest).max(0.0),
-            log_likelihood: greatest + libm::log(total) + scale,
+            normalized_square: (-2.0 * (scale + libm::log(greatest))).max(0.0),
+            log_likelihood: scale + libm::log(total) + of_noise,
             healed,
         })
     }

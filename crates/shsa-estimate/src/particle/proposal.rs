@@ -27,6 +27,7 @@
 use super::Particle;
 use super::moment::separate;
 use super::sums::add_squares;
+use crate::exponential::exp_all;
 use crate::kernel::{self, Absorb, add_scaled, are_finite};
 use crate::matrix::{Factors, Matrix, at, column, column_mut, put, variance_along};
 use crate::random::Random;
@@ -259,20 +260,23 @@ impl<S: Ensemble> Particle<S> {
             add_squares(&mut self.logarithms, 0.5 / variance, linear);
             scale += 0.5 * libm::log(variance / variances.get(j).copied().unwrap_or(f64::NAN));
         }
-        for (logarithm, is_trusted) in self.logarithms.iter_mut().zip(is_trusted) {
-            *logarithm = if *is_trusted { mixed(*logarithm + scale) } else { 0.0 };
-        }
+        self.logarithms.iter_mut().for_each(|logarithm| *logarithm += scale);
+        mix(&mut self.logarithms, &mut self.factors, is_trusted);
         add_scaled(self.particles.as_mut_slice(), 1.0, to.as_slice());
         self.pending.fill(0.0);
     }
 }
 
-/// The logarithm of `p / (a q + (1 - a) p)` by that of `p / q`, for the share `1 - a` of particles that draw from `p`.
-fn mixed(logarithm: f64) -> f64 {
+/// From the logarithms of `p / q` to `p / (a q + (1 - a) p)`, for the share `1 - a` of particles that draw from `p`: logarithms, and
+/// factors beside them. A particle that is not trusted keeps its weight.
+fn mix(logarithms: &mut [f64], factors: &mut [f64], is_trusted: &[bool]) {
     const SHARE: f64 = 1.0 / DEFENSIVE as f64;
-    if logarithm > 0.0 {
-        -libm::log((1.0 - SHARE) * libm::exp(-logarithm) + SHARE)
-    } else {
-        logarithm - libm::log(1.0 - SHARE + SHARE * libm::exp(logarithm))
+    factors.iter_mut().zip(&*logarithms).for_each(|(factor, logarithm)| *factor = -logarithm.abs());
+    exp_all(factors);
+    for ((logarithm, factor), is_trusted) in logarithms.iter_mut().zip(factors).zip(is_trusted) {
+        let (of_q, of_p) = if *logarithm > 0.0 { (*factor, 1.0) } else { (1.0, *factor) };
+        let mixed = 1.0 / ((1.0 - SHARE) * of_q + SHARE * of_p);
+        *factor = if *is_trusted && mixed.is_finite() { mixed } else { 1.0 };
+        *logarithm = if *is_trusted { logarithm.min(0.0) } else { 0.0 };
     }
 }
