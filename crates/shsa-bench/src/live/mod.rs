@@ -130,6 +130,10 @@ fn measure(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 impl Found {
     fn add(&mut self, arguments: &Arguments, kind: Kind, part: Part) -> anyhow::Result<()> {
+        if part == Part::Pages && kind == Kind::Memory {
+            crate::notice("memory, pages: left out, as no page is served within one process");
+            return Ok(());
+        }
         let middleware = Middleware::start(kind)?;
         crate::notice(&format!("{}, {part:?} ...", kind.name()).to_lowercase());
         let print = |line: Value| match arguments.json {
