@@ -9,6 +9,7 @@ mod tidy;
 mod ratchet;
 mod testing;
 mod results;
+mod sbom;
 mod package;
 mod screenshots;
 

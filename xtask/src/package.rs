@@ -1,6 +1,8 @@
-//! The Debian package: the command with its manual pages, completions, unit, and monitoring files.
+//! The Debian package: the command with its manual pages, completions, unit, monitoring files, and bill of materials.
+//!
+//! The same sources, compiler and Debian give the same bytes: no path of the machine and no time of the build is in them.
 
-use crate::command;
+use crate::{command, sbom};
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
 use std::fs;
@@ -68,20 +70,60 @@ pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
     }
     pages(&program, &stage)?;
     text(&stage.join("usr/share/doc/shsa/copyright"), &licences()?)?;
+    text(&stage.join("usr/share/doc/shsa/sbom.cdx.json"), &sbom::of("shsa")?)?;
     control(&stage)?;
     let package = out.join("shsa.deb");
     let [from, to] = [&stage, &package].map(|path| path.display().to_string());
-    command::output(&["dpkg-deb", "--root-owner-group", "-Zgzip", "-z6", "--build", &from, &to])?;
+    // All files are as old as the sources.
+    let epoch = format!("SOURCE_DATE_EPOCH={}", source_date()?);
+    command::output(&[
+        "env",
+        &epoch,
+        "dpkg-deb",
+        "--root-owner-group",
+        "-Zgzip",
+        "-z6",
+        "--build",
+        &from,
+        &to,
+    ])?;
     fs::remove_dir_all(&stage)?;
     println!("{to}");
     Ok(())
 }
 
-/// Builds the command.
+/// Builds the command, apart from other builds: with other options of the compiler everything is built anew.
 fn built() -> Result<PathBuf> {
-    command::run(&["cargo", "build", "--release", "--locked", "--package", "shsa"])?;
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
+    let target = target.join("packaged");
+    command::run(&["cargo", "fetch", "--locked"])?;
+    let options: Vec<String> = hidden_paths()?
+        .into_iter()
+        .map(|(path, name)| format!("--remap-path-prefix={}={name}", path.display()))
+        .collect();
+    let options = format!("build.rustflags={options:?}");
+    let line = ["cargo", "build", "--release", "--locked", "--package", "shsa", "--config", &options];
+    command::run(&[&line[..], &["--target-dir", &target.display().to_string()]].concat())?;
     Ok(target.join("release/shsa"))
+}
+
+/// Folders of this machine that the compiler would write into the program, and what it writes instead. The last one that fits counts.
+fn hidden_paths() -> Result<Vec<(PathBuf, &'static str)>> {
+    let home = env::var_os("HOME").map(PathBuf::from).context("HOME is not set")?;
+    let cargo = env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
+    let mut paths = vec![(env::current_dir()?, "shsa"), (cargo.clone(), "cargo")];
+    let registries = fs::read_dir(cargo.join("registry/src")).into_iter().flatten().flatten();
+    // They are named after the host from which the crates came.
+    paths.extend(registries.map(|registry| (registry.path(), "crates")));
+    Ok(paths)
+}
+
+/// Seconds since 1970: as the environment says, else of the last commit.
+fn source_date() -> Result<String> {
+    match env::var("SOURCE_DATE_EPOCH") {
+        Ok(given) => Ok(given),
+        Err(_) => Ok(command::output(&["git", "log", "-1", "--format=%ct"])?.trim().to_owned()),
+    }
 }
 
 /// Writes manual pages and completions by the command itself.

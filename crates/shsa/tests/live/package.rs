@@ -122,6 +122,7 @@ fn the_package_is_built_installed_started_and_removed() {
         "usr/share/man/man1/shsa-run.1.gz",
         "usr/share/bash-completion/completions/shsa",
         "usr/share/doc/shsa/copyright",
+        "usr/share/doc/shsa/sbom.cdx.json",
     ] {
         assert!(machine.path(file).metadata().is_ok_and(|file| file.len() > 100), "{file}");
     }
@@ -168,6 +169,8 @@ fn commands() -> Vec<String> {
 fn the_page_about_the_package_is_right() {
     let folder = Folder::new();
     let package = package(&folder);
+    let bytes = fs::read(&package).unwrap();
+    assert!(bytes == fs::read(self::package(&folder)).unwrap(), "the package differs when it is built again");
     let machine = match Machine::begin(&folder.path("machine")) {
         Ok(machine) => machine,
         Err(why) => return eprintln!("SKIPPED: the commands of the page are not run: {why}"),
