@@ -51,14 +51,20 @@ pub(crate) fn is_called(arguments: &[String]) -> bool {
 pub(crate) fn run(arguments: &[String]) -> Result<bool> {
     let (rustc, arguments) = arguments.split_first().context("the path of rustc is missing")?;
     let parsed = parsed(arguments);
-    // Compiled first, as units that use this one wait for its metadata only.
-    let lines = [
-        ("rustc", Some(arguments.to_vec())),
-        ("clippy-driver", linted(&parsed)),
-        ("rustdoc", documented(&parsed)),
-    ];
+    let lines = match is_test(&parsed) {
+        // Nothing waits for a test, so clippy compiles it, too.
+        true => vec![("clippy-driver", [arguments, &["-D", "warnings"].map(str::to_owned)].concat())],
+        // Compiled first, as units that use this one wait for its metadata only.
+        false => [
+            ("rustc", Some(arguments.to_vec())),
+            ("clippy-driver", linted(&parsed)),
+            ("rustdoc", documented(&parsed)),
+        ]
+        .into_iter()
+        .filter_map(|(program, line)| Some((program, line?)))
+        .collect(),
+    };
     for (program, line) in lines {
-        let Some(line) = line else { continue };
         let program = Path::new(rustc).with_file_name(program);
         let status = Command::new(&program).args(line).status();
         if !status.with_context(|| format!("starting {}", program.display()))?.success() {
@@ -84,8 +90,20 @@ fn value<'a>(parsed: &[Argument<'a>], option: &str) -> Option<&'a str> {
     parsed.iter().find(|it| it[0] == option).and_then(|it| it.get(1)).map(String::as_str)
 }
 
-/// The arguments with which clippy checks a unit; `None` where cargo only asks what the compiler can do.
+fn is_test(parsed: &[Argument<'_>]) -> bool {
+    parsed.iter().any(|it| it[0] == "--test")
+}
+
+/// Whether a unit is a library that is compiled once more with its tests, as all are that other crates use.
+fn is_linted_with_its_tests(parsed: &[Argument<'_>]) -> bool {
+    value(parsed, "--crate-type") == Some("lib")
+}
+
+/// The arguments with which clippy checks a unit that is no test; `None` for what is linted with its tests, and where cargo only asks what the compiler can do.
 fn linted(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
+    if is_linted_with_its_tests(parsed) {
+        return None;
+    }
     let kept = parsed.iter().filter(|it| {
         let is_incremental = it.get(1).is_some_and(|value| value.starts_with("incremental="));
         !(it[0] == "--out-dir"
@@ -98,8 +116,7 @@ fn linted(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
 
 /// The arguments with which rustdoc documents a library or a program; `None` for tests, and what [`linted`] has none for.
 fn documented(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
-    let is_test = parsed.iter().any(|it| it[0] == "--test");
-    if is_test || value(parsed, "--crate-name") == Some("build_script_build") {
+    if is_test(parsed) || value(parsed, "--crate-name") == Some("build_script_build") {
         return None;
     }
     let kept = parsed.iter().filter(|it| {
