@@ -90,8 +90,7 @@ def served(path):
 
 def main(bag, path):
     ours = served(path)
-    # The engine begins with the first message; the first values of the wheels are from before.
-    theirs = filtered([one for one in measurements(bag) if one[0] * 1e-9 >= ours[0, 0] - 1e-3])
+    theirs = filtered(measurements(bag))
     apart = np.hypot(*(ours[:, k] - np.interp(ours[:, 0], theirs[:, 0], theirs[:, k]) for k in (1, 2)))
     driven = np.hypot(np.diff(theirs[:, 1]), np.diff(theirs[:, 2])).sum()
     print(f"{len(ours)} positions over {driven:.1f} m driven: at most {apart.max():.3f} m apart, on average {apart.mean():.4f} m")

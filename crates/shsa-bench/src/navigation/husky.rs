@@ -116,7 +116,7 @@ const NOTE: &str = "\
 *Wheels and gyroscope*: an extended Kalman filter that trusts both sensors, as robot_localization does \
 (`crates/shsa-bench/src/navigation/odometry.yaml`). The same filter by filterpy 1.4.5 (`filterpy_ekf.py` in the \
 same folder; its head gives the command) computes the same positions: over the 358.9 m of the recording they \
-differ by at most 0.282 m, and by 0.0057 m on average. *In the loop*: `models/husky-filter.yaml`, which also has \
+differ by at most 0.084 m, and by 0.0056 m on average. *In the loop*: `models/husky-filter.yaml`, which also has \
 accelerometer and satellite fixes. The engine detects frozen wheels after 1 s while they turn, and after 10 s at \
 zero, which is longer than any stop of the rover. The filter then excludes the wheels until they are trusted \
 again.
