@@ -9,6 +9,7 @@
 
 mod backlog;
 mod clock;
+mod diagnostic;
 mod error;
 mod inbox;
 mod own;
@@ -30,6 +31,7 @@ mod address;
 #[cfg(feature = "memory")]
 pub use address::{Address, BusOptions};
 pub use clock::Clock;
+pub use diagnostic::{Diagnostic, Level};
 pub use error::BridgeError;
 pub use inbox::{Absence, DirectReader, Inbox, Losses};
 pub use own::OwnBus;
@@ -220,6 +222,18 @@ pub trait Bridge: Send {
 
     /// Sends published messages now, if they would wait until a reader waits for messages. Does not block.
     fn flush(&mut self) {}
+
+    /// Publishes the states of parts where the middleware has a topic for them: `/diagnostics` of ROS. `states` is asked only there.
+    ///
+    /// # Errors
+    /// As [`Bridge::publish`].
+    fn diagnose(
+        &mut self,
+        _stamp: Time,
+        _states: &mut dyn FnMut() -> Vec<Diagnostic>,
+    ) -> Result<(), BridgeError> {
+        Ok(())
+    }
 
     /// The state of the connection.
     fn link(&self) -> Link;

@@ -11,8 +11,8 @@ use shsa_bridge::cdr::type_hash;
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
 use shsa_bridge::ros2::{Options, Ros2Bridge, Wire};
 use shsa_bridge::{
-    Answer, Bridge, BridgeError, Clock, Inbox, Link, Message, Outgoing, Payload, PublisherId, Server, Taker,
-    zenoh,
+    Answer, Bridge, BridgeError, Clock, Diagnostic, Inbox, Level, Link, Message, Outgoing, Payload,
+    PublisherId, Server, Taker, zenoh,
 };
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -171,6 +171,42 @@ fn a_node_hears_and_lists_us() {
         let hash = type_hash(name, &types);
         let entry = json!([kind, "/", "shsa", topic, name, hash]);
         assert!(listed["listed"].as_array().unwrap().contains(&entry), "{entry} in {listed}");
+    }
+}
+
+#[test]
+fn diagnostics_are_those_of_ros() {
+    let Some(python) = python() else { return };
+    let port = free_port();
+    let mut node = stranger(&python, port);
+    let mut bridge = open(&to(port));
+    let state = |level, name: &str, details| Diagnostic {
+        level,
+        name: name.into(),
+        message: "no\0ne".into(),
+        reporter: "shsa".into(),
+        details,
+    };
+    let all = [
+        state(Level::Ok, "a", Vec::new()),
+        state(Level::Stale, "gr\u{fc}n", vec![("verdict", "silent".into()), ("symptom", "12".into())]),
+    ];
+    for (path, expected) in [
+        ("status.0.level", json!(0)),
+        ("status.0.message", json!("none")),
+        ("status.1.level", json!(3)),
+        ("status.1.name", json!("gr\u{fc}n")),
+        ("status.1.hardware_id", json!("shsa")),
+        ("status.1.values.1.key", json!("symptom")),
+        ("status.1.values.1.value", json!("12")),
+    ] {
+        let topic = "/diagnostics";
+        node.order(&json!({"subscribe": topic, "type": "diagnostic_msgs/msg/DiagnosticArray", "get": path}));
+        let heard = eventually("the states", || {
+            bridge.diagnose(Time(3_000_000_007), &mut || all.to_vec()).unwrap();
+            node.poll("heard", Duration::from_millis(200)).filter(|heard| heard["value"] == expected)
+        });
+        assert_eq!(heard["header"], json!(3), "{path}");
     }
 }
 

@@ -37,6 +37,7 @@ mod federation;
 mod explained;
 mod view;
 mod bands;
+mod diagnostics;
 mod control;
 mod terminal;
 mod event_log;

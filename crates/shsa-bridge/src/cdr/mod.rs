@@ -13,7 +13,7 @@ pub use hash::type_hash;
 pub(crate) use reader::Reader;
 pub(crate) use writer::Writer;
 #[cfg(feature = "ros2")]
-pub(crate) use writer::text_message;
+pub(crate) use writer::{HEADER, text_message, time_parts};
 
 #[cfg(test)]
 mod tests;

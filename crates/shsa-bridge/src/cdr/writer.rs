@@ -21,7 +21,7 @@ pub(crate) struct Writer {
 }
 
 /// The encapsulation: little-endian, no options.
-const HEADER: [u8; 4] = [0, 1, 0, 0];
+pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 impl Writer {
     /// A writer of the field at a path; an empty path means the field `data`.
@@ -136,7 +136,7 @@ fn overwrite(copy: &mut [u8], at: usize, bytes: &[u8]) {
 }
 
 /// Seconds and nanoseconds, little-endian.
-fn time_parts(time: Time) -> ([u8; 4], [u8; 4]) {
+pub(crate) fn time_parts(time: Time) -> ([u8; 4], [u8; 4]) {
     let second = 1_000_000_000;
     let seconds =
         i32::try_from(time.0.div_euclid(second)).unwrap_or(if time.0 < 0 { i32::MIN } else { i32::MAX });

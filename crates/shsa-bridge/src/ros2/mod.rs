@@ -6,6 +6,7 @@
 //!
 //! A message of ROS cannot carry its provenance.
 
+mod diagnostics;
 mod name;
 mod discovery;
 mod outlet;
@@ -13,7 +14,8 @@ mod outlet;
 use crate::cdr::{Writer, type_hash};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
 use crate::{
-    Answer, Attendance, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, PublisherId, Server, Taker,
+    Answer, Attendance, Bridge, BridgeError, Diagnostic, Inbox, Link, Outgoing, Payload, PublisherId, Server,
+    Taker,
 };
 use ::zenoh::Wait;
 use ::zenoh::bytes::Encoding;
@@ -23,6 +25,7 @@ use bytes::Bytes;
 use discovery::Discovery;
 use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
 use outlet::{Outlet, STRING, type_for};
+use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::{Arc, PoisonError, RwLock};
@@ -268,6 +271,16 @@ impl Bridge for Ros2Bridge {
         let put = to.put(bytes).encoding(Encoding::APPLICATION_CDR);
         let put = if wire == Wire::Rmw { put.attachment(beside.write()) } else { put };
         put.wait().map_err(zenoh::lost)
+    }
+
+    fn diagnose(
+        &mut self,
+        stamp: Time,
+        states: &mut dyn FnMut() -> Vec<Diagnostic>,
+    ) -> Result<(), BridgeError> {
+        self.advertise(diagnostics::TOPIC, diagnostics::TYPE)?;
+        let payload = Payload::Bytes(diagnostics::written(stamp, &states()));
+        self.publish(Outgoing::new(diagnostics::TOPIC, stamp, payload))
     }
 
     fn link(&self) -> Link {

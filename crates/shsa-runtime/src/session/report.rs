@@ -1,6 +1,7 @@
 //! Reports of a run about itself: its link, losses, missing comparisons, and the state of each need.
 
 use super::Session;
+use crate::diagnostics;
 use crate::healer::{Healer, ReportedState};
 use crate::journal::Missing;
 use crate::neighbours::Neighbours;
@@ -68,11 +69,21 @@ impl Session {
         self.report_losses(now);
         self.report_missing(now);
         self.report_compared(now);
+        self.report_diagnostics(now);
         if let Some(reported_model) = self.log.troubles(now) {
             self.log.noted(now, "terminal", &reported_model, self.bridge.as_mut());
         }
         self.reported.reported_states.clear();
         self.reported.doubt = Time::MIN;
+    }
+
+    fn report_diagnostics(&mut self, now: Time) {
+        let Session { name, bridge, healers, ownership, log, .. } = self;
+        let stamp = bridge.inbox().clock().by_wall(now);
+        let mut states = || diagnostics::of(name, healers, ownership.as_ref(), now);
+        if let Err(error) = bridge.diagnose(stamp, &mut states) {
+            log.undelivered("diagnostics", &error, bridge.as_mut());
+        }
     }
 
     fn report_link(&mut self, now: Time) {

@@ -353,6 +353,13 @@ fn a_node_of_ros_2_that_is_switched_off_is_replaced_by_messages_of_its_type() {
         });
         assert!(received["header"].as_i64() > Some(1_000_000_000), "{received}");
     }
+    // The tools of ROS show the need, and the wheel behind it.
+    let all = "diagnostic_msgs/msg/DiagnosticArray";
+    consumer.order(&json!({ "subscribe": "/diagnostics", "type": all, "get": "status.0.message" }));
+    real::eventually("the state of the need", || {
+        let received = consumer.poll("heard", Duration::from_secs(1))?;
+        received["value"].as_str().filter(|state| state.starts_with("substituted by ")).map(drop)
+    });
     consumer.order(&order("twist.linear.x"));
     let speed = real::eventually("a speed", || {
         let received =
