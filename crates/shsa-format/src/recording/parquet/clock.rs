@@ -152,9 +152,38 @@ impl Clock {
 fn number(value: Value<'_>, step: Span) -> Option<Time> {
     match value {
         Value::Whole(whole) => whole.checked_mul(step.0).map(Time),
-        // Converted by its digits: an epoch in nanoseconds does not fit a float.
-        Value::Number(number) => decimal(&number.to_string(), step),
+        Value::Number(number) => within(number, step).or_else(|| decimal(&number.to_string(), step)),
         Value::Text(text) => decimal(text, step),
         Value::Missing | Value::List(_) | Value::Interval(..) => None,
+    }
+}
+
+/// What the digits of a number in seconds say, without writing them, where they end by the sixth place behind the point: an epoch in
+/// nanoseconds does not fit a float, but one in microseconds does.
+fn within(number: f64, step: Span) -> Option<Time> {
+    // Above, more than one number of six places may stand for the same float.
+    const LARGEST: f64 = 4e9;
+    let micros = (number * 1e6).round();
+    let is_exact = step == Span::from_millis(1_000) && number.abs() < LARGEST && micros / 1e6 == number;
+    is_exact.then(|| Time(micros as i64 * 1_000))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn seconds_are_what_their_digits_say() {
+        let second = Span::from_millis(1_000);
+        for number in
+            [0.0, -0.5, 1_714_564_800.123, 1_714_564_800.123_456, 1e-6, 3_999_999_999.999_999, 12.25]
+        {
+            let digits = decimal(&number.to_string(), second);
+            assert_eq!(within(number, second), digits, "{number}");
+        }
+        for number in [1e-7, 0.123_456_7, 4e9, f64::NAN, f64::INFINITY] {
+            assert_eq!(within(number, second), None, "{number}");
+        }
+        assert_eq!(within(1.0, Span::from_millis(1)), None);
     }
 }

@@ -1,6 +1,6 @@
 //! The layout of a table: the separator, the names and units of its columns, and the form of its numbers.
 
-use super::cells::{COLUMNS_MAX, Split, split};
+use super::cells::{COLUMNS_MAX, Split, is_open, split};
 use super::rows::Line;
 use crate::recording::stamp::split_unit;
 use shsa_core::unit::Unit;
@@ -20,15 +20,27 @@ impl Separator {
     pub(super) fn split(self, text: &str) -> Split<'_> {
         match self {
             Separator::Character(character) => split(text, character),
-            Separator::Blanks => {
-                Split::Cells(text.split_whitespace().take(COLUMNS_MAX + 1).map(Cow::Borrowed).collect())
-            }
+            // Numbers and most names have only blanks of ASCII between them, which are found sooner.
+            Separator::Blanks if text.is_ascii() => words(text.split_ascii_whitespace()),
+            Separator::Blanks => words(text.split_whitespace()),
+        }
+    }
+
+    /// Whether a quote of a row is not closed; blanks are within no quotes.
+    pub(super) fn is_open(self, text: &str) -> bool {
+        match self {
+            Separator::Character(character) => is_open(text, character),
+            Separator::Blanks => false,
         }
     }
 
     fn cells(self, text: &str) -> Vec<Cow<'_, str>> {
         self.split(text).cells().unwrap_or_default()
     }
+}
+
+fn words<'a>(words: impl Iterator<Item = &'a str>) -> Split<'a> {
+    Split::Cells(words.take(COLUMNS_MAX + 1).map(Cow::Borrowed).collect())
 }
 
 /// A table's layout, from its first lines.

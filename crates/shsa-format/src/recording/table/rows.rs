@@ -83,7 +83,7 @@ impl<R: BufRead> Rows<R> {
     /// The next row that is neither blank nor a comment. Lines are joined only where that makes a complete row.
     pub(super) fn row(&mut self, layout: &Layout) -> Option<Line> {
         let first = self.line()?;
-        let is_open = |text: &str| text.contains('"') && matches!(layout.separator.split(text), Split::Open);
+        let is_open = |text: &str| layout.separator.is_open(text);
         if first.text.trim().is_empty() || is_comment(&first.text) {
             return self.row_behind(layout);
         }
