@@ -188,7 +188,8 @@ impl<S: System> Kalman<S> {
             let (noise, apart) = (scalar.variance / scalar.weight, scalar.apart);
             let absorb = Absorb { p, h, noise, apart, step: &mut self.step };
             if let Some(Absorbed { apart, variance }) = kernel::run(absorb, n, &mut self.scratch) {
-                tally.count(apart, variance);
+                // Weights move the estimate. What is told of the innovations is by the declared noise.
+                tally.count(apart, variance - noise + scalar.variance);
             }
         }
         tally

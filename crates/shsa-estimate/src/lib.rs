@@ -26,6 +26,7 @@ pub mod direct;
 pub mod kalman;
 pub mod unscented;
 pub mod particle;
+pub mod hypotheses;
 pub mod kinematic;
 pub mod fusion;
 pub mod extrapolation;

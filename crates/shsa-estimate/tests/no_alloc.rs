@@ -6,6 +6,7 @@ use shsa_estimate::average::{Filling, MovingAverage, Window};
 use shsa_estimate::direct::{Direct, Faulty, Rule};
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
 use shsa_estimate::fusion::{Fusion, Gate, Options};
+use shsa_estimate::hypotheses::{Fault, Hypotheses};
 use shsa_estimate::kalman::{Kalman, Loss};
 use shsa_estimate::matrix::Matrix;
 use shsa_estimate::method::{Measurement, Method};
@@ -60,6 +61,9 @@ fn nothing_is_allocated_per_step() {
             check(Box::new(Kalman::new(system(), &mean, &p, loss).unwrap()), gate);
         }
         check(Box::new(Unscented::new(system(), &mean, &p, Points::default()).unwrap()), gate);
+        let robust = Kalman::new(system(), &mean, &p, Loss::Student(4.0)).unwrap();
+        let faults = vec![Fault::Jump(1, 5.0), Fault::Noisier(0, 10.0)];
+        check(Box::new(Hypotheses::new(Box::new(robust), 2, faults, 10.0)), gate);
         check(Box::new(Particle::new(system(), &mean, &p, Particles::default()).unwrap()), gate);
         let faulty = Faulty { count: 0, deviations: 3.0 };
         let average = MovingAverage::new(&[1.0, 2.0, 1.0], Filling::Partial).unwrap();

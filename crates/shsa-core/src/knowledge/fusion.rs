@@ -148,6 +148,8 @@ pub struct FusionState {
     pub noise: Formula,
     /// The state `dt` later; over states, controls and `dt`.
     pub transition: Formula,
+    /// Standard deviation of a jump that may happen at any time, SI; `None`: it does not jump.
+    pub jumps: Option<f64>,
 }
 
 /// A measurement of the states.
@@ -161,6 +163,8 @@ pub struct FusionInput {
     pub noise: Option<Formula>,
     /// The turn after which the values repeat, SI.
     pub turn: Option<f64>,
+    /// How many times as large its noise may become at any time; `None`: it does not.
+    pub noisier: Option<f64>,
 }
 
 /// A prediction of an input from other inputs.
@@ -203,6 +207,8 @@ pub struct FusionSettings {
     pub unknown_after: Span,
     /// The share of healthy measurements that count; `None` takes all.
     pub gate: Option<f64>,
+    /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier.
+    pub faults_every: Span,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: usize,
     /// The number of values of a moving average or median.

@@ -6,6 +6,7 @@ use crate::average::{Filling, MovingAverage, Window};
 use crate::continuous::Continuous;
 use crate::direct::{Faulty, Rule};
 use crate::formulas::{self, Draft};
+use crate::hypotheses::{Fault, Hypotheses, MOST_FAULTS};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::method::Method;
@@ -84,7 +85,7 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         if row == column { deviation * deviation } else { 0.0 }
     });
     let system = || system(knowledge, fusion, false);
-    let kalman = |loss| Ok(Box::new(Kalman::new(system()?, &mean, &spread, loss)?) as Box<dyn Method>);
+    let kalman = |loss| Ok(with_faults(fusion, Box::new(Kalman::new(system()?, &mean, &spread, loss)?)));
     let direct = |rule| each(knowledge, fusion, &rule);
     let settings = &fusion.settings;
     let faulty = Faulty { count: settings.faulty, deviations: REACH };
@@ -101,12 +102,29 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         FusionMethod::Huber => kalman(Loss::Huber(HUBER)),
         FusionMethod::Student => kalman(Loss::Student(STUDENT)),
         FusionMethod::UnscentedKalman => {
-            Ok(Box::new(Unscented::new(system()?, &mean, &spread, Points::default())?))
+            let filter = Unscented::new(system()?, &mean, &spread, Points::default())?;
+            Ok(with_faults(fusion, Box::new(filter)))
         }
         FusionMethod::Particle => {
             let options =
                 Particles { count: settings.particles, seed: settings.seed, ..Particles::default() };
             Ok(Box::new(Particle::new(system()?, &mean, &spread, options)?))
+        }
+    }
+}
+
+/// The filter with hypotheses of its declared faults, if there are any.
+fn with_faults(fusion: &Fusion, filter: Box<dyn Method>) -> Box<dyn Method> {
+    let jumps =
+        fusion.states.iter().enumerate().filter_map(|(at, state)| Some(Fault::Jump(at, state.jumps?)));
+    let inputs = fusion.inputs.iter().enumerate();
+    let noisier = inputs.filter_map(|(at, input)| Some(Fault::Noisier(at, input.noisier?)));
+    let faults: Vec<Fault> = jumps.chain(noisier).take(MOST_FAULTS).collect();
+    match faults.is_empty() {
+        true => filter,
+        false => {
+            let every = fusion.settings.faults_every.seconds();
+            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, every))
         }
     }
 }

@@ -36,6 +36,7 @@ pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDr
         horizon: keys.text("horizon"),
         unknown_after: keys.text("unknown_after"),
         gate: keys.text("gate"),
+        faults_every: keys.text("faults_every"),
         witnesses: keys.text("witnesses"),
         faulty: keys.text("faulty"),
         window: keys.text("window"),
@@ -56,16 +57,26 @@ fn state(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionStateDraft {
         spread: keys.text("spread"),
         noise: keys.text("noise"),
         transition: keys.text("transition"),
+        jumps: keys.text("jumps"),
     }
 }
 
 fn input(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionInputDraft {
     if let Value::Scalar(measures) = &node.value {
-        return FusionInputDraft { name: name.clone(), measures: Some(measures.clone()), noise: None };
+        return FusionInputDraft {
+            name: name.clone(),
+            measures: Some(measures.clone()),
+            ..FusionInputDraft::default()
+        };
     }
     let mut keys =
         Known::of(reader, node, &FUSION_INPUT, "what it measures, or an input's keys", "/gps: position");
-    FusionInputDraft { name: name.clone(), measures: keys.text("measures"), noise: keys.text("noise") }
+    FusionInputDraft {
+        name: name.clone(),
+        measures: keys.text("measures"),
+        noise: keys.text("noise"),
+        noisier: keys.text("noisier"),
+    }
 }
 
 fn output(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionOutputDraft {
@@ -98,6 +109,7 @@ pub(super) fn written(fusion: &FusionDraft) -> Tree {
         ("horizon", fusion.horizon.as_ref().map(text)),
         ("unknown_after", fusion.unknown_after.as_ref().map(text)),
         ("gate", fusion.gate.as_ref().map(text)),
+        ("faults_every", fusion.faults_every.as_ref().map(text)),
         ("witnesses", fusion.witnesses.as_ref().map(text)),
         ("faulty", fusion.faulty.as_ref().map(text)),
         ("window", fusion.window.as_ref().map(text)),
@@ -119,15 +131,18 @@ fn of_state(state: &FusionStateDraft) -> Tree {
         ("spread", state.spread.as_ref().map(text)),
         ("noise", state.noise.as_ref().map(text)),
         ("transition", state.transition.as_ref().map(text)),
+        ("jumps", state.jumps.as_ref().map(text)),
     ])
 }
 
 fn of_input(input: &FusionInputDraft) -> Tree {
-    match (&input.measures, &input.noise) {
-        (Some(measures), None) => text(measures),
-        (measures, noise) => {
-            keys([("measures", measures.as_ref().map(text)), ("noise", noise.as_ref().map(text))])
-        }
+    match (&input.measures, &input.noise, &input.noisier) {
+        (Some(measures), None, None) => text(measures),
+        (measures, noise, noisier) => keys([
+            ("measures", measures.as_ref().map(text)),
+            ("noise", noise.as_ref().map(text)),
+            ("noisier", noisier.as_ref().map(text)),
+        ]),
     }
 }
 

@@ -28,6 +28,8 @@ pub struct FusionDraft {
     pub gate: Option<Text>,
     /// `all` or `none`: whether each input is predicted by the others.
     pub witnesses: Option<Text>,
+    /// The mean time between two faults of a kind.
+    pub faults_every: Option<Text>,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: Option<Text>,
     /// The number of values of a moving average or median.
@@ -53,6 +55,8 @@ pub struct FusionStateDraft {
     pub noise: Option<Text>,
     /// The state `dt` later, a formula over states and controls; unchanged when absent.
     pub transition: Option<Text>,
+    /// Standard deviation of a jump that may happen at any time.
+    pub jumps: Option<Text>,
 }
 
 /// A measurement of the states.
@@ -64,6 +68,8 @@ pub struct FusionInputDraft {
     pub measures: Option<Text>,
     /// Standard deviation of the noise; the signal's noise when absent.
     pub noise: Option<Text>,
+    /// How many times as large its noise may become at any time.
+    pub noisier: Option<Text>,
 }
 
 /// A new signal.
@@ -92,6 +98,7 @@ impl FusionDraft {
             &mut self.unknown_after,
             &mut self.gate,
             &mut self.witnesses,
+            &mut self.faults_every,
             &mut self.faulty,
             &mut self.window,
             &mut self.particles,
@@ -100,13 +107,20 @@ impl FusionDraft {
         settings.into_iter().flatten().for_each(&mut *each);
         for it in &mut self.states {
             each(&mut it.name);
-            let texts = [&mut it.unit, &mut it.initial, &mut it.spread, &mut it.noise, &mut it.transition];
+            let texts = [
+                &mut it.unit,
+                &mut it.initial,
+                &mut it.spread,
+                &mut it.noise,
+                &mut it.transition,
+                &mut it.jumps,
+            ];
             texts.into_iter().flatten().for_each(&mut *each);
         }
         self.controls.iter_mut().flat_map(|(name, signal)| [name, signal]).for_each(&mut *each);
         for it in &mut self.inputs {
             each(&mut it.name);
-            [&mut it.measures, &mut it.noise].into_iter().flatten().for_each(&mut *each);
+            [&mut it.measures, &mut it.noise, &mut it.noisier].into_iter().flatten().for_each(&mut *each);
         }
         for it in &mut self.outputs {
             each(&mut it.name);

@@ -72,6 +72,9 @@ fn settings(
     let is_filter = !method.is_direct();
     let has_window = matches!(method, FusionMethod::Average | FusionMethod::Median);
     let has_particles = method == FusionMethod::Particle;
+    // Hypotheses of faults take copies of a mean with a covariance.
+    let has_faults = is_filter && !has_particles;
+    const KALMAN: &str = "Kalman filters use";
     let gate = draft.gate.as_ref().filter(is_on);
     let witnesses = draft.witnesses.as_ref().filter(is_on);
     const FILTERS: &str = "Kalman and particle filters use";
@@ -87,12 +90,16 @@ fn settings(
         ("window", draft.window.as_ref(), has_window, "`average` and `median` use"),
         ("particles", draft.particles.as_ref(), has_particles, "`particle` uses"),
         ("seed", draft.seed.as_ref(), has_particles, "`particle` uses"),
+        ("faults_every", draft.faults_every.as_ref(), has_faults, KALMAN),
     ];
+    let jumps = draft.states.iter().map(move |state| ("jumps", state.jumps.as_ref(), has_faults, KALMAN));
+    let noisier =
+        draft.inputs.iter().map(move |input| ("noisier", input.noisier.as_ref(), has_faults, KALMAN));
     let confidences = draft.outputs.iter().map(move |output| {
         let is_used = !method.is_of_intervals();
         ("confidence", output.confidence.as_ref(), is_used, "methods that do not intersect intervals use")
     });
-    of_fusion.into_iter().chain(confidences)
+    of_fusion.into_iter().chain(confidences).chain(jumps).chain(noisier)
 }
 
 fn diagnostic(severity: Severity, text: &Text, message: &str, help: &str) -> Diagnostic {

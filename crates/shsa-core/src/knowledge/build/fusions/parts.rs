@@ -2,7 +2,7 @@
 
 use super::required;
 use super::scope::Local;
-use super::settings::share;
+use super::settings::{share, times};
 use crate::expression::{self, Checked, Constant, Formula, Problem, check, is_reserved, parse_expression};
 use crate::interval::Interval;
 use crate::knowledge::build::problems::Problems;
@@ -123,6 +123,10 @@ impl Parts<'_> {
             None => Some(Formula::symbol(expression::Symbol(place as u32), expression::Shape::Scalar)),
             Some(text) => self.checked(problems, text, unit, true),
         };
+        let jumps = match &draft.jumps {
+            None => Some(None),
+            Some(text) => self.deviation(problems, text, unit).map(Some),
+        };
         let of_variable = self.local.model.variables.find(&draft.name.text);
         Some(FusionState {
             name: draft.name.text.clone(),
@@ -132,6 +136,7 @@ impl Parts<'_> {
             spread: spread?,
             noise: noise?,
             transition: transition?,
+            jumps: jumps?,
         })
     }
 
@@ -212,7 +217,17 @@ impl Parts<'_> {
             let message = format!("nothing says how wrong `{}` may be", carried.name);
             problems.warn(&draft.name, message, "give it a `noise`, or the signal a `noise` or `value_error`: what brings no interval with it does not count");
         }
-        Some(FusionInput { signal, measures: measures?, noise: noise?, turn: variable.wraps })
+        let noisier = match &draft.noisier {
+            None => Some(None),
+            Some(text) => times(problems, text).map(Some),
+        };
+        Some(FusionInput {
+            signal,
+            measures: measures?,
+            noise: noise?,
+            turn: variable.wraps,
+            noisier: noisier?,
+        })
     }
 
     pub(super) fn outputs(

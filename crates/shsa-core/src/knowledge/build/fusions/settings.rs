@@ -12,6 +12,8 @@ use core::ops::RangeInclusive;
 const HORIZON: Span = Span::from_millis(500);
 /// Vehicles bridge tunnels and blocked wheels by a dead reckoning of some seconds.
 const UNKNOWN_AFTER: Span = Span::from_millis(2_000);
+/// A sensor that fails twice a week is replaced.
+const FAULTS_EVERY: Span = Span::from_millis(100 * 3_600_000);
 /// The share of healthy measurements that the gate accepts by default.
 const GATE: f64 = 0.999;
 const WINDOW: f64 = 5.0;
@@ -34,6 +36,7 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         Some(text) => quantity::span(problems, text),
     };
     let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
+    let faults_every = span(problems, &draft.faults_every, FAULTS_EVERY);
     let gate = gate(problems, draft.gate.as_ref());
     let faulty = count(problems, draft.faulty.as_ref(), 1.0, 0.0..=63.0);
     let window = count(problems, draft.window.as_ref(), WINDOW, 1.0..=1_000.0);
@@ -45,6 +48,7 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         moments: 1,
         unknown_after: unknown_after?,
         gate: gate?,
+        faults_every: faults_every?,
         faulty: faulty? as usize,
         window: window? as usize,
         particles: particles? as usize,
@@ -98,6 +102,20 @@ pub(super) fn share(problems: &mut Problems, text: &Text) -> Option<f64> {
         return Some(read);
     }
     problems.error(text, format!("`{}` is no share between 0 and 1", text.text), "write it like `99 %`");
+    None
+}
+
+/// How many times as large the noise of an input may become.
+pub(super) fn times(problems: &mut Problems, text: &Text) -> Option<f64> {
+    let read = quantity::number(problems, text)?;
+    if read > 1.0 && read <= 1e6 {
+        return Some(read);
+    }
+    problems.error(
+        text,
+        format!("`{}` is not above 1, and at most 1000000", text.text),
+        "write how many times as noisy it may become: `10`",
+    );
     None
 }
 

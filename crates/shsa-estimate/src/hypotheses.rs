@@ -1,0 +1,372 @@
+//! Hypotheses of sudden faults beside a filter: a state that has jumped, such as the offset of a sensor, or an input that has become
+//! noisier.
+//!
+//! A filter that expects an offset to change slowly explains a sudden fault by its other states, and takes long to return. So with
+//! each moment a copy of the filter sets out for each fault as if it had happened since the moment before: with the variance of the
+//! jump added to the state, or with more noise of the input. All copies get the same measurements, and are weighted by the density
+//! that each gave to them and by how seldom its fault is. The estimate is the mixture of all. A fault that has nearly all of the
+//! weight is taken for true: its copy becomes the filter, and the others end. Copies whose ages are close are thinned, so that those
+//! of a fault are spread evenly over the logarithm of its age: evidence that takes long needs no exact beginning.
+//!
+//! This is a bank of filters for abrupt changes: A. Willsky 1976 (doi:10.1016/0005-1098(76)90041-8); H. Blom, Y. Bar-Shalom 1988
+//! (doi:10.1109/9.1299) treat models that change back and forth. O(F) filters for F faults, no allocation after construction.
+
+use crate::matrix::{at, put};
+use crate::method::{Gaussian, Innovation, Measurement, Method, Updated};
+
+/// A fault that may happen at any time.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Fault {
+    /// A state jumps, with this standard deviation.
+    Jump(usize, f64),
+    /// The standard deviation of a sensor's noise is so many times as large from now on, or again as declared.
+    Noisier(usize, f64),
+}
+
+/// The most faults.
+pub const MOST_FAULTS: usize = 64;
+/// The most copies for each fault.
+const MOST: usize = 8;
+/// A fault with all but this share of the weight is taken for true.
+const DOUBT: f64 = 0.01;
+/// The degrees of freedom of the density by which copies are weighted.
+const DEGREES: f64 = 4.0;
+/// A copy with a smaller share of the weight, as a logarithm, ends.
+const LEAST: f64 = -60.0;
+
+/// A copy of the filter.
+#[derive(Clone, Debug)]
+struct Hypothesis {
+    memory: Vec<f64>,
+    /// The logarithm of its weight.
+    weight: f64,
+    /// The place of its fault; `None`: nothing has happened.
+    fault: Option<usize>,
+    /// How long ago its fault began, in seconds.
+    age: f64,
+    /// The sensors that are noisier, as bits by the places of the faults.
+    noisier: u64,
+}
+
+impl Hypothesis {
+    /// How many numbers stand beside the memory of the filter.
+    const BESIDE: usize = 4;
+
+    fn becomes(&mut self, other: &Hypothesis) {
+        self.memory.copy_from_slice(&other.memory);
+        (self.weight, self.fault, self.age, self.noisier) =
+            (other.weight, other.fault, other.age, other.noisier);
+    }
+}
+
+/// A filter and its copies.
+pub struct Hypotheses {
+    filter: Box<dyn Method>,
+    faults: Vec<Fault>,
+    /// The mean time between two faults of a kind, in seconds.
+    every: f64,
+    /// Those in use come first; the first one is without a fault since it began.
+    copies: Vec<Hypothesis>,
+    count: usize,
+    /// The time since copies set out last.
+    elapsed: f64,
+    estimate: Gaussian,
+    stack: Vec<Measurement>,
+}
+
+impl Hypotheses {
+    /// Hypotheses beside a filter over a number of sensors that is all mean and covariance, for at most [`MOST_FAULTS`], each of
+    /// which happens about once in `every` seconds.
+    #[must_use]
+    pub fn new(filter: Box<dyn Method>, sensors: usize, faults: Vec<Fault>, every: f64) -> Hypotheses {
+        let mut memory = vec![0.0; filter.memory_len()];
+        filter.save(&mut memory);
+        let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, noisier: 0 };
+        Hypotheses {
+            estimate: filter.gaussian().clone(),
+            filter,
+            copies: vec![first; 1 + faults.len() * (MOST + 1)],
+            count: 1,
+            elapsed: 0.0,
+            stack: Vec::with_capacity(sensors),
+            faults,
+            every,
+        }
+    }
+
+    /// A copy sets out for each fault.
+    fn set_out(&mut self) {
+        let share = std::mem::take(&mut self.elapsed) / self.every;
+        for place in 0..self.faults.len() {
+            let Some((used, free)) = self.copies.split_at_mut_checked(self.count) else { return };
+            let (Some(own), Some(copy)) = (used.first(), free.first_mut()) else { return };
+            copy.becomes(own);
+            (copy.fault, copy.age, copy.weight) = (Some(place), 0.0, own.weight + libm::log(share));
+            match self.faults.get(place) {
+                Some(Fault::Jump(state, size)) => {
+                    self.filter.restore(&copy.memory);
+                    let spread = &mut self.filter.gaussian_mut().spread;
+                    put(spread, *state, *state, at(spread, *state, *state) + size * size);
+                    self.filter.save(&mut copy.memory);
+                }
+                _ => copy.noisier ^= 1 << place,
+            }
+            self.count += 1;
+        }
+    }
+
+    /// Updates a copy.
+    fn update_one(&mut self, place: usize, measurements: &[Measurement], controls: &[f64]) -> Updated {
+        let Some(copy) = self.copies.get_mut(place) else { return Updated::NOTHING };
+        self.filter.restore(&copy.memory);
+        self.stack.clear();
+        for measurement in measurements {
+            let mut measurement = *measurement;
+            for (fault, bit) in self.faults.iter().zip(0..) {
+                let Fault::Noisier(sensor, times) = fault else { continue };
+                if *sensor == measurement.sensor && copy.noisier >> bit & 1 == 1 {
+                    let known = self.filter.innovation(&measurement, controls).map(|it| it.noise);
+                    measurement.variance = known.map(|own| own * times * times).or(measurement.variance);
+                }
+            }
+            self.stack.push(measurement);
+        }
+        let updated = self.filter.update(&self.stack, controls);
+        self.filter.save(&mut copy.memory);
+        copy.weight += evidence(&updated);
+        updated
+    }
+
+    fn used(&self) -> &[Hypothesis] {
+        self.copies.get(..self.count).unwrap_or(&[])
+    }
+
+    /// Sets the largest weight to 1, and takes a fault for true that has nearly all of the weight.
+    fn weigh(&mut self) {
+        let weights = self.copies.iter_mut().take(self.count).map(|copy| &mut copy.weight);
+        weights.filter(|weight| weight.is_nan()).for_each(|weight| *weight = f64::NEG_INFINITY);
+        let greatest = self.used().iter().map(|copy| copy.weight).fold(f64::NEG_INFINITY, f64::max);
+        if !greatest.is_finite() {
+            return self.take_for_true(0);
+        }
+        self.copies.iter_mut().take(self.count).for_each(|copy| copy.weight -= greatest);
+        let all: f64 = self.used().iter().map(|copy| libm::exp(copy.weight)).sum();
+        for fault in 0..self.faults.len() {
+            let of_fault = || self.used().iter().filter(|copy| copy.fault == Some(fault));
+            let sum: f64 = of_fault().map(|copy| libm::exp(copy.weight)).sum();
+            if sum > (1.0 - DOUBT) * all {
+                let best = (0..self.count)
+                    .filter(|at| self.copies.get(*at).is_some_and(|copy| copy.fault == Some(fault)))
+                    .max_by(|one, other| self.weight(*one).total_cmp(&self.weight(*other)));
+                self.take_for_true(best.unwrap_or(0));
+                return;
+            }
+        }
+    }
+
+    fn weight(&self, place: usize) -> f64 {
+        self.copies.get(place).map_or(f64::NEG_INFINITY, |copy| copy.weight)
+    }
+
+    fn take_for_true(&mut self, place: usize) {
+        self.copies.swap(0, place);
+        self.count = 1;
+        if let Some(copy) = self.copies.first_mut() {
+            (copy.weight, copy.fault, copy.age) = (0.0, None, 0.0);
+        }
+    }
+
+    /// Ends copies without weight, and of too many of a fault those that are closest in age.
+    fn thin_out(&mut self) {
+        let mut place = 1;
+        while place < self.count {
+            match self.weight(place) < LEAST {
+                true => self.end(place),
+                false => place += 1,
+            }
+        }
+        for fault in 0..self.faults.len() {
+            while let Some(place) = self.closest(fault) {
+                self.end(place);
+            }
+        }
+    }
+
+    /// Of more than [`MOST`] copies of a fault, which are in the order of their ages, the one whose neighbours are the closest.
+    fn closest(&self, fault: usize) -> Option<usize> {
+        let of_fault =
+            || (0..self.count).filter(|at| self.copies.get(*at).is_some_and(|it| it.fault == Some(fault)));
+        if of_fault().count() <= MOST {
+            return None;
+        }
+        let age = |place: usize| self.copies.get(place).map_or(0.0, |copy| copy.age);
+        let neighbours = of_fault().zip(of_fault().skip(1)).zip(of_fault().skip(2));
+        let ratio = |older: usize, newer: usize| age(older) / age(newer).max(f64::MIN_POSITIVE);
+        neighbours
+            .map(|((older, own), newer)| (own, ratio(older, newer)))
+            .min_by(|one, other| one.1.total_cmp(&other.1))
+            .map(|(own, _)| own)
+    }
+
+    /// Ends a copy; the order of the others stays.
+    fn end(&mut self, place: usize) {
+        if let Some(rest) = self.copies.get_mut(place..self.count) {
+            rest.rotate_left(1);
+            self.count -= 1;
+        }
+    }
+
+    /// The mean and the covariance of all copies.
+    fn mix(&mut self) {
+        let Gaussian { mean, spread } = &mut self.estimate;
+        let n = mean.len();
+        let used = self.copies.get(..self.count).unwrap_or(&[]);
+        let all: f64 = used.iter().map(|copy| libm::exp(copy.weight)).sum();
+        mean.fill(0.0);
+        spread.fill(0.0);
+        for copy in used {
+            let share = libm::exp(copy.weight) / all;
+            let Some((own, _)) = copy.memory.split_at_checked(n) else { continue };
+            mean.iter_mut().zip(own).for_each(|(to, own)| *to += share * own);
+        }
+        for copy in used {
+            let share = libm::exp(copy.weight) / all;
+            let Some((own, covariance)) = copy.memory.split_at_checked(n) else { continue };
+            let apart =
+                |state: usize| own.get(state).zip(mean.get(state)).map_or(0.0, |(own, mean)| own - mean);
+            for (place, to) in spread.as_mut_slice().iter_mut().enumerate() {
+                let within = covariance.get(place).copied().unwrap_or(0.0);
+                *to += share * (within + apart(place % n) * apart(place / n));
+            }
+        }
+    }
+
+    /// Changes the filter of each copy.
+    fn each(&mut self, mut change: impl FnMut(&mut dyn Method) -> bool) -> bool {
+        let mut is_first_done = false;
+        for (place, copy) in self.copies.iter_mut().enumerate().take(self.count) {
+            self.filter.restore(&copy.memory);
+            if change(self.filter.as_mut()) {
+                self.filter.save(&mut copy.memory);
+                is_first_done |= place == 0;
+            } else if place == 0 {
+                return false;
+            } else {
+                copy.weight = f64::NEG_INFINITY;
+            }
+        }
+        is_first_done
+    }
+}
+
+impl Method for Hypotheses {
+    fn gaussian(&self) -> &Gaussian {
+        &self.estimate
+    }
+
+    fn gaussian_mut(&mut self) -> &mut Gaussian {
+        &mut self.estimate
+    }
+
+    fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
+        if !self.each(|filter| filter.predict(dt, controls)) {
+            return false;
+        }
+        self.elapsed += dt;
+        self.copies.iter_mut().take(self.count).for_each(|copy| copy.age += dt);
+        self.mix();
+        true
+    }
+
+    /// Against the most probable copy.
+    fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
+        let used = self.copies.get(..self.count)?;
+        let best = used.iter().max_by(|one, other| one.weight.total_cmp(&other.weight))?;
+        self.filter.restore(&best.memory);
+        self.filter.innovation(measurement, controls)
+    }
+
+    fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {
+        if measurements.is_empty() {
+            return Updated::NOTHING;
+        }
+        if self.elapsed > 0.0 {
+            self.set_out();
+        }
+        let updated = self.update_one(0, measurements, controls);
+        for place in 1..self.count {
+            self.update_one(place, measurements, controls);
+        }
+        self.weigh();
+        self.thin_out();
+        self.mix();
+        updated
+    }
+
+    fn widen(&mut self, factor: f64) {
+        self.each(|filter| {
+            filter.widen(factor);
+            true
+        });
+        self.mix();
+    }
+
+    fn is_gaussian(&self) -> bool {
+        false
+    }
+
+    fn memory_len(&self) -> usize {
+        let Gaussian { mean, spread } = &self.estimate;
+        let own = self.filter.memory_len() + Hypothesis::BESIDE;
+        2 + self.copies.len() * own + mean.len() + spread.len()
+    }
+
+    fn save(&self, memory: &mut [f64]) {
+        let Gaussian { mean, spread } = &self.estimate;
+        let head = [self.count as f64, self.elapsed];
+        let Some(rest) = put_first(memory, &head) else { return };
+        let Some(rest) = put_first(rest, mean).and_then(|rest| put_first(rest, spread.as_slice())) else {
+            return;
+        };
+        let own = self.filter.memory_len() + Hypothesis::BESIDE;
+        for (to, copy) in rest.chunks_exact_mut(own).zip(self.used()) {
+            let fault = copy.fault.map_or(-1.0, |fault| fault as f64);
+            let beside = [copy.weight, fault, copy.age, f64::from_bits(copy.noisier)];
+            put_first(to, &beside).and_then(|to| put_first(to, &copy.memory));
+        }
+    }
+
+    fn restore(&mut self, memory: &[f64]) {
+        let Gaussian { mean, spread } = &mut self.estimate;
+        let own = self.filter.memory_len() + Hypothesis::BESIDE;
+        let Some(([count, elapsed], rest)) = memory.split_first_chunk() else { return };
+        (self.count, self.elapsed) = ((*count as usize).clamp(1, self.copies.len()), *elapsed);
+        let Some((own_mean, rest)) = rest.split_at_checked(mean.len()) else { return };
+        let Some((own_spread, rest)) = rest.split_at_checked(spread.len()) else { return };
+        mean.copy_from_slice(own_mean);
+        spread.as_mut_slice().copy_from_slice(own_spread);
+        for (from, copy) in rest.chunks_exact(own).zip(self.copies.iter_mut().take(self.count)) {
+            let Some(([weight, fault, age, noisier], saved)) = from.split_first_chunk() else { return };
+            (copy.weight, copy.age, copy.noisier) = (*weight, *age, noisier.to_bits());
+            copy.fault = (*fault >= 0.0).then_some(*fault as usize);
+            copy.memory.copy_from_slice(saved);
+        }
+    }
+}
+
+/// The logarithm of the density of the innovations of a moment, as that of Student's t with [`DEGREES`] instead of the normal one: an
+/// outlier, which all copies have alike, is no evidence for a fault.
+fn evidence(updated: &Updated) -> f64 {
+    let (square, used) = (updated.normalized_square, updated.used as f64);
+    updated.log_likelihood + 0.5 * square - 0.5 * (DEGREES + used) * libm::log1p(square / DEGREES)
+}
+
+/// Copies numbers to the begin of a memory; returns the rest.
+fn put_first<'m>(memory: &'m mut [f64], numbers: &[f64]) -> Option<&'m mut [f64]> {
+    let (own, rest) = memory.split_at_mut_checked(numbers.len())?;
+    own.copy_from_slice(numbers);
+    Some(rest)
+}
+
+#[cfg(test)]
+mod tests;

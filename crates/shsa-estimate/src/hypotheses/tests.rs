@@ -1,0 +1,79 @@
+//! A level that two sensors measure: a precise one with an offset, and a coarse one.
+
+use super::*;
+use crate::kalman::{Kalman, Loss};
+use crate::matrix::Matrix;
+use crate::random::Random;
+use crate::system::Linear;
+
+const JUMP: Fault = Fault::Jump(1, 5.0);
+const NOISIER: Fault = Fault::Noisier(0, 10.0);
+
+/// The level changes by 0.1 a step, the offset by 0.001; the noise of the sensors is 0.1 and 1.
+fn filter() -> Box<dyn Method> {
+    let diagonal = |values: [f64; 2]| Matrix::from_fn(2, 2, |i, j| if i == j { values[i] } else { 0.0 });
+    let h = Matrix::from_fn(2, 2, |sensor, state| if sensor == 0 || state == 0 { 1.0 } else { 0.0 });
+    let (a, b) = (Matrix::identity(2, 2), Matrix::zeros(2, 0));
+    let system = Linear::new(a, b, &h, diagonal([0.01, 1e-6]), diagonal([0.01, 1.0])).unwrap();
+    Box::new(Kalman::new(system, &[0.0, 0.0], &diagonal([1.0, 0.01]), Loss::Student(4.0)).unwrap())
+}
+
+/// Follows the level for so many steps; the sensors are off by what `fault` makes of the step and a random number. Returns the root
+/// mean square error of the level over the last hundred steps, and the last offset.
+fn followed(method: &mut dyn Method, steps: usize, mut fault: impl FnMut(usize, f64) -> f64) -> (f64, f64) {
+    let (mut random, mut level, mut sum) = (Random::new(5), 0.0, 0.0);
+    for step in 0..steps {
+        level += 0.1 * random.normal();
+        assert!(method.predict(1.0, &[]));
+        let values = [level + 0.1 * random.normal() + fault(step, random.normal()), level + random.normal()];
+        let all = values.iter().enumerate();
+        let all: Vec<Measurement> =
+            all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
+        method.update(&all, &[]);
+        let error = method.mean()[0] - level;
+        sum += if step + 100 >= steps { error * error } else { 0.0 };
+    }
+    ((sum / 100.0).sqrt(), method.mean()[1])
+}
+
+fn both(steps: usize, fault: impl Fn(usize, f64) -> f64) -> [(f64, f64); 2] {
+    let mut alone = filter();
+    let mut beside = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 10_000.0);
+    [followed(alone.as_mut(), steps, &fault), followed(&mut beside, steps, &fault)]
+}
+
+#[test]
+fn an_offset_that_jumps_is_found() {
+    let [alone, beside] = both(200, |step, _| if step < 100 { 0.0 } else { 3.0 });
+    assert!(beside.0 < 0.5 && (beside.1 - 3.0).abs() < 0.5, "{beside:?}");
+    assert!(alone.0 > 3.0 * beside.0, "{alone:?} {beside:?}");
+}
+
+#[test]
+fn an_input_that_becomes_noisier_counts_for_less_until_it_is_well_again() {
+    let [alone, beside] = both(200, |step, random| if step < 100 { 0.0 } else { 2.0 * random });
+    assert!(beside.0 < 0.7 * alone.0, "{alone:?} {beside:?}");
+    let [alone, beside] =
+        both(400, |step, random| if (100..200).contains(&step) { 2.0 * random } else { 0.0 });
+    assert!(beside.0 < 1.1 * alone.0, "{alone:?} {beside:?}");
+}
+
+#[test]
+fn without_faults_the_estimate_is_that_of_the_filter() {
+    let [alone, beside] = both(1_000, |_, _| 0.0);
+    assert!((beside.0 - alone.0).abs() < 0.02 * alone.0, "{alone:?} {beside:?}");
+    assert!(beside.1.abs() < 0.3, "{beside:?}");
+}
+
+#[test]
+fn a_state_goes_on_where_it_was() {
+    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0);
+    let fault = |step: usize, random: f64| if step % 40 < 20 { 0.0 } else { 1.5 * random };
+    followed(&mut one, 130, fault);
+    assert!(one.count > 1);
+    let mut memory = vec![0.0; one.memory_len()];
+    one.save(&mut memory);
+    let mut other = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0);
+    other.restore(&memory);
+    assert_eq!(followed(&mut one, 130, fault), followed(&mut other, 130, fault));
+}
