@@ -23,8 +23,8 @@ pub enum Fault {
     Noisier(usize, f64),
 }
 
-/// The most faults.
-pub const MOST_FAULTS: usize = 64;
+/// The most faults: each has a bit.
+const MOST_FAULTS: usize = 64;
 /// The most copies for each fault.
 const MOST: usize = 8;
 /// A fault with all but this share of the weight is taken for true.
@@ -75,10 +75,11 @@ pub struct Hypotheses {
 }
 
 impl Hypotheses {
-    /// Hypotheses beside a filter over a number of sensors that is all mean and covariance, for at most [`MOST_FAULTS`], each of
+    /// Hypotheses beside a filter over a number of sensors that is all mean and covariance, for 64 faults at most, each of
     /// which happens about once in `every` seconds.
     #[must_use]
-    pub fn new(filter: Box<dyn Method>, sensors: usize, faults: Vec<Fault>, every: f64) -> Hypotheses {
+    pub fn new(filter: Box<dyn Method>, sensors: usize, mut faults: Vec<Fault>, every: f64) -> Hypotheses {
+        faults.truncate(MOST_FAULTS);
         let mut memory = vec![0.0; filter.memory_len()];
         filter.save(&mut memory);
         let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, noisier: 0 };

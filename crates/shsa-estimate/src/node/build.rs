@@ -6,7 +6,7 @@ use crate::average::{Filling, MovingAverage, Window};
 use crate::continuous::Continuous;
 use crate::direct::{Faulty, Rule};
 use crate::formulas::{self, Draft};
-use crate::hypotheses::{Fault, Hypotheses, MOST_FAULTS};
+use crate::hypotheses::{Fault, Hypotheses};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::method::Method;
@@ -119,7 +119,7 @@ fn with_faults(fusion: &Fusion, filter: Box<dyn Method>) -> Box<dyn Method> {
         fusion.states.iter().enumerate().filter_map(|(at, state)| Some(Fault::Jump(at, state.jumps?)));
     let inputs = fusion.inputs.iter().enumerate();
     let noisier = inputs.filter_map(|(at, input)| Some(Fault::Noisier(at, input.noisier?)));
-    let faults: Vec<Fault> = jumps.chain(noisier).take(MOST_FAULTS).collect();
+    let faults: Vec<Fault> = jumps.chain(noisier).collect();
     match faults.is_empty() {
         true => filter,
         false => {

@@ -32,6 +32,8 @@ use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
 
+/// The most numbers of the moments that a filter keeps, 32 MiB: with many particles or hypotheses, late values have a shorter horizon.
+const MEMORY: usize = 1 << 22;
 /// After this many rejections in a row, other inputs decide about an input.
 const PATIENCE: u32 = 5;
 /// After this many measurements in a row that are too late, or too far ahead, and none that counts, the clocks have jumped.
@@ -77,8 +79,11 @@ impl Node {
             unknown_after: settings.unknown_after,
         };
         let (inputs, controls) = (model.inputs.len(), model.controls.len());
-        let make =
-            |options| Fusion::new(build::method(knowledge, model)?, Time(0), inputs, controls, options);
+        let make = |options: Options| {
+            let method = build::method(knowledge, model)?;
+            let moments = options.moments.min(MEMORY / method.memory_len().max(1)).max(1);
+            Fusion::new(method, Time(0), inputs, controls, Options { moments, ..options })
+        };
         let witness = || make(Options { gate: None, ..options });
         let mut sets: Vec<Vec<usize>> = model.predictions.iter().map(|it| it.without.clone()).collect();
         if !sets.is_empty() {
