@@ -1,7 +1,7 @@
 //! Readers of recordings, one target each: any bytes as a file of the format; results are in order, counted, and among the wanted
 //! ones.
 
-use crate::recordings::check;
+use crate::recordings::{check, parquet_writer};
 use shsa_format::recording::ReadOptions;
 use std::fs;
 
@@ -251,7 +251,8 @@ pub mod parquet {
     /// A dictionary, a list, a text.
     #[must_use]
     pub fn seeds() -> Vec<Vec<u8>> {
-        vec![crate::recordings::parquet_writer::small()]
+        let times = [None, Some(1_000_000), None, Some(3_000_000)];
+        vec![parquet_writer::small(), parquet_writer::moments(&[("a", &[None; 4]), ("b", &times)])]
     }
 }
 
