@@ -11,14 +11,22 @@ const LN_2: [f64; 2] = [6.931_471_803_691_238e-1, 1.908_214_929_270_587_7e-10];
 /// Below it the result is 0, as it would be subnormal.
 const LEAST: f64 = -708.0;
 /// 1 / k!. The first term left out is below 1e-17 for arguments up to half of the logarithm of 2.
-const SERIES: [f64; 14] = {
-    let (mut series, mut k) = ([1.0; 14], 1);
-    while k < series.len() {
-        series[k] = series[k - 1] / k as f64;
-        k += 1;
-    }
-    series
-};
+const SERIES: [f64; 14] = [
+    1.0,
+    1.0,
+    1.0 / 2.0,
+    1.0 / 6.0,
+    1.0 / 24.0,
+    1.0 / 120.0,
+    1.0 / 720.0,
+    1.0 / 5_040.0,
+    1.0 / 40_320.0,
+    1.0 / 362_880.0,
+    1.0 / 3_628_800.0,
+    1.0 / 39_916_800.0,
+    1.0 / 479_001_600.0,
+    1.0 / 6_227_020_800.0,
+];
 
 /// `numbers <- exp(numbers)`, none of them above 0; not-a-number stays. Relative error below 1e-15.
 pub(crate) fn exp_all(numbers: &mut [f64]) {
