@@ -1,6 +1,7 @@
 //! The Debian package: the command with its manual pages, completions, unit, monitoring files, and bill of materials.
 //!
-//! The same sources, compiler and Debian give the same bytes: no path of the machine and no time of the build is in them.
+//! The same program gives the same bytes: no time of the build is in the package. The compiler is told to write no path of the machine into
+//! the program.
 
 use crate::{command, sbom};
 use anyhow::{Context, Result, bail, ensure};
