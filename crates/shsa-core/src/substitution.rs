@@ -158,9 +158,10 @@ impl Way {
             .iter()
             .map(|step| knowledge.relations()[step.relation].name.as_str())
             .collect();
-        match relations.is_empty() {
-            true => signals.join(", "),
-            false => format!("{} by {}", signals.join(", "), relations.join(", ")),
+        match (signals.is_empty(), relations.is_empty()) {
+            (_, true) => signals.join(", "),
+            (true, false) => relations.join(", "),
+            (false, false) => format!("{} by {}", signals.join(", "), relations.join(", ")),
         }
     }
 }

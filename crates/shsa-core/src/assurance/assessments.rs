@@ -97,7 +97,7 @@ impl Piece {
                 signal,
                 Measure::Rate | Measure::Age | Measure::Width | Measure::Value,
             ) => self.reading.until <= now || has_spoken(signal),
-            EvidenceSource::Signal(..) | EvidenceSource::Source(_) | EvidenceSource::Attested => true,
+            _ => true,
         }
     }
 

@@ -6,7 +6,9 @@ use crate::alignment::{Defect, Misdated, Still};
 use crate::diagnosis::{Blame, Component, Decision, Judge, Proof, rests_on};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
-use crate::monitor::{Absence, Change, Evidence, Fault, Monitor, Residual, ResidualState, Symptom, Tendency};
+use crate::monitor::{
+    Absence, Change, Evidence, Fault, Monitor, Residual, ResidualState, Symptom, Tendency, WatchedWay,
+};
 use crate::order::Subject;
 use crate::reason::{Amount, Joint, Probability, Range, Reason, Reasons};
 use crate::time::{Span, Time};
@@ -333,12 +335,35 @@ fn disagreement(knowledge: &KnowledgeBase, monitor: &Monitor, pair: &Residual, n
     }
     let last = pair.disagreement?;
     let (bad, of) = pair.window.counts();
+    if let Some(violated) = violated(knowledge, [way, other], variable, pair) {
+        return Some(violated);
+    }
     let [one, other] = named;
     Some(Reason::Disagree {
         one,
         value: Range::of(knowledge, variable, last.value),
         other,
         expected: Range::of(knowledge, variable, last.other),
+        bad: bad.into(),
+        of: of.into(),
+    })
+}
+
+/// The violation of a specification, where a variable is its verdict.
+fn violated(
+    knowledge: &KnowledgeBase,
+    ways: [&WatchedWay; 2],
+    variable: VariableId,
+    pair: &Residual,
+) -> Option<Reason> {
+    let specification = knowledge.specifications().iter().find(|it| it.variable == variable)?;
+    let observed = ways.into_iter().find(|way| !way.rests_on.is_empty())?;
+    let signals = observed.rests_on.iter().map(|signal| knowledge.signals()[signal].name.as_str());
+    let (bad, of) = pair.window.counts();
+    Some(Reason::Violated {
+        specification: knowledge.variables()[variable].name.clone(),
+        text: knowledge.relations()[specification.verdict].text.clone(),
+        signals: signals.collect::<Vec<_>>().join(", "),
         bad: bad.into(),
         of: of.into(),
     })

@@ -7,7 +7,7 @@
 use crate::assurance::Reading;
 use crate::diagnosis::{Judge, Verdict};
 use crate::interval::{Interval, Truth};
-use crate::knowledge::{ContractId, EvidenceSource, KnowledgeBase, Measure, SignalId, Watched};
+use crate::knowledge::{ContractId, EvidenceSource, KnowledgeBase, Measure, SignalId, VariableId, Watched};
 use crate::monitor::{Figures, Monitor, WayIndex};
 use crate::statement;
 use crate::substitution::Way;
@@ -81,6 +81,7 @@ impl Instruments<'_> {
     pub(super) fn read(&self, contract: ContractId, watched: &Watched, way: &Way) -> Reading {
         match watched.source {
             EvidenceSource::Attested => self.attested_reading(contract, watched),
+            EvidenceSource::Specification(variable) => self.specified(watched, variable),
             EvidenceSource::Signal(signal, Measure::Verdict) => Reading::lasting(self.verdict(signal)),
             EvidenceSource::Source(Measure::Verdict) => Reading::lasting(self.verdict_of(way)),
             EvidenceSource::Signal(signal, measure) => self.judged(watched, self.of_signal(signal, measure)),
@@ -102,6 +103,17 @@ impl Instruments<'_> {
         let holds =
             self.attested.into_iter().flatten().find(|(name, _)| is_it(name)).map(|(_, holds)| *holds);
         holds.map_or(Reading::UNKNOWN, |holds| Reading::lasting(holds.into()))
+    }
+
+    /// The verdict of a specification: unknown while a signal that it reads is absent, and until each has given a value.
+    fn specified(&self, watched: &Watched, variable: VariableId) -> Reading {
+        let is_absent = |signal| self.monitor.timeouts().absence(signal).is_some();
+        let computed = self.monitor.ways_of(variable).filter_map(|index| {
+            let way = self.monitor.way(index)?;
+            (!way.rests_on.is_empty() && !way.rests_on.iter().any(is_absent)).then_some(index)
+        });
+        let verdicts = computed.map(|index| self.judged(watched, self.of_way(index, Measure::Value)));
+        verdicts.min_by_key(|reading| reading.truth).unwrap_or(Reading::UNKNOWN)
     }
 
     fn verdict(&self, signal: SignalId) -> Truth {

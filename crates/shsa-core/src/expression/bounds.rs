@@ -29,6 +29,7 @@ impl Formula {
             (Operation::Table, [of, ..]) => Curve::new(&self.points()).over(*of),
             (Operation::Reduce(Reduction::OneOf), [of]) => *of,
             (Operation::List, all) => all.iter().copied().fold(Interval::EMPTY, Interval::hull),
+            (Operation::Held(_) | Operation::Answered(_), _) => Interval::new(0.0, 1.0),
             (Operation::Select, [_, then, other]) => Interval::hull(*then, *other),
             (Operation::Reduce(Reduction::Norm), _) | (Operation::Elapsed, _) => NOT_NEGATIVE,
             (Operation::Index, [of, _]) | (Operation::Delay(_) | Operation::Slice(..), [of]) => *of,

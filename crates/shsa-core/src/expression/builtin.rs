@@ -37,10 +37,13 @@ pub(super) enum Builtin {
     Integral,
     Delay,
     MovingMean,
+    Always,
+    Once,
+    Answered,
 }
 
 /// By name: the least and largest number of arguments, and the notation.
-pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 34] = [
+pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 37] = [
     ("sqrt", Builtin::Sqrt, 1, 1, "sqrt(x)"),
     ("exp", Builtin::Exp, 1, 1, "exp(x)"),
     ("ln", Builtin::Ln, 1, 1, "ln(x)"),
@@ -75,6 +78,9 @@ pub(super) const FUNCTIONS: [(&str, Builtin, usize, usize, &str); 34] = [
     ("integral", Builtin::Integral, 1, 1, "integral(x)"),
     ("delay", Builtin::Delay, 2, 2, "delay(x, 0.5 s)"),
     ("moving_mean", Builtin::MovingMean, 2, 2, "moving_mean(x, 0.5 s)"),
+    ("always", Builtin::Always, 2, 2, "always(condition, 2 s)"),
+    ("once", Builtin::Once, 2, 2, "once(condition, 2 s)"),
+    ("answered", Builtin::Answered, 3, 3, "answered(trigger, response, 2 s)"),
 ];
 
 const MANY: usize = 1_000;

@@ -10,6 +10,7 @@ use core::ops::Range;
 use super::affine::Weight;
 use super::builtin::{self, Builtin};
 use super::check::{Checker, Operand, Typed};
+use super::check_time;
 use super::formula::{Formula, whole_power};
 use super::measure::{ANGLE, Measure, PLAIN};
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
@@ -37,7 +38,13 @@ impl<'a> Checker<'a> {
             (Builtin::Root, [of, degree]) => self.root(span, of, degree),
             (Builtin::Interval, [lo, hi]) => self.between(span, lo, hi),
             (Builtin::Derivative | Builtin::Delay | Builtin::MovingMean, [of, window]) => {
-                self.over_time(span, &what, function, of, window)
+                check_time::over_window(self, span, function, of, window)
+            }
+            (Builtin::Always | Builtin::Once, [condition, window]) => {
+                check_time::lasting(self, span, function, condition, window)
+            }
+            (Builtin::Answered, [trigger, response, window]) => {
+                check_time::answered(self, span, trigger, response, window)
             }
             (Builtin::PlusMinus, [of]) => self.plus_minus(span, of),
             (Builtin::Previous, [of]) => self.previous(span, of),
@@ -283,30 +290,6 @@ impl<'a> Checker<'a> {
             return None;
         };
         Some(self.made(span, formula, typed.measure)?.weighing(typed.weight))
-    }
-
-    fn over_time(
-        &mut self,
-        span: &Range<usize>,
-        what: &str,
-        function: Builtin,
-        of: &Expr,
-        window: &Expr,
-    ) -> Option<Typed> {
-        let typed = self.scalar(what, of);
-        let window = self.span(what, window);
-        let (typed, window) = typed.zip(window)?;
-        let weight = typed.weight;
-        let (operation, measure) = match function {
-            Builtin::Delay => (Operation::Delay(window), typed.measure),
-            Builtin::MovingMean => (Operation::MovingMean(window), typed.measure),
-            _ => {
-                let measure = typed.measure.combine(Measure::Known(Dimension::TIME), Dimension::over);
-                (Operation::Derivative(window), self.noted(span, measure))
-            }
-        };
-        let made = self.made(span, Formula::node(operation, vec![typed.formula]), measure)?;
-        Some(if function == Builtin::Derivative { made } else { made.weighing(weight) })
     }
 
     pub(super) fn unknown_function(&mut self, span: &Range<usize>, name: &str) -> Option<Typed> {

@@ -289,7 +289,12 @@ impl Operation {
     pub(super) fn recalls(self) -> bool {
         matches!(
             self,
-            Operation::Derivative(_) | Operation::Integral | Operation::Delay(_) | Operation::MovingMean(_)
+            Operation::Derivative(_)
+                | Operation::Integral
+                | Operation::Delay(_)
+                | Operation::MovingMean(_)
+                | Operation::Held(_)
+                | Operation::Answered(_)
         )
     }
 }

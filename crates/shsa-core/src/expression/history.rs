@@ -10,6 +10,7 @@ use alloc::vec::Vec;
 
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation};
+use super::temporal::{self, as_number};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -36,6 +37,8 @@ pub(super) struct History<N> {
     spacing: Span,
     /// The integral so far.
     sum: N,
+    /// What a condition over time needs of the past.
+    seen: temporal::Memory,
 }
 
 /// The result of a time operator, and since when it is valid.
@@ -85,6 +88,7 @@ impl<N: Number> History<N> {
             room,
             spacing: Span(window.0 / (room as i64 - 2)),
             sum: N::MISSING,
+            seen: temporal::Memory::default(),
         }
     }
 
@@ -92,6 +96,7 @@ impl<N: Number> History<N> {
         self.samples.clear();
         self.start = 0;
         self.sum = N::MISSING;
+        self.seen = temporal::Memory::default();
     }
 
     /// The operator's result for its argument's present value; stores the value when it is newer than the last.
@@ -102,6 +107,9 @@ impl<N: Number> History<N> {
             Operation::MovingMean(window) => {
                 // A mean is valid over its window, like a difference quotient.
                 Recalled { value: self.moving_mean(value, at, window), since: Some(at.from - window) }
+            }
+            Operation::Held(_) | Operation::Answered(_) => {
+                Recalled { value: self.verdict(value, at, is_new), since: None }
             }
             _ => Recalled { value: self.integral(value, at, is_new), since: None },
         };
@@ -251,6 +259,19 @@ impl<N: Number> History<N> {
         let count = to.saturating_sub(from) as f64 + 1.0;
         let count = Constant { value: count, bounds: Interval::point(count) };
         sum.binary(Binary::Div, N::constant(count))
+    }
+
+    /// The verdict of a condition over time at a sample.
+    fn verdict(&mut self, value: N, at: Validity, is_new: bool) -> N {
+        let last = self.samples.len().checked_sub(1).and_then(|number| self.numbered(number));
+        let last = last.map(|sample| middle(sample.at));
+        let unseen_since = last.filter(|last| self.is_gap(middle(at) - *last, middle(at)));
+        let sample = temporal::Sample { value: value.bounds(), at, unseen_since };
+        let (seen, verdict) = self.seen.after(self.operation, sample);
+        if is_new {
+            self.seen = seen;
+        }
+        as_number(verdict)
     }
 
     /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their hull. The

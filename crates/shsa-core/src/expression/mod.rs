@@ -22,6 +22,8 @@
 //!   not known.
 //! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`,
 //!   `moving_mean(x, window)` of the values within the last window, which has to be over once.
+//! * Conditions over time: `always(condition, span)`, `once(condition, span)`, `answered(trigger, response, span)`; unknown where
+//!   an observation leaves them open, where nothing was observed, and while the first span is not over.
 //! * Functions of the model, which may not use themselves.
 //!
 //! Temperatures in `degC` or `degF` are points: `t - u` is a difference (in K), `t + 2 K`, means, medians and sums whose
@@ -39,12 +41,14 @@ mod operation;
 mod curve;
 mod number;
 mod formula;
+mod temporal;
 mod inline;
 mod text;
 mod simplify;
 mod measure;
 mod affine;
 mod check;
+mod check_time;
 mod check_call;
 mod check_table;
 mod check_operator;
@@ -77,6 +81,7 @@ pub use problem::{Problem, Severity};
 pub use program::{Assignment, Input, InputKind, MAX_INSTRUCTIONS, Program};
 pub use solve::solve;
 pub use syntax::{Equation, Expr, Function, Infix, Node, Prefix};
+pub(crate) use temporal::{answered, implied, once, truth_as_number};
 
 use crate::interval::Interval;
 use crate::unit::Unit;

@@ -53,6 +53,11 @@ pub enum Operation {
     Delay(Span),
     /// The mean of the values within the last span.
     MovingMean(Span),
+    /// Of 1 where a condition holds and 0 where it does not: 1 where it has held throughout the last span.
+    Held(Span),
+    /// Of 0 where a response holds, 2 where a trigger holds without it, else 1: 0 where a trigger is older than the span and has had
+    /// no response since, else 1.
+    Answered(Span),
 }
 
 /// Functions of one number.

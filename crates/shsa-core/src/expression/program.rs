@@ -166,6 +166,7 @@ impl Program {
     pub fn looks_back(&self) -> Span {
         let spans = self.memories.iter().map(|operation| match operation {
             Operation::Derivative(span) | Operation::Delay(span) | Operation::MovingMean(span) => *span,
+            Operation::Held(span) | Operation::Answered(span) => *span,
             _ => Span::ZERO,
         });
         spans.fold(Span::ZERO, |sum, span| sum + span)

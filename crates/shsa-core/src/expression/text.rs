@@ -7,6 +7,7 @@ use super::Symbol;
 use super::curve::Point;
 use super::formula::Formula;
 use super::operation::{Binary, Comparison, Constant, Operation, Reduction, Unary};
+use super::temporal::Written;
 
 /// The binding powers of a text's root, as in the parser.
 const OR: u8 = 1;
@@ -59,6 +60,9 @@ impl Writer<'_> {
             (Operation::Elapsed, _) => self.push("dt"),
             (Operation::Unary(unary), [of]) => self.of_one(unary, of),
             (Operation::Binary(binary), [left, right]) => self.of_two(binary, left, right),
+            (Operation::Compare(_), _) if Written::of(formula).is_some() => {
+                Written::of(formula).iter().for_each(|written| self.over_time(written));
+            }
             (Operation::Compare(comparison), [left, right]) => {
                 self.infix(left, comparison_symbol(comparison), right, SUM, SUM);
             }
@@ -150,6 +154,8 @@ impl Writer<'_> {
             Operation::Derivative(span) => ("derivative", format!(", {} s", decimal(span.seconds()))),
             Operation::Delay(span) => ("delay", format!(", {} s", decimal(span.seconds()))),
             Operation::MovingMean(span) => ("moving_mean", format!(", {} s", decimal(span.seconds()))),
+            Operation::Held(span) => ("held", format!(", {} s", decimal(span.seconds()))),
+            Operation::Answered(span) => ("answered", format!(", {} s", decimal(span.seconds()))),
             _ => ("integral", String::new()),
         };
         self.push(name);
@@ -159,6 +165,16 @@ impl Writer<'_> {
             self.push(&rest);
             self.push(")");
         }
+    }
+
+    fn over_time(&mut self, written: &Written<'_>) {
+        self.push(written.name);
+        self.push("(");
+        for condition in [Some(written.of.0), written.of.1].into_iter().flatten() {
+            self.formula(condition, OR);
+            self.push(", ");
+        }
+        self.push(&format!("{} s)", decimal(written.span.seconds())));
     }
 
     fn table(&mut self, of: &Formula, points: &[Point]) {

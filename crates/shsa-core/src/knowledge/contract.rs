@@ -146,6 +146,8 @@ pub enum EvidenceSource {
     Signal(SignalId, Measure),
     /// From the source that serves the need: the values of the substitution in use.
     Source(Measure),
+    /// The verdict of a temporal specification.
+    Specification(VariableId),
     /// From an operator: a manual check.
     Attested,
 }

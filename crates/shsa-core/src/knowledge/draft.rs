@@ -1,13 +1,16 @@
 //! A model as it is written: pieces of text with their places, before any check.
 
 mod fusion;
+mod specification;
 
 use super::signal::SourceParts;
 pub use crate::expression::Severity;
+use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::ops::Range;
 pub use fusion::{FusionDraft, FusionInputDraft, FusionOutputDraft, FusionStateDraft};
+pub use specification::{Requirement, SpecificationDraft};
 
 /// A range of bytes in the source that a draft was read from.
 ///
@@ -239,6 +242,8 @@ pub enum BodyDraft {
         /// The variables that the relation may read: for one output, all of them but that output.
         inputs: Vec<Text>,
     },
+    /// A temporal specification; the variable of the relation's name has its verdict.
+    Specification(Box<SpecificationDraft>),
 }
 
 /// A signal on the bus that carries a variable.

@@ -9,10 +9,12 @@ mod index;
 mod properties;
 mod id_set;
 mod variable;
+mod relation;
 mod signal;
 mod draft;
 mod fusion;
 mod learned;
+mod specification;
 mod need;
 mod contract;
 mod decomposition;
@@ -37,7 +39,7 @@ pub use decomposition::{Claim, Common, Objection, Redundancy, dependence, in_com
 pub use draft::{
     BodyDraft, Bounds, ContractDraft, DemandDraft, Diagnostic, Draft, FusionDraft, FusionInputDraft,
     FusionOutputDraft, FusionStateDraft, GuaranteeDraft, NeedDraft, Place, PropertyDrafts, RelationDraft,
-    Severity, SignalDraft, Source, Text, UtilityDraft, VariableDraft,
+    Requirement, Severity, SignalDraft, Source, SpecificationDraft, Text, UtilityDraft, VariableDraft,
 };
 pub use fusion::{
     Fusion, FusionInput, FusionMethod, FusionOutput, FusionPlaces, FusionPrediction, FusionSettings,
@@ -50,47 +52,16 @@ pub use lineage::Lineage;
 pub use need::{INTEGRITY_LEVELS, ISOLATIONS, Need, Switching, WhenUnsure, integrity_level};
 pub use parts::{Contradiction, join, part};
 pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, Properties};
+pub use relation::Relation;
 pub use signal::{Access, CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
+pub use specification::Specification;
 pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
 pub use variable::{Shape, Variable};
 
-use crate::expression::Formula;
 use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
-
-/// How variables determine each other.
-#[derive(Clone, Debug)]
-pub struct Relation {
-    /// Unique in the model.
-    pub name: String,
-    /// The variables that may be read, ascending. An output is computed from all of them except itself.
-    pub inputs: Vec<VariableId>,
-    /// The variables that may be produced, ascending.
-    pub outputs: Vec<VariableId>,
-    /// The formula of each output, in the order of `outputs`; empty for a relation that is structure only.
-    pub formulas: Vec<Formula>,
-    /// The condition that must certainly hold for the result to count.
-    pub condition: Option<Formula>,
-    /// The equation as written in the model; empty for structure only.
-    pub text: String,
-    /// Named numbers for the utility.
-    pub properties: Properties,
-}
-
-impl Relation {
-    /// The variables that `output` is computed from, ascending.
-    pub fn needs(&self, output: VariableId) -> impl Iterator<Item = VariableId> + '_ {
-        self.inputs.iter().copied().filter(move |&input| input != output)
-    }
-
-    /// The formula that produces `output`; `None` when it is not an output or the relation is structure only.
-    #[must_use]
-    pub fn formula(&self, output: VariableId) -> Option<&Formula> {
-        self.outputs.iter().position(|&o| o == output).and_then(|at| self.formulas.get(at))
-    }
-}
 
 /// Variables, relations, signals and needs of one system.
 #[derive(Clone, Debug, Default)]
@@ -102,6 +73,7 @@ pub struct KnowledgeBase {
     causes: IdVec<CauseId, Cause>,
     fusions: Vec<Fusion>,
     learned: Vec<Learned>,
+    specifications: Vec<Specification>,
     /// The outputs of fusions, and all signals that fusions compute.
     fused: SignalSet,
     computed: SignalSet,
@@ -172,6 +144,18 @@ impl KnowledgeBase {
     #[must_use]
     pub fn with_causes(self, causes: IdVec<CauseId, Cause>) -> KnowledgeBase {
         KnowledgeBase { causes, ..self }
+    }
+
+    /// The temporal specifications, in file order.
+    #[must_use]
+    pub fn specifications(&self) -> &[Specification] {
+        &self.specifications
+    }
+
+    /// Replaces the specifications; their relations must be those of the knowledge base.
+    #[must_use]
+    pub fn with_specifications(self, specifications: Vec<Specification>) -> KnowledgeBase {
+        KnowledgeBase { specifications, ..self }
     }
 
     /// How substitutions are rated.
@@ -372,6 +356,7 @@ impl KnowledgeBase {
             causes: IdVec::new(),
             fusions: Vec::new(),
             learned: Vec::new(),
+            specifications: Vec::new(),
             fused: SignalSet::new(),
             computed: SignalSet::new(),
             utility: Utility::default(),

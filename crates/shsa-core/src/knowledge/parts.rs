@@ -132,6 +132,10 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut visit: impl FnM
                 BodyDraft::Structure { outputs, inputs } => {
                     outputs.iter().chain(inputs).for_each(&mut formula)
                 }
+                BodyDraft::Specification(specification) => {
+                    formula(&relation.name);
+                    specification.texts().for_each(&mut formula);
+                }
             }
             relation.condition.iter().chain(relation.directions.iter().flatten()).for_each(formula);
             visit(Section::Contracts, &relation.name.text);

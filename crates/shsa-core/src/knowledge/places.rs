@@ -47,6 +47,7 @@ impl Draft {
                 BodyDraft::Structure { outputs, inputs } => {
                     outputs.iter_mut().chain(inputs).for_each(&mut *each)
                 }
+                BodyDraft::Specification(specification) => specification.texts_mut().for_each(&mut *each),
             }
             it.directions.iter_mut().flatten().chain(&mut it.condition).for_each(&mut *each);
             it.error.iter_mut().for_each(|error| bounds(error, each));

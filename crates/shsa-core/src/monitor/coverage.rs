@@ -43,6 +43,11 @@ impl Coverage {
 }
 
 impl Monitor {
+    /// The watched ways of knowing a variable. O(log n) for all ways.
+    pub fn ways_of(&self, variable: VariableId) -> impl Iterator<Item = WayIndex> + '_ {
+        self.consensus.knowing(variable)
+    }
+
     /// The way that is a signal of a variable alone, where it is watched. O(ways of the variable).
     #[must_use]
     pub fn find_direct(&self, variable: VariableId, signal: SignalId) -> Option<WayIndex> {

@@ -4,6 +4,7 @@
 //! holds names, not ids, so that it outlives a change of the knowledge base and a restart.
 
 mod argument;
+mod declared;
 mod table;
 
 pub use argument::{Amount, Argument, Candidate, Kind, Probability, Proof, Range, ServedBy};

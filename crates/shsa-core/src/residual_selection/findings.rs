@@ -49,19 +49,22 @@ pub struct Findings {
     relations: IdVec<RelationId, Isolability>,
     /// The relations with a declared prior probability of a fault.
     fallible: RelationSet,
+    /// The relations that are taken for granted: the declared probability is negligible.
+    granted: RelationSet,
 }
 
 impl Findings {
     /// The findings before the first comparison.
     #[must_use]
     pub fn new(knowledge: &KnowledgeBase) -> Findings {
-        let may_fail = |id: &RelationId| {
-            knowledge.relations()[*id].properties.prior().is_some_and(|prior| prior >= NEGLIGIBLE)
-        };
+        let prior = |id: &RelationId| knowledge.relations()[*id].properties.prior();
+        let may_fail = |id: &RelationId| prior(id).is_some_and(|prior| prior >= NEGLIGIBLE);
+        let never_fails = |id: &RelationId| prior(id).is_some_and(|prior| prior < NEGLIGIBLE);
         Findings {
             signals: IdVec::filled(knowledge.signals().len(), |_| Isolability::default()),
             relations: IdVec::filled(knowledge.relations().len(), |_| Isolability::default()),
             fallible: knowledge.relations().ids().filter(may_fail).collect(),
+            granted: knowledge.relations().ids().filter(never_fails).collect(),
         }
     }
 
@@ -115,9 +118,9 @@ impl Findings {
         self.signals.ids()
     }
 
-    /// All relations, ascending.
+    /// All relations that may be wrong, ascending: without those whose declared prior is negligible.
     pub fn relations(&self) -> impl Iterator<Item = RelationId> + '_ {
-        self.relations.ids()
+        self.relations.ids().filter(|id| !self.granted.contains(*id))
     }
 
     /// The relations with a declared prior probability of a fault, whose faults are considered like those of signals.

@@ -63,6 +63,10 @@ fn within(range: Interval, inclusion: Inclusion, quantity: &dyn Fn(f64) -> Strin
 pub fn watched(knowledge: &KnowledgeBase, watched: &Watched) -> String {
     let (of, measure) = match watched.source {
         EvidenceSource::Attested => return format!("{}, as somebody says", watched.name),
+        EvidenceSource::Specification(variable) => {
+            let name = &knowledge.variables()[variable].name;
+            return format!("{} of {name} holds", Measure::Verdict.name());
+        }
         EvidenceSource::Signal(signal, measure) => (knowledge.signals()[signal].name.as_str(), measure),
         EvidenceSource::Source(measure) => ("what serves the need", measure),
     };

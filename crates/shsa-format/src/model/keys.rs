@@ -80,12 +80,13 @@ pub enum Form {
 }
 
 /// The sections of a model.
-pub const SECTIONS: [Section; 11] = [
+pub const SECTIONS: [Section; 12] = [
     Section { name: "shsa", holds: Holds::Version },
     Section { name: "variables", holds: Holds::Entries(&VARIABLE, Short::None) },
     Section { name: "constants", holds: Holds::Values(Form::Bounds) },
     Section { name: "functions", holds: Holds::Values(Form::Text) },
     Section { name: "relations", holds: Holds::Entries(&RELATION, Short::Text) },
+    Section { name: "specifications", holds: Holds::Entries(&SPECIFICATION, Short::Text) },
     Section { name: "signals", holds: Holds::Entries(&SIGNAL, Short::None) },
     Section { name: "fusion", holds: Holds::Entries(&FUSION, Short::None) },
     Section { name: "needs", holds: Holds::Entries(&NEED, Short::List) },
@@ -139,6 +140,16 @@ pub const RELATION: [Key; 9] = [
     names("output", "the output"),
     names("outputs", "the outputs"),
     names("inputs", "the inputs"),
+    numbers("properties"),
+];
+
+/// The keys of a temporal specification.
+pub const SPECIFICATION: [Key; 6] = [
+    text("always", "a condition", "level <= 4 m"),
+    text("for", "a time", "5 s"),
+    text("eventually", "a condition", "flow > 1 l/s"),
+    text("within", "a time", "2 s"),
+    text("when", "a condition", "valve > 50 %"),
     numbers("properties"),
 ];
 

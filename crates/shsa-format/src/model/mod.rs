@@ -12,6 +12,7 @@ pub(crate) mod lines;
 pub(crate) mod reader;
 mod report;
 mod fusion;
+mod specification;
 pub(crate) mod shape;
 pub(crate) mod tree;
 pub mod schema;

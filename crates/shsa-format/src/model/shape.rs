@@ -6,7 +6,6 @@ use shsa_core::knowledge::{
 };
 use shsa_message::source;
 
-use super::fusion;
 use super::json::{Entry, Json};
 use super::keys::{
     ASKED, CONTRACT, GIVEN, Key, NEED, PLATFORM, RELATION, SECTIONS, SIGNAL, UTILITY, VARIABLE,
@@ -15,6 +14,7 @@ use super::known::Known;
 use super::problem;
 use super::reader::{Fields, Reader};
 use super::tree::{Node, Value};
+use super::{fusion, specification};
 
 /// The version of the model's shape that this reader supports.
 const VERSION: &str = "1";
@@ -26,6 +26,7 @@ pub(crate) struct Model<'r, 'n, 'j> {
     reader: &'r mut Reader,
     fields: Fields<'n>,
     json: Option<&'r mut Json<'j>>,
+    specifications: Vec<specification::Drafts>,
 }
 
 /// The draft of a tree.
@@ -39,7 +40,13 @@ impl<'r, 'n, 'j> Model<'r, 'n, 'j> {
         let known = SECTIONS.map(|section| section.name);
         let fields = reader.fields(root, "a model: a mapping", &known, "shsa: 1");
         version(reader, root, &fields);
-        Model { reader, fields, json }
+        let mut model = Model { reader, fields, json, specifications: Vec::new() };
+        let mut specifications = Vec::new();
+        model.section("specifications", specification::EXAMPLE, &mut |reader, entry| {
+            specifications.extend(specification::read(reader, entry));
+        });
+        model.specifications = specifications;
+        model
     }
 
     /// Reads the entries of a section.
@@ -55,11 +62,33 @@ impl<'r, 'n, 'j> Model<'r, 'n, 'j> {
     }
 }
 
+impl Model<'_, '_, '_> {
+    /// Reads the relations of the section, without those of specifications.
+    fn written_relations(&mut self, take: &mut dyn FnMut(&RelationDraft)) {
+        let unread = self.fields.get("relations").filter(|node| matches!(node.value, Value::Unread));
+        if let (Some(node), Some(json)) = (unread, &mut self.json) {
+            return json.relations(node.place, &mut |entry| {
+                let read = match entry {
+                    Entry::Usual(relation) => Some(relation),
+                    Entry::Other(entry) => relation(self.reader, &entry),
+                };
+                read.iter().for_each(&mut *take);
+            });
+        }
+        self.section("relations", "nearest: dmin = min(distances)", &mut |reader, entry| {
+            if let Some(relation) = relation(reader, entry) {
+                take(&relation);
+            }
+        });
+    }
+}
+
 impl Source for Model<'_, '_, '_> {
     fn variables(&mut self, take: &mut dyn FnMut(&VariableDraft)) {
         self.section("variables", "speed: { unit: m/s }", &mut |reader, entry| {
             take(&variable(reader, entry))
         });
+        self.specifications.iter().for_each(|it| take(&it.variable));
     }
 
     fn constants(&mut self, take: &mut dyn FnMut(&(Text, Bounds))) {
@@ -79,21 +108,8 @@ impl Source for Model<'_, '_, '_> {
     }
 
     fn relations(&mut self, take: &mut dyn FnMut(&RelationDraft)) {
-        let unread = self.fields.get("relations").filter(|node| matches!(node.value, Value::Unread));
-        if let (Some(node), Some(json)) = (unread, &mut self.json) {
-            return json.relations(node.place, &mut |entry| {
-                let read = match entry {
-                    Entry::Usual(relation) => Some(relation),
-                    Entry::Other(entry) => relation(self.reader, &entry),
-                };
-                read.iter().for_each(&mut *take);
-            });
-        }
-        self.section("relations", "nearest: dmin = min(distances)", &mut |reader, entry| {
-            if let Some(relation) = relation(reader, entry) {
-                take(&relation);
-            }
-        });
+        self.written_relations(take);
+        self.specifications.iter().for_each(|it| take(&it.relation));
     }
 
     fn signals(&mut self, take: &mut dyn FnMut(&SignalDraft)) {

@@ -6,7 +6,7 @@ use shsa_core::knowledge::{
 };
 use std::fmt::Write;
 
-use super::fusion;
+use super::{fusion, specification};
 
 /// The longest line of a mapping in one line.
 const MAX_LINE: usize = 110;
@@ -80,10 +80,11 @@ fn sections(draft: &Draft) -> Vec<(&'static str, Tree)> {
         Tree::Map(items.iter().map(entry).map(|(name, value)| (name.text.clone(), value)).collect())
     }
     let sections = [
-        ("variables", map(&draft.variables, |variable| (&variable.name, of_variable(variable)))),
+        ("variables", of_variables(draft)),
         ("constants", map(&draft.constants, |(name, value)| (name, bounds(value)))),
         ("functions", map(&draft.functions, |(head, body)| (head, text(body)))),
-        ("relations", map(&draft.relations, |relation| (&relation.name, of_relation(relation)))),
+        ("relations", of_relations(draft)),
+        ("specifications", of_specifications(draft)),
         ("signals", map(&draft.signals, |signal| (&signal.name, of_signal(signal)))),
         ("fusion", map(&draft.fusions, |fusion| (&fusion.name, fusion::written(fusion)))),
         ("needs", of_needs(&draft.needs)),
@@ -107,6 +108,25 @@ pub(super) fn properties(properties: &PropertyDrafts) -> Option<Tree> {
     (!properties.is_empty()).then(|| Tree::Map(entries.collect()))
 }
 
+fn of_variables(draft: &Draft) -> Tree {
+    let verdicts = specification::names(draft);
+    let written = draft.variables.iter().filter(|variable| !verdicts.contains(variable.name.text.as_str()));
+    Tree::Map(written.map(|variable| (variable.name.text.clone(), of_variable(variable))).collect())
+}
+
+fn of_relations(draft: &Draft) -> Tree {
+    let written = draft.relations.iter().filter(|relation| specification::of(relation).is_none());
+    Tree::Map(written.map(|relation| (relation.name.text.clone(), of_relation(relation))).collect())
+}
+
+fn of_specifications(draft: &Draft) -> Tree {
+    let entry = |relation: &RelationDraft| {
+        let written = specification::written(relation, specification::of(relation)?);
+        Some((relation.name.text.clone(), written))
+    };
+    Tree::Map(draft.relations.iter().filter_map(entry).collect())
+}
+
 fn of_variable(variable: &VariableDraft) -> Tree {
     keys([
         ("unit", variable.unit.as_ref().map(text)),
@@ -122,6 +142,7 @@ fn of_relation(relation: &RelationDraft) -> Tree {
     let (equation, outputs, inputs) = match &relation.body {
         BodyDraft::Equation(equation) => (Some(text(equation)), None, None),
         BodyDraft::Structure { outputs, inputs } => (None, Some(outputs), Some(list(inputs))),
+        BodyDraft::Specification(specification) => return specification::written(relation, specification),
     };
     let (output, outputs) = match outputs.map(Vec::as_slice) {
         Some([output]) => (Some(text(output)), None),

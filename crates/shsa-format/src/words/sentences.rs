@@ -33,6 +33,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("spoken-again", "it has given values again for {lasted}"),
     // What comparisons show.
     ("disagree", "{one} says {value} where {other} says {expected} ({bad} of {of} comparisons)"),
+    ("violated", "{specification} does not hold for {signals}: {text} ({bad} of {of} evaluations)"),
     ("says-more", "{more} has said {by} more than {less} on average"),
     ("scatter", "{one} and {other} scatter against each other"),
     ("other-times", "{one} and {other} show the same at different times"),

@@ -87,6 +87,10 @@ relations:
   "#opaque, [odd] : name": { output: heavy, inputs: [distances, speed] }
   nothing: { output: heavy, inputs: [] }
   either: { outputs: [dmin, heavy], inputs: [dmin, heavy, speed] }
+specifications:
+  calm: speed < 50 m/s
+  follows: { when: speed > 1 m/s, eventually: dmin > 1 m, within: 2 s }
+  rests: { when: speed < 1 m/s, always: dmin > 0.5 m, for: 1 s, properties: { prior: 1e-4 } }
 signals:
   /scan:
     { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],

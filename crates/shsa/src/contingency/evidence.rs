@@ -111,7 +111,7 @@ impl<'a> Contracts<'a> {
         let rows = self.knowledge.contracts().rows().iter().filter(move |_| is_demanding);
         let of = |watched: &Watched| match watched.source {
             EvidenceSource::Signal(signal, _) => Some(signal),
-            EvidenceSource::Source(_) | EvidenceSource::Attested => None,
+            EvidenceSource::Source(_) | EvidenceSource::Specification(_) | EvidenceSource::Attested => None,
         };
         let signals: BTreeSet<SignalId> = rows.flat_map(|row| &row.evidence).filter_map(of).collect();
         signals.into_iter()

@@ -91,7 +91,7 @@ impl Bounds {
             });
             let is_true = watched.is_none_or(|(contract, watched)| match watched.source {
                 EvidenceSource::Source(_) => true,
-                EvidenceSource::Signal(..) | EvidenceSource::Attested => {
+                EvidenceSource::Signal(..) | EvidenceSource::Specification(_) | EvidenceSource::Attested => {
                     read(contract, watched, &nothing).truth.is_true()
                 }
             });

@@ -10,6 +10,7 @@ mod evaluation;
 mod random;
 mod solving;
 mod tables;
+mod temporal;
 mod time;
 
 /// A model for tests: variables with shape, unit, range; functions.

@@ -9,6 +9,8 @@ mod scope;
 mod functions;
 mod turns;
 mod learning;
+mod parsed;
+mod specifications;
 mod relations;
 mod signals;
 mod fusions;
@@ -45,7 +47,8 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let functions = functions::build(&mut problems, source, &variables);
     let names = Names::new(&variables, &functions);
     functions::check(&mut problems, source, &names);
-    let (mut relations, undecided, learning) = relations::build(&mut problems, source, &names);
+    let relations::Built { mut relations, undecided, learning, specifications } =
+        relations::build(&mut problems, source, &names);
     let (mut signals, shares) = signals::build(&mut problems, source, &variables);
     let fusions = fusions::build(&mut problems, source, &names, &mut signals);
     let causes = causes::build(&mut problems, &shares);
@@ -57,7 +60,8 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let knowledge = KnowledgeBase::from_parts(list, relations, signals, needs)
         .with_causes(causes)
         .with_fusions(fusions)
-        .with_learned(learned);
+        .with_learned(learned)
+        .with_specifications(specifications);
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     needs::check_fitted(&mut problems, &learning, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);

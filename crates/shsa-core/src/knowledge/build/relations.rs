@@ -1,18 +1,19 @@
 //! Checks relations, and solves equations for as many of their variables as possible.
 
 use super::learning::Learning;
+use super::parsed::{condition, reported};
 use super::problems::Problems;
 use super::quantity;
 use super::scope::Names;
+use super::specifications;
 use super::turns;
 use crate::expression::{
-    self, CheckedEquation, Equation, Formula, Node, Problem, Severity, check as check_formula,
-    check_equation, parse_equation, parse_expression, solve,
+    CheckedEquation, Equation, Formula, Node, Problem, Severity, check_equation, parse_equation, solve,
 };
 use crate::knowledge::draft::{BodyDraft, Bounds, Place, RelationDraft, Source, Text};
 use crate::knowledge::index::Index;
 use crate::knowledge::properties::SharedNames;
-use crate::knowledge::{IdVec, Relation, RelationId, Shape, ValueError, VariableId};
+use crate::knowledge::{IdVec, Relation, RelationId, Shape, Specification, ValueError, VariableId};
 use crate::unit::{Dimension, Unit};
 use alloc::collections::BTreeSet;
 use alloc::format;
@@ -22,17 +23,22 @@ use core::mem;
 
 /// At most this many reasons why an equation cannot be solved are reported.
 const MAX_REASONS: usize = 3;
-
 /// An equation is solved for at most this many variables: each gives a formula of the equation's size.
 const MAX_DIRECTIONS: usize = 100;
 
-/// Reads relations; an invalid relation is left out, and its variables are returned separately.
-pub(super) fn build(
-    problems: &mut Problems,
-    source: &mut dyn Source,
-    names: &Names,
-) -> (IdVec<RelationId, Relation>, BTreeSet<VariableId>, Vec<Learning>) {
+/// The relations of a model.
+pub(super) struct Built {
+    pub(super) relations: IdVec<RelationId, Relation>,
+    /// The variables of relations that are invalid and left out.
+    pub(super) undecided: BTreeSet<VariableId>,
+    pub(super) learning: Vec<Learning>,
+    pub(super) specifications: Vec<Specification>,
+}
+
+/// Reads relations.
+pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, names: &Names) -> Built {
     let mut relations = IdVec::new();
+    let mut specifications = Vec::new();
     let mut names_of_properties = SharedNames::default();
     let mut declared: IdVec<RelationId, Place> = IdVec::new();
     let mut undecided = BTreeSet::new();
@@ -41,18 +47,31 @@ pub(super) fn build(
         let relation = match &draft.body {
             BodyDraft::Equation(text) => equation(problems, draft, text, names),
             BodyDraft::Structure { outputs, inputs } => structure(problems, draft, outputs, inputs, names),
+            BodyDraft::Specification(specification) => {
+                specifications::verdict(problems, draft, specification, names)
+            }
         };
         let properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
         if let Some(relation) = relation {
-            let relation = relations.push(Relation { properties, ..relation });
+            let relation = Relation { properties, ..relation };
+            let required = specifications::required(draft, &relation);
+            let relation = relations.push(relation);
             learning.extend(Learning::of(problems, draft, relation, names));
             declared.push(draft.name.place);
+            if let Some((variable, required)) = required {
+                let required = relations.push(required);
+                specifications.push(Specification { variable, verdict: relation, required });
+                declared.push(draft.name.place);
+            }
         } else {
-            undecided.extend(named_by(&draft.body, names));
+            undecided.extend(named_by(draft, names));
         }
     });
     drop_repeated(problems, &mut relations, &declared);
-    (relations, undecided, learning)
+    if relations.len() < declared.len() {
+        specifications.clear();
+    }
+    Built { relations, undecided, learning, specifications }
 }
 
 /// Drops and reports the relations that have the name of an earlier one.
@@ -71,10 +90,11 @@ fn drop_repeated(
     }
 }
 
-fn named_by(body: &BodyDraft, names: &Names) -> Vec<VariableId> {
-    let texts: Vec<&Text> = match body {
+fn named_by(draft: &RelationDraft, names: &Names) -> Vec<VariableId> {
+    let texts: Vec<&Text> = match &draft.body {
         BodyDraft::Equation(text) => Vec::from([text]),
         BodyDraft::Structure { outputs, inputs } => outputs.iter().chain(inputs).collect(),
+        BodyDraft::Specification(specification) => specification.texts().chain([&draft.name]).collect(),
     };
     texts.into_iter().flat_map(|text| names.variables.named_in(&text.text)).collect()
 }
@@ -206,20 +226,6 @@ fn loosened(text: &str, parsed: &Equation, error: ValueError, checked: &CheckedE
         (true, true) => format!("(({rhs}) - 0 K) * interval({less}, {more}) + 0 K"),
     };
     Some(format!("{lhs} = {share} + interval({lo}{unit}, {hi}{unit})"))
-}
-
-fn condition(problems: &mut Problems, text: &Text, names: &Names) -> Option<Formula> {
-    let parsed = reported(problems, text, parse_expression(&text.text))?;
-    let checked = check_formula(&parsed, names);
-    for problem in checked.problems {
-        problems.inside(text, problem);
-    }
-    let formula = checked.formula?;
-    if formula.shape() != expression::Shape::Truth {
-        problems.error(text, "this is no condition", "write a comparison like `abs(speed) > 0.2`");
-        return None;
-    }
-    Some(formula)
 }
 
 /// The names after `for` and their variables.
@@ -391,9 +397,4 @@ fn report_constants(problems: &mut Problems, outputs: &[Text], names: &Names) {
 
 fn is_constant(names: &Names, name: &str) -> bool {
     names.variables.find(name).is_some_and(|id| names.variables.list[id].constant.is_some())
-}
-
-/// The result; a problem is reported instead.
-fn reported<T>(problems: &mut Problems, text: &Text, read: Result<T, Problem>) -> Option<T> {
-    read.map_err(|problem| problems.inside(text, problem)).ok()
 }

@@ -120,6 +120,7 @@ pub(super) fn relation_fields(draft: &RelationDraft) -> Fields {
     let (equation, outputs, inputs) = match &draft.body {
         BodyDraft::Equation(text) => (text.text.clone(), String::new(), String::new()),
         BodyDraft::Structure { outputs, inputs } => (String::new(), list(outputs), list(inputs)),
+        BodyDraft::Specification(specification) => (specification.text(), String::new(), String::new()),
     };
     [
         ("equation", equation),

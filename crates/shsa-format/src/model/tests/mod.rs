@@ -9,6 +9,7 @@ mod patch;
 mod problems;
 mod right;
 mod schema;
+mod specifications;
 
 use super::{Loaded, load};
 

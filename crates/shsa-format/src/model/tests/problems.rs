@@ -10,8 +10,8 @@ use crate::model::load;
 fn keys_must_be_known() {
     check(
         "variabels: {}\nutility: norm\nsignls:\n  a: 1",
-        "2:1 error: unknown key `variabels` (did you mean `variables`? known keys here: shsa, variables, constants, functions, relations, signals, fusion, needs, platform, contracts, utility)
-         4:1 error: unknown key `signls` (did you mean `signals`? known keys here: shsa, variables, constants, functions, relations, signals, fusion, needs, platform, contracts, utility)",
+        "2:1 error: unknown key `variabels` (did you mean `variables`? known keys here: shsa, variables, constants, functions, relations, specifications, signals, fusion, needs, platform, contracts, utility)
+         4:1 error: unknown key `signls` (did you mean `signals`? known keys here: shsa, variables, constants, functions, relations, specifications, signals, fusion, needs, platform, contracts, utility)",
     );
     check(
         "variables: { x: { qqq: 1 } }\nrelations: { r: { equation: x = 1, fro: x } }",

@@ -71,6 +71,7 @@ fn marked(draft: &Draft) -> (Draft, Vec<Mark>) {
         let body: Vec<&mut Text> = match &mut relation.body {
             BodyDraft::Equation(text) => vec![text],
             BodyDraft::Structure { outputs, inputs } => outputs.iter_mut().chain(inputs).collect(),
+            BodyDraft::Specification(specification) => specification.texts_mut().collect(),
         };
         let wanted = relation.directions.iter_mut().flatten();
         let texts = body.into_iter().chain(wanted).chain(&mut relation.condition);

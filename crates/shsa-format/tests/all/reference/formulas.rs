@@ -10,8 +10,13 @@ use shsa_core::unit;
 use shsa_format::model::load;
 use std::collections::BTreeSet;
 
-const FUNCTIONS: [&str; 4] =
-    ["Functions of numbers", "Functions of several numbers or of a vector", "Uncertainty", "Time"];
+const FUNCTIONS: [&str; 5] = [
+    "Functions of numbers",
+    "Functions of several numbers or of a vector",
+    "Uncertainty",
+    "Time",
+    "Conditions over time",
+];
 
 fn page() -> Document {
     Document::read("formulas.md")

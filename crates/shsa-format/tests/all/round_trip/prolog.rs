@@ -52,13 +52,13 @@ fn what_prolog_cannot_say_is_reported() {
     let losses = prolog::write(&loaded.knowledge).losses.join("\n");
     for expected in [
         "the formula of relation turn: it holds under a condition, which a fact cannot say",
-        "the formula of relation travelled: values of other times has no like in it",
+        "the formula of relations travelled, follows, rests: values of other times has no like in it",
         "the unit of variables distances, dmin, speed and 2 more",
-        "the range of variables speed, humidity",
+        "the range of variables speed, humidity, calm and 2 more",
         "the largest rate of change of variable speed",
         "the properties of variable heavy",
         "the bounds of constant slip",
-        "the properties of relation turn",
+        "the properties of relations turn, calm is required, follows is required and 2 more",
         "the source of signal /scan",
         "the errors, rate and delays of signals /scan, /odom/speed, null",
         "the limits of signal /odom/speed",

@@ -5,7 +5,7 @@ use super::super::quantity::{self, Kind};
 use super::words::{Bound, piece, range};
 use crate::interval::Interval;
 use crate::knowledge::draft::Text;
-use crate::knowledge::{EvidenceSource, KnowledgeBase, Measure, SignalId, Subject, Watched};
+use crate::knowledge::{EvidenceSource, KnowledgeBase, Measure, SignalId, Subject, VariableId, Watched};
 use crate::time::Span;
 use crate::unit::{Dimension, Unit};
 use alloc::format;
@@ -74,6 +74,11 @@ impl<'t> Words<'t> {
     ) -> Option<EvidenceSource> {
         let measure = self.measure;
         if let Some(of) = self.of {
+            let specified = || knowledge.specifications().iter().map(|it| it.variable);
+            let is_it = |variable: &VariableId| knowledge.variables()[*variable].name == of;
+            if let (Measure::Verdict, Some(variable)) = (measure, specified().find(is_it)) {
+                return Some(EvidenceSource::Specification(variable));
+            }
             return Some(EvidenceSource::Signal(signal(problems, knowledge, &piece(text, of))?, measure));
         }
         match subject {
@@ -100,6 +105,14 @@ impl<'t> Words<'t> {
         source: EvidenceSource,
         text: &Text,
     ) -> Option<Option<Interval>> {
+        if matches!(source, EvidenceSource::Specification(_)) {
+            if self.bound == "holds" {
+                return Some(Some(Interval::point(1.0)));
+            }
+            let message = format!("`{}` is no verdict of a specification", self.bound);
+            problems.error(text, message, "write `verdict of NAME holds`");
+            return None;
+        }
         if self.measure == Measure::Verdict {
             if matches!(self.bound, "healthy" | "is healthy") {
                 return Some(None);

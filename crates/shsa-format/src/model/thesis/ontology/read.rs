@@ -143,6 +143,8 @@ impl<'g> Reader<'g, '_> {
                     let new = new.collect::<Vec<_>>();
                     inputs.extend(new);
                 }
+                // An ontology has none.
+                BodyDraft::Specification(_) => {}
             }
         }
         relations
