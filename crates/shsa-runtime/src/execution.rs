@@ -1,5 +1,6 @@
 //! The observed execution times of each need's source.
 
+use super::execution_bound::execution_bound;
 use super::figures::{LONGEST, histogram, times};
 use crate::error::RuntimeError;
 use hdrhistogram::Histogram;
@@ -28,8 +29,13 @@ impl Execution {
         &self.0
     }
 
-    /// The quantiles for the state.
+    /// The quantiles for the state, and the bound once there are enough times.
     pub(super) fn json(&self) -> Value {
-        times(&self.0)
+        let mut quantiles = times(&self.0);
+        if let Value::Object(quantiles) = &mut quantiles {
+            let bound = execution_bound(&self.0).map(|nanoseconds| nanoseconds as f64 / 1e3);
+            quantiles.insert("bound".to_owned(), bound.into());
+        }
+        quantiles
     }
 }

@@ -25,12 +25,13 @@ use shsa_bridge::{Bridge, Clock, Inbox, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_message::span::parse_span;
-use std::time::Instant;
+use shsa_runtime::FEWEST_EXECUTIONS;
+use std::time::{Duration, Instant};
 use stdio::Pipes;
 use timing::{Figures, Pace};
 
-/// Evaluations before the start; a period must allow the fastest of them.
-const TRIALS: usize = 32;
+/// The longest time for trials before the start.
+const TRIALS_TAKE: Duration = Duration::from_millis(500);
 
 /// Arguments of `shsa service`.
 #[derive(clap::Args)]
@@ -144,7 +145,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     session.run()
 }
 
-/// Checks that the program can be evaluated within a period; later evaluations that take longer are shed.
+/// Checks that the program can be evaluated within a period, and warns where it takes longer now and then; what is overdue is
+/// shed.
 fn fit_period(period: Span, formulas: &mut Formulas, arguments: &Arguments) -> anyhow::Result<Span> {
     if period <= Span::ZERO {
         anyhow::bail!("a period is longer than no time");
@@ -155,13 +157,17 @@ fn fit_period(period: Span, formulas: &mut Formulas, arguments: &Arguments) -> a
     };
     let values: Vec<RawValue> = (0..arguments.input.len()).map(example).collect();
     let values: Vec<Option<&RawValue>> = values.iter().map(Some).collect();
-    let trial = |number: usize| {
-        let at = Time::from_seconds(number as f64);
+    let mut trials = Figures::new()?;
+    let began = Instant::now();
+    let mut fastest = Duration::MAX;
+    while trials.evaluated < FEWEST_EXECUTIONS && (began.elapsed() < TRIALS_TAKE || trials.evaluated == 0) {
+        let at = Time::from_seconds(trials.evaluated as f64);
         let began = Instant::now();
         formulas.evaluate(&values, Validity { from: at, to: at });
-        began.elapsed()
-    };
-    let fastest = (0..TRIALS).map(trial).min().unwrap_or_default();
+        let took = began.elapsed();
+        trials.took(took);
+        fastest = fastest.min(took);
+    }
     formulas.reset();
     if fastest.as_nanos() > u128::from(period.0.unsigned_abs()) {
         anyhow::bail!(
@@ -169,6 +175,13 @@ fn fit_period(period: Span, formulas: &mut Formulas, arguments: &Arguments) -> a
             period.seconds() * 1e6,
             fastest.as_secs_f64() * 1e6
         );
+    }
+    if let Some(bound) = trials.bound().filter(|bound| *bound > period) {
+        show::warn(format_args!(
+            "one evaluation in a thousand takes up to {:.3} us (95 % confidence), longer than the period of {:.3} us: what is overdue is left out",
+            bound.seconds() * 1e6,
+            period.seconds() * 1e6
+        ));
     }
     Ok(period)
 }

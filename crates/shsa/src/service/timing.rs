@@ -2,6 +2,7 @@
 
 use hdrhistogram::Histogram;
 use shsa_core::time::{Span, Time};
+use shsa_runtime::execution_bound;
 use std::fmt;
 use std::time::Duration;
 
@@ -74,6 +75,11 @@ impl Figures {
         self.times.saturating_record(u64::try_from(time.as_nanos()).unwrap_or(LONGEST).clamp(1, LONGEST));
     }
 
+    /// The bound of execution times by measurement.
+    pub(super) fn bound(&self) -> Option<Span> {
+        execution_bound(&self.times).map(|bound| Span(i64::try_from(bound).unwrap_or(i64::MAX)))
+    }
+
     /// The worst observed execution time.
     pub(super) fn worst(&self) -> Span {
         Span(i64::try_from(self.times.max()).unwrap_or(i64::MAX))
@@ -83,13 +89,17 @@ impl Figures {
 impl fmt::Display for Figures {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Figures { evaluated, published, without, shed, times } = self;
+        let bound = self
+            .bound()
+            .map(|bound| format!(", 99.9 % at most {:.1} us (95 % confidence)", bound.seconds() * 1e6));
         let us = |nanoseconds: u64| nanoseconds as f64 / 1e3;
         write!(
             f,
             "evaluated {evaluated}, published {published}, without a value {without}, shed {shed}; execution time \
-             median {:.1} us, worst observed {:.1} us",
+             median {:.1} us, worst observed {:.1} us{}",
             us(times.value_at_quantile(0.5)),
-            us(times.max())
+            us(times.max()),
+            bound.unwrap_or_default()
         )
     }
 }
