@@ -14,6 +14,7 @@ mod monitor;
 mod navigation;
 mod oracle;
 mod reading;
+mod rover;
 mod scale;
 mod thesis;
 mod truth;
@@ -49,6 +50,8 @@ enum Command {
     Oracle(oracle::Arguments),
     /// How long recordings take, beside the readers in Python.
     Reading(reading::Arguments),
+    /// How soon the rover of the thesis detects and heals faults, by settings.
+    Rover(rover::Arguments),
     /// How time and memory grow with the model.
     Scale(scale::Arguments),
     /// The experiments of the thesis with all searches.
@@ -95,6 +98,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Navigation(arguments) => navigation::run(arguments),
         Command::Oracle(arguments) => oracle::run(arguments),
         Command::Reading(arguments) => reading::run(arguments),
+        Command::Rover(arguments) => rover::run(arguments),
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
         Command::Truth(arguments) => truth::run(arguments),

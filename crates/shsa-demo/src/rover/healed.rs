@@ -19,6 +19,22 @@ const MODEL: &str = include_str!("../../models/rover.yaml");
 /// jumps: a sensor that measured before the jump then disagrees twice with a sensor that measured after it.
 const DEBOUNCE: Debounce = Debounce { span: Span::from_millis(250), least: 4, share: 0.75 };
 
+/// The model of the rover, and how many disagreements make a conflict.
+#[derive(Clone, Debug)]
+pub struct Settings {
+    /// The model, as YAML.
+    pub model: String,
+    /// When disagreements are a conflict.
+    pub debounce: Debounce,
+}
+
+impl Default for Settings {
+    /// `models/rover.yaml`, and what it runs with in the demonstration.
+    fn default() -> Settings {
+        Settings { model: MODEL.to_owned(), debounce: DEBOUNCE }
+    }
+}
+
 /// Feeds the engine from the bus.
 pub(super) struct HealedNode {
     engine: Engine,
@@ -28,16 +44,16 @@ pub(super) struct HealedNode {
 
 impl HealedNode {
     /// # Errors
-    /// When the model is invalid, which a test excludes.
-    pub(super) fn new() -> Result<HealedNode, DemoError> {
-        let loaded = shsa_format::model::load(MODEL, "models/rover.yaml");
+    /// When the model is invalid.
+    pub(super) fn new(settings: &Settings) -> Result<HealedNode, DemoError> {
+        let loaded = shsa_format::model::load(&settings.model, "models/rover.yaml");
         if !loaded.report.ok() {
             return Err(DemoError::Model(loaded.report.render(false)));
         }
         let topic = |source: &str| split_topic(source).0.to_owned();
         let signals = loaded.knowledge.signals().enumerate();
         let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
-        let monitor = monitor::Options { debounce: DEBOUNCE, ..monitor::Options::default() };
+        let monitor = monitor::Options { debounce: settings.debounce, ..monitor::Options::default() };
         let options = Options { monitor, ..Options::default() };
         Ok(HealedNode { engine: shsa_estimate::node::engine(loaded.knowledge, options), signals })
     }

@@ -17,6 +17,7 @@ mod trial;
 
 pub use avoidance::{Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
+pub use healed::Settings;
 pub use provider::{Decision, NEED, Provision, lower_bound};
 pub use robot::Robot;
 pub use room::{Point, Pose, Room};

@@ -2,7 +2,7 @@
 
 use super::avoidance::Mode;
 use super::faults::Fault;
-use super::healed::HealedNode;
+use super::healed::{HealedNode, Settings};
 use super::machine::{INBOX, Machine, Moved, STEP};
 use super::provider::{Decision, LidarNode, NEED, Provided, Provider, Provision};
 use super::robot::Robot;
@@ -86,10 +86,21 @@ impl Trial {
     /// # Errors
     /// [`DemoError::Model`] when the model that is compiled in has errors.
     pub fn new(seed: u64, provision: Provision) -> Result<Trial, DemoError> {
-        let provider: Box<dyn Provider> = match provision {
-            Provision::Healed => Box::new(HealedNode::new()?),
-            Provision::LidarAlone => Box::new(LidarNode::default()),
-        };
+        match provision {
+            Provision::Healed => Trial::healed(seed, &Settings::default()),
+            Provision::LidarAlone => Trial::of(seed, Box::new(LidarNode::default())),
+        }
+    }
+
+    /// The same trial, healed with other settings.
+    ///
+    /// # Errors
+    /// [`DemoError::Model`] when their model has errors.
+    pub fn healed(seed: u64, settings: &Settings) -> Result<Trial, DemoError> {
+        Trial::of(seed, Box::new(HealedNode::new(settings)?))
+    }
+
+    fn of(seed: u64, provider: Box<dyn Provider>) -> Result<Trial, DemoError> {
         let bus = MemoryBus::new(Clock::manual());
         let machine = Machine::new(seed, &bus)?;
         let [mut provider_port, mut observer_port] = [(); 2].map(|()| bus.join(INBOX));
