@@ -23,8 +23,12 @@ pub mod memory;
 pub mod mqtt;
 #[cfg(feature = "zenoh")]
 pub mod zenoh;
+#[cfg(any(feature = "ros2", feature = "ros2-dds"))]
+mod ros;
 #[cfg(feature = "ros2")]
 pub mod ros2;
+#[cfg(feature = "ros2-dds")]
+pub mod dds;
 #[cfg(feature = "memory")]
 mod address;
 

@@ -3,16 +3,15 @@
 #[macro_use]
 mod contract;
 mod real;
+mod texts;
 
-use bytes::Bytes;
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
 use shsa_bridge::cdr::type_hash;
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
 use shsa_bridge::ros2::{Options, Ros2Bridge, Wire};
 use shsa_bridge::{
-    Answer, Bridge, BridgeError, Clock, Diagnostic, Inbox, Level, Link, Message, Outgoing, Payload,
-    PublisherId, Server, Taker, zenoh,
+    Bridge, BridgeError, Clock, Diagnostic, Inbox, Level, Message, Outgoing, Payload, PublisherId, zenoh,
 };
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -20,6 +19,7 @@ use shsa_message::ros::Types;
 use shsa_message::source::Field;
 use std::path::Path;
 use std::time::Duration;
+use texts::Texts;
 
 fn tcp(port: u16) -> String {
     format!("tcp/127.0.0.1:{port}")
@@ -303,59 +303,6 @@ fn what_ros_does_not_know_is_refused_with_help() {
         Ros2Bridge::open(&options, Inbox::new(1, Clock::running())).map(|_| ())
     };
     check(named("my-node"), "node 'my-node' is no name for ROS 2");
-}
-
-/// The contract is about payloads; here a payload is the text of a message.
-struct Texts(Ros2Bridge);
-
-impl Bridge for Texts {
-    fn publisher(&self) -> PublisherId {
-        self.0.publisher()
-    }
-
-    fn inbox(&self) -> &Inbox {
-        self.0.inbox()
-    }
-
-    fn subscribe(&mut self, topic: &str, message_type: Option<&str>) -> Result<(), BridgeError> {
-        self.0.subscribe(topic, message_type)
-    }
-
-    fn subscribe_all(&mut self) -> Result<(), BridgeError> {
-        self.0.subscribe_all()
-    }
-
-    fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
-        self.0.publish(message)
-    }
-
-    fn link(&self) -> Link {
-        self.0.link()
-    }
-
-    fn knows_own(&self) -> bool {
-        self.0.knows_own()
-    }
-
-    fn request(&mut self, to: &str, payload: Bytes, within: Duration) -> Result<Answer, BridgeError> {
-        self.0.request(to, payload, within)
-    }
-
-    fn serve(&mut self, name: &str, answers: &str, server: Server) -> Result<(), BridgeError> {
-        self.0.serve(name, answers, server)
-    }
-
-    fn ask(&self, name: &str, longest: usize, take: Taker) -> Result<(), BridgeError> {
-        self.0.ask(name, longest, take)
-    }
-
-    fn receive(&mut self) -> Option<Message> {
-        let message = self.0.receive()?;
-        let Payload::Bytes(bytes) = &message.payload else { panic!("a message of ROS is bytes") };
-        // The text stands between the header with its length and a zero byte.
-        let text = bytes.slice(8..bytes.len() - 1);
-        Some(Message { payload: Payload::Bytes(text), ..message })
-    }
 }
 
 /// Listening nodes, each connected to the earlier ones, because peers do not forward messages.

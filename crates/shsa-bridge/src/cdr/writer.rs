@@ -279,7 +279,7 @@ impl Out<'_> {
 const LIST_MAX: usize = 65_536;
 
 /// A text as a message of std_msgs/msg/String.
-#[cfg(feature = "ros2")]
+#[cfg(any(feature = "ros2", feature = "ros2-dds"))]
 pub(crate) fn text_message(text: &[u8]) -> Bytes {
     let length = u32::try_from(text.len().saturating_add(1)).unwrap_or(u32::MAX);
     [&HEADER, length.to_le_bytes().as_slice(), text, &[0]].concat().into()

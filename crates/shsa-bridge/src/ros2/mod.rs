@@ -6,12 +6,14 @@
 //!
 //! A message of ROS cannot carry its provenance.
 
-mod diagnostics;
 mod name;
 mod discovery;
 mod outlet;
 
-use crate::cdr::{Writer, type_hash};
+use crate::cdr::type_hash;
+use crate::ros::{
+    DIAGNOSTICS, DIAGNOSTICS_TYPE, Form, bare, check_name, dds_name, diagnostics, type_for, unknown,
+};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
 use crate::{
     Answer, Attendance, Bridge, BridgeError, Diagnostic, Inbox, Link, Outgoing, Payload, PublisherId, Server,
@@ -23,8 +25,8 @@ use ::zenoh::key_expr::KeyExpr;
 use ::zenoh::sample::Sample;
 use bytes::Bytes;
 use discovery::Discovery;
-use name::{Attachment, Entity, NO_HASH, WireType, bare, dds_name};
-use outlet::{Outlet, STRING, type_for};
+use name::{Attachment, Entity, NO_HASH, WireType};
+use outlet::Outlet;
 use shsa_core::time::Time;
 use shsa_message::ros::{Types, full_name};
 use std::collections::{BTreeMap, BTreeSet};
@@ -148,10 +150,7 @@ impl Ros2Bridge {
             Wire::Rmw if self.options.has_hashes => type_hash(message_type, &self.options.types),
             _ => Some(NO_HASH.to_owned()),
         };
-        let hash = hash.ok_or_else(|| {
-            let name = full_name(message_type);
-            BridgeError::Configuration(format!("the message type {name} is not known; give its .msg files"))
-        })?;
+        let hash = hash.ok_or_else(|| unknown(message_type))?;
         Ok(WireType { dds: dds_name(message_type), hash })
     }
 
@@ -181,14 +180,9 @@ impl Ros2Bridge {
         field: &str,
     ) -> Result<(), BridgeError> {
         check_name("topic", topic)?;
-        let message_type = full_name(message_type).into_owned();
-        // Not every message type has a field for a number; a field that was named must exist.
-        let writer = match Writer::new(&message_type, field, self.options.types.clone()) {
-            Err(problem) if !field.is_empty() => return Err(problem),
-            writer => writer.ok().filter(|_| message_type != STRING),
-        };
+        let form = Form::new(message_type, field, self.options.types.clone())?;
         self.announce(Entity::Publisher(topic, &wire_type))?;
-        let outlet = Outlet { publisher: None, wire_type, message_type, writer, sequence: 0 };
+        let outlet = Outlet { publisher: None, wire_type, form, sequence: 0 };
         self.outlets.insert(topic.to_owned(), outlet);
         Ok(())
     }
@@ -262,7 +256,7 @@ impl Bridge for Ros2Bridge {
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
         let (publisher, wire) = (self.connection.publisher(), self.options.wire);
         let outlet = self.outlet(message.topic, &message.payload)?;
-        let bytes = outlet.encode(&message)?;
+        let bytes = outlet.form.encode(&message)?;
         outlet.sequence += 1;
         let beside = Attachment { sequence: outlet.sequence, stamp: message.stamp, publisher };
         self.pace.take(bytes.len() + message.topic.len());
@@ -278,9 +272,9 @@ impl Bridge for Ros2Bridge {
         stamp: Time,
         states: &mut dyn FnMut() -> Vec<Diagnostic>,
     ) -> Result<(), BridgeError> {
-        self.advertise(diagnostics::TOPIC, diagnostics::TYPE)?;
-        let payload = Payload::Bytes(diagnostics::written(stamp, &states()));
-        self.publish(Outgoing::new(diagnostics::TOPIC, stamp, payload))
+        self.advertise(DIAGNOSTICS, DIAGNOSTICS_TYPE)?;
+        let payload = Payload::Bytes(diagnostics(stamp, &states()));
+        self.publish(Outgoing::new(DIAGNOSTICS, stamp, payload))
     }
 
     fn link(&self) -> Link {
@@ -319,18 +313,4 @@ impl Bridge for Ros2Bridge {
 
 fn pattern(text: &str) -> Result<KeyExpr<'static>, BridgeError> {
     KeyExpr::try_from(text.to_owned()).map_err(zenoh::lost)
-}
-
-/// A name of ROS 2: letters, digits and underscores, between slashes.
-fn check_name(what: &str, name: &str) -> Result<(), BridgeError> {
-    let is_part = |part: &str| {
-        let mut letters = part.chars();
-        letters.next().is_some_and(|first| first.is_ascii_alphabetic() || first == '_')
-            && letters.all(|letter| letter.is_ascii_alphanumeric() || letter == '_')
-    };
-    if bare(name).split('/').all(is_part) {
-        return Ok(());
-    }
-    let help = "letters, digits and underscores between slashes, no part beginning with a digit";
-    Err(BridgeError::Configuration(format!("{what} '{name}' is no name for ROS 2: {help}")))
 }

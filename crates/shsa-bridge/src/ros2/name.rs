@@ -4,8 +4,8 @@
 
 use super::{Node, Wire};
 use crate::PublisherId;
+use crate::ros::{bare, dds_name};
 use shsa_core::time::Time;
-use shsa_message::ros::full_name;
 
 /// The hash of nodes before ROS 2 Iron, which have none.
 pub(super) const NO_HASH: &str = "TypeHashNotSupported";
@@ -17,20 +17,6 @@ pub(super) struct WireType {
     pub(super) dds: String,
     /// `RIHS01_` and digits.
     pub(super) hash: String,
-}
-
-/// A type's name as DDS writes it.
-pub(super) fn dds_name(message_type: &str) -> String {
-    let full = full_name(message_type);
-    match full.rsplit_once('/') {
-        Some((package, name)) => format!("{}::dds_::{name}_", package.replace('/', "::")),
-        None => full.into_owned(),
-    }
-}
-
-/// Without the leading slash.
-pub(super) fn bare(topic: &str) -> &str {
-    topic.trim_start_matches('/')
 }
 
 /// The key to publish under.

@@ -7,12 +7,12 @@ use bytes::Bytes;
 use shsa_core::time::Time;
 
 /// The topic that tools of ROS listen to.
-pub(super) const TOPIC: &str = "/diagnostics";
+pub(crate) const TOPIC: &str = "/diagnostics";
 /// Its type.
-pub(super) const TYPE: &str = "diagnostic_msgs/msg/DiagnosticArray";
+pub(crate) const TYPE: &str = "diagnostic_msgs/msg/DiagnosticArray";
 
 /// The message of these states.
-pub(super) fn written(stamp: Time, all: &[Diagnostic]) -> Bytes {
+pub(crate) fn written(stamp: Time, all: &[Diagnostic]) -> Bytes {
     let mut out = Out(HEADER.to_vec());
     let (seconds, nanoseconds) = time_parts(stamp);
     out.0.extend(seconds);

@@ -1,0 +1,248 @@
+//! A thread that reads: it opens a reader for each wanted topic and type, and delivers what the readers receive.
+
+use super::bell::{Bell, ReaderBell};
+use super::network::{Participant, Reader, TOPICS};
+use super::steps::Steps;
+use super::subscriptions::Subscriptions;
+use super::{Options, time_of};
+use crate::{BridgeError, Inbox, Message, Payload, PublisherId};
+use bytes::Bytes;
+use rustdds::dds::no_key::DeserializedCacheChange;
+use rustdds::{DomainParticipantStatusEvent, GUID, StatusEvented};
+use shsa_message::ros::full_name;
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
+use std::time::Duration;
+
+/// How often the network is looked at without a message.
+const TICK: Duration = Duration::from_millis(100);
+/// The messages that one reader delivers before the others have their turn.
+const TURN: usize = 256;
+/// The errors that are kept for the bridge.
+const TROUBLES_MAX: usize = 16;
+
+/// What the thread and its bridge share.
+pub(super) struct Shared {
+    pub(super) options: Options,
+    inbox: Inbox,
+    participant: Mutex<Arc<Participant>>,
+    subscriptions: Mutex<Subscriptions>,
+    /// The type of each topic, without its leading slash, by its publishers.
+    types: Mutex<BTreeMap<String, Arc<str>>>,
+    troubles: Mutex<Vec<BridgeError>>,
+    bell: Arc<Bell>,
+    ends: AtomicBool,
+}
+
+impl Shared {
+    pub(super) fn new(options: Options, inbox: Inbox) -> Result<Shared, BridgeError> {
+        let participant = Participant::open(options.domain, &options.interfaces)?;
+        Ok(Shared {
+            options,
+            inbox,
+            participant: Mutex::new(Arc::new(participant)),
+            subscriptions: Mutex::default(),
+            types: Mutex::default(),
+            troubles: Mutex::default(),
+            bell: Arc::default(),
+            ends: AtomicBool::new(false),
+        })
+    }
+
+    pub(super) fn inbox(&self) -> &Inbox {
+        &self.inbox
+    }
+
+    /// The present participant: another one after the wall clock was set back.
+    pub(super) fn participant(&self) -> Arc<Participant> {
+        locked(&self.participant).clone()
+    }
+
+    /// Changes the subscriptions; `change` returns whether it has.
+    pub(super) fn subscribe(&self, change: impl FnOnce(&mut Subscriptions) -> bool) {
+        if change(&mut locked(&self.subscriptions)) {
+            self.bell.ring();
+        }
+    }
+
+    /// The type of a topic, by those who publish it.
+    pub(super) fn type_of(&self, topic: &str) -> Option<Arc<str>> {
+        locked(&self.types).get(topic).cloned()
+    }
+
+    pub(super) fn troubles(&self) -> Vec<BridgeError> {
+        std::mem::take(&mut *locked(&self.troubles))
+    }
+
+    fn trouble(&self, error: BridgeError) {
+        let mut troubles = locked(&self.troubles);
+        if troubles.len() < TROUBLES_MAX && !troubles.contains(&error) {
+            troubles.push(error);
+        }
+    }
+
+    /// Ends the thread.
+    pub(super) fn end(&self) {
+        self.ends.store(true, Ordering::Release);
+        self.bell.ring();
+    }
+}
+
+/// A thread that panicked with the lock has left whole values behind, so the others go on.
+fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
+    mutex.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// The topic, without its leading slash, and the type of a reader or of a publisher.
+type Subject = (String, String);
+
+/// The state of the thread.
+pub(super) struct Reception {
+    shared: Arc<Shared>,
+    // Before its participant, to be dropped first.
+    readers: BTreeMap<Subject, (Reader, Arc<ReaderBell>)>,
+    participant: Arc<Participant>,
+    /// The publishers of others.
+    publishers: BTreeMap<GUID, Subject>,
+    steps: Steps,
+}
+
+impl Reception {
+    pub(super) fn new(shared: Arc<Shared>) -> Reception {
+        let participant = shared.participant();
+        Reception {
+            shared,
+            readers: BTreeMap::new(),
+            participant,
+            publishers: BTreeMap::new(),
+            steps: Steps::new(),
+        }
+    }
+
+    /// Reads until the bridge ends.
+    pub(super) fn run(mut self) {
+        let shared = self.shared.clone();
+        while !shared.ends.load(Ordering::Acquire) {
+            if !shared.bell.wait(TICK) {
+                // A clock that was slewed can hide a message from a reader for a moment, which is not reported again.
+                self.readers.values().for_each(|(_, bell)| bell.ring());
+            }
+            if self.steps.is_back() {
+                self.open_anew();
+            }
+            self.discover();
+            self.open_readers();
+            self.deliver();
+        }
+    }
+
+    /// RustDDS orders received messages by the wall clock: after a step back it would deliver none until the clock is there
+    /// again. A new participant begins anew.
+    fn open_anew(&mut self) {
+        let Options { domain, interfaces, .. } = &self.shared.options;
+        match Participant::open(*domain, interfaces) {
+            Ok(participant) => {
+                self.steps.forget();
+                self.readers.clear();
+                self.publishers.clear();
+                self.participant = Arc::new(participant);
+                *locked(&self.shared.participant) = self.participant.clone();
+            }
+            // It is tried again at the next tick.
+            Err(error) => self.shared.trouble(error),
+        }
+    }
+
+    /// Takes note of the publishers that have come and gone.
+    fn discover(&mut self) {
+        let listener = self.participant.domain.status_listener();
+        while let Some(event) = listener.try_recv_status() {
+            match event {
+                DomainParticipantStatusEvent::WriterDetected { writer } => {
+                    self.note(writer.guid, &writer.topic_name, writer.type_name);
+                }
+                DomainParticipantStatusEvent::WriterLost { guid, .. } => {
+                    self.publishers.remove(&guid);
+                }
+                _ => {}
+            }
+        }
+    }
+
+    fn note(&mut self, guid: GUID, topic: &str, dds_type: String) {
+        let Some(topic) = topic.strip_prefix(TOPICS) else { return };
+        if !self.is_own(guid) {
+            locked(&self.shared.types).insert(topic.to_owned(), full_name(&dds_type).into());
+            self.publishers.insert(guid, (topic.to_owned(), dds_type));
+        }
+    }
+
+    fn is_own(&self, guid: GUID) -> bool {
+        guid.prefix.as_ref() == self.participant.prefix()
+    }
+
+    /// Opens the readers that are wanted and absent.
+    fn open_readers(&mut self) {
+        let subscriptions = locked(&self.shared.subscriptions);
+        let typed = subscriptions.typed().map(|(topic, dds_type)| (topic.to_owned(), dds_type.to_owned()));
+        let found = self.publishers.values().filter(|(topic, dds_type)| subscriptions.wants(topic, dds_type));
+        let absent: Vec<Subject> =
+            typed.chain(found.cloned()).filter(|subject| !self.readers.contains_key(subject)).collect();
+        drop(subscriptions);
+        for (topic, dds_type) in absent {
+            match self.participant.reader(&topic, &dds_type, &self.shared.options.types) {
+                Ok(reader) => {
+                    let bell = ReaderBell::new(self.shared.bell.clone());
+                    self.readers.insert((topic, dds_type), (reader, bell));
+                }
+                Err(error) => self.shared.trouble(error),
+            }
+        }
+    }
+
+    /// Delivers what the readers have received.
+    fn deliver(&mut self) {
+        for ((topic, dds_type), (reader, bell)) in &self.readers {
+            if !bell.take() {
+                continue;
+            }
+            // RustDDS forgets the waker with each call.
+            reader.set_waker(Some(bell.clone().into()));
+            reader.drain_read_notifications();
+            for turn in 0.. {
+                if turn == TURN {
+                    bell.ring();
+                    break;
+                }
+                match reader.try_take_one() {
+                    Ok(Some(sample)) => self.hand(topic, dds_type, sample),
+                    Ok(None) => break,
+                    // Of another encoding: the next one may be read.
+                    Err(error) => {
+                        self.shared.trouble(BridgeError::Lost(format!("topic '/{topic}': {error}")))
+                    }
+                }
+            }
+        }
+    }
+
+    /// Hands a message over. RustDDS gives a reader what is published under its topic with another type, too.
+    fn hand(&self, topic: &str, dds_type: &str, sample: DeserializedCacheChange<Bytes>) {
+        let guid = sample.writer_guid;
+        let is_other = || self.publishers.get(&guid).is_some_and(|(_, its_type)| its_type != dds_type);
+        if self.is_own(guid) || is_other() {
+            return;
+        }
+        let names = locked(&self.shared.subscriptions).names(topic, dds_type);
+        let inbox = &self.shared.inbox;
+        for name in names {
+            inbox.hand(Message {
+                stamp: sample.write_options.source_timestamp().map(time_of),
+                publisher: Some(PublisherId(u128::from_le_bytes(guid.to_bytes()))),
+                message_type: Some(full_name(dds_type).into()),
+                ..Message::new(name, inbox.clock().now(), Payload::Bytes(sample.sample.clone()))
+            });
+        }
+    }
+}
