@@ -10,6 +10,8 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
+/// What a released program has beside what others build by default.
+pub(crate) const RELEASED: &str = "shsa/ros2-dds";
 /// The output folder without `--out`.
 const OUT: &str = "target/package";
 /// Files that are copied: from the project's folder, to the path on the machine, with these permissions.
@@ -103,8 +105,9 @@ fn built() -> Result<PathBuf> {
         .map(|(path, name)| format!("--remap-path-prefix={}={name}", path.display()))
         .collect();
     let options = format!("build.rustflags={options:?}");
-    let line = ["cargo", "build", "--release", "--locked", "--package", "shsa", "--config", &options];
-    command::run(&[&line[..], &["--target-dir", &target.display().to_string()]].concat())?;
+    let line = ["cargo", "build", "--release", "--locked", "--package", "shsa", "--features", RELEASED];
+    let target_dir = target.display().to_string();
+    command::run(&[&line[..], &["--config", &options, "--target-dir", &target_dir]].concat())?;
     Ok(target.join("release/shsa"))
 }
 

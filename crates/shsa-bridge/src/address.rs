@@ -1,5 +1,7 @@
 //! The address of a bus: the middleware, and how to connect to it.
 
+#[cfg(feature = "ros2-dds")]
+use crate::dds;
 use crate::memory::MemoryBus;
 #[cfg(feature = "mqtt")]
 use crate::mqtt;
@@ -26,6 +28,8 @@ pub enum Address {
     Zenoh(Vec<String>),
     /// The nodes of ROS 2 on a Zenoh network, reached at these endpoints.
     Ros2(Vec<String>),
+    /// The nodes of ROS 2 on DDS, on the interfaces with these names or addresses: none is the loopback interface, `all` is all.
+    Ros2Dds(Vec<String>),
 }
 
 impl FromStr for Address {
@@ -41,8 +45,11 @@ impl FromStr for Address {
             ("mqtt" | "mqtts", Some(_)) => Ok(Address::Mqtt(text.to_owned())),
             ("zenoh", place) => Ok(Address::Zenoh(endpoints(place.unwrap_or_default()))),
             ("ros2", place) => Ok(Address::Ros2(endpoints(place.unwrap_or(ROUTER)))),
+            ("ros2-dds", place) => {
+                Ok(Address::Ros2Dds(listed(place.unwrap_or_default()).map(str::to_owned).collect()))
+            }
             _ => Err(format!(
-                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, zenoh://HOST:PORT, ros2, or ros2://HOST:PORT"
+                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, zenoh://HOST:PORT, ros2, ros2://HOST:PORT, ros2-dds, or ros2-dds://INTERFACE"
             )),
         }
     }
@@ -51,8 +58,16 @@ impl FromStr for Address {
 /// Where nodes of `rmw_zenoh` expect the router.
 const ROUTER: &str = "127.0.0.1:7447";
 
+/// The word for every interface.
+#[cfg_attr(not(feature = "ros2-dds"), allow(dead_code, reason = "only DDS has interfaces"))]
+const ALL: &str = "all";
+
+fn listed(places: &str) -> impl Iterator<Item = &str> {
+    places.split(',').filter(|place| !place.is_empty())
+}
+
 fn endpoints(places: &str) -> Vec<String> {
-    places.split(',').filter(|place| !place.is_empty()).map(endpoint).collect()
+    listed(places).map(endpoint).collect()
 }
 
 /// An endpoint of Zenoh; without a protocol it is TCP.
@@ -68,6 +83,8 @@ impl fmt::Display for Address {
             Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
             Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
             Address::Ros2(places) => write!(f, "ros2://{}", places.join(",")),
+            Address::Ros2Dds(places) if places.is_empty() => f.write_str("ros2-dds"),
+            Address::Ros2Dds(places) => write!(f, "ros2-dds://{}", places.join(",")),
         }
     }
 }
@@ -152,6 +169,8 @@ impl BusOptions {
                 let (scheme, place) = address.split_once("://").unwrap_or_default();
                 matches!(scheme, "mqtts" | "ssl") || is_loopback(place)
             }
+            // Sockets of DDS take datagrams from everywhere.
+            Address::Ros2Dds(_) => false,
             Address::Zenoh(places) | Address::Ros2(places) => {
                 // Without an endpoint, peers anywhere are found by scouting.
                 let mut all = places.iter().chain(&self.listen);
@@ -182,6 +201,10 @@ impl BusOptions {
             Address::Ros2(places) => Ok(Box::new(ros2::Ros2Bridge::open(&self.ros2(places, role), inbox)?)),
             #[cfg(not(feature = "ros2"))]
             Address::Ros2(_) => Err(not_built("ros2", role)),
+            #[cfg(feature = "ros2-dds")]
+            Address::Ros2Dds(places) => Ok(Box::new(dds::DdsBridge::open(&self.dds(places), inbox)?)),
+            #[cfg(not(feature = "ros2-dds"))]
+            Address::Ros2Dds(_) => Err(not_built("ros2-dds", role)),
         }
     }
 
@@ -229,6 +252,16 @@ impl BusOptions {
         }
     }
 
+    #[cfg(feature = "ros2-dds")]
+    fn dds(&self, places: &[String]) -> dds::Options {
+        let interfaces = match places {
+            [] => dds::Interfaces::Loopback,
+            [all] if all == ALL => dds::Interfaces::All,
+            names => dds::Interfaces::Named(names.to_vec()),
+        };
+        dds::Options { interfaces, domain: self.ros_domain, ..dds::Options::default() }
+    }
+
     /// If nobody can connect to us, routers must forward the messages of others; they do this for clients, not for peers.
     #[cfg(feature = "zenoh")]
     fn zenoh(&self, places: &[String]) -> zenoh::Options {
@@ -259,7 +292,7 @@ fn is_loopback(place: &str) -> bool {
     host == "localhost" || host.parse::<IpAddr>().is_ok_and(|address| address.is_loopback())
 }
 
-#[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "zenoh")))]
+#[cfg(not(all(feature = "mqtt", feature = "ros2", feature = "ros2-dds", feature = "zenoh")))]
 fn not_built(feature: &str, _: ClientRole<'_>) -> BridgeError {
     BridgeError::Configuration(format!("this program was built without its feature `{feature}`"))
 }
@@ -289,6 +322,7 @@ mod tests {
             ("zenoh://[::1]:7447,tls/router:7447", true),
             ("zenoh://127.0.0.1:7447,router:7447", false),
             ("ros2", true),
+            ("ros2-dds", false),
         ] {
             check_private(address, &[], expected);
         }
@@ -303,6 +337,8 @@ mod tests {
             ("mqtt://broker:1883?qos=0", "mqtt://broker:1883?qos=0"),
             ("zenoh", "zenoh"),
             ("ros2", "ros2://tcp/127.0.0.1:7447"),
+            ("ros2-dds", "ros2-dds"),
+            ("ros2-dds://eth0,10.0.0.7", "ros2-dds://eth0,10.0.0.7"),
             ("zenoh://127.0.0.1:7447", "zenoh://tcp/127.0.0.1:7447"),
             ("zenoh://tls/router:7447,[::1]:7448", "zenoh://tls/router:7447,tcp/[::1]:7448"),
         ] {

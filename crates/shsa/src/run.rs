@@ -216,6 +216,10 @@ pub(crate) fn compute(arguments: &SubstituteArguments) -> anyhow::Result<Outcome
     Ok(if substitute(arguments.memory)? { Outcome::Done } else { Outcome::Bad })
 }
 
+/// What DDS cannot be limited to.
+const OPEN_PORTS: &str = "DDS announces itself only on the interfaces of --bus, but takes datagrams from all of them: close UDP ports \
+7400 and above to others by a firewall";
+
 /// The address to listen on; `None`: nowhere.
 type HttpAddress = Option<SocketAddr>;
 
@@ -260,6 +264,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         show::notice(
             "the bus is not encrypted: who gives an order over it shows the token to everyone on the network",
         );
+    }
+    if let Address::Ros2Dds(_) = arguments.bus.bus {
+        show::notice(OPEN_PORTS);
     }
     if let Some(address) = arguments.http {
         let address = runtime.serve_http(address, &arguments.http_host)?;

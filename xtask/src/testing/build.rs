@@ -1,6 +1,7 @@
 //! Builds, lints and documents the workspace, and runs the examples in its documentation.
 
 use super::GIVING_WAY;
+use crate::package::RELEASED;
 use crate::{command, compiler};
 use anyhow::Result;
 use serde_json::Value;
@@ -81,7 +82,8 @@ fn cargo_test(arguments: &[&str], run: impl FnOnce(&[&str]) -> Result<()>) -> Re
     let compiler = compiler::setting()?;
     // Nobody steps through these programs with a debugger. It takes a tenth of the time to compile them.
     let settings = ["--config", &compiler, "--config", "profile.test.debug=false"];
-    run(&[&GIVING_WAY[..], &["cargo", "test", "--workspace", "--locked"], arguments, &settings].concat())
+    let line = ["cargo", "test", "--workspace", "--locked", "--features", RELEASED];
+    run(&[&GIVING_WAY[..], &line, arguments, &settings].concat())
 }
 
 #[cfg(test)]

@@ -1,14 +1,17 @@
 """Messages of ROS 2 as cyclonedds has them, under the names that ROS 2 gives them on DDS."""
 
 from dataclasses import dataclass, field
-from typing import List
 
 from cyclonedds.idl import IdlStruct
 from cyclonedds.idl.annotations import final
-from cyclonedds.idl.types import float32, float64, int32, sequence, uint8, uint32
+from cyclonedds.idl.types import array, float32, float64, int32, sequence, uint8, uint32
 
 def new(kind):
     return field(default_factory=kind)
+
+
+def zeros(count):
+    return field(default_factory=lambda: [0.0] * count)
 
 
 @final
@@ -75,6 +78,41 @@ class Twist(IdlStruct, typename="geometry_msgs::msg::dds_::Twist_"):
 class TwistStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistStamped_"):
     header: Header = new(Header)
     twist: Twist = new(Twist)
+
+
+@final
+@dataclass
+class Quaternion(IdlStruct, typename="geometry_msgs::msg::dds_::Quaternion_"):
+    x: float64 = 0.0
+    y: float64 = 0.0
+    z: float64 = 0.0
+    w: float64 = 1.0
+
+
+@final
+@dataclass
+class TwistWithCovariance(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovariance_"):
+    twist: Twist = new(Twist)
+    covariance: array[float64, 36] = zeros(36)
+
+
+@final
+@dataclass
+class TwistWithCovarianceStamped(IdlStruct, typename="geometry_msgs::msg::dds_::TwistWithCovarianceStamped_"):
+    header: Header = new(Header)
+    twist: TwistWithCovariance = new(TwistWithCovariance)
+
+
+@final
+@dataclass
+class Imu(IdlStruct, typename="sensor_msgs::msg::dds_::Imu_"):
+    header: Header = new(Header)
+    orientation: Quaternion = new(Quaternion)
+    orientation_covariance: array[float64, 9] = zeros(9)
+    angular_velocity: Vector3 = new(Vector3)
+    angular_velocity_covariance: array[float64, 9] = zeros(9)
+    linear_acceleration: Vector3 = new(Vector3)
+    linear_acceleration_covariance: array[float64, 9] = zeros(9)
 
 
 @final

@@ -168,7 +168,7 @@ fn check(model: &str, bus: &str, address: &str, port: u16, case: &Case) {
     let is_last = if serves { "UncertainSubstituteValue" } else { "Good" };
     assert_eq!(qualities(2.0, SECONDS).next_back().as_deref(), Some(is_last), "{:?}", seen.statuses);
     // A message of ROS carries no quality.
-    if bus != "ros2" {
+    if !bus.starts_with("ros2") {
         let good = before.clone().filter(|value| value.2 == "Good").count();
         assert!(2 * good > before.count(), "{good}: {state}");
         assert_eq!(seen.quality_at_the_end(), is_last, "{state}");
@@ -211,8 +211,7 @@ fn over_zenoh(case: &Case) {
 }
 
 /// The car as nodes of ROS 2: a message for each wheel, with the time in its header.
-fn over_ros2(case: &Case) {
-    let Some(python) = real::python() else { return };
+fn of_nodes(folder: &Folder) -> String {
     let sources = [
         ("wheel_speed#wheel_1", "/wheel_1/twist#twist.linear.x"),
         ("wheel_speed#wheel_2", "/wheel_2/twist#twist.linear.x"),
@@ -227,11 +226,28 @@ fn over_ros2(case: &Case) {
         assert_eq!(model.matches(recorded).count(), 1, "{recorded}");
         model = model.replace(recorded, live);
     }
-    let folder = Folder::new();
     let path = folder.path("car.yaml");
     std::fs::write(&path, model).unwrap();
+    path.to_str().unwrap().to_owned()
+}
+
+fn over_ros2(case: &Case) {
+    let Some(python) = real::python() else { return };
+    let folder = Folder::new();
     let (_router, port) = router(&python);
-    check(path.to_str().unwrap(), "ros2", &format!("ros2://127.0.0.1:{port}"), port, case);
+    check(&of_nodes(&folder), "ros2", &format!("ros2://127.0.0.1:{port}"), port, case);
+}
+
+/// In a network of its own, as DDS cannot be kept to a port.
+#[cfg(feature = "ros2-dds")]
+fn over_ros2_dds(test: &str, case: &Case) {
+    use crate::real::network::{Multicast, alone};
+    if real::python().is_some() {
+        alone(&format!("car::{test}"), Multicast::On, || {
+            let folder = Folder::new();
+            check(&of_nodes(&folder), "ros2-dds", "ros2-dds", 0, case);
+        });
+    }
 }
 
 #[test]
@@ -293,4 +309,17 @@ fn a_receiver_that_falls_silent_is_reported_over_ros2() {
 #[test]
 fn a_receiver_that_lies_is_reported_over_ros2() {
     over_ros2(&GNSS_LIES);
+}
+
+#[cfg(feature = "ros2-dds")]
+#[test]
+fn a_wheel_that_falls_silent_is_replaced_over_ros2_dds() {
+    let case = Case { decision: "silent", ..WHEEL_STOPS };
+    over_ros2_dds("a_wheel_that_falls_silent_is_replaced_over_ros2_dds", &case);
+}
+
+#[cfg(feature = "ros2-dds")]
+#[test]
+fn a_wheel_that_lies_is_replaced_over_ros2_dds() {
+    over_ros2_dds("a_wheel_that_lies_is_replaced_over_ros2_dds", &WHEEL_LIES);
 }

@@ -3,7 +3,7 @@ writes down what arrives under the name of the need.
 
 The argument is a JSON object:
 
-    {"bus": "mqtt" | "zenoh" | "ros2", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
+    {"bus": "mqtt" | "zenoh" | "ros2" | "ros2-dds", "port": N, "data": FOLDER, "skip": SECONDS, "seconds": SECONDS, "need": NAME,
      "fault": {"topic": NAME, "column": NAME, "kind": "stop" | "bias", "amount": NUMBER, "at": SECONDS}}
 
 It says when the car drives: {"ready": true}. A line of its input ends the drive before its time. The answer at the end is an
@@ -159,6 +159,70 @@ class Ros2(Zenoh):
             self.subscribers.append(self.sessions[1].declare_subscriber(key, on_sample))
 
 
+class Dds:
+    """Nodes that speak DDS on the loopback interface: cyclonedds. Each message is new in full, as its types are mutable."""
+
+    def __init__(self, _port):
+        interface = "<Interfaces><NetworkInterface name='lo'/></Interfaces>"
+        os.environ["CYCLONEDDS_URI"] = f"<CycloneDDS><Domain><General>{interface}</General></Domain></CycloneDDS>"
+        sys.path.insert(0, os.path.join(os.path.dirname(__file__), "../../../shsa-bridge/tests/python"))
+        from cyclonedds.domain import DomainParticipant
+        from cyclonedds.qos import Policy, Qos
+        from cyclonedds.util import duration
+        from dds_types import TYPES
+
+        self.types, self.participants = TYPES, [DomainParticipant(0) for _ in range(2)]
+        self.qos = Qos(Policy.Reliability.Reliable(duration(milliseconds=100)), Policy.History.KeepLast(10),
+                       Policy.DataRepresentation(use_cdrv0_representation=True))
+        self.writers, self.kept = {}, []
+
+    def topic(self, participant, name, kind):
+        from cyclonedds.topic import Topic
+
+        return Topic(participant, "rt/" + name.lstrip("/"), self.types[kind])
+
+    def publish(self, _topic, text):
+        from cyclonedds.pub import DataWriter
+
+        for column, value in json.loads(text).items():
+            if column not in MESSAGES:
+                continue
+            path, name, field = MESSAGES[column]
+            if path not in self.writers:
+                topic = self.topic(self.participants[0], path, name)
+                self.writers[path] = DataWriter(self.participants[0], topic, qos=self.qos)
+            content = where = self.types[name]()
+            if hasattr(content, "header"):
+                content.header.stamp.sec, content.header.stamp.nanosec = divmod(time.time_ns(), 10**9)
+            *way, last = field.split(".")
+            for step in way:
+                where = getattr(where, step)
+            setattr(where, last, value)
+            self.writers[path].write(content)
+
+    def subscribe(self, topics, heard):
+        from cyclonedds.core import Listener
+        from cyclonedds.sub import DataReader
+
+        class Heard(Listener):
+            def __init__(self, topic):
+                super().__init__()
+                self.topic = topic
+
+            def on_data_available(self, reader):
+                for content in reader.take(64):
+                    if content.sample_info.valid_data:
+                        heard(self.topic, str(content.data), None)
+
+        # DDS has no patterns: the name of the instance is known.
+        for topic, name in [(topics[0], "std_msgs/msg/Float64"), ("shsa/shsa/need/speed", "std_msgs/msg/String")]:
+            listener, topic = Heard(topic), self.topic(self.participants[1], topic, name)
+            self.kept += [listener, DataReader(self.participants[1], topic, qos=self.qos, listener=listener)]
+
+    def close(self):
+        self.kept.clear()
+
+
 def rows(folder, topic, skip, seconds):
     """The rows of a topic with their times from the beginning, columns without their units."""
     with open(f"{folder}/{topic}.csv", newline="") as file:
@@ -180,7 +244,7 @@ def broken(topic, columns, at, fault):
 
 def main():
     order = json.loads(sys.argv[1])
-    bus = {"mqtt": Mqtt, "zenoh": Zenoh, "ros2": Ros2}[order["bus"]](order["port"])
+    bus = {"mqtt": Mqtt, "zenoh": Zenoh, "ros2": Ros2, "ros2-dds": Dds}[order["bus"]](order["port"])
     values, statuses = [], []
     start = time.monotonic()
 
