@@ -33,6 +33,7 @@ mod reference;
 mod reload;
 mod replay;
 mod report;
+mod ros_package;
 mod scan;
 mod service;
 mod sessions;
