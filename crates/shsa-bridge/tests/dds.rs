@@ -6,7 +6,7 @@ mod real;
 mod texts;
 
 use contract::{Asking, Middleware};
-use real::network::{Multicast, alone};
+use real::network::{Multicast, alone, alone_with};
 use real::{Script, eventually, python};
 use serde_json::{Value, json};
 use shsa_bridge::dds::{DdsBridge, Interfaces, Options};
@@ -17,7 +17,8 @@ use shsa_bridge::{
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_message::source::Field;
-use std::time::Duration;
+use std::path::{Path, PathBuf};
+use std::time::{Duration, SystemTime};
 use texts::Texts;
 
 /// The domain of all, which is not the usual one.
@@ -221,6 +222,69 @@ fn a_frozen_subscriber_keeps_nobody_else_waiting() {
         });
         node.signal("CONT");
     });
+}
+
+/// Sets the clock of this test and its node, which libfaketime reads from a file.
+fn set_clock(file: &Path, step: &str) {
+    let new = file.with_extension("new");
+    std::fs::write(&new, step).unwrap();
+    std::fs::rename(new, file).unwrap();
+}
+
+#[test]
+fn nodes_are_heard_after_the_clock_was_set_back() {
+    let test = "nodes_are_heard_after_the_clock_was_set_back";
+    let (Some(python), Some(library)) = (python(), libfaketime()) else { return };
+    // Its place is known in the inner process, too, which has another number.
+    let file = std::env::var_os("FAKETIME_TIMESTAMP_FILE").map(PathBuf::from);
+    let file = file.unwrap_or_else(|| std::env::temp_dir().join(format!("shsa-dds-{}", std::process::id())));
+    set_clock(&file, "+0");
+    let variables = [
+        ("LD_PRELOAD", library.as_str()),
+        ("FAKETIME_TIMESTAMP_FILE", file.to_str().unwrap()),
+        ("FAKETIME_DONT_FAKE_MONOTONIC", "1"),
+        ("FAKETIME_NO_CACHE", "1"),
+    ];
+    alone_with(test, Multicast::On, &variables, || {
+        let mut node = Script::start(&python, "dds_node.py", &json!({"multicast": true, "domain": DOMAIN}));
+        let (mut bridge, before) = (bridge(), SystemTime::now());
+        bridge.subscribe("/speed", None).unwrap();
+        let order = json!({"publish": "/speed", "type": "std_msgs/msg/Float64", "set": {"data": 1.0}});
+        observe(&mut node, &mut bridge, &order);
+        node.order(&json!({"subscribe": "/dmin", "type": "std_msgs/msg/Float64", "get": "data"}));
+        let publish = |bridge: &mut DdsBridge, number: f64| {
+            bridge
+                .publish(Outgoing::new("/dmin", Time(1), Payload::Value(RawValue::Number(number))))
+                .unwrap();
+        };
+        publish(&mut bridge, 1.0);
+        let identity = bridge.publisher();
+        set_clock(&file, "-3600");
+        assert!(SystemTime::now() < before, "libfaketime sets the clock");
+        let again = json!({"publish": "/speed", "type": "std_msgs/msg/Float64", "set": {"data": 2.0}});
+        eventually("a message of after the step", || {
+            node.order(&again);
+            bridge.inbox().wait(Duration::from_millis(50));
+            std::iter::from_fn(|| bridge.receive()).find(|it| number(it, "").0 == RawValue::Number(2.0))
+        });
+        assert_ne!(bridge.publisher(), identity);
+        eventually("our message of after the step", || {
+            publish(&mut bridge, 2.0);
+            node.poll("heard", Duration::from_millis(100)).filter(|heard| heard["value"] == json!(2.0))
+        });
+    });
+    let _absent = std::fs::remove_file(file);
+}
+
+/// The library that fakes the time of a process; prints SKIPPED if there is none.
+fn libfaketime() -> Option<String> {
+    let folders = std::fs::read_dir("/usr/lib").into_iter().flatten().flatten();
+    let mut places = folders.map(|folder| folder.path().join("faketime/libfaketime.so.1"));
+    let found = places.find(|place| place.exists());
+    if found.is_none() {
+        eprintln!("SKIPPED: libfaketime is absent; `cargo xtask test` installs it");
+    }
+    found.map(|place| place.display().to_string())
 }
 
 #[test]

@@ -21,12 +21,18 @@ pub(crate) enum Multicast {
 /// Runs a test in a network of its own: this program is started there for this test only. `test` is the name of the test.
 #[track_caller]
 pub(crate) fn alone(test: &str, multicast: Multicast, body: impl FnOnce()) {
+    alone_with(test, multicast, &[], body);
+}
+
+/// As [`alone`], with more variables of the environment.
+#[track_caller]
+pub(crate) fn alone_with(test: &str, multicast: Multicast, variables: &[(&str, &str)], body: impl FnOnce()) {
     if std::env::var_os(INSIDE).is_some() {
         return body();
     }
     let outcome = [&["--net"][..], &["--net", "--user", "--map-root-user"]]
         .iter()
-        .map(|rights| start(rights, test, multicast))
+        .map(|rights| start(rights, test, multicast, variables))
         .find(|outcome| outcome.as_ref().is_ok_and(|output| output.status.code() != Some(REFUSED)));
     let mut error = std::io::stderr();
     let Some(Ok(output)) = outcome else {
@@ -45,7 +51,12 @@ pub(crate) fn alone(test: &str, multicast: Multicast, body: impl FnOnce()) {
 }
 
 /// Runs this program in a new network.
-fn start(rights: &[&str], test: &str, multicast: Multicast) -> std::io::Result<Output> {
+fn start(
+    rights: &[&str],
+    test: &str,
+    multicast: Multicast,
+    variables: &[(&str, &str)],
+) -> std::io::Result<Output> {
     let multicast = match multicast {
         Multicast::On => "ip link set lo multicast on && ip route add 224.0.0.0/4 dev lo",
         Multicast::Off => "ip link set lo multicast off",
@@ -58,6 +69,7 @@ fn start(rights: &[&str], test: &str, multicast: Multicast) -> std::io::Result<O
     let mut command = Command::new("timeout");
     command.args(timeout).args(rights).args(["--", "sh", "-c", &script]).arg(Path::new(&program));
     command.args(["--exact", test, "--nocapture", "--test-threads", "1"]).env(INSIDE, "1");
+    command.envs(variables.iter().copied());
     let output = command.output()?;
     // `unshare` itself ends by 1 where it may not.
     let is_refused = output.status.code() == Some(1) && output.stdout.is_empty();
