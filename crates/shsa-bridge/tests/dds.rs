@@ -81,7 +81,6 @@ fn nodes_are_heard_whether_reliable_or_not() {
         assert_eq!(number(&range, "range"), (RawValue::Number(1.25), Some(Time(9_000_000_000))));
         assert_ne!(range.publisher, Some(bridge.publisher()));
 
-        node.order(&json!({"publish": "/other", "type": "std_msgs/msg/Float32", "set": {"data": 1.0}}));
         let speed = json!({"publish": "/speed", "type": "std_msgs/msg/Float64", "set": {"data": -0.5}});
         let speed = eventually("the speed", || {
             node.order(&speed);
@@ -192,6 +191,29 @@ fn everything_is_heard_under_its_name() {
                 bridge.receive().filter(|message| &*message.topic == topic)
             });
             assert_eq!(received.message_type.as_deref(), Some("std_msgs/msg/Float64"));
+        }
+    });
+}
+
+/// RustDDS sends to whoever subscribes under the name, whatever the type.
+#[test]
+fn a_message_of_another_type_is_not_received_from_our_own_kind() {
+    with_multicast("a_message_of_another_type_is_not_received_from_our_own_kind", || {
+        let (mut source, mut sink) = (bridge(), bridge());
+        source.advertise("/other", "std_msgs/msg/Float32").unwrap();
+        sink.subscribe("/other", Some("std_msgs/msg/Float64")).unwrap();
+        sink.subscribe("/speed", Some("std_msgs/msg/Float64")).unwrap();
+        let mut send = |topic: &str| {
+            source.publish(Outgoing::new(topic, Time(1), Payload::Value(RawValue::Number(1.0)))).unwrap();
+        };
+        for _ in 0..5 {
+            let received = eventually("the speed", || {
+                send("/other");
+                send("/speed");
+                sink.inbox().wait(Duration::from_millis(50));
+                sink.receive()
+            });
+            assert_eq!(&*received.topic, "/speed");
         }
     });
 }
