@@ -3,6 +3,7 @@
 //! The same program gives the same bytes: no time of the build is in the package. The compiler is told to write no path of the machine into
 //! the program.
 
+use crate::workspace::RELEASED;
 use crate::{command, sbom};
 use anyhow::{Context, Result, bail, ensure};
 use std::env;
@@ -10,8 +11,6 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 
-/// What a released program has beside what others build by default.
-pub(crate) const RELEASED: &str = "shsa/ros2-dds";
 /// The output folder without `--out`.
 const OUT: &str = "target/package";
 /// Files that are copied: from the project's folder, to the path on the machine, with these permissions.

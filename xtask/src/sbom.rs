@@ -3,7 +3,7 @@
 //! <https://cyclonedx.org/docs/1.5/json/>. The same sources give the same text: it has no time and no serial number.
 
 use crate::command;
-use crate::workspace::{Metadata, Package};
+use crate::workspace::{Metadata, Package, RELEASED};
 use anyhow::{Context, Result};
 use serde::Deserialize;
 use serde_json::{Value, json};
@@ -27,13 +27,13 @@ struct Locked {
 /// A crate by name and version, of which a build has each once.
 type Crate<'a> = (&'a str, &'a str);
 
-/// The bill of a crate of the workspace with its default features on this platform.
+/// The bill of a crate of the workspace with the features of what is released, on this platform.
 ///
 /// # Errors
 /// When cargo fails, or the crate or its lock is missing.
 pub(crate) fn of(name: &str) -> Result<String> {
     let line = ["cargo", "tree", "--locked", "--package", name, "--edges", "normal", "--prefix", "none"];
-    let tree = command::output(&[&line[..], &["--format", "{p}"]].concat())?;
+    let tree = command::output(&[&line[..], &["--features", RELEASED, "--format", "{p}"]].concat())?;
     let metadata = Metadata::read()?;
     let lock = toml::from_str(&fs::read_to_string("Cargo.lock").context("reading Cargo.lock")?)?;
     let bill = bill(name, &linked(&tree), &metadata, &lock)?;

@@ -5,6 +5,9 @@ use anyhow::{Context, Result};
 use serde::Deserialize;
 use std::path::Path;
 
+/// The features of released programs, and of all that is tested, beside the default ones.
+pub(crate) const RELEASED: &str = "shsa/ros2-dds";
+
 /// The workspace's folder.
 pub(crate) fn root() -> &'static Path {
     let here = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -67,12 +70,13 @@ pub(crate) struct EdgeKind {
 }
 
 impl Metadata {
-    /// Runs `cargo metadata`.
+    /// Runs `cargo metadata` with the features of what is released.
     ///
     /// # Errors
     /// When cargo fails, for example because `Cargo.lock` is out of date.
     pub(crate) fn read() -> Result<Metadata> {
-        let text = command::output(&["cargo", "metadata", "--format-version", "1", "--locked"])?;
+        let line = ["cargo", "metadata", "--format-version", "1", "--locked", "--features", RELEASED];
+        let text = command::output(&line)?;
         serde_json::from_str(&text).context("reading the output of `cargo metadata`")
     }
 

@@ -1,7 +1,7 @@
 //! Builds, lints and documents the workspace, and runs the examples in its documentation.
 
 use super::GIVING_WAY;
-use crate::package::RELEASED;
+use crate::workspace::RELEASED;
 use crate::{command, compiler};
 use anyhow::Result;
 use serde_json::Value;
