@@ -246,6 +246,78 @@ fn a_frozen_subscriber_keeps_nobody_else_waiting() {
     });
 }
 
+/// Changes this network.
+fn ip(step: &str) {
+    let command = format!("PATH=$PATH:/usr/sbin:/sbin; ip {step}");
+    let output = std::process::Command::new("sh").args(["-c", &command]).output().unwrap();
+    assert!(output.status.success(), "{step}: {output:?}");
+}
+
+/// The interfaces on which DDS is listened for, and the datagrams that a second interface has sent.
+fn reach() -> (Vec<&'static str>, u64) {
+    let groups = std::fs::read_to_string("/proc/net/igmp").unwrap();
+    // The lines of an interface's groups follow its own; 239.255.0.1 as a number.
+    let mut within = "";
+    let mut joined = Vec::new();
+    for line in groups.lines() {
+        within = ["lo", "field0"].into_iter().find(|name| line.contains(name)).unwrap_or(within);
+        if line.contains("0100FFEF") {
+            joined.push(within);
+        }
+    }
+    let counts = std::fs::read_to_string("/proc/net/dev").unwrap();
+    let second = counts.lines().find_map(|line| line.trim().strip_prefix("field0:")).unwrap();
+    (joined, second.split_whitespace().nth(9).unwrap().parse().unwrap())
+}
+
+#[test]
+fn nothing_is_announced_but_on_the_interfaces_that_were_named() {
+    with_multicast("nothing_is_announced_but_on_the_interfaces_that_were_named", || {
+        // Its other end is there to carry what is sent; without addresses of IPv6, the machine itself sends nothing.
+        for step in [
+            "link add field0 type veth peer name field1",
+            "link set field0 addrgenmode none",
+            "link set field1 addrgenmode none",
+            "link set field0 up",
+            "link set field1 up",
+            "address add 10.213.78.1/24 dev field0",
+        ] {
+            ip(step);
+        }
+        let open = |interfaces: Interfaces| {
+            let options = Options { interfaces, domain: DOMAIN, ..Options::default() };
+            let mut bridge = DdsBridge::open(&options, contract::inbox(8)).unwrap();
+            for _ in 0..10 {
+                bridge
+                    .publish(Outgoing::new("/dmin", Time(1), Payload::Value(RawValue::Number(1.0))))
+                    .unwrap();
+                std::thread::sleep(Duration::from_millis(50));
+            }
+            bridge
+        };
+        let (_, before) = reach();
+        let bridge = open(Interfaces::Loopback);
+        assert_eq!(reach(), (vec!["lo"], before));
+        drop(bridge);
+        let named = |name: &str| Interfaces::Named(vec![name.into()]);
+        for interfaces in [named("field0"), named("10.213.78.1")] {
+            let (_, before) = reach();
+            let bridge = open(interfaces);
+            let (joined, after) = reach();
+            assert_eq!(joined, ["field0"]);
+            assert!(after > before, "{after}");
+            drop(bridge);
+        }
+        let bridge = open(Interfaces::All);
+        assert_eq!(reach().0, ["lo", "field0"]);
+        // This is the limit that the documents state: the ports are open on all interfaces.
+        let sockets = std::fs::read_to_string("/proc/net/udp").unwrap();
+        let open_ports = sockets.lines().filter(|line| line.contains(" 00000000:")).count();
+        assert!(open_ports >= 4, "{sockets}");
+        drop(bridge);
+    });
+}
+
 /// Sets the clock of this test and its node, which libfaketime reads from a file.
 fn set_clock(file: &Path, step: &str) {
     let new = file.with_extension("new");
