@@ -217,8 +217,8 @@ pub(crate) fn compute(arguments: &SubstituteArguments) -> anyhow::Result<Outcome
 }
 
 /// What DDS cannot be limited to.
-const OPEN_PORTS: &str = "DDS announces itself only on the interfaces of --bus, but takes datagrams from all of them: close UDP ports \
-7400 and above to others by a firewall";
+const OPEN_PORTS: &str = "DDS announces itself only on the interfaces of --bus, but takes datagrams from all of them, and a forged one can \
+make it take all memory: close UDP ports 7400 and above to others by a firewall";
 
 /// The address to listen on; `None`: nowhere.
 type HttpAddress = Option<SocketAddr>;

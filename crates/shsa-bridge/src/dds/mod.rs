@@ -9,7 +9,7 @@
 //! every subscriber that asks for no earlier messages. A message of ROS cannot carry its provenance.
 //!
 //! RustDDS cannot bind to one interface: [`Interfaces`] are where we are announced and look for others, but datagrams from
-//! everywhere are taken.
+//! everywhere are taken. It counts up to any sequence number that a heartbeat names, so a forged one takes memory without end.
 
 mod bell;
 mod raw;
