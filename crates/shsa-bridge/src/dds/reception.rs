@@ -28,6 +28,8 @@ pub(super) struct Shared {
     inbox: Inbox,
     participant: Mutex<Arc<Participant>>,
     subscriptions: Mutex<Subscriptions>,
+    /// Whether the subscriptions have changed since the thread looked at them.
+    is_changed: AtomicBool,
     /// The type of each topic, without its leading slash, by its publishers.
     types: Mutex<BTreeMap<String, Arc<str>>>,
     troubles: Mutex<Vec<BridgeError>>,
@@ -43,6 +45,7 @@ impl Shared {
             inbox,
             participant: Mutex::new(Arc::new(participant)),
             subscriptions: Mutex::default(),
+            is_changed: AtomicBool::new(false),
             types: Mutex::default(),
             troubles: Mutex::default(),
             bell: Arc::default(),
@@ -62,6 +65,7 @@ impl Shared {
     /// Changes the subscriptions; `change` returns whether it has.
     pub(super) fn subscribe(&self, change: impl FnOnce(&mut Subscriptions) -> bool) {
         if change(&mut locked(&self.subscriptions)) {
+            self.is_changed.store(true, Ordering::Release);
             self.bell.ring();
         }
     }
@@ -97,14 +101,24 @@ fn locked<T>(mutex: &Mutex<T>) -> MutexGuard<'_, T> {
 /// The topic, without its leading slash, and the type of a reader or of a publisher.
 type Subject = (String, String);
 
+/// A reader at work.
+struct Inlet {
+    reader: Reader,
+    bell: Arc<ReaderBell>,
+    /// The type as messages name it.
+    message_type: Arc<str>,
+}
+
 /// The state of the thread.
 pub(super) struct Reception {
     shared: Arc<Shared>,
     // Before its participant, to be dropped first.
-    readers: BTreeMap<Subject, (Reader, Arc<ReaderBell>)>,
+    inlets: BTreeMap<Subject, Inlet>,
     participant: Arc<Participant>,
     /// The publishers of others.
     publishers: BTreeMap<GUID, Subject>,
+    /// Whether there may be readers to open.
+    has_news: bool,
     steps: Steps,
 }
 
@@ -113,9 +127,10 @@ impl Reception {
         let participant = shared.participant();
         Reception {
             shared,
-            readers: BTreeMap::new(),
+            inlets: BTreeMap::new(),
             participant,
             publishers: BTreeMap::new(),
+            has_news: true,
             steps: Steps::new(),
         }
     }
@@ -126,13 +141,15 @@ impl Reception {
         while !shared.ends.load(Ordering::Acquire) {
             if !shared.bell.wait(TICK) {
                 // A clock that was slewed can hide a message from a reader for a moment, which is not reported again.
-                self.readers.values().for_each(|(_, bell)| bell.ring());
+                self.inlets.values().for_each(|inlet| inlet.bell.ring());
             }
             if self.steps.is_back() {
                 self.open_anew();
             }
             self.discover();
-            self.open_readers();
+            if shared.is_changed.swap(false, Ordering::AcqRel) || self.has_news {
+                self.open_readers();
+            }
             self.deliver();
         }
     }
@@ -144,8 +161,9 @@ impl Reception {
         match Participant::open(*domain, interfaces) {
             Ok(participant) => {
                 self.steps.forget();
-                self.readers.clear();
+                self.inlets.clear();
                 self.publishers.clear();
+                self.has_news = true;
                 self.participant = Arc::new(participant);
                 *locked(&self.shared.participant) = self.participant.clone();
             }
@@ -175,6 +193,7 @@ impl Reception {
         if !self.is_own(guid) {
             locked(&self.shared.types).insert(topic.to_owned(), full_name(&dds_type).into());
             self.publishers.insert(guid, (topic.to_owned(), dds_type));
+            self.has_news = true;
         }
     }
 
@@ -188,22 +207,29 @@ impl Reception {
         let typed = subscriptions.typed().map(|(topic, dds_type)| (topic.to_owned(), dds_type.to_owned()));
         let found = self.publishers.values().filter(|(topic, dds_type)| subscriptions.wants(topic, dds_type));
         let absent: Vec<Subject> =
-            typed.chain(found.cloned()).filter(|subject| !self.readers.contains_key(subject)).collect();
+            typed.chain(found.cloned()).filter(|subject| !self.inlets.contains_key(subject)).collect();
         drop(subscriptions);
+        self.has_news = false;
         for (topic, dds_type) in absent {
             match self.participant.reader(&topic, &dds_type, &self.shared.options.types) {
                 Ok(reader) => {
                     let bell = ReaderBell::new(self.shared.bell.clone());
-                    self.readers.insert((topic, dds_type), (reader, bell));
+                    let inlet = Inlet { reader, bell, message_type: full_name(&dds_type).into() };
+                    self.inlets.insert((topic, dds_type), inlet);
                 }
-                Err(error) => self.shared.trouble(error),
+                Err(error) => {
+                    // It is tried again at the next tick.
+                    self.has_news = true;
+                    self.shared.trouble(error);
+                }
             }
         }
     }
 
     /// Delivers what the readers have received.
     fn deliver(&mut self) {
-        for ((topic, dds_type), (reader, bell)) in &self.readers {
+        for (subject, inlet) in &self.inlets {
+            let (Inlet { reader, bell, .. }, topic) = (inlet, &subject.0);
             if !bell.take() {
                 continue;
             }
@@ -216,7 +242,7 @@ impl Reception {
                     break;
                 }
                 match reader.try_take_one() {
-                    Ok(Some(sample)) => self.hand(topic, dds_type, sample),
+                    Ok(Some(sample)) => self.hand(subject, inlet, sample),
                     Ok(None) => break,
                     // Of another encoding: the next one may be read.
                     Err(error) => {
@@ -228,7 +254,8 @@ impl Reception {
     }
 
     /// Hands a message over. RustDDS gives a reader what is published under its topic with another type, too.
-    fn hand(&self, topic: &str, dds_type: &str, sample: DeserializedCacheChange<Bytes>) {
+    fn hand(&self, subject: &Subject, inlet: &Inlet, sample: DeserializedCacheChange<Bytes>) {
+        let (topic, dds_type) = subject;
         let guid = sample.writer_guid;
         let is_other = || self.publishers.get(&guid).is_some_and(|(_, its_type)| its_type != dds_type);
         if self.is_own(guid) || is_other() {
@@ -240,7 +267,7 @@ impl Reception {
             inbox.hand(Message {
                 stamp: sample.write_options.source_timestamp().map(time_of),
                 publisher: Some(PublisherId(u128::from_le_bytes(guid.to_bytes()))),
-                message_type: Some(full_name(dds_type).into()),
+                message_type: Some(inlet.message_type.clone()),
                 ..Message::new(name, inbox.clock().now(), Payload::Bytes(sample.sample.clone()))
             });
         }
