@@ -1,9 +1,8 @@
 //! ROS 2 over DDS, as most installations have it: a participant among the nodes, by RustDDS.
 //!
-//! Received payloads are CDR; the type is that of the publisher. What is published has the same forms as over
-//! [Zenoh](crate::Outgoing): a value is a `std_msgs/msg/Float64` (a list a `Float64MultiArray`) unless the topic was
-//! [advertised](Bridge::advertise) with another type, as `TYPE#FIELD` if the value is not its field `data`; a text is a
-//! `std_msgs/msg/String`. A topic that others publish keeps its type.
+//! Received payloads are CDR; the type is that of the publisher. What is published has the same forms as over Zenoh: a value is a
+//! `std_msgs/msg/Float64` (a list a `Float64MultiArray`) unless the topic was [advertised](Bridge::advertise) with another type, as
+//! `TYPE#FIELD` if the value is not its field `data`; a text is a `std_msgs/msg/String`. A topic that others publish keeps its type.
 //!
 //! Readers are best effort and volatile, and so accept every publisher; writers are reliable and volatile, and so are accepted by
 //! every subscriber that asks for no earlier messages. A message of ROS cannot carry its provenance.
