@@ -1,12 +1,13 @@
 //! An engine in a loop of the caller.
 
+use crate::columns::{Columns, Observations, Outputs};
 use crate::model::Model;
 use crate::problem::{failed, unknown};
 use pyo3::prelude::*;
 use serde_json::{Value, json};
 use shsa_core::engine::{self, Input, Options, Output, Publication, PublishedValue, Ticks};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use shsa_format::{event, state};
@@ -59,14 +60,36 @@ impl Engine {
         stamp_ns: i64,
     ) -> PyResult<()> {
         let mut engine = self.lock();
-        let known = engine.knowledge();
-        let Some(signal) = known.signal(signal) else {
-            return Err(unknown(py, "signal", signal, known.signals().iter().map(|it| it.name.as_str())));
-        };
+        let signal = find(py, &engine, signal)?;
         let (stamp, received) = (Time(stamp_ns), Time(received_ns));
         engine.pass(Ticks::before(received));
         engine.handle(Input::Observation(Observation { signal, stamp, received, value: value.into() }));
         Ok(())
+    }
+
+    /// Takes observations in columns.
+    fn handle_all(
+        &self,
+        py: Python<'_>,
+        names: Vec<String>,
+        signals: &[u8],
+        stamps: &[u8],
+        received: &[u8],
+        values: &[u8],
+    ) -> PyResult<()> {
+        let observations = Observations { signals, stamps, received, values };
+        if let Some(problem) = observations.problem(names.len()) {
+            return Err(failed(py, problem));
+        }
+        let mut engine = self.lock();
+        let known = names.iter().map(|name| find(py, &engine, name)).collect::<PyResult<Vec<SignalId>>>()?;
+        observations.give(&mut engine, &known);
+        Ok(())
+    }
+
+    /// All outputs until now, in columns.
+    fn take<'py>(&self, py: Python<'py>) -> Columns<'py> {
+        Outputs::of(&mut self.lock()).columns(py)
     }
 
     fn advance(&self, now_ns: i64) {
@@ -95,10 +118,7 @@ impl Engine {
 
     fn verdict(&self, py: Python<'_>, signal: &str) -> PyResult<&'static str> {
         let engine = self.lock();
-        let known = engine.knowledge();
-        let Some(id) = known.signal(signal) else {
-            return Err(unknown(py, "signal", signal, known.signals().iter().map(|it| it.name.as_str())));
-        };
+        let id = find(py, &engine, signal)?;
         Ok(event::verdict(engine.absence(id), engine.verdict(id)))
     }
 
@@ -113,6 +133,16 @@ impl Engine {
         engine.handle(Input::Restore { time, snapshot: Box::new(snapshot) });
         Ok(())
     }
+}
+
+/// The signal of a name.
+///
+/// # Errors
+/// When the model has no such signal.
+fn find(py: Python<'_>, engine: &engine::Engine, name: &str) -> PyResult<SignalId> {
+    let known = engine.knowledge();
+    let names = || known.signals().iter().map(|signal| signal.name.as_str());
+    known.signal(name).ok_or_else(|| unknown(py, "signal", name, names()))
 }
 
 fn published(

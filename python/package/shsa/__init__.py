@@ -85,6 +85,8 @@ class Model:
 
     def __init__(self, text: str, name: str = "model") -> None:
         self._model = _shsa.Model(text, name)
+        self.text = text
+        """YAML or JSON."""
         self._names: dict[str, list[str]] = json.loads(self._model.names())
 
     @classmethod
@@ -160,6 +162,10 @@ class Model:
         """
         analysis: dict[str, Any] = json.loads(self._model.analyze(additions, only_runnable))
         return analysis
+
+    def __reduce__(self) -> tuple[type[Model], tuple[str, str]]:
+        # Other processes make it anew of its text.
+        return Model, (self.text, self.name)
 
     def __repr__(self) -> str:
         return f"Model({self.name!r}, {len(self.signals)} signals, {len(self.needs)} needs)"
