@@ -4,7 +4,7 @@ import sys
 
 import shsa
 
-for absent in ("pandas", "pyarrow", "numpy"):
+for absent in ("pandas", "pyarrow", "numpy", "pyspark"):
     assert absent not in sys.modules
     try:
         __import__(absent)

@@ -23,6 +23,7 @@ from test_shsa import TANK
 
 import shsa
 import shsa.spark
+from shsa import _spark_stream, _states
 
 FOLDER = pathlib.Path(tempfile.mkdtemp(prefix="shsa-spark-"))
 FLOATS = ["float_1", "float_2", "float_3"]
@@ -109,6 +110,13 @@ def healing(spark: SparkSession, folder: pathlib.Path, output: pathlib.Path, **o
     healed = shsa.spark.heal(stream, tank(), **options)
     sink = healed.writeStream.format("json").option("checkpointLocation", str(output / "checkpoint"))
     return sink.trigger(availableNow=True).start(str(output / "rows"))
+
+
+def given(seconds: list[int], state: _states.State | None) -> _states.Rows:
+    """Readings as a batch of a stream gives them."""
+    micros = pandas.Series(seconds) * 1_000_000
+    frame = pandas.DataFrame({"_time_us": micros, "signal": "float_1", "value": 5.0})
+    return _spark_stream._rows([frame], tank(), state)
 
 
 def undisturbed(spark: SparkSession) -> None:
@@ -228,20 +236,32 @@ def as_bytes(table: pyarrow.Table) -> bytes:
 
 
 class Streams(Spark):
-    def test_the_cut_into_batches_and_renewals_change_nothing(self) -> None:
+    def test_the_cut_into_batches_changes_nothing(self) -> None:
         undisturbed(self.spark)
         schema = "vehicle bigint, received timestamp, kind string, signal string, lo double, hi double, quality string, because string"
         cut = as_one(self.spark.read.schema(schema).json(str(FOLDER / "undisturbed/rows")))
-        expected = by_one_engine(FLEET)
-        self.assertEqual(cut, expected)
-        self.assertGreater(len({row[2] for row in cut}), 3)
         whole = shsa.spark.heal(self.spark.read.parquet(str(FOLDER / "fleet")), tank(), **RENEWAL)
-        self.assertEqual(as_one(whole), expected)
+        self.assertEqual(cut, as_one(whole))
+        self.assertGreater(len({row[2] for row in cut}), 3)
 
-    def test_a_column_for_each_signal_does_as_well(self) -> None:
-        wide = pandas.concat([recording(7 * it, 15).assign(vehicle=it) for it in range(2)])
-        healed = shsa.spark.heal(self.spark.createDataFrame(wide), tank())
-        self.assertEqual(as_one(healed), by_one_engine(readings(range(2), 15)))
+    def test_a_late_row_is_received_now_and_one_behind_the_watermark_is_dropped(self) -> None:
+        # The watermark is 10 s after the first two rows, and counts from the next batch but one.
+        at = [pandas.Timestamp(1_700_000_000 + second, unit="s", tz="UTC") for second in (0, 40, 41, 42, 20, 5)]
+        rows = pandas.DataFrame({"time": at, "signal": "float_1", "value": 5.0, "vehicle": 0})
+        folder = written(rows, FOLDER / "late", 3)
+        query = healing(self.spark, folder, FOLDER / "late-out", late="30 seconds")
+        self.assertTrue(query.awaitTermination(300))
+        operators = [operator for it in query.recentProgress for operator in it["stateOperators"]]
+        self.assertEqual(sum(operator["numRowsDroppedByWatermark"] for operator in operators), 1)
+
+        state, _, _ = _states.Engines(tank(), _states.NONE).give("", None, given([0, 40], None))
+        late = given([20], state)
+        self.assertEqual([(late.stamps[0], late.received[0])], [(20 * 10**9, 40 * 10**9)])
+
+    def test_a_column_for_each_signal_gives_what_one_engine_gives(self) -> None:
+        wide = pandas.concat([recording(7 * it, 90).assign(vehicle=it) for it in range(4)])
+        healed = shsa.spark.heal(self.spark.createDataFrame(wide), tank(), renew_s=None)
+        self.assertEqual(as_one(healed), by_one_engine(readings(range(4), 90)))
         published = shsa.spark.values(healed).columns
         self.assertEqual(published[:4], ["vehicle", "time", "received", "signal"])
         [fields] = {type(json.loads(row.fields)) for row in shsa.spark.events(healed).collect()}

@@ -51,7 +51,11 @@ fn clean() -> &'static Path {
 fn with_tables(arguments: &[&str]) -> String {
     let packages = run(Command::new(with_packages())
         .args(["-c", "import sysconfig; print(sysconfig.get_paths()['purelib'])"]));
-    run(Command::new(clean()).env("PYTHONPATH", packages.trim()).args(arguments))
+    let mut command = Command::new(clean());
+    command.env("PYTHONPATH", packages.trim());
+    // The workers of Spark run the same Python, and nothing listens on other addresses.
+    command.env("PYSPARK_PYTHON", clean()).env("SPARK_LOCAL_IP", "127.0.0.1");
+    run(command.args(arguments))
 }
 
 #[test]
@@ -70,6 +74,13 @@ fn every_function_does_what_it_says() {
 fn the_examples_of_its_documentation_hold() {
     let printed = with_tables(&["python/tests/examples.py"]);
     assert!(printed.contains(" examples hold"), "{printed}");
+}
+
+#[test]
+fn recordings_and_streams_by_a_cluster_give_what_one_machine_gives() {
+    let printed = with_tables(&["python/tests/spark_cluster.py"]);
+    println!("{printed}");
+    assert!(printed.contains("\nOK") && !printed.contains("panicked"), "{printed}");
 }
 
 #[test]

@@ -41,9 +41,9 @@ const TOOLCHAIN: [Need; 2] = [
 /// Programs in C and C++ are compiled against the library; SWI-Prolog answers beside our searches, valgrind counts instructions,
 /// Mosquitto is the broker that the MQTT bridge is tested with, Prometheus reads the figures of a run, libfaketime steps a clock that
 /// is not the machine's, iproute2 lays and cuts cables between network namespaces, Chromium looks at the live page, axe-core at
-/// whether everyone can use it, and the clients and routers that are not ours are Python's, as are the packages that the wheel
-/// works with.
-const TESTS: [Need; 11] = [
+/// whether everyone can use it, Java runs Apache Spark, and the clients and routers that are not ours are Python's, as are the packages
+/// that the wheel works with.
+const TESTS: [Need; 12] = [
     Need { name: "a compiler of C++", probe: &["c++", "--version"], install: Install::Debian("g++") },
     Need { name: "pkg-config", probe: &["pkg-config", "--version"], install: Install::Debian("pkg-config") },
     Need { name: "SWI-Prolog", probe: &["swipl", "--version"], install: Install::Debian("swi-prolog-nox") },
@@ -82,6 +82,7 @@ const TESTS: [Need; 11] = [
             "python3 -m venv target/python && target/python/bin/pip install --quiet --no-compile --disable-pip-version-check -r xtask/python.txt",
         ]),
     },
+    Need { name: "Java", probe: &["java", "-version"], install: Install::Debian("openjdk-17-jre-headless") },
     Need { name: "valgrind", probe: &["valgrind", "--version"], install: Install::Debian("valgrind") },
 ];
 

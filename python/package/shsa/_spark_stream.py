@@ -14,7 +14,7 @@ from pyspark.sql import functions as F
 from pyspark.sql.streaming.state import GroupState, GroupStateTimeout
 
 from ._errors import ShsaError
-from ._states import Columns, Engines, Renewal, Rows, State
+from ._states import NONE, Columns, Engines, Renewal, Rows, State
 
 if TYPE_CHECKING:
     from . import Model
@@ -38,15 +38,16 @@ def heal(
     key: str = "vehicle",
     time: str = "time",
     late: str = "10 seconds",
-    renew_s: float = 30.0,
-    overlap_s: float = 10.0,
+    renew_s: float | None = 60.0,
+    overlap_s: float = 20.0,
     forget_s: float | None = None,
 ) -> DataFrame:
     """Heals a stream, with an engine for each key: a row for each published value and for each decision. Also a table, at once.
 
     The rows of the stream have the columns of the key and of the time (a timestamp: when the value was true), and either ``signal`` and
     ``value``, or a column for each signal of the model that is there. What is missing or not a number is no value; other signals
-    are left out. ``late`` is Spark's watermark: rows that come later than this behind the latest time of the whole stream are dropped.
+    are left out. ``late`` is Spark's watermark: rows that are this much before the latest time of the batch before the last one, or of an
+    earlier one, are dropped.
 
     Within a batch, the values of a key are given to its engine in the order of their times. A value whose time is before what the engine has
     had is received now, with its own time stamp. Where no row of a key comes late in this sense, the result does not depend on how
@@ -54,14 +55,15 @@ def heal(
     others go on.
 
     The state is a snapshot of the engine and the observations since. An engine is renewed from its snapshot every ``renew_s``, with the
-    observations of the last ``overlap_s`` given again. After ``forget_s`` without rows, a key is forgotten; never if it is not given.
+    observations of the last ``overlap_s`` given again, and may then decide otherwise than one that goes on (docs/spark.md has figures);
+    ``None``: never, and the state grows with the stream. After ``forget_s`` without rows, a key is forgotten; never if it is not given.
 
     The result has the columns of the key, ``time`` and ``received`` (timestamps: when the value was true, and when it was computed; of a
     decision both are its moment), ``kind`` (``value``, or that of the event), ``signal``, ``element`` (of a vector), ``lo``,
     ``hi`` and ``quality`` of a value; ``variable``, ``because``, ``substitution`` and all ``fields`` as JSON of an event.
     `values` and `events` select them.
     """
-    renewal = Renewal(round(renew_s * 1e9), round(overlap_s * 1e9))
+    renewal = NONE if renew_s is None else Renewal(round(renew_s * 1e9), round(overlap_s * 1e9))
     Engines(model, renewal)
     named = f"`{key}`"
     moment = F.unix_micros(F.col(f"`{time}`").cast("timestamp")).alias("_time_us")

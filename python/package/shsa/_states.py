@@ -3,7 +3,7 @@
 `Engine.snapshot` leaves out what new evidence brings back: the comparisons and values of the last seconds. An engine that begins from it
 alone decides later than one that went on. So a `State` is a snapshot and the observations since: from both, the same engine arises in
 whichever process. To bound the observations, an engine is renewed at times that only they determine: the snapshot is taken some seconds
-before, and the observations of these seconds are given again, so that nothing recent is missing.
+before, and the observations of these seconds are given again. So nothing recent is missing, but statistics over minutes begin anew.
 """
 
 from __future__ import annotations
@@ -142,9 +142,13 @@ class Renewal(NamedTuple):
     """The snapshot is so old then, and the observations since are given again."""
 
 
+NONE = Renewal(2**62, 1)
+"""An engine goes on for ever."""
+
+
 @dataclass
 class _Live:
-    """An engine at work, and the parts of its state."""
+    """An engine at work, its state, and what it has put out."""
 
     engine: Engine
     state: State
@@ -218,7 +222,7 @@ class Engines:
         while begin < count:
             period, overlap = self.renewal
             due = live.state.base_ns + (period - overlap if live.state.middle is None else period)
-            end = int(numpy.searchsorted(rows.received, due))
+            end = int(numpy.searchsorted(rows.received, min(due, 2**63 - 1)))
             if end > begin:
                 part = rows.part(begin, end)
                 self._handle(live.engine, part)
