@@ -23,10 +23,11 @@ def wait(condition: Callable[[], object], seconds: float = 120) -> None:
 
 
 class Cluster:
-    """With one core and 1 GB for each worker."""
+    """With one core for each worker."""
 
-    def __init__(self, folder: pathlib.Path, workers: int) -> None:
+    def __init__(self, folder: pathlib.Path, workers: int, memory: str = "1g") -> None:
         self.folder = folder
+        self.memory = memory
         folder.mkdir(parents=True)
         self.processes: list[subprocess.Popen[bytes]] = []
         self.count = workers
@@ -37,7 +38,7 @@ class Cluster:
             self.master = self._printed(0, r"Starting Spark master at (spark://\S+)")
             for number in range(self.count):
                 work = str(self.folder / f"work-{number}")
-                self._start("worker.Worker", "--cores", "1", "--memory", "1g", "--work-dir", work, self.master)
+                self._start("worker.Worker", "--cores", "1", "--memory", self.memory, "--work-dir", work, self.master)
             for number in range(self.count):
                 self._printed(number + 1, r"(Successfully registered) with master")
         except BaseException:
