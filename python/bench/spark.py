@@ -120,7 +120,7 @@ def stream(vehicles: int = 10_000, seconds: int = 60) -> None:
         with spark(workers) as session:
             # Each batch has the two files of a step.
             read = session.readStream.schema(schema).option("maxFilesPerTrigger", 2)
-            healed = shsa.spark.heal(read.parquet(str(source / "*")), MODEL)
+            healed = shsa.spark.heal(read.parquet(str(source / "*")), MODEL, keep=vehicles)
             sink = healed.writeStream.format("parquet").option("checkpointLocation", str(output / "state"))
             before = load()
             query = sink.trigger(availableNow=True).start(str(output / "rows"))
@@ -199,7 +199,7 @@ def drive(chance: numpy.random.Generator, seconds: int) -> _states.Rows:
 
 
 def outputs(rows: _states.Rows, renewal: _states.Renewal) -> tuple[set[Any], set[Any]]:
-    _, parts, _ = _states.Engines(MODEL, renewal).give("", None, rows)
+    _, parts, _ = _states.Engines(MODEL, renewal, 0).give("", None, rows)
     columns = [numpy.concatenate(column).tolist() for column in zip(*(it[:-1] for it in parts))]
     events = [json.loads(event) for it in parts for event in it.events]
     return set(zip(*columns)), {(it["time_ns"], it["kind"], it["signal"], it["variable"]) for it in events}

@@ -254,7 +254,7 @@ class Streams(Spark):
         operators = [operator for it in query.recentProgress for operator in it["stateOperators"]]
         self.assertEqual(sum(operator["numRowsDroppedByWatermark"] for operator in operators), 1)
 
-        state, _, _ = _states.Engines(tank(), _states.NONE).give("", None, given([0, 40], None))
+        state, _, _ = _states.Engines(tank(), _states.NONE, 0).give("", None, given([0, 40], None))
         late = given([20], state)
         self.assertEqual([(late.stamps[0], late.received[0])], [(20 * 10**9, 40 * 10**9)])
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from . import Model
 
 STATE = (
-    "version binary, base binary, base_ns bigint, middle binary, middle_ns bigint, tail binary, received_ns bigint, "
+    "model binary, version binary, base binary, base_ns bigint, middle binary, middle_ns bigint, tail binary, received_ns bigint, "
     "advanced_ns bigint, seen_ns bigint"
 )
 HEALED = (
@@ -41,6 +41,7 @@ def heal(
     renew_s: float | None = 60.0,
     overlap_s: float = 20.0,
     forget_s: float | None = None,
+    keep: int = 2000,
 ) -> DataFrame:
     """Heals a stream, with an engine for each key: a row for each published value and for each decision. Also a table, at once.
 
@@ -57,14 +58,18 @@ def heal(
     The state is a snapshot of the engine and the observations since. An engine is renewed from its snapshot every ``renew_s``, with the
     observations of the last ``overlap_s`` given again, and may then decide otherwise than one that goes on (docs/spark.md has figures);
     ``None``: never, and the state grows with the stream. After ``forget_s`` without rows, a key is forgotten; never if it is not given.
+    Each Python worker keeps ``keep`` engines, of some 100 kB each; one that is not kept, or is not where the state is, arises from it.
 
     The result has the columns of the key, ``time`` and ``received`` (timestamps: when the value was true, and when it was computed; of a
     decision both are its moment), ``kind`` (``value``, or that of the event), ``signal``, ``element`` (of a vector), ``lo``,
     ``hi`` and ``quality`` of a value; ``variable``, ``because``, ``substitution`` and all ``fields`` as JSON of an event.
-    `values` and `events` select them.
+    `values` and `events` select them. Values of vectors cannot be given, only numbers.
+
+    A batch costs O(its rows) for each key, and O(rows in the state) where another process takes a key over. Raises `ShsaError` if the
+    stream has no readings or ``overlap_s`` is not between 0 and ``renew_s``.
     """
     renewal = NONE if renew_s is None else Renewal(round(renew_s * 1e9), round(overlap_s * 1e9))
-    Engines(model, renewal)
+    Engines(model, renewal, keep)
     named = f"`{key}`"
     moment = F.unix_micros(F.col(f"`{time}`").cast("timestamp")).alias("_time_us")
     # The column of times itself stays, as it is by which Spark drops what is late.
@@ -72,18 +77,18 @@ def heal(
     readings, is_long = _readings(stream.columns, model)
     rows = stream.withWatermark(time, late).select(*head, *readings)
     if is_long:
-        rows = rows.where(F.col("signal").isin(model.signals) & F.col("value").isNotNull())
+        rows = rows.where(F.col("signal").isin(model.signals))
     text, name = model.text, model.name
     forget = None if forget_s is None else round(forget_s * 1e9)
 
     def step(
         group: tuple[Any, ...], frames: Iterator[pandas.DataFrame], state: GroupState
     ) -> Iterator[pandas.DataFrame]:
-        engines = _engines(text, name, renewal)
+        engines = _engines(text, name, renewal, keep)
         yield _step(engines, group, key, frames, state, forget)
 
     def whole(group: tuple[Any, ...], frame: pandas.DataFrame) -> pandas.DataFrame:
-        engines = _engines(text, name, renewal)
+        engines = _engines(text, name, renewal, 0)
         _, outputs, _ = engines.give(group, None, _rows([frame], engines.model, None))
         return _frame(group[0], key, engines.model, outputs)
 
@@ -112,18 +117,18 @@ def events(healed: DataFrame) -> DataFrame:
 def _readings(columns: list[str], model: Model) -> tuple[list[Column], bool]:
     """The columns of the readings, and whether each row has one only, with the name of its signal."""
     if {"signal", "value"} <= set(columns):
-        return [F.col("signal"), F.col("value").cast("double")], True
+        return [F.col("signal"), F.col("value").try_cast("double")], True
     there = [name for name in model.signals if name in columns]
     if not there:
         raise ShsaError("the stream has neither `signal` and `value` nor a column of a signal of the model")
-    return [F.col(f"`{name}`").cast("double") for name in there], False
+    return [F.col(f"`{name}`").try_cast("double") for name in there], False
 
 
 @lru_cache(maxsize=8)
-def _engines(text: str, name: str, renewal: Renewal) -> Engines:
+def _engines(text: str, name: str, renewal: Renewal, keep: int) -> Engines:
     from . import Model
 
-    return Engines(Model(text, name), renewal)
+    return Engines(Model(text, name), renewal, keep)
 
 
 def _step(
@@ -157,10 +162,18 @@ def _step(
 def _read(state: GroupState) -> tuple[State | None, int]:
     if not state.exists:
         return None, -(2**63)
-    version, base, base_ns, middle, middle_ns, tail, received_ns, advanced_ns, seen_ns = state.get
+    model, version, base, base_ns, middle, middle_ns, tail, received_ns, advanced_ns, seen_ns = state.get
     snapshots = [None if it is None else bytes(it) for it in (base, middle)]
     before = State(
-        bytes(version), snapshots[0], base_ns, snapshots[1], middle_ns, bytes(tail), received_ns, advanced_ns
+        bytes(model),
+        bytes(version),
+        snapshots[0],
+        base_ns,
+        snapshots[1],
+        middle_ns,
+        bytes(tail),
+        received_ns,
+        advanced_ns,
     )
     return before, seen_ns
 

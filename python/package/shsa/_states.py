@@ -107,8 +107,10 @@ def _unframed(content: bytes) -> Rows:
 class State:
     """From which an engine arises; times in ns."""
 
+    model: bytes
+    """A digest of the model."""
     version: bytes
-    """A digest of the model and of everything that the engine was given, in its order."""
+    """A digest of everything that the engine was given, in its order."""
     base: bytes | None
     """The snapshot that it begins with, packed; ``None``: it begins as new,"""
     base_ns: int
@@ -161,11 +163,11 @@ class Engines:
     An engine that has another version, or is not kept, arises from the state: O(observations in the state).
     """
 
-    def __init__(self, model: Model, renewal: Renewal, limit: int = 20_000) -> None:
+    def __init__(self, model: Model, renewal: Renewal, limit: int) -> None:
         if not 0 < renewal.overlap < renewal.period:
             raise ShsaError("the overlap must be shorter than the time between renewals, and longer than 0")
         self.model, self.renewal, self.limit = model, renewal, limit
-        self.first = hashlib.blake2b(repr((model.text, renewal)).encode(), digest_size=16).digest()
+        self.digest = hashlib.blake2b(model.text.encode(), digest_size=16).digest()
         self.kept: OrderedDict[Hashable, tuple[bytes, Engine]] = OrderedDict()
         self.arisen = 0
         """How many engines have arisen from their states."""
@@ -179,7 +181,7 @@ class Engines:
         depends on the arguments alone, not on what is kept. The rows must not be received before ``state.now_ns``.
         """
         live = self._live(key, state, int(rows.received[0]) if len(rows.received) else until_ns or 0)
-        digest = hashlib.blake2b(live.state.version, digest_size=16)
+        digest = hashlib.blake2b(live.state.version + self.digest, digest_size=16)
         for column in rows.columns():
             digest.update(column)
         digest.update(repr(until_ns).encode())
@@ -196,16 +198,32 @@ class Engines:
         # What is taken out is not there if this call fails, and its next attempt begins from the state.
         version, engine = self.kept.pop(key, (b"", None))
         if state is None:
-            return _Live(Engine(self.model), State(self.first, None, begin_ns, None, 0, b"", NEVER, NEVER))
+            state = State(self.digest, repr(self.renewal).encode(), None, begin_ns, None, 0, b"", NEVER, NEVER)
+            return _Live(Engine(self.model), state)
+        if state.model != self.digest:
+            state = self._of_this_model(state)
+            # What it says of the change is new.
+            return _Live(self._begun(state), state)
         if engine is None or version != state.version:
             engine = self._arisen(state)
         return _Live(engine, state)
 
-    def _arisen(self, state: State) -> Engine:
-        self.arisen += 1
+    def _of_this_model(self, state: State) -> State:
+        """The state of an engine of another model: its last snapshot, as only there everything has its name."""
+        at, last = state.now_ns, state.middle or state.base
+        return replace(
+            state, model=self.digest, base=last, base_ns=at, middle=None, middle_ns=0, tail=b"", advanced_ns=at
+        )
+
+    def _begun(self, state: State) -> Engine:
         engine = Engine(self.model)
         if state.base is not None:
             engine.restore(zlib.decompress(state.base).decode(), state.base_ns)
+        return engine
+
+    def _arisen(self, state: State) -> Engine:
+        self.arisen += 1
+        engine = self._begun(state)
         self._handle(engine, unpacked(state.tail))
         engine.advance(state.advanced_ns)
         # Its outputs went out when they were new.
