@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import json
 import math
 import os
 import pathlib
 import random
+import re
 import shutil
 import signal
 import tempfile
@@ -291,6 +294,21 @@ class Streams(Spark):
         finally:
             query.stop()
         self.assertEqual(sorted((row.vehicle, row.signal) for row in found), [(0, name) for name in FLOATS])
+
+
+class Guide(Spark):
+    def test_the_examples_of_the_guide(self) -> None:
+        batch, stream = re.findall(r"```python\n(.*?)```", pathlib.Path("docs/spark.md").read_text(), re.DOTALL)
+        incoming = written(readings(range(1), 3).astype({"vehicle": str}), FOLDER / "incoming", 1)
+        around = {"car": shsa.Model.load("examples/car.yaml"), "folder": FOLDER / "guide", "spark": self.spark}
+        printed = io.StringIO()
+        with contextlib.redirect_stdout(printed):
+            exec(compile(batch, "docs/spark.md", "exec"), around)
+        self.assertRegex(printed.getvalue(), r"/gnss/speed\|\s+2\|")
+        exec(compile(stream, "docs/spark.md", "exec"), around | {"incoming": str(incoming)}, names := {})
+        names["query"].processAllAvailable()
+        names["query"].stop()
+        self.assertIsNone(names["query"].exception())
 
 
 class Workers(unittest.TestCase):

@@ -77,6 +77,12 @@ fn the_examples_of_its_documentation_hold() {
 }
 
 #[test]
+fn the_notebooks_run() {
+    let printed = with_tables(&["python/tests/notebooks.py"]);
+    assert!(printed.contains("3 notebooks run"), "{printed}");
+}
+
+#[test]
 fn recordings_and_streams_by_a_cluster_give_what_one_machine_gives() {
     let printed = with_tables(&["python/tests/spark_cluster.py"]);
     println!("{printed}");
