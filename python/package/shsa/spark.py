@@ -174,15 +174,15 @@ def _each(recordings: Recordings, key: str, schema: str, work: Work) -> DataFram
 
 
 def _named(recordings: Any, key: str) -> dict[str, list[str]]:
-    """The paths of each recording."""
+    """The paths of each recording; workers have other working folders."""
     if isinstance(recordings, Mapping):
         one = (str, os.PathLike)
         lists = {name: [paths] if isinstance(paths, one) else paths for name, paths in recordings.items()}
-        return {str(name): [os.fspath(path) for path in paths] for name, paths in lists.items()}
+        return {str(name): [os.path.abspath(path) for path in paths] for name, paths in lists.items()}
     found = sorted(path for path in pathlib.Path(recordings).iterdir() if path.name[0] not in "._")
     if not found:
         raise ShsaError(f"no recordings are in {os.fspath(recordings)}")
-    return {path.name.removeprefix(f"{key}="): [os.fspath(path)] for path in found}
+    return {path.name.removeprefix(f"{key}="): [os.path.abspath(path)] for path in found}
 
 
 def _each_group(table: DataFrame, key: str, schema: str, work: Work) -> DataFrame:
