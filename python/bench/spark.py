@@ -1,8 +1,8 @@
-"""What Spark costs, by workers of one core each on this machine: the figures of docs/spark.md. Prints tables.
+"""What Spark costs, by workers that are pinned to one core each on this machine: the figures of docs/spark.md. Prints tables.
 
     python python/bench/spark.py renewals                       what an engine decides otherwise that is renewed
     python python/bench/spark.py recordings [COUNT [SECONDS]]   recordings replayed by 1 and 2 workers, and singly
-    python python/bench/spark.py stream [VEHICLES [SECONDS]]    vehicles healed by 1 and 2 workers
+    python python/bench/spark.py stream [VEHICLES [SECONDS [ROUNDS]]]   vehicles healed by 1 and 2 workers
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ def worked_s(process: int) -> float:
 @contextmanager
 def spark(workers: int) -> Iterator[SparkSession]:
     """A session on a cluster of so many workers."""
-    with standalone.Cluster(FOLDER / f"cluster-{time.monotonic_ns()}", workers, memory="3g") as cluster:
+    with standalone.Cluster(FOLDER / f"cluster-{time.monotonic_ns()}", workers, memory="3g", pinned=True) as cluster:
         builder = SparkSession.builder.master(cluster.master)
         settings = {
             "spark.driver.host": "127.0.0.1",
@@ -104,7 +104,7 @@ def drives(session: SparkSession, vehicles: int, seconds: int, begin: int = 0) -
     return rows.selectExpr("vehicle", "timestamp_millis(1700000000000 + 100 * step) AS time", *named)
 
 
-def stream(vehicles: int = 10_000, seconds: int = 60) -> None:
+def stream(vehicles: int = 10_000, seconds: int = 60, rounds: int = 1) -> None:
     step = 10
     source = FOLDER / "drives"
     with spark(2) as session:
@@ -115,7 +115,7 @@ def stream(vehicles: int = 10_000, seconds: int = 60) -> None:
     print("| workers | values | s | values a second | CPU for a vehicle and second, ms | state a vehicle, kB | load |")
     print("|---|---|---|---|---|---|---|")
     seen = []
-    for workers in (1, 2):
+    for workers in (1, 2) * rounds:
         output = FOLDER / f"healed-{time.monotonic_ns()}"
         with spark(workers) as session:
             # Each batch has the two files of a step.
@@ -140,7 +140,8 @@ def stream(vehicles: int = 10_000, seconds: int = 60) -> None:
         seen.append(values / took)
         print(f"| {workers} | {values} | {took:.1f} | {speed} | {size / 1000:.1f} | {before} |", flush=True)
         shutil.rmtree(output)
-    print(f"two workers: {seen[1] / seen[0]:.2f} times one")
+    ratios = [two / one for one, two in zip(seen[::2], seen[1::2])]
+    print("two workers:", ", ".join(f"{ratio:.2f}" for ratio in ratios), "times one")
 
 
 def recordings(count: int = 200, seconds: int = 300) -> None:

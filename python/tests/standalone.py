@@ -23,11 +23,12 @@ def wait(condition: Callable[[], object], seconds: float = 120) -> None:
 
 
 class Cluster:
-    """With one core for each worker."""
+    """With one core for each worker; a worker that is pinned, with all its processes, has one and no more."""
 
-    def __init__(self, folder: pathlib.Path, workers: int, memory: str = "1g") -> None:
+    def __init__(self, folder: pathlib.Path, workers: int, memory: str = "1g", pinned: bool = False) -> None:
         self.folder = folder
         self.memory = memory
+        self.pinned = pinned
         folder.mkdir(parents=True)
         self.processes: list[subprocess.Popen[bytes]] = []
         self.count = workers
@@ -38,7 +39,7 @@ class Cluster:
             self.master = self._printed(0, r"Starting Spark master at (spark://\S+)")
             for number in range(self.count):
                 work = str(self.folder / f"work-{number}")
-                self._start("worker.Worker", "--cores", "1", "--memory", self.memory, "--work-dir", work, self.master)
+                self._start("worker.Worker", "--cores", "1", "--memory", self.memory, "--work-dir", work, self.master, core=number)
             for number in range(self.count):
                 self._printed(number + 1, r"(Successfully registered) with master")
         except BaseException:
@@ -62,11 +63,13 @@ class Cluster:
             end(executor)
         worker.wait(timeout=60)
 
-    def _start(self, name: str, *arguments: str) -> None:
+    def _start(self, name: str, *arguments: str, core: int | None = None) -> None:
         home = pathlib.Path(pyspark.__file__).parent
         options = ["-Xmx256m", "-XX:+UseSerialGC", "-XX:TieredStopAtLevel=1", "-cp", f"{home}/jars/*"]
         command = ["java", *options, f"org.apache.spark.deploy.{name}", "--host", "127.0.0.1", "--webui-port", "0"]
         environment = os.environ | {"SPARK_LOCAL_IP": "127.0.0.1", "SPARK_HOME": str(home), "SPARK_SCALA_VERSION": "2.13"}
+        if core is not None and self.pinned:
+            command = ["taskset", "--cpu-list", str(core % (os.cpu_count() or 1)), *command]
         with open(self._log(len(self.processes)), "wb") as log:
             started = subprocess.Popen([*command, *arguments], env=environment, stdout=log, stderr=log)
         self.processes.append(started)

@@ -85,7 +85,9 @@ def heal(
         group: tuple[Any, ...], frames: Iterator[pandas.DataFrame], state: GroupState
     ) -> Iterator[pandas.DataFrame]:
         engines = _engines(text, name, renewal, keep)
-        yield _step(engines, group, key, frames, state, forget)
+        healed = _step(engines, group, key, frames, state, forget)
+        if healed is not None:
+            yield healed
 
     def whole(group: tuple[Any, ...], frame: pandas.DataFrame) -> pandas.DataFrame:
         engines = _engines(text, name, renewal, 0)
@@ -138,13 +140,16 @@ def _step(
     frames: Iterable[pandas.DataFrame],
     state: GroupState,
     forget_ns: int | None,
-) -> pandas.DataFrame:
+) -> pandas.DataFrame | None:
+    """The outputs of a key's batch, or of its timeout; ``None`` while it has had no reading."""
     before, seen_ns = _read(state)
     watermark_ns = state.getCurrentWatermarkMs() * 1_000_000
     if state.hasTimedOut:
         rows, until = _rows([], engines.model, before), watermark_ns
     else:
         rows, until = _rows(list(frames), engines.model, before), None
+        if before is None and len(rows.values) == 0:
+            return None
         seen_ns = max(seen_ns, *rows.received[-1:].tolist(), before.now_ns if before else seen_ns)
     after, outputs, deadline = engines.give(group, before, rows, until)
     forgotten = None if forget_ns is None else seen_ns + forget_ns
