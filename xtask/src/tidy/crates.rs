@@ -45,6 +45,7 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "shsa-bridge",
             "shsa-lab",
             "shsa-runtime",
+            "shsa-demo",
         ],
     ),
     (
