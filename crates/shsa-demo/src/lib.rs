@@ -5,6 +5,8 @@
 //! are systems as stories, some of them under contract.
 
 mod error;
+mod healer;
+pub mod pack;
 pub mod platoon;
 pub mod rover;
 pub mod stories;

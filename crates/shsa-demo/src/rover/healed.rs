@@ -1,14 +1,14 @@
 //! `dmin` from whatever can be trusted: the engine over the model of the rover.
 
-use super::provider::{Decision, Provided, Provider};
+use super::provider::{Provided, Provider};
 use crate::DemoError;
+use crate::healer::{Healed, Healer, middle};
 use shsa_bridge::Message;
-use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue, Ticks};
+use shsa_core::engine::{Options, PublishedValue};
 use shsa_core::knowledge::SignalId;
 use shsa_core::monitor::{self, Debounce};
-use shsa_core::observation::{Observation, RawValue};
-use shsa_core::time::{Span, Time, Validity};
-use shsa_format::words;
+use shsa_core::observation::RawValue;
+use shsa_core::time::{Span, Time};
 use shsa_message::source::split_topic;
 use std::collections::BTreeMap;
 
@@ -37,7 +37,7 @@ impl Default for Settings {
 
 /// Feeds the engine from the bus.
 pub(super) struct HealedNode {
-    engine: Engine,
+    healer: Healer,
     /// The signal that each topic carries.
     signals: BTreeMap<String, SignalId>,
 }
@@ -46,28 +46,11 @@ impl HealedNode {
     /// # Errors
     /// When the model is invalid.
     pub(super) fn new(settings: &Settings) -> Result<HealedNode, DemoError> {
-        let loaded = shsa_format::model::load(&settings.model, "models/rover.yaml");
-        if !loaded.report.ok() {
-            return Err(DemoError::Model(loaded.report.render(false)));
-        }
-        let topic = |source: &str| split_topic(source).0.to_owned();
-        let signals = loaded.knowledge.signals().enumerate();
-        let signals = signals.map(|(id, signal)| (topic(&signal.source), id)).collect();
         let monitor = monitor::Options { debounce: settings.debounce, ..monitor::Options::default() };
         let options = Options { monitor, ..Options::default() };
-        Ok(HealedNode { engine: shsa_estimate::node::engine(loaded.knowledge, options), signals })
-    }
-
-    fn decision(&self, event: Event) -> Decision {
-        let knowledge = self.engine.knowledge();
-        Decision {
-            time: event.time,
-            kind: event.kind,
-            signal: event.signal.map(|signal| knowledge.signals()[signal].name.clone()),
-            variable: event.variable.map(|variable| knowledge.variables()[variable].name.clone()),
-            because: words::reasons(&event.because),
-            substitution: event.substitution.as_ref().map(words::served_by),
-        }
+        let healer = Healer::new(&settings.model, "models/rover.yaml", options)?;
+        let signals = healer.sources().map(|(id, source)| (split_topic(source).0.to_owned(), id)).collect();
+        Ok(HealedNode { healer, signals })
     }
 }
 
@@ -77,37 +60,28 @@ impl Provider for HealedNode {
     }
 
     fn source(&self) -> String {
-        let need = self.engine.knowledge().needs().ids().next();
-        let source = need.and_then(|need| self.engine.need_status(need).source);
-        source.as_ref().map_or_else(|| "nothing".to_string(), words::served_by)
+        let need = self.healer.needs().next().map(|(need, _)| need);
+        need.map_or_else(String::new, |need| self.healer.source(need))
     }
 
     fn observe(&mut self, message: &Message) {
         let Some(&signal) = self.signals.get(&*message.topic) else { return };
         let Some(value) = message.value().cloned() else { return };
-        let (stamp, received) = (message.stamped(), message.received);
-        self.engine.pass(Ticks::before(received));
-        self.engine.handle(Input::Observation(Observation { signal, stamp, received, value }));
+        self.healer.observe(signal, message.stamped(), message.received, value);
     }
 
     fn tick(&mut self, now: Time) {
-        self.engine.pass(Ticks::up_to(now));
+        self.healer.pass(now);
     }
 
     fn poll(&mut self) -> Option<Provided> {
-        match self.engine.poll()? {
-            Output::Event(event) => Some(Provided::Decision(self.decision(event))),
-            Output::Publication(publication) => {
-                Some(Provided::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) })
+        Some(match self.healer.poll()? {
+            Healed::Decision(decision) => Provided::Decision(decision),
+            Healed::Value(publication) => {
+                Provided::Dmin { stamp: middle(publication.validity), value: raw(&publication.value) }
             }
-            // The rover's model never changes.
-            Output::Task { .. } | Output::Reloaded(_) => None,
-        }
+        })
     }
-}
-
-fn middle(validity: Validity) -> Time {
-    Time(validity.from.0.midpoint(validity.to.0))
 }
 
 fn raw(value: &PublishedValue) -> RawValue {

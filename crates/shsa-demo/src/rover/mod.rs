@@ -15,10 +15,11 @@ pub mod process;
 mod score;
 mod trial;
 
+pub use crate::healer::Decision;
 pub use avoidance::{Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
 pub use healed::Settings;
-pub use provider::{Decision, NEED, Provision, lower_bound};
+pub use provider::{NEED, Provision, lower_bound};
 pub use robot::Robot;
 pub use room::{Point, Pose, Room};
 pub use score::Score;

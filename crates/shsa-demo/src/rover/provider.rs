@@ -1,8 +1,8 @@
 //! What computes `dmin`: the plain node here, or the engine (`healed`).
 
 use super::sensors::{LIDAR, nearest_seen};
+use crate::healer::Decision;
 use shsa_bridge::Message;
-use shsa_core::engine::EventKind;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use std::collections::VecDeque;
@@ -17,23 +17,6 @@ pub enum Provision {
     Healed,
     /// The smallest distance of each scan of the lidar, right or wrong.
     LidarAlone,
-}
-
-/// A decision of the engine, in names and words.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Decision {
-    /// When it was decided.
-    pub time: Time,
-    /// What was decided.
-    pub kind: EventKind,
-    /// The signal that it is about, if it is about one.
-    pub signal: Option<String>,
-    /// The variable that it is about, if it is about one.
-    pub variable: Option<String>,
-    /// The reasons as a sentence.
-    pub because: String,
-    /// The new source of `dmin`, if it has changed.
-    pub substitution: Option<String>,
 }
 
 /// What a provider gives.
