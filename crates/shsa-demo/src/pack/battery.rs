@@ -102,6 +102,7 @@ impl Battery {
     pub(super) fn pass(&mut self, current_a: f64, span_s: f64) {
         self.current_a = current_a;
         let (misfit_v, phase) = (self.misfit_v, self.misfit_phase);
+        let nearer = 1.0 - (-span_s / PAIR_S).exp();
         let mut heats_w = Vec::with_capacity(MODULES);
         for (module, &warmth_k) in self.cells.chunks_mut(CELLS).zip(&self.temperatures_k) {
             let colder = (ARRHENIUS_K * (1.0 / warmth_k - 1.0 / 298.15)).exp();
@@ -109,7 +110,7 @@ impl Battery {
             for cell in module {
                 cell.charge_c -= current_a * span_s;
                 let aim_v = current_a * PAIR_OHM * colder * cell.resistance;
-                cell.pair_v += (aim_v - cell.pair_v) * (1.0 - (-span_s / PAIR_S).exp());
+                cell.pair_v += (aim_v - cell.pair_v) * nearer;
                 let lost_v = current_a * RESISTANCE_OHM * colder * cell.resistance + cell.pair_v;
                 let share = cell.charge_c / cell.capacity_c;
                 cell.voltage_v = rest_v(share) + misfit_v * (9.0 * share + phase).sin() - lost_v;
@@ -170,12 +171,7 @@ impl Battery {
 
 /// The open-circuit voltage at a share of the charge.
 fn rest_v(share: f64) -> f64 {
-    let pairs = REST_V.windows(2).filter_map(|pair| pair.first().zip(pair.get(1)));
-    let mut value = REST_V[0].1;
-    for ((from, low), (to, high)) in pairs {
-        if share >= *from {
-            value = low + (high - low) * (share - from) / (to - from);
-        }
-    }
-    value
+    let next = REST_V.partition_point(|(at, _)| *at <= share).clamp(1, REST_V.len() - 1);
+    let [(from, low), (to, high)] = [REST_V[next - 1], REST_V[next]];
+    low + (high - low) * (share - from) / (to - from)
 }

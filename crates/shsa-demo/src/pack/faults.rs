@@ -52,7 +52,7 @@ impl Fault {
             Fault::CurrentWrong => "the shunt shows 25 A too little",
             Fault::CellLost => "the weakest cell is not measured any more",
             Fault::CellWrong => "the weakest cell is shown 0.2 V too high",
-            Fault::CellWeak => "the weakest cell gets weaker",
+            Fault::CellWeak => "the weakest cell gets weaker: no sensor is wrong",
             Fault::TemperatureLost => "the hottest module's thermometer falls silent",
             Fault::TemperatureWrong => "the hottest module is shown 20 K too hot",
             Fault::VoltageLost => "the battery's voltage is not measured any more",

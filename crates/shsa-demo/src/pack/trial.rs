@@ -71,7 +71,7 @@ enum Provider {
 
 impl Trial {
     /// How long a whole drive takes, in seconds.
-    pub const END_S: u64 = 720;
+    pub const END_S: u64 = 600;
 
     /// A drive of some seconds, with a car, a battery and errors of its own for each seed.
     ///
@@ -224,7 +224,10 @@ mod tests {
         let is_right = charge < 0.015 && current < 12.0 && voltage < 1.2 && lowest < 0.08 && hottest < 5.0;
         let is_served = score.longest_gap.seconds() <= 3.1;
         let is_good = score.is_good(fault) && named_s <= 10.0 && is_served && is_right;
-        assert!(is_good && (score.broken > 0) == (fault == Fault::CellWeak), "seed {seed}: {fault:?}: {score:?}");
+        assert!(
+            is_good && (score.broken > 0) == (fault == Fault::CellWeak),
+            "seed {seed}: {fault:?}: {score:?}"
+        );
     }
 
     #[test]
@@ -253,7 +256,8 @@ mod tests {
     #[test]
     fn without_shsa_what_was_said_last_stands() {
         for (seed, fault) in drives() {
-            let Values { current, voltage, hottest, .. } = score(seed, fault, Provision::Sensors, SHORT_S).since();
+            let Values { current, voltage, hottest, .. } =
+                score(seed, fault, Provision::Sensors, SHORT_S).since();
             let is_wrong = match fault {
                 Fault::CurrentLost | Fault::CurrentWrong => current > 20.0,
                 Fault::VoltageLost | Fault::VoltageWrong => voltage > 5.0,

@@ -15,7 +15,6 @@ pub mod process;
 mod score;
 mod trial;
 
-pub use crate::healer::Decision;
 pub use avoidance::{Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
 pub use healed::Settings;

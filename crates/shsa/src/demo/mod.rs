@@ -1,6 +1,7 @@
 //! `shsa demo`: a simulated system that breaks and heals, shown as it happens. The systems are those of `shsa-demo`.
 
 mod map;
+mod pack;
 mod processes;
 #[cfg(feature = "zenoh")]
 mod platoon;
@@ -41,6 +42,8 @@ pub(crate) enum System {
     Stop,
     /// A truck behind another: what the leader guarantees comes over the network, and ends with it.
     Platoon,
+    /// A car's battery of 96 cells: a sensor of it is lost or lies, or a cell gets weak.
+    Pack,
     /// Radars along a road: one goes blind, one drifts, one tells too late.
     Radars,
     /// A car without its steering angle: each way to it provides it in turn.
@@ -125,6 +128,7 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
         System::Platoon if args.live => return live_platoon(args.json),
         _ if args.live => bail!("--live is of the platoon; the rover has --page"),
         System::Rover => return rover(args),
+        System::Pack => return simulated(args, pack::run),
         System::Car => stories::car(),
         System::Stop => stories::stop(),
         System::Platoon => stories::platoon(),
@@ -159,6 +163,14 @@ fn live_platoon(as_json: bool) -> anyhow::Result<Outcome> {
 #[cfg(not(feature = "zenoh"))]
 fn live_platoon(_: bool) -> anyhow::Result<Outcome> {
     bail!("this build has no Zenoh: build with --features zenoh")
+}
+
+/// Runs a demonstration that takes a seed and never waits.
+fn simulated(args: &DemoArgs, run: fn(u64) -> anyhow::Result<Outcome>) -> anyhow::Result<Outcome> {
+    if args.without_shsa || args.json || args.page || args.report.is_some() {
+        bail!("this demonstration takes --seed only: it shows both, with shsa and without");
+    }
+    run(args.seed)
 }
 
 /// Tells the story of a system, and writes the page about it.

@@ -6,9 +6,10 @@ use shsa_bridge::Message;
 use shsa_core::engine::EventKind;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_demo::Decision;
 use shsa_demo::rover::{
-    DEPTH, Decision, LIDAR, Mode, NEED, ODOMETRY, Point, SONAR, View, lidar_angles, lower_bound,
-    nearest_seen, stop_distance,
+    DEPTH, LIDAR, Mode, NEED, ODOMETRY, Point, SONAR, View, lidar_angles, lower_bound, nearest_seen,
+    stop_distance,
 };
 use std::collections::{BTreeMap, VecDeque};
 use std::io::{self, IsTerminal, Write};

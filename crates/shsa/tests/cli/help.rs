@@ -132,7 +132,8 @@ fn every_command_has_a_manual_page() {
 fn the_systems_to_watch_are_listed_and_take_a_seed() {
     let folder = Folder::new();
     let list = folder.ends("demo --list", 0).stdout;
-    for system in ["rover", "car", "stop", "platoon", "radars", "drivetrain", "tank", "room", "vote"] {
+    for system in ["rover", "car", "stop", "platoon", "pack", "radars", "drivetrain", "tank", "room", "vote"]
+    {
         assert!(list.lines().any(|line| line.starts_with(&format!("{system} "))), "{list}");
     }
     let told = |seed: u32| folder.ends(&format!("demo tank --seed {seed}"), 0).stdout;
