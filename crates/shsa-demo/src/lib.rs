@@ -8,6 +8,7 @@ mod error;
 mod healer;
 pub mod pack;
 pub mod platoon;
+pub mod radars;
 pub mod rover;
 pub mod stories;
 

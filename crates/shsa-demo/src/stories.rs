@@ -5,8 +5,6 @@ const STOP: &str = include_str!("../stories/28-sonar-and-camera-together.yaml");
 const STOP_MODEL: &str = include_str!("../models/stop.yaml");
 const PLATOON: &str = include_str!("../stories/28-a-platoon-over-a-bad-link.yaml");
 const PLATOON_MODEL: &str = include_str!("../models/follower.yaml");
-const RADARS: &str = include_str!("../stories/04-radars-along-a-road.yaml");
-const RADARS_MODEL: &str = include_str!("../models/roadside.yaml");
 const DRIVETRAIN: &str = include_str!("../stories/02-every-way-to-the-steering-angle.yaml");
 const DRIVETRAIN_MODEL: &str = include_str!("../models/drivetrain.yaml");
 const TANK: &str = include_str!("../stories/04-a-tank-and-its-flows.yaml");
@@ -38,12 +36,6 @@ pub fn stop() -> String {
 #[must_use]
 pub fn platoon() -> String {
     with_model(PLATOON, "model: ../models/follower.yaml\n", PLATOON_MODEL)
-}
-
-/// Radars along a road, of which one goes blind, drifts, or tells too late.
-#[must_use]
-pub fn radars() -> String {
-    with_model(RADARS, "model: ../models/roadside.yaml\n", RADARS_MODEL)
 }
 
 /// A car that loses its steering angle, and then a wheel.
@@ -89,8 +81,8 @@ mod tests {
     use shsa_format::story::load;
     use std::path::Path;
 
-    fn all() -> [String; 8] {
-        [car(), stop(), platoon(), radars(), drivetrain(), tank(), room(), vote()]
+    fn all() -> [String; 7] {
+        [car(), stop(), platoon(), drivetrain(), tank(), room(), vote()]
     }
 
     #[test]

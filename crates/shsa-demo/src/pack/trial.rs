@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     /// Seconds of a drive in the tests.
-    const SHORT_S: u64 = 160;
+    const SHORT_S: u64 = 130;
 
     fn score(seed: u64, fault: Fault, provision: Provision, seconds: u64) -> Score {
         let mut trial = Trial::new(seed, fault, provision, seconds).unwrap();

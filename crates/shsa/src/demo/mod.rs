@@ -7,6 +7,7 @@ mod processes;
 mod platoon;
 #[cfg(feature = "zenoh")]
 mod radio;
+mod radars;
 mod screen;
 
 use crate::bus::BusArguments;
@@ -44,7 +45,7 @@ pub(crate) enum System {
     Platoon,
     /// A car's battery of 96 cells: a sensor of it is lost or lies, or a cell gets weak.
     Pack,
-    /// Radars along a road: one goes blind, one drifts, one tells too late.
+    /// Radars along a road and their tracks of vehicles: one goes blind, is moved, or is late.
     Radars,
     /// A car without its steering angle: each way to it provides it in turn.
     Drivetrain,
@@ -129,10 +130,10 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
         _ if args.live => bail!("--live is of the platoon; the rover has --page"),
         System::Rover => return rover(args),
         System::Pack => return simulated(args, pack::run),
+        System::Radars => return simulated(args, radars::run),
         System::Car => stories::car(),
         System::Stop => stories::stop(),
         System::Platoon => stories::platoon(),
-        System::Radars => stories::radars(),
         System::Drivetrain => stories::drivetrain(),
         System::Tank => stories::tank(),
         System::Room => stories::room(),
