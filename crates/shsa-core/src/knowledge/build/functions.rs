@@ -39,6 +39,8 @@ pub(super) fn check(problems: &mut Problems, source: &mut dyn Source, names: &Na
             problems.inside(body, problem);
         }
     });
+    // What a function uses is used by the relations that call it, and not by the relation that is read next.
+    names.take_used();
 }
 
 fn function(problems: &mut Problems, head: &Text, body: &Text) -> Option<Function> {

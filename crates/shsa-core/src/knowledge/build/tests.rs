@@ -41,6 +41,23 @@ fn nothing_is_a_knowledge_base_too() {
 }
 
 #[test]
+fn what_a_function_uses_is_read_by_who_calls_it_only() {
+    let equation = |text: &str| BodyDraft::Equation(self::text(text));
+    let relation =
+        |name: &str, body: &str| RelationDraft { body: equation(body), ..structure(name, "a", &[]) };
+    let variable = |name: &str| VariableDraft { name: text(name), ..VariableDraft::default() };
+    let draft = Draft {
+        variables: ["a", "b", "c"].map(variable).into(),
+        functions: [(text("f(p)"), text("p + c"))].into(),
+        relations: [relation("plain", "a = b"), relation("calls", "a = f(b)")].into(),
+        ..Draft::default()
+    };
+    let (knowledge, _) = build(&draft);
+    let inputs: Vec<usize> = knowledge.relations().iter().map(|relation| relation.inputs.len()).collect();
+    assert_eq!(inputs, [2, 3], "of two and three variables, as each is solved for all of them");
+}
+
+#[test]
 fn drafts_of_programs_may_repeat_names() {
     let variable = |name: &str| VariableDraft { name: text(name), ..VariableDraft::default() };
     let signal = SignalDraft { name: text("/a"), variable: Some(text("a")), ..SignalDraft::default() };
