@@ -1,4 +1,4 @@
-//! A battery of 96 cells in series, driven by a car until it is nearly empty; half-way one of its sensors is lost or lies.
+//! A battery of 96 cells in series, of which a car takes the last quarter; half-way one of its sensors is lost or lies.
 //!
 //! The data flow: `car -> battery -> sensors with a fault -> engine -> limit of the power -> car`. What the engine serves is
 //! measured against the truth, and so is what the sensors would say without it.

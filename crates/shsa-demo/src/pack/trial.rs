@@ -71,7 +71,7 @@ enum Provider {
 
 impl Trial {
     /// How long a whole drive takes, in seconds.
-    pub const END_S: u64 = 600;
+    pub const END_S: u64 = 480;
 
     /// A drive of some seconds, with a car, a battery and errors of its own for each seed.
     ///
@@ -201,7 +201,7 @@ mod tests {
     use super::*;
 
     /// Seconds of a drive in the tests.
-    const SHORT_S: u64 = 130;
+    const SHORT_S: u64 = 124;
 
     fn score(seed: u64, fault: Fault, provision: Provision, seconds: u64) -> Score {
         let mut trial = Trial::new(seed, fault, provision, seconds).unwrap();

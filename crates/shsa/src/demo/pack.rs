@@ -21,7 +21,7 @@ const MOST_SHOWN: usize = 4;
 pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
     let mut screen = Screen::new(false, false);
     screen.print_line(
-        "A car drives for 10 minutes until its battery, 96 cells in series, is nearly empty. Half-way something happens.\n\
+        "A car drives for 8 minutes on the last quarter of its battery, 96 cells in series. Half-way something happens.\n\
          The car needs the charge, the current, the voltage, the lowest voltage of a cell and the hottest module.\n",
     )?;
     let mut rows = Vec::new();

@@ -7,7 +7,7 @@ use oxrdf::vocab::rdf;
 use oxrdf::{Literal, NamedNode, Term, Triple};
 use oxttl::TurtleSerializer;
 use oxttl::turtle::WriterTurtleSerializer;
-use shsa_core::expression::is_reserved;
+use shsa_core::expression::{Formula, Symbol, is_reserved};
 use shsa_core::knowledge::{Cause, KnowledgeBase, Relation, Shape, Signal, Variable, VariableId};
 use std::fmt::Write;
 use std::io;
@@ -51,6 +51,12 @@ pub fn write(knowledge: &KnowledgeBase) -> io::Result<Written> {
         "the equation with an own function",
         "relation",
         own.map(|it| it.name.as_str()).collect(),
+    ));
+    let more = knowledge.relations().iter().filter(|relation| reads_more_than_its_equation(relation));
+    losses.extend(losses::one(
+        "the equation under a condition on other variables",
+        "relation",
+        more.map(|it| it.name.as_str()).collect(),
     ));
     losses.extend(losses::one("the condition", "relation", conditions.map(|it| it.name.as_str()).collect()));
     Ok(Written { text, losses })
@@ -116,7 +122,8 @@ impl Writer<'_> {
         }
         let output = self.named(output);
         self.say(&subject, word(SSN, "hasOutput"), output)?;
-        if !relation.formulas.is_empty() && !calls_own_function(&relation.text) {
+        let is_whole = !calls_own_function(&relation.text) && !reads_more_than_its_equation(relation);
+        if !relation.formulas.is_empty() && is_whole {
             let equation = Literal::new_simple_literal(&relation.text);
             self.say(&subject, word(OWN, "equation"), equation)?;
         }
@@ -134,6 +141,15 @@ fn calls_own_function(equation: &str) -> bool {
     let called =
         before.filter_map(|text| text.trim_end().rsplit(|c: char| !c.is_alphanumeric() && c != '_').next());
     called.filter(|name| !name.is_empty()).any(|name| !is_reserved(name))
+}
+
+/// Whether the condition reads variables that are not in the equation: from the equation alone, nobody would know that they are needed.
+fn reads_more_than_its_equation(relation: &Relation) -> bool {
+    let read: Vec<Symbol> = relation.condition.iter().flat_map(Formula::symbols).collect();
+    relation.outputs.iter().any(|&output| {
+        let computed = relation.formula(output).map(Formula::symbols).unwrap_or_default();
+        read.iter().any(|symbol| *symbol != output.symbol() && !computed.contains(symbol))
+    })
 }
 
 /// A word of a vocabulary.
