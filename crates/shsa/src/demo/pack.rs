@@ -61,7 +61,7 @@ fn drive(screen: &mut Screen, seed: u64, fault: Fault, provision: Provision) -> 
         }
     }
     if decided > MOST_SHOWN {
-        let more = format!("{} more decisions", decided - MOST_SHOWN);
+        let more = format!("decisions in all: {decided}");
         screen.event(trial.now(), "and", Ink::Faint, &more)?;
     }
     Ok(trial.finish())

@@ -55,7 +55,7 @@ fn watch(screen: &mut Screen, seed: u64, fault: Fault, provision: Provision) -> 
         }
     }
     if moments > MOST_SHOWN {
-        let more = format!("{} more times a signal of a radar is named", moments - MOST_SHOWN);
+        let more = format!("moments at which a signal is named: {moments}");
         screen.event(trial.now(), "and", Ink::Faint, &more)?;
     }
     Ok(trial.finish())
