@@ -8,6 +8,7 @@ mod in_loop;
 mod alignment;
 mod charge;
 mod day;
+mod generic;
 mod learning;
 mod live;
 mod monitor;
@@ -38,6 +39,8 @@ enum Command {
     Charge(charge::Arguments),
     /// How long a day of data takes, and how much memory.
     Day(day::Arguments),
+    /// The thesis's generic experiments of faults of value and time.
+    Generic(generic::Arguments),
     /// How long drafts and relations of many signals take, and how much memory.
     Learning(learning::Arguments),
     /// What healing costs on the wire: the gate, reactions, throughput, an hour of soak.
@@ -92,6 +95,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Alignment(arguments) => alignment::run(arguments),
         Command::Charge(arguments) => charge::run(arguments),
         Command::Day(arguments) => day::run(arguments),
+        Command::Generic(arguments) => generic::run(arguments),
         Command::Learning(arguments) => learning::run(arguments),
         Command::Live(arguments) => live::run(arguments),
         Command::Monitor(arguments) => monitor::run(arguments),
