@@ -206,20 +206,30 @@ fn split(reader: &mut Reader, root: Node, base: u32) -> (Node, Vec<Edit>) {
             "properties" => edits.extend(properties(reader, &node, &moved)),
             "utility" if matches!(node.value, Value::Null) => edits.push(Edit::Utility(None)),
             name => {
-                let section = SECTIONS.iter().find(|(known, _)| *known == name).map(|(_, section)| *section);
-                kept.push(match (section, node.value) {
-                    (Some(section), Value::Map(entries)) => {
+                let sections = sections_of(name);
+                kept.push(match node.value {
+                    Value::Map(entries) if !sections.is_empty() => {
                         let (removed, put): (Vec<_>, Vec<_>) =
                             entries.into_iter().partition(|(_, node)| matches!(node.value, Value::Null));
-                        edits.extend(removed.iter().map(|(name, _)| Edit::Remove(section, moved(name))));
+                        for (name, _) in &removed {
+                            edits.extend(sections.iter().map(|section| Edit::Remove(*section, moved(name))));
+                        }
                         (key, Node { place: node.place, value: Value::Map(put) })
                     }
-                    (_, value) => (key, Node { place: node.place, value }),
+                    value => (key, Node { place: node.place, value }),
                 });
             }
         }
     }
     (Node { place: root.place, value: Value::Map(kept) }, edits)
+}
+
+/// Where the entries of a section of the text are in the model: a specification is a relation, and the variable of its verdict.
+fn sections_of(name: &str) -> Vec<Section> {
+    if name == "specifications" {
+        return vec![Section::Relations, Section::Variables];
+    }
+    SECTIONS.iter().filter(|(known, _)| *known == name).map(|(_, section)| *section).collect()
 }
 
 /// Reads `{ /gnss: false }`.

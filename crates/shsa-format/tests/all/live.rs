@@ -55,6 +55,19 @@ fn check_wrong(change: &str, expected: &[&str]) {
 }
 
 #[test]
+fn specifications_come_and_go() {
+    let mut live = live();
+    let before = knowledge_text(live.knowledge());
+    let calm =
+        "specifications: { calm: speed < 50 m/s, lively: { eventually: speed > 1 m/s, within: 1 min } }\n";
+    assert_eq!(live.change(written("change.yaml", calm)).unwrap(), Report::default());
+    assert_eq!(live.knowledge().specifications().len(), 2);
+    live.change(written("change.yaml", "specifications: { calm: null, lively: null }\n")).unwrap();
+    assert_eq!(live.knowledge().specifications().len(), 0);
+    assert_eq!(knowledge_text(live.knowledge()), before);
+}
+
+#[test]
 fn entries_are_added_replaced_and_removed() {
     let mut live = live();
     let change = "\
