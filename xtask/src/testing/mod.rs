@@ -25,7 +25,7 @@ const BESIDE: [&str; 2] = ["data", "reference"];
 const WAITING: [&str; 8] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "dds", "memory"];
 
 /// How many tests of a program run at a time. Those that mostly wait, in the program that takes longest, need more than one a core.
-const THREADS: [(&str, &str); 1] = [("live", "4")];
+const THREADS: [(&str, &str); 1] = [("live", "3")];
 
 /// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
