@@ -19,9 +19,7 @@ mod reception;
 
 pub use network::Interfaces;
 
-use crate::ros::{
-    DIAGNOSTICS, DIAGNOSTICS_TYPE, Form, bare, check_name, dds_name, diagnostics, type_for, unknown,
-};
+use crate::ros::{Form, bare, check_name, dds_name, publish_diagnostics, type_for, unknown};
 use crate::{Bridge, BridgeError, Diagnostic, Inbox, Link, Outgoing, Payload, PublisherId};
 use bytes::Bytes;
 use network::{Participant, Writer};
@@ -204,9 +202,7 @@ impl Bridge for DdsBridge {
         stamp: Time,
         states: &mut dyn FnMut() -> Vec<Diagnostic>,
     ) -> Result<(), BridgeError> {
-        self.advertise(DIAGNOSTICS, DIAGNOSTICS_TYPE)?;
-        let payload = Payload::Bytes(diagnostics(stamp, &states()));
-        self.publish(Outgoing::new(DIAGNOSTICS, stamp, payload))
+        publish_diagnostics(self, stamp, &states())
     }
 
     /// There is no connection that could be lost: others come and go.

@@ -3,16 +3,26 @@
 
 use crate::cdr::{HEADER, time_parts};
 use crate::diagnostic::{Diagnostic, Level};
+use crate::{Bridge, BridgeError, Outgoing, Payload};
 use bytes::Bytes;
 use shsa_core::time::Time;
 
 /// The topic that tools of ROS listen to.
-pub(crate) const TOPIC: &str = "/diagnostics";
+const TOPIC: &str = "/diagnostics";
 /// Its type.
-pub(crate) const TYPE: &str = "diagnostic_msgs/msg/DiagnosticArray";
+const TYPE: &str = "diagnostic_msgs/msg/DiagnosticArray";
+
+/// Publishes the states on the topic that tools of ROS listen to.
+///
+/// # Errors
+/// As [`Bridge::publish`].
+pub(crate) fn publish(bridge: &mut dyn Bridge, stamp: Time, all: &[Diagnostic]) -> Result<(), BridgeError> {
+    bridge.advertise(TOPIC, TYPE)?;
+    bridge.publish(Outgoing::new(TOPIC, stamp, Payload::Bytes(written(stamp, all))))
+}
 
 /// The message of these states.
-pub(crate) fn written(stamp: Time, all: &[Diagnostic]) -> Bytes {
+fn written(stamp: Time, all: &[Diagnostic]) -> Bytes {
     let mut out = Out(HEADER.to_vec());
     let (seconds, nanoseconds) = time_parts(stamp);
     out.0.extend(seconds);

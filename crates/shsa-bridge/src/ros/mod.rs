@@ -3,7 +3,7 @@
 mod diagnostics;
 mod form;
 
-pub(crate) use diagnostics::{TOPIC as DIAGNOSTICS, TYPE as DIAGNOSTICS_TYPE, written as diagnostics};
+pub(crate) use diagnostics::publish as publish_diagnostics;
 pub(crate) use form::{Form, type_for};
 
 use crate::BridgeError;

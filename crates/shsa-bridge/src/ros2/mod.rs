@@ -11,9 +11,7 @@ mod discovery;
 mod outlet;
 
 use crate::cdr::type_hash;
-use crate::ros::{
-    DIAGNOSTICS, DIAGNOSTICS_TYPE, Form, bare, check_name, dds_name, diagnostics, type_for, unknown,
-};
+use crate::ros::{Form, bare, check_name, dds_name, publish_diagnostics, type_for, unknown};
 use crate::zenoh::{self, Connection, Liveliness, Pace, Token};
 use crate::{
     Answer, Attendance, Bridge, BridgeError, Diagnostic, Inbox, Link, Outgoing, Payload, PublisherId, Server,
@@ -272,9 +270,7 @@ impl Bridge for Ros2Bridge {
         stamp: Time,
         states: &mut dyn FnMut() -> Vec<Diagnostic>,
     ) -> Result<(), BridgeError> {
-        self.advertise(DIAGNOSTICS, DIAGNOSTICS_TYPE)?;
-        let payload = Payload::Bytes(diagnostics(stamp, &states()));
-        self.publish(Outgoing::new(DIAGNOSTICS, stamp, payload))
+        publish_diagnostics(self, stamp, &states())
     }
 
     fn link(&self) -> Link {
