@@ -23,6 +23,8 @@ const WITH_VALUE: [&str; 9] = [
 ];
 /// Those of them that rustdoc needs, besides the kind of the unit.
 const OF_DOCUMENTATION: [&str; 6] = ["-L", "--cap-lints", "--cfg", "--check-cfg", "--crate-name", "--extern"];
+/// How rustc is to optimise.
+const LEVEL: &str = "opt-level=";
 /// Cargo takes an announced artifact for the one that it waits for: only the compiler announces its own.
 const MESSAGES: &str = "--json=diagnostic-rendered-ansi";
 
@@ -53,7 +55,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool> {
     let parsed = parsed(arguments);
     let lines = match is_test(&parsed) {
         // Nothing waits for a test, so clippy compiles it, too.
-        true => vec![("clippy-driver", [arguments, &["-D", "warnings"].map(str::to_owned)].concat())],
+        true => vec![("clippy-driver", tested(arguments))],
         // Compiled first, as units that use this one wait for its metadata only.
         false => [
             ("rustc", Some(arguments.to_vec())),
@@ -92,6 +94,16 @@ fn value<'a>(parsed: &[Argument<'a>], option: &str) -> Option<&'a str> {
 
 fn is_test(parsed: &[Argument<'_>]) -> bool {
     parsed.iter().any(|it| it[0] == "--test")
+}
+
+/// The arguments with which clippy compiles a test: optimised a level less than the library that it tests. To compile them as well
+/// takes longer than they run.
+fn tested(arguments: &[String]) -> Vec<String> {
+    let less = |it: &String| match it.strip_prefix(LEVEL).and_then(|level| level.parse().ok()) {
+        Some(level @ 1..=3_u8) => format!("{LEVEL}{}", level - 1),
+        _ => it.clone(),
+    };
+    arguments.iter().map(less).chain(["-D", "warnings"].map(str::to_owned)).collect()
 }
 
 /// Whether a unit is a library that is compiled once more with its tests, as all are that other crates use.
@@ -186,6 +198,16 @@ mod tests {
         let test = arguments(&LIBRARY.replace("--crate-type cdylib --crate-type rlib", "--test"));
         assert_eq!(documented(&parsed(&test)), None);
         assert!(linted(&parsed(&test)).unwrap().contains(&"--test".to_owned()));
+    }
+
+    #[test]
+    fn tests_are_optimised_less() {
+        let line = tested(&arguments("--test -C opt-level=2 -C lto=off"));
+        assert_eq!(line.join(" "), "--test -C opt-level=1 -C lto=off -D warnings");
+        assert_eq!(
+            tested(&arguments("--test -C opt-level=s")),
+            arguments("--test -C opt-level=s -D warnings")
+        );
     }
 
     #[test]
