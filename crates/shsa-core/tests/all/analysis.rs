@@ -112,7 +112,7 @@ fn check_tolerance(knowledge: &KnowledgeBase, variable: VariableId, found: &Tole
 #[test]
 fn losses_are_survived_as_trying_all_of_them_says() {
     let (mut several, mut tried) = (0, 0);
-    for seed in 0..1_500 {
+    for seed in crate::seeds::seeds(400) {
         let knowledge = random_model(seed);
         if knowledge.signals().len() > 8 {
             continue;
@@ -139,7 +139,7 @@ fn losses_are_survived_as_trying_all_of_them_says() {
             several += usize::from(found.survives.is_some_and(|survives| survives > 1));
         }
     }
-    assert!(tried > 700 && several > 250, "too simple: {tried} tried, {several} survive several losses");
+    assert!(tried > 180 && several > 60, "too simple: {tried} tried, {several} survive several losses");
 }
 
 #[track_caller]
@@ -232,7 +232,7 @@ fn larger(knowledge: &KnowledgeBase, candidate: Candidate) -> KnowledgeBase {
 #[test]
 fn additions_bring_what_a_new_analysis_says() {
     let mut helpful = 0;
-    for seed in 0..60 {
+    for seed in crate::seeds::seeds(20) {
         let knowledge = with_units(random_model(seed));
         let before = analyze(&knowledge, Options::default());
         if before.limited.iter().any(|limited| !matches!(limited, Limited::Needs { .. })) {
@@ -260,7 +260,7 @@ fn additions_bring_what_a_new_analysis_says() {
             helpful += 1;
         }
     }
-    assert!(helpful > 200, "{helpful}");
+    assert!(helpful > 60, "{helpful}");
 }
 
 /// All variables in metres, so that relations between them are candidates.

@@ -57,6 +57,8 @@ fn inputs() -> impl Strategy<Value = Vec<Input>> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(48))]
+
     #[test]
     fn any_inputs_repeat_and_come_to_rest(inputs in inputs(), seconds in 0..3_u32) {
         for system in [crate::models::car(), crate::models::climber(), crate::models::rover()] {

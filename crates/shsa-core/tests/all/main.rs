@@ -14,6 +14,8 @@ mod models;
 #[path = "../plan_support/mod.rs"]
 mod plan_support;
 
+mod seeds;
+
 mod interval;
 
 mod analysis;

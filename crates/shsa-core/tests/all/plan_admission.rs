@@ -1,6 +1,7 @@
 //! Searches with an additional admission, compared with the oracle filtered in the same way.
 
 use crate::plan_support::{Random, question};
+use crate::seeds::seeds;
 use shsa_core::knowledge::{Id, KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::plan::{Admission, BestFirst, Graph, Limits, Options, StopReason, exhaustive};
 use shsa_core::substitution::{Step, Substitution, Way};
@@ -101,12 +102,6 @@ impl Admission for Certificates<'_> {
     }
 }
 
-/// The number of seeds of random tests: `SHSA_SEEDS`, else `usual`.
-pub(crate) fn seeds(usual: u64) -> std::ops::Range<u64> {
-    let asked = std::env::var("SHSA_SEEDS").ok().and_then(|count| count.parse().ok());
-    0..asked.unwrap_or(usual)
-}
-
 /// Of substitutions with the same relations, the search returns the best admitted one; the oracle has only the best of all.
 ///
 /// Returns how many of the oracle's answers are refused.
@@ -128,7 +123,7 @@ pub(crate) fn check(
 #[test]
 fn the_search_gives_what_the_filtered_list_holds() {
     let (mut found, mut refused, mut saved) = (0, 0, 0);
-    for seed in seeds(2_000) {
+    for seed in seeds(500) {
         let mut random = Random(seed);
         let (_, knowledge, root, options) = question(&mut random);
         let certificates = Certificates::random(&mut random, &knowledge, &options, root);
@@ -143,6 +138,6 @@ fn the_search_gives_what_the_filtered_list_holds() {
         saved += (search.expanded() < without.expanded()) as usize;
         found += admitted.len().min(count);
     }
-    assert!(found > 2_000 && refused > 2_000, "{found} found, {refused} refused");
-    assert!(saved > 500, "the bound has saved work only {saved} times");
+    assert!(found > 500 && refused > 500, "{found} found, {refused} refused");
+    assert!(saved > 125, "the bound has saved work only {saved} times");
 }

@@ -1,6 +1,7 @@
 //! The table of plans for every failure compared with new searches, on random knowledge bases.
 
 use crate::plan_support::{KINDS, Kind, Random, first, knowledge, random, random_utility, tree};
+use crate::seeds::seeds;
 use shsa_core::knowledge::{
     Element, Id, IdVec, KnowledgeBase, Relation, RelationId, Signal, SignalId, Variable, VariableId,
 };
@@ -112,7 +113,7 @@ fn check_table(seed: u64, knowledge: &KnowledgeBase, graph: &Graph, table: &Cont
 #[test]
 fn every_loss_has_the_plan_of_a_search() {
     let mut known = 0;
-    for seed in 0..250 {
+    for seed in seeds(60) {
         let mut numbers = Random(seed);
         let knowledge = some_knowledge(&mut numbers);
         let variables = some_variables(&mut numbers, &knowledge);
@@ -120,7 +121,7 @@ fn every_loss_has_the_plan_of_a_search() {
         let table = Contingency::new(&knowledge, &graph, variables, preparation(&mut numbers));
         known += check_table(seed, &knowledge, &graph, &table);
     }
-    assert!(known > 40_000, "the knowledge bases are too simple: {known}");
+    assert!(known > 9_000, "the knowledge bases are too simple: {known}");
 }
 
 /// Changes a number of a random element.
@@ -160,7 +161,7 @@ fn change(numbers: &mut Random, knowledge: &mut KnowledgeBase) -> Element {
 #[test]
 fn a_table_that_is_kept_current_equals_one_that_is_made_anew() {
     let (mut again, mut not) = (0, 0);
-    for seed in 0..100 {
+    for seed in seeds(50) {
         let mut numbers = Random(seed);
         let mut knowledge = some_knowledge(&mut numbers);
         let variables = some_variables(&mut numbers, &knowledge);
@@ -184,7 +185,7 @@ fn a_table_that_is_kept_current_equals_one_that_is_made_anew() {
             }
         }
     }
-    assert!(again > 200 && not > 200, "{again} made again, {not} not");
+    assert!(again > 100 && not > 100, "{again} made again, {not} not");
 }
 
 fn only_need(lines: &[&str], preparation: Preparation) -> (KnowledgeBase, Graph, Contingency) {

