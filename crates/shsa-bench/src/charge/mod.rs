@@ -29,6 +29,9 @@ pub(crate) struct Arguments {
     /// The model of the cell, models/cell-charge.yaml, to be run in the loop over the recording.
     #[arg(long, value_name = "FILE")]
     model: Option<PathBuf>,
+    /// Run the model by its own method only, not also by those that it is compared with.
+    #[arg(long, requires = "model")]
+    own_method: bool,
     /// Write charge.md there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -70,7 +73,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let mut tables = vec![table(&results)];
     match &arguments.model {
-        Some(model) => tables.push(modelled::table(model, &arguments.file, &rows, arguments.json)?),
+        Some(model) => {
+            let methods = if arguments.own_method { &modelled::METHODS[..1] } else { &modelled::METHODS };
+            tables.push(modelled::table(model, methods, &arguments.file, &rows, arguments.json)?);
+        }
         None => notice("SKIPPED: the model in the loop: no --model FILE"),
     }
     if !arguments.json {

@@ -9,7 +9,7 @@ use std::io::{Write, stdout};
 use std::path::Path;
 
 /// The first one is that of the model.
-const METHODS: [&str; 3] = ["student", "extended_kalman", "unscented_kalman"];
+pub(super) const METHODS: [&str; 3] = ["student", "extended_kalman", "unscented_kalman"];
 
 /// A sensor, its failure, and the same in the notation of `shsa replay --inject`.
 type Failure = (&'static str, &'static str, &'static str);
@@ -49,16 +49,22 @@ struct Run {
     accused: Option<(f64, String)>,
 }
 
-/// Runs a model with each method and each failure, and prints an object for each run where `is_json`.
+/// Runs a model with each of the methods and each failure, and prints an object for each run where `is_json`.
 ///
 /// # Errors
 /// The model cannot be read, is wrong, or has no fusion by the first method.
-pub(super) fn table(model: &Path, recording: &Path, rows: &[Row], is_json: bool) -> anyhow::Result<Table> {
+pub(super) fn table(
+    model: &Path,
+    methods: &[&'static str],
+    recording: &Path,
+    rows: &[Row],
+    is_json: bool,
+) -> anyhow::Result<Table> {
     let text = std::fs::read_to_string(model).with_context(|| format!("cannot read {}", model.display()))?;
     let word = format!("method: {}", METHODS[0]);
     anyhow::ensure!(text.contains(&word), "{} has no `{word}`", model.display());
     let mut runs = Vec::new();
-    for method in METHODS {
+    for method in methods {
         let recorded = Recorded::new(&text.replace(&word, &format!("method: {method}")), recording)?;
         for failure in std::iter::once(None).chain(FAILURES.map(Some)) {
             runs.push(run(&recorded, method, failure, rows)?);
@@ -134,7 +140,7 @@ fn shown(runs: &[Run]) -> Table {
         let named = [sensor.to_owned(), how.to_owned()];
         named.into_iter().chain(errors).chain([gap(0), gap(1), accused]).collect()
     };
-    let head = ["sensor", "failure"].into_iter().chain(METHODS);
+    let head = ["sensor", "failure"].into_iter().chain(of(None).map(|run| run.method));
     let head = head.chain(["longest gap of the charge, s", "of the voltage, s", "first accused"]);
     Table {
         title: "In the loop: what the needs of models/cell-charge.yaml are served with".to_owned(),
