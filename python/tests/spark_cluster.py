@@ -31,7 +31,7 @@ from shsa import _spark_stream, _states
 FOLDER = pathlib.Path(tempfile.mkdtemp(prefix="shsa-spark-"))
 FLOATS = ["float_1", "float_2", "float_3"]
 JAVA = "-XX:TieredStopAtLevel=1 -XX:+UseSerialGC"
-RECORDINGS = int(os.environ.get("SHSA_SPARK_RECORDINGS", "24"))
+RECORDINGS = int(os.environ.get("SHSA_SPARK_RECORDINGS", "12"))
 
 
 def tank() -> shsa.Model:

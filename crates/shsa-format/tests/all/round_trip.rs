@@ -339,6 +339,8 @@ fn draft() -> impl Strategy<Value = Draft> {
 }
 
 proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
     #[test]
     fn any_draft_is_read_as_it_was_written(draft in draft()) {
         check_draft(&draft);

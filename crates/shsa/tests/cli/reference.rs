@@ -121,7 +121,7 @@ fn fields_of_what_is_found_out_from_recordings() {
     folder.write("need.yaml", learn::with_need(&folder, "power.csv"));
     let serving = objects(&folder, "learn power.csv --model need.yaml --for power");
     check("learn", &[learned, objects(&folder, "learn power.csv"), serving].concat());
-    let campaign = format!("campaign {car} --kinds bias --json");
+    let campaign = format!("campaign {car} --kinds bias --signals /gnss/speed --onsets 1 --json");
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let printed = |arguments: &str| -> Value {
         let ended = folder.run(&format!("{campaign} {arguments}").replace("PROJECT", project));

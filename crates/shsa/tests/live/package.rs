@@ -115,7 +115,8 @@ fn the_package_is_built_installed_started_and_removed() {
         Err(why) => return eprintln!("SKIPPED: the package is built, but not installed: {why}"),
     };
     fs::copy(&package, machine.path("shsa.deb")).unwrap();
-    machine.done(&["dpkg", "--install", "/shsa.deb"]);
+    // Without triggers: those of other packages bring all manual pages of the machine into an index.
+    machine.done(&["dpkg", "--no-triggers", "--install", "/shsa.deb"]);
     assert!(machine.done(&["/usr/bin/shsa", "--version"]).starts_with("shsa "));
     for file in [
         "usr/lib/systemd/system/shsa.service",
@@ -147,12 +148,13 @@ fn the_package_is_built_installed_started_and_removed() {
 
     // A second installation keeps the operator's files, and so does a removal; only purging removes them.
     fs::write(machine.path("etc/shsa/environment"), "SHSA_BUS=memory\n").unwrap();
-    machine.done(&["dpkg", "--install", "/shsa.deb"]);
+    // Without triggers: those of other packages bring all manual pages of the machine into an index.
+    machine.done(&["dpkg", "--no-triggers", "--install", "/shsa.deb"]);
     assert_eq!(fs::read_to_string(machine.path("etc/shsa/token")).unwrap(), token);
     assert_eq!(fs::read_to_string(machine.path("etc/shsa/environment")).unwrap(), "SHSA_BUS=memory\n");
-    machine.done(&["dpkg", "--remove", "shsa"]);
+    machine.done(&["dpkg", "--no-triggers", "--remove", "shsa"]);
     assert!(!machine.path("usr/bin/shsa").exists() && machine.path("var/lib/shsa/state/model.json").exists());
-    machine.done(&["dpkg", "--purge", "shsa"]);
+    machine.done(&["dpkg", "--no-triggers", "--purge", "shsa"]);
     assert!(!machine.path("etc/shsa").exists() && !machine.path("var/lib/shsa").exists());
 }
 

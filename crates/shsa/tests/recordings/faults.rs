@@ -119,8 +119,8 @@ fn no_healthy_signal_is_called_failed_whatever_two_faults_there_are() {
         ["bias=2", "bias=-2", "spoof=0", "scale=1.3", "noise=3", "stuck", "drop", "drift=0.2", "bias=1.2"];
     let pairs = [("wheel_1", "wheel_2"), ("wheel_3", "wheel_1"), ("wheel_4", GNSS), (GNSS, "wheel_2")];
     for (number, one) in kinds.iter().enumerate() {
-        for (other_number, other) in kinds.iter().enumerate() {
-            // Every combination of kinds, on one of the pairs, with one of the delays.
+        // Each kind with three others, on one of the pairs, with one of the delays.
+        for (other_number, other) in kinds.iter().enumerate().skip(number % 3).step_by(3) {
             let (first, second) = pairs[(number + other_number) % pairs.len()];
             let later_s = [0.0, 0.1, 0.5, 10.0][(number + 2 * other_number) % 4];
             check_two(&case, [(one, first, 20.0), (other, second, 20.0 + later_s)]);

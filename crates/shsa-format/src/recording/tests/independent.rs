@@ -129,13 +129,13 @@ fn flips(length: usize) -> impl Iterator<Item = (usize, u8)> {
     (0..200_usize).map(move |step| ((step * 7_919 + 13).wrapping_mul(104_729) % length, 1 << (step % 8)))
 }
 
-/// Changes 200 bytes, one at a time and then all at once: at least this share of the content is reported.
+/// Changes 200 bytes, each fourth of them alone and then all at once: at least this share of the content is reported.
 #[track_caller]
 pub(in super::super) fn check_flipped(reader: Reader, bytes: &[u8], least: f64) {
     let sound = counted(reader, bytes);
     let least = sound.messages as f64 * least;
     let mut bytes = bytes.to_vec();
-    for (at, bit) in flips(bytes.len()) {
+    for (at, bit) in flips(bytes.len()).step_by(4) {
         bytes[at] ^= bit;
         let part = counted(reader, &bytes);
         assert!(
