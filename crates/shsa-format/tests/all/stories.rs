@@ -107,8 +107,8 @@ fn structure(knowledge: &KnowledgeBase) -> BTreeMap<String, BTreeSet<String>> {
     structure
 }
 
-/// The public file cannot run: its condition is a function in a file of Python that is not published. All but that is taken over, and the
-/// story has the same relations over the same variables.
+/// The public file cannot run alone: its condition is a function in a second file, of Python, which is never executed. All but that is
+/// taken over, and the story has the same relations over the same variables.
 #[test]
 fn the_public_radars_are_those_of_the_story() {
     let path =
