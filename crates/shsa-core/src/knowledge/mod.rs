@@ -55,7 +55,9 @@ pub use properties::{ACCURACY, COST, INTEGRITY, NEGLIGIBLE, PRIOR, PROPERTIES, P
 pub use relation::Relation;
 pub use signal::{Access, CAUSE_PRIOR, Cause, ReadingLimits, Scaling, Signal, SourceParts, ValueError};
 pub use specification::Specification;
-pub use utility::{Aggregate, Element, Fact, Figure, Inputs, OwnUtility, Rating, Utility, UtilityProblem};
+pub use utility::{
+    Aggregate, Element, Fact, Figure, Inputs, Numbers, OwnUtility, Rating, Utility, UtilityProblem,
+};
 pub use variable::{Shape, Variable};
 
 use alloc::collections::BTreeSet;

@@ -120,7 +120,8 @@ pub enum Fact {
     Rate,
     /// How old a signal's content is at its time stamp, in seconds.
     Delay,
-    /// A property, and its default.
+    /// A property of a relation or signal; where that has none, of the output of the relation or the variable of the signal; else the
+    /// default.
     Property(String, Option<f64>),
     /// A figure of a way's record, and its default without evidence.
     Figure(Figure, Option<f64>),
@@ -202,21 +203,34 @@ impl Rating {
         })
     }
 
-    fn of_relation<N: Number>(&self, properties: &[f64], inputs: &Inputs<N>, number: impl Fn(f64) -> N) -> N {
-        let mut properties = properties.iter();
+    fn of_relation<N: Number>(
+        &self,
+        numbers: Numbers<'_>,
+        inputs: &Inputs<N>,
+        number: impl Fn(f64) -> N,
+    ) -> N {
+        let mut at = 0;
         self.value(|fact| match fact {
             Fact::Inputs => inputs.count,
             Fact::Unprovided => inputs.unprovided,
             Fact::InputAccuracy => inputs.accuracy,
-            _ => properties.next().map_or(N::MISSING, |&property| number(property)),
+            Fact::Property(_, otherwise) => {
+                let given = numbers.get(at);
+                at += 1;
+                given.or(*otherwise).map_or(N::MISSING, &number)
+            }
+            _ => N::MISSING,
         })
     }
 
-    fn of_signal(&self, signal: &Signal) -> f64 {
+    fn of_signal(&self, signal: &Signal, variable: &Properties) -> f64 {
         self.value(|fact| match fact {
             Fact::Rate => signal.rate_hz.unwrap_or(f64::NAN),
             Fact::Delay => signal.delay.seconds(),
-            Fact::Property(name, otherwise) => property(&signal.properties, name, *otherwise),
+            Fact::Property(name, otherwise) => {
+                let given = signal.properties.get(name).or_else(|| variable.get(name));
+                given.copied().or(*otherwise).unwrap_or(f64::NAN)
+            }
             _ => f64::NAN,
         })
     }
@@ -240,8 +254,23 @@ impl Rating {
     }
 }
 
-fn property(properties: &Properties, name: &str, otherwise: Option<f64>) -> f64 {
-    properties.get(name).copied().or(otherwise).unwrap_or(f64::NAN)
+/// The numbers that the rating of a relation reads from properties.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Numbers<'a> {
+    /// Those of the relation, by [`Utility::numbers_of`].
+    pub relation: &'a [f64],
+    /// Those of its output, by [`Utility::numbers_of_output`].
+    pub output: &'a [f64],
+}
+
+impl Numbers<'_> {
+    fn get(&self, at: usize) -> Option<f64> {
+        known(self.relation, at).or_else(|| known(self.output, at))
+    }
+}
+
+fn known(numbers: &[f64], at: usize) -> Option<f64> {
+    numbers.get(at).copied().filter(|number| !number.is_nan())
 }
 
 impl Utility {
@@ -262,23 +291,33 @@ impl Utility {
 
     /// The numbers that the rating of a relation reads from its properties: [`f64::NAN`] for a missing one.
     #[must_use]
-    pub fn properties_of(&self, properties: &Properties) -> Vec<f64> {
+    pub fn numbers_of(&self, properties: &Properties) -> Vec<f64> {
+        let number = |name: &str| properties.get(name).copied().unwrap_or(f64::NAN);
         match self {
-            Utility::Norm => Vec::from([property(properties, COST, Some(1.0))]),
+            Utility::Norm => Vec::from([number(COST)]),
             Utility::Own(own) => {
-                let read = own.relation.iter().flat_map(Rating::properties);
-                read.map(|(name, otherwise)| property(properties, name, otherwise)).collect()
+                own.relation.iter().flat_map(Rating::properties).map(|(name, _)| number(name)).collect()
             }
         }
     }
 
-    /// Rates a relation with these numbers ([`Utility::properties_of`]) for an output; [`f64::NAN`] where a formula has no value.
+    /// The numbers that the rating of a relation reads from the properties of its output, which count where the relation has none. The
+    /// norm reads none.
     #[must_use]
-    pub fn of_relation(&self, properties: &[f64], inputs: &Inputs) -> f64 {
+    pub fn numbers_of_output(&self, properties: &Properties) -> Vec<f64> {
         match self {
-            Utility::Norm => norm(properties.first().copied().unwrap_or(1.0), inputs),
+            Utility::Norm => Vec::new(),
+            Utility::Own(_) => self.numbers_of(properties),
+        }
+    }
+
+    /// Rates a relation for an output; [`f64::NAN`] where a formula has no value.
+    #[must_use]
+    pub fn of_relation(&self, numbers: Numbers<'_>, inputs: &Inputs) -> f64 {
+        match self {
+            Utility::Norm => norm(known(numbers.relation, 0).unwrap_or(1.0), inputs),
             Utility::Own(own) => match &own.relation {
-                Some(rating) => rating.of_relation(properties, inputs, |value| value),
+                Some(rating) => rating.of_relation(numbers, inputs, |value| value),
                 None => own.aggregate.best(),
             },
         }
@@ -294,7 +333,7 @@ impl Utility {
         if !self.rates_signals() {
             return;
         }
-        let rating = |signal: &SignalId| self.of_signal(&knowledge.signals()[*signal]);
+        let rating = |signal: &SignalId| self.of_signal(knowledge, *signal);
         match self.aggregate() {
             Aggregate::Sum => signals.sort_by(|a, b| rating(a).total_cmp(&rating(b))),
             Aggregate::Product | Aggregate::Minimum => {
@@ -322,11 +361,13 @@ impl Utility {
 
     /// Rates a signal that a substitution starts from.
     #[must_use]
-    pub fn of_signal(&self, signal: &Signal) -> f64 {
+    pub fn of_signal(&self, knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
         match self {
             Utility::Norm => Aggregate::Product.best(),
             Utility::Own(own) => {
-                own.signal.as_ref().map_or(own.aggregate.best(), |rating| rating.of_signal(signal))
+                let signal = &knowledge.signals()[signal];
+                let variable = &knowledge.variables()[signal.variable].properties;
+                own.signal.as_ref().map_or(own.aggregate.best(), |rating| rating.of_signal(signal, variable))
             }
         }
     }

@@ -4,7 +4,7 @@ use super::Plan;
 use super::graph::Options;
 use super::limits::{Limits, StopReason, states};
 use super::utility::{Scale, Weight};
-use crate::knowledge::{ACCURACY, Inputs, KnowledgeBase, RelationId, VariableId};
+use crate::knowledge::{ACCURACY, Inputs, KnowledgeBase, Numbers, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
@@ -125,13 +125,16 @@ impl Search<'_> {
 
     fn rating(&self, output: VariableId, relation: RelationId) -> f64 {
         let relation = &self.knowledge.relations()[relation];
+        let of_output = &self.knowledge.variables()[output].properties;
         let inputs = Inputs {
             count: relation.needs(output).count() as f64,
             unprovided: relation.needs(output).filter(|&input| !self.is_provided(input)).count() as f64,
             accuracy: relation.needs(output).filter_map(|input| self.accuracy(input)).product(),
         };
         let utility = self.knowledge.utility();
-        utility.of_relation(&utility.properties_of(&relation.properties), &inputs)
+        let (own, of_output) =
+            (utility.numbers_of(&relation.properties), utility.numbers_of_output(of_output));
+        utility.of_relation(Numbers { relation: &own, output: &of_output }, &inputs)
     }
 
     /// The weight of the best signal of a source; a constant weighs nothing.
@@ -139,7 +142,7 @@ impl Search<'_> {
         if self.knowledge.variables()[variable].constant.is_some() {
             return Weight::ZERO;
         }
-        let rating = |signal| self.knowledge.utility().of_signal(&self.knowledge.signals()[signal]);
+        let rating = |signal| self.knowledge.utility().of_signal(self.knowledge, signal);
         self.usable(variable).map(|signal| scale.signal(rating(signal))).min().unwrap_or_default()
     }
 

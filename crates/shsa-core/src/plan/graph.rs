@@ -8,7 +8,7 @@ pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
 use crate::knowledge::{
-    ACCURACY, IdVec, Inputs, KnowledgeBase, RelationId, Rows, SignalId, Utility, VariableId,
+    ACCURACY, IdVec, Inputs, KnowledgeBase, Numbers, RelationId, Rows, SignalId, Utility, VariableId,
 };
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
@@ -70,8 +70,9 @@ pub struct Graph {
     /// The most requested part of each variable's status.
     provided: IdVec<VariableId, bool>,
     relations: IdVec<RelationId, RelationFacts>,
-    /// The numbers that the rating of each relation reads.
-    properties: Rows<RelationId, f64>,
+    /// The numbers that ratings of relations read: those of each relation, and of each variable as an output.
+    numbers: Rows<RelationId, f64>,
+    output_numbers: Rows<VariableId, f64>,
     carried: IdVec<SignalId, VariableId>,
     carriers: Rows<VariableId, Carrier>,
     producers: Rows<VariableId, Producer>,
@@ -91,7 +92,8 @@ impl Graph {
             variables: IdVec::new(),
             provided: IdVec::new(),
             relations: IdVec::new(),
-            properties: Rows::default(),
+            numbers: Rows::default(),
+            output_numbers: Rows::default(),
             carried: IdVec::new(),
             carriers: Rows::default(),
             producers: Rows::default(),
@@ -153,7 +155,7 @@ impl Graph {
                 signal,
                 available: knowledge.is_available(signal),
                 accuracy: knowledge.signals()[signal].properties.get(ACCURACY).copied(),
-                weight: scale.signal(self.utility.of_signal(&knowledge.signals()[signal])),
+                weight: scale.signal(self.utility.of_signal(knowledge, signal)),
             };
             self.carriers.push(knowledge.carriers(id).iter().map(carrier));
             let mut facts = VariableFacts {
@@ -163,6 +165,7 @@ impl Graph {
             };
             facts.status = status(&facts, self.carriers.row(id), &[]);
             self.provided.push(facts.status.provided);
+            self.output_numbers.push(self.utility.numbers_of_output(&variable.properties).into_iter());
             self.variables.push(facts);
         }
     }
@@ -170,7 +173,7 @@ impl Graph {
     fn add_relations(&mut self, knowledge: &KnowledgeBase) {
         for relation in knowledge.relations() {
             self.inputs.push(relation.inputs.iter().copied());
-            self.properties.push(self.utility.properties_of(&relation.properties).into_iter());
+            self.numbers.push(self.utility.numbers_of(&relation.properties).into_iter());
             self.relations.push(RelationFacts {
                 several_outputs: relation.outputs.len() > 1,
                 exclusive: relation.outputs.iter().all(|output| relation.inputs.contains(output)),
@@ -208,7 +211,9 @@ impl Graph {
             inputs.unprovided += if status.provided { 0.0 } else { 1.0 };
             inputs.accuracy *= status.accuracy.unwrap_or(1.0);
         }
-        self.scale().relation(self.utility.of_relation(self.properties.row(relation), &inputs))
+        let numbers =
+            Numbers { relation: self.numbers.row(relation), output: self.output_numbers.row(output) };
+        self.scale().relation(self.utility.of_relation(numbers, &inputs))
     }
 
     /// The substitution of steps in their order of computation.

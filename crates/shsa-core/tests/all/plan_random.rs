@@ -1,7 +1,7 @@
 //! The exact search compared with the oracle, on random knowledge bases.
 
 use crate::plan_support::{
-    KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
+    Builder, KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
 };
 use crate::seeds::seeds;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
@@ -77,6 +77,23 @@ fn the_norm_written_out_is_the_norm() {
         };
         assert_eq!(all(&norm), all(&written), "seed {seed}");
     }
+}
+
+/// What a relation lacks is that of its output, and what a signal lacks that of its variable; the default counts where neither has any.
+#[test]
+fn properties_of_variables_count() {
+    let mut builder = Builder::default();
+    let [root, exact, vague] = [("root", Some(0.8)), ("exact", Some(0.9)), ("vague", None)]
+        .map(|(name, accuracy)| builder.variable(name, accuracy));
+    for (name, input) in [("by_vague", vague), ("by_exact", exact)] {
+        builder.relation(name, &[root], &[input], None);
+    }
+    builder.signal(exact, None);
+    builder.signal(vague, Some(0.7));
+    let knowledge = builder.build().with_utility(utility("product", "accuracy / cost", "accuracy"));
+    let found = best(&Graph::new(&knowledge), root, &Options::default(), 2, LIMITS).substitutions;
+    let utilities: Vec<f64> = found.iter().map(|(_, utility)| *utility).collect();
+    assert!((utilities[0] - 0.8 * 0.9).abs() < 1e-9 && (utilities[1] - 0.8 * 0.7).abs() < 1e-9, "{found:?}");
 }
 
 #[test]

@@ -46,13 +46,15 @@ pub(crate) const NORM: &str =
     "(0.3 / max(inputs, 1) + 0.5 / cost + 0.1 / (unprovided + 1) + 0.5 * input_accuracy) / 1.4";
 
 /// Formulas that are valid for all random knowledge bases: aggregate, relation, signal.
-const OWN: [(&str, &str, &str); 6] = [
+const OWN: [(&str, &str, &str); 7] = [
     ("product", NORM, ""),
     ("product", "1 / cost", "0.5 + accuracy / 2"),
     ("sum", "cost + 0.1 * unprovided", "1 - accuracy"),
     ("sum", "cost * inputs", ""),
     ("minimum", "input_accuracy / cost", "accuracy"),
     ("minimum", "", "accuracy"),
+    // The accuracy of the output, as relations have none.
+    ("product", "accuracy / cost", "accuracy"),
 ];
 
 /// A utility as a model gives it; an empty formula is none.

@@ -39,10 +39,11 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge:
         Some(UtilityDraft::Own { at, aggregate, relation, signal, way, defaults }) => {
             let defaults = quantity::properties(problems, &mut SharedNames::default(), defaults);
             let aggregate = aggregate.as_ref().and_then(|text| read_aggregate(problems, text));
+            let of_variables = || knowledge.variables().iter().map(|variable| &variable.properties);
             let relation = relation.as_ref().map(|text| {
                 let names = Names::new(
                     &Fact::OF_RELATIONS,
-                    knowledge.relations().iter().map(|r| &r.properties),
+                    knowledge.relations().iter().map(|r| &r.properties).chain(of_variables()),
                     &defaults,
                 );
                 rating(problems, text, &names)
@@ -50,7 +51,7 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, knowledge:
             let signal = signal.as_ref().map(|text| {
                 let names = Names::new(
                     &Fact::OF_SIGNALS,
-                    knowledge.signals().iter().map(|s| &s.properties),
+                    knowledge.signals().iter().map(|s| &s.properties).chain(of_variables()),
                     &defaults,
                 );
                 rating(problems, text, &names)

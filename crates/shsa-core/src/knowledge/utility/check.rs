@@ -1,6 +1,6 @@
 //! Proves that a utility never rises with additional relations, whichever signals are available.
 
-use super::{Aggregate, Fact, Inputs, Rating, Utility, property};
+use super::{Aggregate, Fact, Inputs, Numbers, Rating, Utility};
 use crate::interval::Interval;
 use crate::knowledge::ids::{RelationId, SignalId, VariableId};
 use crate::knowledge::{ACCURACY, COST, KnowledgeBase};
@@ -80,25 +80,32 @@ impl Utility {
         };
         let own = match self {
             Utility::Norm => {
-                let cost = property(&relation.properties, COST, Some(1.0));
+                let cost = relation.properties.get(COST).copied().unwrap_or(1.0);
                 let message = || format!("the cost {cost} of relation `{}` is below 1", relation.name);
                 return if cost >= 1.0 { None } else { wrong(message(), "a cost is at least 1") };
             }
             Utility::Own(own) => own,
         };
         let rating = own.relation.as_ref()?;
-        let missing = |(name, otherwise): &(&str, Option<f64>)| {
-            otherwise.is_none() && !relation.properties.contains_key(name)
+        let has_all = |name: &str| {
+            let has_one = |&output: &VariableId| knowledge.variables()[output].properties.contains_key(name);
+            relation.properties.contains_key(name) || relation.outputs.iter().all(has_one)
         };
+        let missing = |(name, otherwise): &(&str, Option<f64>)| otherwise.is_none() && !has_all(name);
         if let Some((name, _)) = rating.properties().find(missing) {
             let message = format!("relation `{}` has no `{name}`, which the utility reads", relation.name);
-            return wrong(message, "give it one, or name a value for all without it under `defaults`");
+            return wrong(
+                message,
+                "give it or its outputs one, or name a value for all without it under `defaults`",
+            );
         }
-        let properties = self.properties_of(&relation.properties);
+        let own_numbers = self.numbers_of(&relation.properties);
         let outputs = relation.outputs.iter();
         let outside = |&output: &VariableId| {
             let inputs: Vec<VariableId> = relation.needs(output).collect();
-            outside(own.aggregate, rating, &properties, &inputs, knowledge)
+            let of_output = self.numbers_of_output(&knowledge.variables()[output].properties);
+            let numbers = Numbers { relation: &own_numbers, output: &of_output };
+            outside(own.aggregate, rating, numbers, &inputs, knowledge)
         };
         let value = outputs.filter_map(outside).next()?;
         let message = format!("the utility of relation `{}` may be {value}", relation.name);
@@ -108,7 +115,7 @@ impl Utility {
     fn check_signal(&self, knowledge: &KnowledgeBase, id: SignalId) -> Option<UtilityProblem> {
         let aggregate = self.aggregate();
         let signal = &knowledge.signals()[id];
-        let value = self.of_signal(signal);
+        let value = self.of_signal(knowledge, id);
         if aggregate.range().contains(value) {
             return None;
         }
@@ -117,7 +124,9 @@ impl Utility {
             false => format!("the utility of signal `{}` is {value}", signal.name),
         };
         let help = match value.is_nan() {
-            true => "give it every property that the formula reads, or name values under `defaults`",
+            true => {
+                "give it or its variable every property that the formula reads, or name values under `defaults`"
+            }
             false => out_of_range(aggregate),
         };
         Some(UtilityProblem { element: Element::Signal(id), message, help: help.into() })
@@ -137,7 +146,7 @@ pub(in super::super) fn out_of_range(aggregate: Aggregate) -> &'static str {
 fn outside(
     aggregate: Aggregate,
     rating: &Rating,
-    properties: &[f64],
+    numbers: Numbers<'_>,
     inputs: &[VariableId],
     knowledge: &KnowledgeBase,
 ) -> Option<String> {
@@ -145,7 +154,7 @@ fn outside(
     let accuracy = inputs.iter().fold(Interval::point(1.0), |all, &input| all * accuracies(knowledge, input));
     let range = aggregate.range();
     let rate = |unprovided, accuracy| {
-        let value = rating.of_relation(properties, &Inputs { count, unprovided, accuracy }, Interval::point);
+        let value = rating.of_relation(numbers, &Inputs { count, unprovided, accuracy }, Interval::point);
         let is_right =
             !value.is_empty() && value.lo() >= range.lo() - SLACK && value.hi() <= range.hi() + SLACK;
         (!is_right).then_some(value)

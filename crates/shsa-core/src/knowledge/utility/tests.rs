@@ -5,7 +5,7 @@ use super::*;
 #[track_caller]
 fn check_norm(count: u32, unprovided: u32, cost: f64, accuracy: f64, expected: f64) {
     let inputs = Inputs { count: f64::from(count), unprovided: f64::from(unprovided), accuracy };
-    let value = Utility::Norm.of_relation(&[cost], &inputs);
+    let value = Utility::Norm.of_relation(Numbers { relation: &[cost], output: &[9.0] }, &inputs);
     assert!((value - expected).abs() < 1e-12, "{value}");
 }
 

@@ -27,10 +27,9 @@ impl Graph {
     fn relation_lasts(&self, new: &Graph, lineage: &Lineage, relation: RelationId) -> bool {
         let Some(namesake) = lineage.relation(relation) else { return false };
         let inputs = self.inputs.row(relation).iter().map(|&input| lineage.variable(input));
-        let numbers = self.properties.row(relation).iter().map(|number| number.to_bits());
         self.relations[relation] == new.relations[namesake]
             && inputs.eq(new.inputs.row(namesake).iter().copied().map(Some))
-            && numbers.eq(new.properties.row(namesake).iter().map(|number| number.to_bits()))
+            && alike(self.numbers.row(relation), new.numbers.row(namesake))
     }
 
     fn is_provided_alike(
@@ -61,10 +60,13 @@ impl Graph {
     ) -> bool {
         let producers = self.producers.row(variable).iter().map(|producer| producer.relation);
         let succeeded = |relation| lineage.relation(relation).filter(|_| lasting[relation]);
-        producers.map(succeeded).eq(new
-            .producers
-            .row(namesake)
-            .iter()
-            .map(|producer| Some(producer.relation)))
+        let after = new.producers.row(namesake).iter().map(|producer| Some(producer.relation));
+        producers.map(succeeded).eq(after)
+            && alike(self.output_numbers.row(variable), new.output_numbers.row(namesake))
     }
+}
+
+/// Whether numbers are the same, those that are missing included.
+fn alike(before: &[f64], after: &[f64]) -> bool {
+    before.iter().map(|number| number.to_bits()).eq(after.iter().map(|number| number.to_bits()))
 }

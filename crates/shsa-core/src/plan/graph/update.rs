@@ -40,13 +40,28 @@ impl Graph {
         };
         let readers = variable.map_or(&[][..], |variable| self.readers.row(variable));
         let has_problem = |element| self.utility.check_element(knowledge, element).is_some();
-        !has_problem(element) && !readers.iter().any(|&reader| has_problem(Element::Relation(reader)))
+        // What lacks a property has that of the variable.
+        let (carriers, producers) = match element {
+            Element::Variable(variable) => (knowledge.carriers(variable), knowledge.producers(variable)),
+            _ => (&[][..], &[][..]),
+        };
+        !has_problem(element)
+            && !carriers.iter().any(|&carrier| has_problem(Element::Signal(carrier)))
+            && !readers.iter().chain(producers).any(|&relation| has_problem(Element::Relation(relation)))
     }
 
     /// Updates a variable; returns whether checked numbers have changed.
     fn update_variable(&mut self, knowledge: &KnowledgeBase, id: VariableId) -> bool {
         let Some(variable) = knowledge.variables().find(id) else { return false };
         self.variables[id].own_accuracy = variable.properties.get(ACCURACY).copied();
+        let numbers = self.utility.numbers_of_output(&variable.properties);
+        self.output_numbers.row_mut(id).iter_mut().zip(numbers).for_each(|(old, new)| *old = new);
+        for &signal in knowledge.carriers(id) {
+            self.update_signal(knowledge, signal);
+        }
+        for &relation in knowledge.producers(id) {
+            self.update_weights(knowledge, relation);
+        }
         self.update_status(knowledge, id);
         true
     }
@@ -54,7 +69,7 @@ impl Graph {
     fn update_signal(&mut self, knowledge: &KnowledgeBase, id: SignalId) -> bool {
         let Some(signal) = knowledge.signals().find(id) else { return false };
         let accuracy = signal.properties.get(ACCURACY).copied();
-        let weight = self.scale().signal(self.utility.of_signal(signal));
+        let weight = self.scale().signal(self.utility.of_signal(knowledge, id));
         let mut renumbered = false;
         for carrier in self.carriers.row_mut(signal.variable).iter_mut().filter(|c| c.signal == id) {
             renumbered = carrier.accuracy != accuracy || carrier.weight != weight;
@@ -66,8 +81,8 @@ impl Graph {
 
     fn update_relation(&mut self, knowledge: &KnowledgeBase, id: RelationId) -> bool {
         let Some(relation) = knowledge.relations().find(id) else { return false };
-        let numbers = self.utility.properties_of(&relation.properties);
-        self.properties.row_mut(id).iter_mut().zip(numbers).for_each(|(old, new)| *old = new);
+        let numbers = self.utility.numbers_of(&relation.properties);
+        self.numbers.row_mut(id).iter_mut().zip(numbers).for_each(|(old, new)| *old = new);
         self.update_weights(knowledge, id);
         true
     }
