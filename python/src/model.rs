@@ -6,10 +6,11 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 use shsa_core::analysis::{Options, analyze};
 use shsa_core::engine::WatchBudget;
-use shsa_core::knowledge::{KnowledgeBase, SignalId, VariableId};
+use shsa_core::knowledge::{KnowledgeBase, Need, Shape, Signal, SignalId, VariableId};
 use shsa_core::plan::{self, Graph, Limits};
 use shsa_format::model::Located;
 use shsa_format::model::live::{Live, Written};
+use shsa_message::source::Source;
 use shsa_report::analysis::{self, shortened, unwatched};
 use shsa_report::shortfall::unmet;
 use shsa_report::substitution::Names;
@@ -82,6 +83,25 @@ impl Model {
             "needs": known.needs().iter().map(|it| &it.signal).collect::<Vec<_>>(),
         })
         .to_string()
+    }
+
+    /// The signals that come from outside, with the places from which they come, and the needs.
+    fn places(&self) -> String {
+        let known = self.knowledge();
+        let outside = known.signals().enumerate().filter(|(id, _)| !known.is_computed(*id));
+        let signal = |(_, it): (SignalId, &Signal)| {
+            let place = if it.source.is_empty() { &it.name } else { &it.source };
+            let topic = place.parse().map_or_else(|_| place.as_str().into(), |it: Source| it.on_bus().0);
+            let period_s = it.period().map(|period| period.seconds());
+            json!({ "name": it.name, "place": place, "topic": &*topic, "holds": it.holds, "period_s": period_s })
+        };
+        let need = |it: &Need| {
+            let variable = &known.variables()[it.variable];
+            let unit = variable.unit.as_ref().map(ToString::to_string);
+            json!({ "name": it.signal, "unit": unit, "is_vector": variable.shape == Shape::Vector })
+        };
+        let (signals, needs) = (outside.map(signal), known.needs().iter().map(need));
+        json!({ "signals": signals.collect::<Vec<_>>(), "needs": needs.collect::<Vec<_>>() }).to_string()
     }
 
     fn plan(

@@ -1,15 +1,13 @@
 //! A live run in a thread: on a bus, or between functions of the caller.
 
+use crate::bus::{Connection, Functions, OwnBus};
 use crate::engine::Reading;
 use crate::model::Model;
 use crate::problem::failed;
 use pyo3::prelude::*;
 use serde_json::Value;
 use shsa_bridge::memory::MemoryBus;
-use shsa_bridge::{
-    Address, Bridge, BridgeError, BusOptions, Clock, Inbox, Message, Outgoing, OwnBus, Payload,
-};
-use shsa_core::observation::RawValue;
+use shsa_bridge::{Address, Bridge, BusOptions, Clock, Inbox, Message, Payload};
 use shsa_core::time::Time;
 use shsa_runtime::{self as live, Ending, Events, Handle, Options, Order, RuntimeError};
 use std::path::PathBuf;
@@ -23,8 +21,8 @@ const QUEUE: usize = 1_024;
 #[pyclass(frozen)]
 pub(crate) struct Runtime {
     inbox: Inbox,
-    /// Whether messages come from the caller.
-    is_own: bool,
+    /// What brings the messages of the caller; `None`: they come from a bus.
+    connection: Option<Connection>,
     handle: Mutex<Handle>,
     decisions: Mutex<Events>,
     run: Mutex<Option<JoinHandle<Result<Ending, RuntimeError>>>>,
@@ -39,17 +37,20 @@ impl Runtime {
     fn new(
         py: Python<'_>,
         models: Vec<PyRef<'_, Model>>,
-        publish: Option<Py<PyAny>>,
+        functions: Functions,
         bus: Option<&str>,
         name: String,
         http: Option<&str>,
         state: Option<PathBuf>,
     ) -> PyResult<Runtime> {
         let inbox = Inbox::new(QUEUE, Clock::running());
-        let is_own = bus.is_none();
-        let bridge = match bus {
-            None => own(inbox.clone(), publish),
-            Some(text) => opened(text, &name, inbox.clone()).map_err(|why| failed(py, why))?,
+        let connection = bus.is_none().then(Connection::default);
+        let bridge = match (bus, connection.clone()) {
+            (Some(text), _) => opened(text, &name, inbox.clone()).map_err(|why| failed(py, why))?,
+            (None, connection) => {
+                let (inbox, connection) = (inbox.clone(), connection.unwrap_or_default());
+                Box::new(OwnBus { inbox, functions, connection })
+            }
         };
         let models = models.iter().map(|model| live::Model {
             name: model.stem(),
@@ -67,17 +68,27 @@ impl Runtime {
         let handle = runtime.handle();
         let decisions = Mutex::new(handle.subscribe());
         let run = Mutex::new(Some(thread::spawn(move || runtime.run())));
-        Ok(Runtime { inbox, is_own, handle: Mutex::new(handle), decisions, run, address })
+        Ok(Runtime { inbox, connection, handle: Mutex::new(handle), decisions, run, address })
     }
 
     fn push(&self, py: Python<'_>, topic: &str, value: Reading, stamp_ns: Option<i64>) -> PyResult<()> {
-        if !self.is_own {
-            return Err(failed(py, "the messages of this run come from its bus"));
-        }
+        self.own(py)?;
         let payload = Payload::Value(value.into());
         let mut message = Message::new(topic.into(), self.inbox.clock().now(), payload);
         message.stamp = stamp_ns.map(Time);
         py.detach(|| self.inbox.push(message));
+        Ok(())
+    }
+
+    fn lose(&self, py: Python<'_>, because: String) -> PyResult<()> {
+        let connection = self.own(py)?;
+        connection.lose(self.inbox.clock().now(), because);
+        py.detach(|| self.inbox.wake());
+        Ok(())
+    }
+
+    fn find(&self, py: Python<'_>) -> PyResult<()> {
+        self.own(py)?.find(self.inbox.clock().now());
         Ok(())
     }
 
@@ -109,6 +120,15 @@ impl Runtime {
 }
 
 impl Runtime {
+    /// What brings the messages of the caller.
+    ///
+    /// # Errors
+    /// When they come from a bus.
+    fn own(&self, py: Python<'_>) -> PyResult<&Connection> {
+        let refused = || failed(py, "the messages of this run come from its bus");
+        self.connection.as_ref().ok_or_else(refused)
+    }
+
     fn ask(
         &self,
         py: Python<'_>,
@@ -118,31 +138,6 @@ impl Runtime {
         let answer = py.detach(move || ask(&handle));
         answer.map(|answer| answer.to_string()).map_err(|error| failed(py, error))
     }
-}
-
-/// A bus between functions of the caller.
-fn own(inbox: Inbox, publish: Option<Py<PyAny>>) -> Box<dyn Bridge> {
-    Box::new(OwnBus::new(inbox, move |message: Outgoing<'_>| {
-        let (Some(publish), Payload::Value(value)) = (&publish, &message.payload) else { return Ok(()) };
-        Python::attach(|py| {
-            if let Err(error) = published(py, publish, &message, value) {
-                error.write_unraisable(py, Some(publish.bind(py)));
-            }
-        });
-        Ok::<(), BridgeError>(())
-    }))
-}
-
-/// Tells the caller of a value: topic, value, quality and source.
-fn published(py: Python<'_>, publish: &Py<PyAny>, message: &Outgoing<'_>, value: &RawValue) -> PyResult<()> {
-    let value = match value {
-        RawValue::Number(value) => (*value, *value).into_pyobject(py)?.into_any(),
-        RawValue::Interval { lo, hi } => (*lo, *hi).into_pyobject(py)?.into_any(),
-        RawValue::Vector(values) => values.clone().into_pyobject(py)?.into_any(),
-    };
-    let quality = message.provenance.map(|provenance| provenance.quality.name());
-    let source = message.provenance.map(|provenance| provenance.source.as_str());
-    publish.call1(py, (message.topic, value, quality, source)).map(|_| ())
 }
 
 /// Connects to a bus.

@@ -9,10 +9,11 @@ import re
 import shsa
 import shsa._errors
 import shsa._recordings
+import shsa.opcua
 
 names = vars(shsa) | {"shsa": shsa}
 runner = doctest.DocTestRunner()
-for module in (shsa, shsa._errors):
+for module in (shsa, shsa._errors, shsa.opcua):
     tests = doctest.DocTestFinder(exclude_empty=True).find(module)
     # The module's own example makes the model that the others use.
     for test in sorted(tests, key=lambda test: test.name.count(".")):

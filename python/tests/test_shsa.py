@@ -8,6 +8,7 @@ import subprocess
 import sys
 import tempfile
 import threading
+import time
 import unittest
 import urllib.request
 
@@ -339,6 +340,48 @@ class Runs(unittest.TestCase):
         self.assertIsNone(run.stop())
         with self.assertRaises(shsa.ShsaError):
             run.state()
+
+    def test_a_run_says_what_becomes_of_a_need_and_of_its_connection(self) -> None:
+        values: queue.Queue[tuple[object, ...]] = queue.Queue()
+        states: queue.Queue[dict[str, object]] = queue.Queue()
+        uncertain = TANK.replace("max_age: 1 s", "max_age: 400 ms, max_width: 2 m")
+
+        def until(wanted: str) -> dict[str, object]:
+            while (status := states.get(timeout=60))["quality"] != wanted:
+                pass
+            return status
+
+        with shsa.Runtime(
+            shsa.Model(uncertain, "tank.yaml"),
+            publish=lambda *value: values.put(value),
+            stamped=lambda *value: values.put(value),
+            status=states.put,
+        ) as run:
+            self.assertEqual(until("Bad")["signal"], "healed_level")
+            run.push("float_1", 5.0, stamp_ns=time.time_ns() - 10_000_000)
+            plain, stamped = values.get(timeout=60), values.get(timeout=60)
+            self.assertEqual(stamped[:4], plain)
+            self.assertLess(abs(time.time_ns() - int(str(stamped[4]))), 5_000_000_000)
+            self.assertEqual(until("Bad")["source"], None)
+            run.disconnected("the cable is cut")
+            run.disconnected("the cable is still cut")
+            run.connected()
+            # One of two is wrong, and nobody knows which: their bounds go out.
+            found: tuple[object, ...] = ()  # in cm, as the variable is
+            end = time.monotonic() + 60
+            while found != ((495.0, 605.0), "UncertainSubNormal"):
+                self.assertLess(time.monotonic(), end, found)
+                run.push("float_1", 5.0)
+                run.push("float_2", 6.0)
+                # What comes at once after a silence may have waited, and does not count.
+                time.sleep(0.2)
+                while not values.empty():
+                    found = values.get()[1:3]
+            events: list[str] = []
+            while "connected" not in events:
+                events += [event["kind"] for event in run.events()]
+                time.sleep(0.01)
+            self.assertEqual(events.count("disconnected"), 1)
 
     def test_a_run_ends_with_its_process(self) -> None:
         program = (

@@ -275,6 +275,12 @@ pub trait Bridge: Send {
         Err(BridgeError::Configuration("this bus has no requests".to_owned()))
     }
 
+    /// Whether a scalar goes out with its bounds, as within one process, so that the middle of an uncertain value is not taken for the
+    /// value.
+    fn carries_bounds(&self) -> bool {
+        false
+    }
+
     /// Whether the bridge always recognises its own messages. If it knows them only by content, it cannot tell whether another
     /// publisher uses the same name.
     fn knows_own(&self) -> bool {

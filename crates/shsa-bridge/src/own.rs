@@ -60,6 +60,11 @@ impl<S: FnMut(Outgoing<'_>) -> Result<(), BridgeError> + Send> Bridge for OwnBus
         (self.sink)(message)
     }
 
+    /// The sink gets the bounds of every scalar.
+    fn carries_bounds(&self) -> bool {
+        true
+    }
+
     fn link(&self) -> Link {
         Link::Up
     }

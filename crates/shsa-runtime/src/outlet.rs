@@ -260,8 +260,13 @@ impl Outlet {
         bridge: &mut dyn Bridge,
     ) -> Result<Option<Payload>, String> {
         let (topic, value, provenance) = (&self.topic, &publication.value, &self.provenance);
+        let is_uncertain = publication.quality == engine::Quality::Uncertain;
+        let has_bounds = matches!(value, PublishedValue::Scalar(_)) && bridge.carries_bounds();
         match &mut self.shape {
-            Shape::Value | Shape::Like(_) if publication.quality == engine::Quality::Uncertain => {
+            Shape::Value if is_uncertain && has_bounds => {
+                Ok(Some(Payload::Value(raw(value, self.unit.as_ref(), None))))
+            }
+            Shape::Value | Shape::Like(_) if is_uncertain => {
                 Err("a value that is uncertain goes out only with its bounds, in the form `json`".to_owned())
             }
             Shape::Value => Ok(Some(Payload::Value(raw(value, self.unit.as_ref(), None)))),

@@ -28,7 +28,7 @@ from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.metadata import version
 from types import TracebackType
-from typing import TYPE_CHECKING, Any, Optional, Union
+from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
 from . import _recordings, _shsa
 from ._errors import ModelError, Problem, ShsaError, problems
@@ -450,16 +450,26 @@ class Engine:
 
 
 Publish = Callable[[str, Union["tuple[float, float]", "list[float]"], Optional[str], Optional[str]], object]
-"""Called with the name of a need, its value (bounds of a number, or a list for a vector), its quality as on a
-bus (``Good``, ``UncertainSubstituteValue``, ``UncertainSubNormal``, ``UncertainLastUsableValue``, ``Bad``) and its source."""
+"""Called with the name of a need, its value (bounds of a number, or a list for a vector), its quality as on a bus (``Good``,
+``UncertainSubstituteValue``, ``UncertainSubNormal``) and its source."""
+
+StampedPublish = Callable[
+    [str, Union["tuple[float, float]", "list[float]"], Optional[str], Optional[str], int], object
+]
+"""As `Publish`, with the wall-clock time at which the value was true, in ns, as the last argument."""
+
+Status = Callable[["dict[str, Any]"], object]
+"""Called with the status of a need (its name is ``signal``), as on a bus, when it changes and once a second. A need that
+nothing serves has no values: its ``quality`` is ``UncertainLastUsableValue``, then ``Bad``."""
 
 
 class Runtime:
     """A live run in a thread of its own, in real time: on a bus, or between functions of the caller.
 
-    Without a ``bus`` (``mqtt://HOST``, ``zenoh://HOST:PORT``, ``ros2``, as the package was built for), messages come by `push`, and values
-    go to ``publish``, in the thread of the run. ``http`` is where the live page is served, such as ``127.0.0.1:0``; ``state`` is the folder of
-    the state that outlasts the process. The run ends with `stop`, with its ``with`` block, or with the process.
+    Without a ``bus`` (``mqtt://HOST``, ``zenoh://HOST:PORT``, ``ros2``, as the package was built for), messages come by `push`, values go
+    to ``publish`` and ``stamped``, and the status of each need to ``status``, in the thread of the run. ``http`` is where the live page
+    is served, such as ``127.0.0.1:0``; ``state`` is the folder of the state that outlasts the process. The run ends with `stop`, with its
+    ``with`` block, or with the process. To OPC UA: `shsa.opcua`.
 
     >>> import queue
     >>> healed = queue.Queue()
@@ -474,6 +484,8 @@ class Runtime:
         models: Model | Sequence[Model],
         *,
         publish: Publish | None = None,
+        stamped: StampedPublish | None = None,
+        status: Status | None = None,
         bus: str | None = None,
         name: str = "shsa",
         http: str | None = None,
@@ -481,7 +493,8 @@ class Runtime:
     ) -> None:
         run = [models] if isinstance(models, Model) else models
         folder = None if state is None else os.fspath(state)
-        self._runtime = _shsa.Runtime([model._model for model in run], publish, bus, name, http, folder)
+        functions = _Functions(_values(publish, stamped), _states_of(status))
+        self._runtime = _shsa.Runtime([model._model for model in run], functions, bus, name, http, folder)
         # Python's functions cannot be called any more once it has ended.
         self._end = weakref.finalize(self, self._runtime.stop)
 
@@ -495,6 +508,14 @@ class Runtime:
     ) -> None:
         """A message for a signal, received now; ``stamp_ns`` is the wall-clock time at which its source says that it was true."""
         self._runtime.push(topic, value, stamp_ns)
+
+    def disconnected(self, because: str) -> None:
+        """What brings the messages has lost its connection: the run reports it, and counts it as an outage."""
+        self._runtime.lose(because)
+
+    def connected(self) -> None:
+        """The connection is there again."""
+        self._runtime.find()
 
     def state(self) -> dict[str, Any]:
         """The state of needs, signals and the run, as ``GET /state`` of the command's control interface."""
@@ -523,3 +544,30 @@ class Runtime:
         self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
     ) -> None:
         self.stop()
+
+
+class _Functions(NamedTuple):
+    """What the compiled part calls."""
+
+    publish: StampedPublish | None
+    status: Callable[[str], object] | None
+
+
+def _values(publish: Publish | None, stamped: StampedPublish | None) -> StampedPublish | None:
+    """One function of both."""
+    if publish is None:
+        return stamped
+    first = publish
+
+    def both(
+        need: str, value: tuple[float, float] | list[float], quality: str | None, source: str | None, stamp_ns: int
+    ) -> None:
+        first(need, value, quality, source)
+        if stamped is not None:
+            stamped(need, value, quality, source, stamp_ns)
+
+    return both
+
+
+def _states_of(status: Status | None) -> Callable[[str], object] | None:
+    return None if status is None else lambda text: status(json.loads(text))

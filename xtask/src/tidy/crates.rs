@@ -56,6 +56,7 @@ const ARROWS: [(&str, &[&str]); 17] = [
             "shsa-estimate",
             "shsa-format",
             "shsa-lab",
+            "shsa-message",
             "shsa-report",
             "shsa-runtime",
         ],
