@@ -30,7 +30,8 @@ usage: cargo xtask COMMAND
   chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it; random
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
-  package    builds target/package/shsa.deb; `--program FILE` packs one that is built already, `--out FOLDER` writes there";
+  package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out
+             FOLDER` writes there";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();

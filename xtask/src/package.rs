@@ -1,7 +1,9 @@
 //! The Debian package: the command with its manual pages, completions, unit, monitoring files, and bill of materials.
 //!
 //! The same program gives the same bytes: no time of the build is in the package. The compiler is told to write no path of the machine into
-//! the program.
+//! the program. Beside the package lie the files of a container's image.
+
+mod image;
 
 use crate::workspace::RELEASED;
 use crate::{command, sbom};
@@ -55,7 +57,7 @@ impl Arguments {
     }
 }
 
-/// Writes `shsa.deb`, and prints its path.
+/// Writes `shsa.deb` and `image.tar`, and prints their paths.
 ///
 /// # Errors
 /// When the program does not build, or the package cannot be written.
@@ -77,7 +79,8 @@ pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
     let package = out.join("shsa.deb");
     let [from, to] = [&stage, &package].map(|path| path.display().to_string());
     // All files are as old as the sources.
-    let epoch = format!("SOURCE_DATE_EPOCH={}", source_date()?);
+    let date = source_date()?;
+    let epoch = format!("SOURCE_DATE_EPOCH={date}");
     command::output(&[
         "env",
         &epoch,
@@ -89,8 +92,9 @@ pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
         &from,
         &to,
     ])?;
+    image::write(&stage, &out, &date)?;
     fs::remove_dir_all(&stage)?;
-    println!("{to}");
+    println!("{to}\n{}", out.join("image.tar").display());
     Ok(())
 }
 
