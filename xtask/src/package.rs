@@ -1,9 +1,10 @@
 //! The Debian package: the command with its manual pages, completions, unit, monitoring files, and bill of materials.
 //!
-//! The same program gives the same bytes: no time of the build is in the package. The compiler is told to write no path of the machine into
-//! the program. Beside the package lie the files of a container's image.
+//! The same sources give the same bytes, in whichever folder they are built: no time of the build is in the package, and the compilers
+//! write no path of the machine into the program. Beside the package lie the files of a container's image.
 
 mod image;
+mod twice;
 
 use crate::workspace::RELEASED;
 use crate::{command, sbom};
@@ -40,19 +41,26 @@ struct Arguments {
     /// A program that is already built; without it, a release is built.
     program: Option<PathBuf>,
     out: PathBuf,
+    /// Two builds are compared.
+    twice: bool,
 }
 
 impl Arguments {
     fn read(mut words: impl Iterator<Item = String>) -> Result<Arguments> {
-        let mut arguments = Arguments { program: None, out: OUT.into() };
+        let mut arguments = Arguments { program: None, out: OUT.into(), twice: false };
         while let Some(word) = words.next() {
+            if word == "--twice" {
+                arguments.twice = true;
+                continue;
+            }
             let value = words.next().with_context(|| format!("{word} wants a path"))?;
             match &*word {
                 "--program" => arguments.program = Some(value.into()),
                 "--out" => arguments.out = value.into(),
-                _ => bail!("no option `{word}`: --program FILE, --out FOLDER"),
+                _ => bail!("no option `{word}`: --program FILE, --out FOLDER, --twice"),
             }
         }
+        ensure!(!(arguments.twice && arguments.program.is_some()), "--twice builds the program itself");
         Ok(arguments)
     }
 }
@@ -62,7 +70,10 @@ impl Arguments {
 /// # Errors
 /// When the program does not build, or the package cannot be written.
 pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
-    let Arguments { program, out } = Arguments::read(words)?;
+    let Arguments { program, out, twice } = Arguments::read(words)?;
+    if twice {
+        return twice::check(&out);
+    }
     let program = program.map_or_else(built, Ok)?;
     let stage = out.join("stage");
     if stage.exists() {
@@ -103,22 +114,29 @@ fn built() -> Result<PathBuf> {
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
     let target = target.join("packaged");
     command::run(&["cargo", "fetch", "--locked"])?;
-    let options: Vec<String> = hidden_paths()?
-        .into_iter()
-        .map(|(path, name)| format!("--remap-path-prefix={}={name}", path.display()))
-        .collect();
+    let hidden = hidden_paths(&target)?;
+    let as_options = |option: &str| -> Vec<String> {
+        hidden.iter().map(|(path, name)| format!("{option}={}={name}", path.display())).collect()
+    };
+    // Some crates have parts in C.
+    let c = format!("CFLAGS={}", as_options("-ffile-prefix-map").join(" "));
+    let options = as_options("--remap-path-prefix");
     let options = format!("build.rustflags={options:?}");
     let line = ["cargo", "build", "--release", "--locked", "--package", "shsa", "--features", RELEASED];
     let target_dir = target.display().to_string();
-    command::run(&[&line[..], &["--config", &options, "--target-dir", &target_dir]].concat())?;
+    let settings = ["--config", &options, "--target-dir", &target_dir];
+    // Options of the environment would count in the place of these.
+    let begin = ["env", "--unset=RUSTFLAGS", "--unset=CARGO_ENCODED_RUSTFLAGS", &c];
+    command::run(&[&begin[..], &line, &settings].concat())?;
     Ok(target.join("release/shsa"))
 }
 
 /// Folders of this machine that the compiler would write into the program, and what it writes instead. The last one that fits counts.
-fn hidden_paths() -> Result<Vec<(PathBuf, &'static str)>> {
+fn hidden_paths(target: &Path) -> Result<Vec<(PathBuf, &'static str)>> {
     let home = env::var_os("HOME").map(PathBuf::from).context("HOME is not set")?;
     let cargo = env::var_os("CARGO_HOME").map_or_else(|| home.join(".cargo"), PathBuf::from);
-    let mut paths = vec![(env::current_dir()?, "shsa"), (cargo.clone(), "cargo")];
+    let here = env::current_dir()?;
+    let mut paths = vec![(here.clone(), "shsa"), (here.join(target), "target"), (cargo.clone(), "cargo")];
     let registries = fs::read_dir(cargo.join("registry/src")).into_iter().flatten().flatten();
     // They are named after the host from which the crates came.
     paths.extend(registries.map(|registry| (registry.path(), "crates")));
@@ -211,5 +229,6 @@ mod tests {
         assert_eq!((arguments.out, arguments.program), ("a".into(), Some("b".into())));
         assert_eq!(read(&[]).unwrap().out, Path::new(OUT));
         assert!(read(&["--out"]).is_err() && read(&["--other", "a"]).is_err());
+        assert!(read(&["--twice"]).unwrap().twice && read(&["--twice", "--program", "b"]).is_err());
     }
 }
