@@ -7,7 +7,7 @@ mod texts;
 
 use real::{Script, eventually, free_port, python};
 use serde_json::{Value, json};
-use shsa_bridge::cdr::type_hash;
+use shsa_bridge::cdr::{Content, FieldContent, compose, type_hash};
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
 use shsa_bridge::ros2::{Options, Ros2Bridge, Wire};
 use shsa_bridge::{
@@ -126,6 +126,17 @@ fn a_node_is_heard() {
     }
 }
 
+/// A scan of two distances.
+fn scan() -> bytes::Bytes {
+    let (first, ranges) = (RawValue::Number(-0.5), RawValue::Vector(vec![1.5, 2.5]));
+    let fields = [
+        FieldContent { path: "header.frame_id", content: Content::Text("laser") },
+        FieldContent { path: "angle_min", content: Content::Value(&first) },
+        FieldContent { path: "ranges", content: Content::Value(&ranges) },
+    ];
+    compose("sensor_msgs/msg/LaserScan", &fields, Time(3_000_000_007), &Types::standard()).unwrap()
+}
+
 #[test]
 fn a_node_hears_and_lists_us() {
     let Some(python) = python() else { return };
@@ -134,11 +145,16 @@ fn a_node_hears_and_lists_us() {
     let mut bridge = open(&to(port));
     bridge.subscribe("/odom", Some("nav_msgs/msg/Odometry")).unwrap();
     bridge.advertise("/cmd_vel", "geometry_msgs/msg/TwistStamped#twist.angular.z").unwrap();
+    for topic in ["/scan", "/rear/scan"] {
+        bridge.advertise(topic, "sensor_msgs/msg/LaserScan").unwrap();
+    }
     for (topic, name, path) in [
         ("/dmin", "std_msgs/msg/Float64", "data"),
         ("/ranges", "std_msgs/msg/Float64MultiArray", "data"),
         ("/cmd_vel", "geometry_msgs/msg/TwistStamped", "twist.angular.z"),
         ("/status", "std_msgs/msg/String", "data"),
+        ("/scan", "sensor_msgs/msg/LaserScan", "ranges"),
+        ("/rear/scan", "sensor_msgs/msg/LaserScan", "header.frame_id"),
     ] {
         node.order(&json!({"subscribe": topic, "type": name, "get": path}));
     }
@@ -152,7 +168,7 @@ fn a_node_hears_and_lists_us() {
         let digits: String =
             bridge.publisher().0.to_le_bytes().iter().map(|byte| format!("{byte:02x}")).collect();
         assert_eq!(received["gid"], json!(digits));
-        if topic == "/cmd_vel" {
+        if topic == "/cmd_vel" || topic.ends_with("/scan") {
             assert_eq!(received["header"], json!(3));
         }
         while node.poll("heard", Duration::from_millis(100)).is_some() {}
@@ -161,6 +177,9 @@ fn a_node_hears_and_lists_us() {
     check("/ranges", Payload::Value(RawValue::Vector(vec![1.0, 2.5])), json!([1.0, 2.5]));
     check("/cmd_vel", Payload::Value(RawValue::Interval { lo: 1.0, hi: 2.0 }), json!(1.5));
     check("/status", Payload::Bytes("{\"state\":\"\u{fc}\"}".into()), json!("{\"state\":\"\u{fc}\"}"));
+    // A message of several fields, as other programs read it.
+    check("/scan", Payload::Bytes(scan()), json!([1.5, 2.5]));
+    check("/rear/scan", Payload::Bytes(scan()), json!("laser"));
     let listed = node.answer(&json!({"list": true}), "listed");
     let types = Types::standard();
     for (kind, topic, name) in [

@@ -204,6 +204,61 @@ fn payloads_of_a_type_are_read_and_imitated_without_further_ado() {
     );
 }
 
+/// The bytes of a message with these fields, or why it cannot be written.
+fn composed(message_type: &str, fields: &[FieldContent<'_>]) -> Result<bytes::Bytes, String> {
+    compose(message_type, fields, Time(3_000_000_007), &Types::standard())
+        .map_err(|problem| problem.to_string())
+}
+
+#[test]
+fn a_message_is_composed_of_several_fields() {
+    let numbers = |numbers: &[f64]| RawValue::Vector(numbers.to_vec());
+    let (first, step, ranges) = (RawValue::Number(-0.5), RawValue::Number(0.25), numbers(&[1.5, 2.5]));
+    let frame = FieldContent { path: "header.frame_id", content: Content::Text("laser") };
+    let of = |path, value| FieldContent { path, content: Content::Value(value) };
+    // In any order.
+    let fields = [of("ranges", &ranges), frame, of("angle_min", &first), of("angle_increment", &step)];
+    let bytes = composed("sensor_msgs/msg/LaserScan", &fields).unwrap();
+    let paths = ["ranges", "angle_min", "angle_increment", "angle_max", "intensities"];
+    let readings = read("sensor_msgs/msg/LaserScan", &paths, &bytes);
+    let readings: Vec<Reading> = readings.into_iter().map(Result::unwrap).collect();
+    let values: Vec<RawValue> = readings.iter().map(|reading| reading.value.clone()).collect();
+    let [nothing, none] = [RawValue::Number(0.0), numbers(&[])];
+    assert_eq!(values.iter().collect::<Vec<_>>(), [&ranges, &first, &step, &nothing, &none]);
+    assert!(readings.iter().all(|reading| reading.stamp == Some(Time(3_000_000_007))));
+    let plan = Path::parse("header.frame_id").unwrap();
+    let plan = Plan::of_value(&Types::standard(), Layout::Cdr, "sensor_msgs/msg/LaserScan", &plan.steps);
+    assert_eq!(plan.unwrap().text(Body::cdr(&bytes).unwrap()).as_deref(), Some("laser"));
+
+    // Members of one message, and elements of one list.
+    let (low, high) = (RawValue::Number(0.6), RawValue::Number(0.8));
+    let fields =
+        [of("transforms[1].transform.rotation.z", &low), of("transforms[1].transform.rotation.w", &high)];
+    let bytes = composed("tf2_msgs/msg/TFMessage", &fields).unwrap();
+    let paths = [fields[0].path, fields[1].path, "transforms[0].transform.rotation.w"];
+    let readings = read("tf2_msgs/msg/TFMessage", &paths, &bytes).into_iter();
+    let values: Vec<RawValue> = readings.map(|reading| reading.unwrap().value).collect();
+    assert_eq!(values.iter().collect::<Vec<_>>(), [&low, &high, &RawValue::Number(1.0)]);
+}
+
+#[test]
+fn what_does_not_fit_into_a_message_is_refused() {
+    #[track_caller]
+    fn check(message_type: &str, path: &str, content: Content<'_>, expected: &str) {
+        let refused = composed(message_type, &[FieldContent { path, content }]).unwrap_err();
+        assert!(refused.contains(expected), "{refused}");
+    }
+    let (one, list) = (RawValue::Number(1.0), RawValue::Vector(vec![1.0]));
+    let scan = "sensor_msgs/msg/LaserScan";
+    check(scan, "range", Content::Value(&one), "no field 'range'");
+    check(scan, "ranges", Content::Value(&one), "sensor_msgs/msg/LaserScan: ");
+    check(scan, "angle_min", Content::Value(&list), "sensor_msgs/msg/LaserScan: ");
+    check(scan, "angle_min", Content::Text("a"), "is no text that could be written");
+    check(scan, "header.frame_id", Content::Value(&one), "is no number that could be written");
+    check("sensor_msgs/msg/JointState", "name", Content::Text("left"), "is no text that could be written");
+    check("bot/msg/None", "x", Content::Value(&one), "the message type bot/msg/None is not known");
+}
+
 /// Paths to every number of a type, to the first element of lists, down to `depth`.
 fn paths(message_type: &str, prefix: &str, depth: usize, found: &mut Vec<String>) {
     for member in Types::standard().members(message_type).unwrap() {

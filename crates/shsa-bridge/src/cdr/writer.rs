@@ -1,5 +1,7 @@
 //! Writes a value as a CDR message: into one field of an otherwise empty message, or of a copy of another message.
 
+use super::compose::{Content, Entry, whole_message};
+use super::encoding::{HEADER, encoded, numbers, time_parts};
 use super::reader::{header_stamp, plan};
 use crate::BridgeError;
 use crate::payload::Unreadable;
@@ -7,7 +9,7 @@ use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_message::path::{Path, Step};
-use shsa_message::ros::{Body, Count, Kind, Member, Plan, Primitive, Target, Types, full_name};
+use shsa_message::ros::{Body, Count, Plan, Target, Types, full_name};
 use std::sync::Arc;
 
 /// Writes one field of messages of one type.
@@ -19,9 +21,6 @@ pub(crate) struct Writer {
     value: Plan,
     stamp: Option<Plan>,
 }
-
-/// The encapsulation: little-endian, no options.
-pub(crate) const HEADER: [u8; 4] = [0, 1, 0, 0];
 
 impl Writer {
     /// A writer of the field at a path; an empty path means the field `data`.
@@ -47,9 +46,8 @@ impl Writer {
     /// # Errors
     /// A list for a number, a number for a list, or a list of another length than a fixed one.
     pub(crate) fn write(&self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
-        let mut out = Out { bytes: HEADER.to_vec(), types: &self.types, value, stamp };
-        out.message(&self.message_type, &self.path)?;
-        Ok(out.bytes.into())
+        let entry = Entry { path: &self.path, content: Content::Value(value) };
+        whole_message(&self.message_type, &[entry], stamp, &self.types)
     }
 
     /// A copy of a message with this value, and the stamp in its header if it has one.
@@ -69,27 +67,6 @@ impl Writer {
             put_time(&mut copy, found, place.at, stamp);
         }
         Ok(copy.into())
-    }
-}
-
-fn mismatch(found: &str, wanted: &'static str) -> Unreadable {
-    Unreadable::Kind { field: "the value".into(), found: found.into(), wanted }
-}
-
-/// The numbers of a value for a field; of an interval, the midpoint.
-fn numbers(value: &RawValue, is_list: bool, length: Option<usize>) -> Result<Vec<f64>, Unreadable> {
-    let numbers = match value {
-        RawValue::Vector(values) if is_list => values.clone(),
-        RawValue::Vector(_) => return Err(mismatch("a list", "number")),
-        _ if is_list => return Err(mismatch("a number", "list")),
-        RawValue::Number(number) => vec![*number],
-        RawValue::Interval { lo, hi } => vec![lo / 2.0 + hi / 2.0],
-    };
-    match length {
-        Some(length) if length != numbers.len() => {
-            Err(mismatch(&format!("a list of {}", numbers.len()), "list of the length of the field"))
-        }
-        _ => Ok(numbers),
     }
 }
 
@@ -134,149 +111,6 @@ fn overwrite(copy: &mut [u8], at: usize, bytes: &[u8]) {
         place.copy_from_slice(bytes);
     }
 }
-
-/// Seconds and nanoseconds, little-endian.
-pub(crate) fn time_parts(time: Time) -> ([u8; 4], [u8; 4]) {
-    let second = 1_000_000_000;
-    let seconds =
-        i32::try_from(time.0.div_euclid(second)).unwrap_or(if time.0 < 0 { i32::MIN } else { i32::MAX });
-    let nanoseconds = u32::try_from(time.0.rem_euclid(second)).unwrap_or(0);
-    (seconds.to_le_bytes(), nanoseconds.to_le_bytes())
-}
-
-/// A number in the encoding of a field, little-endian; a whole number is rounded and clamped to the field's range.
-fn encoded(primitive: Primitive, number: f64) -> Result<Vec<u8>, Unreadable> {
-    let is_float = matches!(primitive, Primitive::F32 | Primitive::F64);
-    if number.is_nan() && !is_float {
-        return Err(mismatch("not-a-number", "whole number"));
-    }
-    let whole = number.round();
-    Ok(match primitive {
-        Primitive::Bool => vec![u8::from(number >= 0.5)],
-        Primitive::Byte | Primitive::U8 => (whole as u8).to_le_bytes().to_vec(),
-        Primitive::I8 => (whole as i8).to_le_bytes().to_vec(),
-        Primitive::I16 => (whole as i16).to_le_bytes().to_vec(),
-        Primitive::U16 => (whole as u16).to_le_bytes().to_vec(),
-        Primitive::I32 => (whole as i32).to_le_bytes().to_vec(),
-        Primitive::U32 => (whole as u32).to_le_bytes().to_vec(),
-        Primitive::I64 => (whole as i64).to_le_bytes().to_vec(),
-        Primitive::U64 => (whole as u64).to_le_bytes().to_vec(),
-        Primitive::F32 => (number as f32).to_le_bytes().to_vec(),
-        Primitive::F64 => number.to_le_bytes().to_vec(),
-        Primitive::Time | Primitive::Duration => {
-            let (seconds, nanoseconds) = time_parts(Time::from_seconds(number));
-            [seconds, nanoseconds].concat()
-        }
-    })
-}
-
-/// A message that is being written.
-struct Out<'a> {
-    bytes: Vec<u8>,
-    types: &'a Types,
-    value: &'a RawValue,
-    stamp: Time,
-}
-
-impl Out<'_> {
-    /// Writes a message; `path` leads to the value within it, or is empty.
-    fn message(&mut self, message_type: &str, path: &[Step]) -> Result<(), Unreadable> {
-        let members = self.types.members(message_type)?;
-        if members.is_empty() {
-            self.bytes.push(0);
-        }
-        for member in members {
-            let inner = match path.split_first() {
-                Some((Step::Key(name), inner)) if *name == member.name => Some(inner),
-                _ => None,
-            };
-            self.member(message_type, member, inner)?;
-        }
-        Ok(())
-    }
-
-    fn member(&mut self, owner: &str, member: &Member, path: Option<&[Step]>) -> Result<(), Unreadable> {
-        let chosen = path.and_then(<[Step]>::first).and_then(|step| match step {
-            Step::Index(index) => Some(*index),
-            Step::Key(key) => key.parse().ok(),
-        });
-        let is_list = member.count != Count::One;
-        if let (Some([]), true, Kind::Primitive(primitive)) = (path, is_list, &member.kind) {
-            let length = if let Count::Fixed(count) = member.count { Some(count) } else { None };
-            let numbers = numbers(self.value, true, length)?;
-            if length.is_none() {
-                self.number(Primitive::U32, numbers.len() as f64)?;
-            }
-            return numbers.iter().try_for_each(|number| self.number(*primitive, *number));
-        }
-        let count = match member.count {
-            Count::One => return self.one(owner, member, path),
-            Count::Fixed(count) => count,
-            Count::Free(_) => {
-                let count = chosen.map_or(0, |index| index.saturating_add(1)).min(LIST_MAX);
-                self.number(Primitive::U32, count as f64)?;
-                count
-            }
-        };
-        for index in 0..count {
-            let inner = path.filter(|_| chosen == Some(index)).and_then(|path| path.get(1..));
-            self.one(owner, member, inner)?;
-        }
-        Ok(())
-    }
-
-    /// Writes one element; `path` is `None` if it does not lead through this element.
-    fn one(&mut self, owner: &str, member: &Member, path: Option<&[Step]>) -> Result<(), Unreadable> {
-        match &member.kind {
-            Kind::Primitive(primitive) => {
-                let is_upright = owner == "geometry_msgs/msg/Quaternion" && member.name == "w";
-                let number = match path {
-                    Some(_) => numbers(self.value, false, None)?.first().copied().unwrap_or(f64::NAN),
-                    None => f64::from(u8::from(is_upright)),
-                };
-                self.number(*primitive, number)
-            }
-            Kind::Text(_) => {
-                self.number(Primitive::U32, 1.0)?;
-                self.bytes.push(0);
-                Ok(())
-            }
-            Kind::WideText => self.number(Primitive::U32, 0.0),
-            Kind::Message(name) => match (&**name, path) {
-                ("builtin_interfaces/msg/Time" | "builtin_interfaces/msg/Duration", Some([])) => {
-                    let seconds = numbers(self.value, false, None)?.first().copied().unwrap_or(0.0);
-                    self.time(Time::from_seconds(seconds))
-                }
-                ("builtin_interfaces/msg/Time", None) if owner == "std_msgs/msg/Header" => {
-                    self.time(self.stamp)
-                }
-                (_, path) => self.message(name, path.unwrap_or_default()),
-            },
-        }
-    }
-
-    fn time(&mut self, time: Time) -> Result<(), Unreadable> {
-        let (seconds, nanoseconds) = time_parts(time);
-        self.align(4);
-        self.bytes.extend(seconds);
-        self.bytes.extend(nanoseconds);
-        Ok(())
-    }
-
-    fn number(&mut self, primitive: Primitive, number: f64) -> Result<(), Unreadable> {
-        self.align(primitive.size());
-        self.bytes.extend(encoded(primitive, number)?);
-        Ok(())
-    }
-
-    fn align(&mut self, to: usize) {
-        let behind = (self.bytes.len() - HEADER.len()).next_multiple_of(to);
-        self.bytes.resize(behind + HEADER.len(), 0);
-    }
-}
-
-/// The longest list that is made to reach one of its elements.
-const LIST_MAX: usize = 65_536;
 
 /// A text as a message of std_msgs/msg/String.
 #[cfg(any(feature = "ros2", feature = "ros2-dds"))]
