@@ -16,6 +16,7 @@ use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox};
 use shsa_core::engine;
 use shsa_core::time::Span;
+use shsa_demo::rover;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::{Form, Wiring};
 use shsa_message::span::parse_span;
@@ -36,8 +37,8 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::thread;
 
-/// The model of the embedded simulator.
-const ROVER: (&str, &str) = ("models/rover.yaml", include_str!("../models/rover.yaml"));
+/// The name of the model of the simulated robot.
+const ROVER: &str = "models/rover.yaml";
 
 /// Why `--join` is refused.
 const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
@@ -249,7 +250,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let log = Log::begin(&arguments.log);
     let is_reported = matches!(arguments.bus.bus, Address::Zenoh(_) | Address::Ros2(_));
     anyhow::ensure!(is_reported || !arguments.join, NO_JOIN);
-    let models = models(&arguments.models)?;
+    let models = models(&arguments.models, &arguments.bus)?;
     let options = options(arguments, &models, log)?;
     let has_token = options.token.is_some();
     let clock = Clock::running();
@@ -289,7 +290,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })?;
     if arguments.bus.bus == Address::Memory {
         show::notice("no bus was given: a simulated robot drives about in this process (see --bus)");
-        shsa_demo::rover::simulate(&memory, &stop)?;
+        rover::simulate(&memory, &stop)?;
     }
     Ok(match runtime.run()? {
         // A requested end is a success.
@@ -364,12 +365,12 @@ fn line(decision: &Decision<'_>) -> String {
     }
 }
 
-/// Loads the models, or the model of the simulated robot.
-fn models(paths: &[PathBuf]) -> anyhow::Result<Vec<Model>> {
+/// Loads the models, or the model of the simulated robot on this bus.
+fn models(paths: &[PathBuf], bus: &BusArguments) -> anyhow::Result<Vec<Model>> {
     if !paths.is_empty() {
         return paths.iter().map(|path| Ok(Model::of_file(path, show::load_live(path)?))).collect();
     }
-    let (name, text) = ROVER;
+    let (name, text) = (ROVER, &rover::model(bus.rover_encoding()));
     let (live, _) =
         Live::load(Written { name, text }).map_err(|report| anyhow::anyhow!(report.render(false)))?;
     Ok(vec![Model::of_file(Path::new(name), live)])

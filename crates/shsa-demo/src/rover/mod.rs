@@ -9,6 +9,7 @@ mod sensors;
 mod faults;
 mod avoidance;
 mod provider;
+pub mod port;
 mod healed;
 mod machine;
 pub mod process;
@@ -17,12 +18,12 @@ mod trial;
 
 pub use avoidance::{Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
-pub use healed::Settings;
+pub use healed::{Settings, model};
 pub use provider::{NEED, Provision, lower_bound};
 pub use robot::Robot;
 pub use room::{Point, Pose, Room};
 pub use score::Score;
-pub use sensors::{DEPTH, LIDAR, ODOMETRY, SONAR, lidar_angles, nearest_seen};
+pub use sensors::{Beams, DEPTH, LIDAR, ODOMETRY, SONAR, level, nearest_seen};
 pub use trial::{Happening, Trial, View};
 
 use crate::DemoError;

@@ -1,31 +1,18 @@
 //! The rover as separate programs on a bus, as in Fig. 1.9 of the thesis: the world, each sensor, the emergency stop, the
 //! tele-operation; and an attacker, who sends scans between the true ones.
-//!
-//! Messages are JSON. Those of the lidar, the sonar ring and the depth camera carry the time of the measurement as `header.stamp`, as
-//! messages of ROS do.
 
 use super::avoidance::Avoidance;
 use super::machine::{self, STEP};
+use super::port::{COMMAND, POSE, Port, Received, TRUTH, WISH};
 use super::provider::NEED;
 use super::robot::{Command, Robot};
 use super::room::{Point, Pose, Room};
 use super::sensors::{self, DEPTH, LIDAR, ODOMETRY, SONAR, Sample, Sensor, true_dmin};
 use crate::DemoError;
-use serde_json::{Value, json};
-use shsa_bridge::{Bridge, Outgoing, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::Duration;
-
-/// Where the robot is: x and y in m, the heading in rad, the speed in m/s. It stands for the world that sensors look at.
-pub const POSE: &str = "/world/pose";
-/// The true distance of the nearest obstacle in m, and how often the robot has hit one.
-pub const TRUTH: &str = "/world/truth";
-/// The command to the drive: speed in m/s, turn rate in rad/s.
-pub const COMMAND: &str = "/drive/command";
-/// How fast the operator wants to drive, in m/s.
-pub const WISH: &str = "/teleoperation/speed";
 
 /// The longest pause between two looks at the clock.
 const TICK: Duration = Duration::from_millis(4);
@@ -63,41 +50,54 @@ pub enum Part {
     Attacker,
 }
 
-/// What a program does with messages, and as time passes. `now` counts from its start.
+/// A message to be sent.
+struct Sent {
+    topic: &'static str,
+    /// When it was true.
+    stamp: Time,
+    numbers: Vec<f64>,
+}
+
+/// The present moment.
+#[derive(Clone, Copy)]
+struct Now {
+    /// Since the start of the program.
+    since: Time,
+    /// By the clock.
+    clock: Time,
+}
+
+/// What a program does with messages, and as time passes.
 trait Process {
     fn topics(&self) -> Vec<&'static str>;
-    fn observe(&mut self, now: Time, topic: &str, content: &Value);
-    /// Sends what is due, as topics and contents; `stamp` is the present moment as in `header.stamp`.
-    fn step(&mut self, now: Time, stamp: &Value, send: &mut dyn FnMut(&'static str, Value));
+    fn observe(&mut self, now: Time, topic: &str, numbers: &[f64]);
+    /// Appends the messages that are due.
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>);
 }
 
 /// Runs a program on a bus, in real time, until `stop` is set.
 ///
 /// # Errors
 /// Errors of the bus.
-pub fn run(part: Part, seed: u64, bus: &mut dyn Bridge, stop: &AtomicBool) -> Result<(), DemoError> {
+pub fn run(part: Part, seed: u64, port: &mut Port, stop: &AtomicBool) -> Result<(), DemoError> {
     let mut process = process(part, seed);
-    for topic in process.topics() {
-        bus.subscribe(topic, None)?;
-    }
-    let origin = bus.inbox().clock().now();
+    process.topics().into_iter().try_for_each(|topic| port.subscribe(topic))?;
+    let origin = port.inbox().clock().now();
     let mut sent = Vec::new();
     while !stop.load(Ordering::Acquire) {
-        bus.inbox().wait(TICK);
-        let time = bus.inbox().clock().now();
-        let now = Time(0) + (time - origin);
-        while let Some(message) = bus.receive() {
-            let Payload::Bytes(bytes) = &message.payload else { continue };
-            if let Ok(content) = serde_json::from_slice(bytes) {
-                process.observe(now, &message.topic, &content);
+        port.inbox().wait(TICK);
+        let clock = port.inbox().clock().now();
+        let now = Now { since: Time(0) + (clock - origin), clock };
+        while let Some(received) = port.receive() {
+            if let Received::Numbers { topic, numbers, .. } = received {
+                process.observe(now.since, topic, &numbers);
             }
         }
-        let stamp = json!({ "sec": time.0 / 1_000_000_000, "nanosec": time.0 % 1_000_000_000 });
-        process.step(now, &stamp, &mut |topic, content| sent.push((topic, content.to_string())));
-        for (topic, text) in sent.drain(..) {
-            bus.publish(Outgoing::new(topic, time, Payload::Bytes(text.into())))?;
+        process.step(now, &mut sent);
+        for Sent { topic, stamp, numbers } in sent.drain(..) {
+            port.publish(topic, stamp, &numbers)?;
         }
-        bus.flush();
+        port.flush();
     }
     Ok(())
 }
@@ -115,10 +115,6 @@ fn process(part: Part, seed: u64) -> Box<dyn Process> {
         Part::LidarAlone => Box::new(LidarAlone { nearest: None }),
         Part::Attacker => Box::new(Periodic::attacker()),
     }
-}
-
-fn numbers(content: &Value) -> Vec<f64> {
-    content.as_array().into_iter().flatten().filter_map(Value::as_f64).collect()
 }
 
 /// Whether something is due; sets the next time.
@@ -155,24 +151,25 @@ impl Process for World {
         vec![COMMAND]
     }
 
-    fn observe(&mut self, now: Time, _: &str, content: &Value) {
-        if let [speed, turn_rate] = numbers(content)[..] {
+    fn observe(&mut self, now: Time, _: &str, numbers: &[f64]) {
+        if let &[speed, turn_rate] = numbers {
             (self.command, self.commanded) = (Command { speed, turn_rate }, now);
         }
     }
 
-    fn step(&mut self, now: Time, _: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        while self.moved + STEP <= now {
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>) {
+        while self.moved + STEP <= now.since {
             self.moved = self.moved + STEP;
             let is_fresh = self.moved <= self.commanded + COMMAND_AGE;
             let command = if is_fresh { self.command } else { Command::default() };
             self.collisions += u32::from(self.robot.step(command, &self.room, STEP.seconds()));
         }
-        if is_due(&mut self.due, now, POSES) {
-            let Robot { pose, speed, .. } = &self.robot;
-            send(POSE, json!([pose.at.x, pose.at.y, pose.heading, speed]));
-            let dmin_m = true_dmin(&self.room, &self.robot);
-            send(TRUTH, json!({ "dmin_m": dmin_m, "collisions": self.collisions }));
+        if is_due(&mut self.due, now.since, POSES) {
+            let (Robot { pose, speed, .. }, stamp) = (&self.robot, now.clock);
+            let numbers = vec![pose.at.x, pose.at.y, pose.heading, *speed];
+            sent.push(Sent { topic: POSE, stamp, numbers });
+            let numbers = vec![true_dmin(&self.room, &self.robot), f64::from(self.collisions)];
+            sent.push(Sent { topic: TRUTH, stamp, numbers });
         }
     }
 }
@@ -182,7 +179,8 @@ struct Sensing {
     room: Room,
     robot: Option<Robot>,
     sensor: Option<Sensor>,
-    flying: Vec<(Sample, Value)>,
+    /// Samples under way to the bus, each with the time of its measurement by the clock.
+    flying: Vec<(Sample, Time)>,
 }
 
 impl Sensing {
@@ -197,30 +195,28 @@ impl Process for Sensing {
         vec![POSE]
     }
 
-    fn observe(&mut self, _: Time, _: &str, content: &Value) {
-        if let [x, y, heading, speed] = numbers(content)[..] {
+    fn observe(&mut self, _: Time, _: &str, numbers: &[f64]) {
+        if let &[x, y, heading, speed] = numbers {
             let mut robot = Robot::at(Pose { at: Point { x, y }, heading });
             robot.speed = speed;
             self.robot = Some(robot);
         }
     }
 
-    fn step(&mut self, now: Time, stamp: &Value, send: &mut dyn FnMut(&'static str, Value)) {
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>) {
         if let (Some(sensor), Some(robot)) = (&mut self.sensor, &self.robot) {
-            self.flying.extend(sensor.sample(now, &self.room, robot).map(|sample| (sample, stamp.clone())));
+            let sample = sensor.sample(now.since, &self.room, robot);
+            self.flying.extend(sample.map(|sample| (sample, now.clock)));
         }
-        let arrived = self.flying.partition_point(|(sample, _)| sample.arrival <= now);
-        for (sample, stamp) in self.flying.drain(..arrived) {
-            let field = if sample.topic == DEPTH { "data" } else { "ranges" };
-            send(
-                sample.topic,
-                match sample.value {
-                    RawValue::Vector(values) => json!({ "header": { "stamp": stamp }, field: values }),
-                    RawValue::Number(value) => json!(value),
-                    RawValue::Interval { lo, hi } => json!([lo, hi]),
-                },
-            );
-        }
+        let arrived = self.flying.partition_point(|(sample, _)| sample.arrival <= now.since);
+        sent.extend(self.flying.drain(..arrived).map(|(sample, stamp)| {
+            let numbers = match sample.value {
+                RawValue::Vector(values) => values,
+                RawValue::Number(value) => vec![value],
+                RawValue::Interval { lo, hi } => vec![lo, hi],
+            };
+            Sent { topic: sample.topic, stamp, numbers }
+        }));
     }
 }
 
@@ -229,13 +225,19 @@ struct Stop {
     avoidance: Avoidance,
     speed: f64,
     wish: f64,
-    collisions: u64,
+    collisions: f64,
     due: Time,
 }
 
 impl Stop {
     fn new(seed: u64) -> Stop {
-        Stop { avoidance: Avoidance::new(seed), speed: 0.0, wish: f64::INFINITY, collisions: 0, due: Time(0) }
+        Stop {
+            avoidance: Avoidance::new(seed),
+            speed: 0.0,
+            wish: f64::INFINITY,
+            collisions: 0.0,
+            due: Time(0),
+        }
     }
 }
 
@@ -244,30 +246,28 @@ impl Process for Stop {
         vec![NEED, ODOMETRY, WISH, TRUTH]
     }
 
-    fn observe(&mut self, now: Time, topic: &str, content: &Value) {
-        match topic {
+    fn observe(&mut self, now: Time, topic: &str, numbers: &[f64]) {
+        match (topic, numbers) {
             // The lower bound is what is safe.
-            NEED => {
-                let dmin = content["lo"].as_f64().or_else(|| content.as_f64());
-                dmin.into_iter().for_each(|dmin| self.avoidance.observe(now, dmin));
-            }
-            ODOMETRY => self.speed = content.as_f64().unwrap_or(self.speed),
-            WISH => self.wish = content.as_f64().unwrap_or(self.wish),
+            (NEED, &[lo, _]) => self.avoidance.observe(now, lo),
+            (ODOMETRY, &[speed]) => self.speed = speed,
+            (WISH, &[speed]) => self.wish = speed,
             // The bumper.
-            _ => {
-                let collisions = content["collisions"].as_u64().unwrap_or(0);
+            (TRUTH, &[_, collisions]) => {
                 if collisions > self.collisions {
                     self.avoidance.bumped(now);
                 }
                 self.collisions = collisions;
             }
+            _ => {}
         }
     }
 
-    fn step(&mut self, now: Time, _: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        if is_due(&mut self.due, now, CONTROL) {
-            let Command { speed, turn_rate } = self.avoidance.command(now, self.speed, true);
-            send(COMMAND, json!([speed.min(self.wish), turn_rate]));
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>) {
+        if is_due(&mut self.due, now.since, CONTROL) {
+            let Command { speed, turn_rate } = self.avoidance.command(now.since, self.speed, true);
+            let numbers = vec![speed.min(self.wish), turn_rate];
+            sent.push(Sent { topic: COMMAND, stamp: now.clock, numbers });
         }
     }
 }
@@ -277,21 +277,20 @@ struct Periodic {
     due: Time,
     period: Span,
     topic: &'static str,
-    /// The message at a time since the start, with its stamp.
-    message: fn(Time, &Value) -> Value,
+    /// The number of the message at a time since the start.
+    number: fn(Time) -> f64,
 }
 
 impl Periodic {
     /// The operator, who drives slower for 3 s of each 10.
     fn teleoperation() -> Periodic {
-        let message = |now: Time, _: &Value| json!(if now.0 / 1_000_000_000 % 10 < 7 { 0.6 } else { 0.3 });
-        Periodic { due: Time(0), period: WISHES, topic: WISH, message }
+        let number = |since: Time| if since.0 / 1_000_000_000 % 10 < 7 { 0.6 } else { 0.3 };
+        Periodic { due: Time(0), period: WISHES, topic: WISH, number }
     }
 
     /// The attacker, with scans of one beam.
     fn attacker() -> Periodic {
-        let message = |_: Time, stamp: &Value| json!({ "header": { "stamp": stamp }, "ranges": [ATTACK_M] });
-        Periodic { due: Time(0), period: ATTACK, topic: LIDAR, message }
+        Periodic { due: Time(0), period: ATTACK, topic: LIDAR, number: |_| ATTACK_M }
     }
 }
 
@@ -300,11 +299,11 @@ impl Process for Periodic {
         Vec::new()
     }
 
-    fn observe(&mut self, _: Time, _: &str, _: &Value) {}
+    fn observe(&mut self, _: Time, _: &str, _: &[f64]) {}
 
-    fn step(&mut self, now: Time, stamp: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        if is_due(&mut self.due, now, self.period) {
-            send(self.topic, (self.message)(now, stamp));
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>) {
+        if is_due(&mut self.due, now.since, self.period) {
+            sent.push(Sent { topic: self.topic, stamp: now.clock, numbers: vec![(self.number)(now.since)] });
         }
     }
 }
@@ -318,11 +317,12 @@ impl Process for LidarAlone {
         vec![LIDAR]
     }
 
-    fn observe(&mut self, _: Time, _: &str, content: &Value) {
-        self.nearest = numbers(&content["ranges"]).into_iter().reduce(f64::min);
+    fn observe(&mut self, _: Time, _: &str, numbers: &[f64]) {
+        self.nearest = numbers.iter().copied().reduce(f64::min);
     }
 
-    fn step(&mut self, _: Time, _: &Value, send: &mut dyn FnMut(&'static str, Value)) {
-        self.nearest.take().into_iter().for_each(|nearest| send(NEED, json!(nearest)));
+    fn step(&mut self, now: Now, sent: &mut Vec<Sent>) {
+        let nearest = self.nearest.take();
+        sent.extend(nearest.map(|nearest| Sent { topic: NEED, stamp: now.clock, numbers: vec![nearest] }));
     }
 }

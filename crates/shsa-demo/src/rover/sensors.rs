@@ -114,9 +114,52 @@ fn bell(random: &mut ChaCha8Rng) -> f64 {
     (0..3).map(|_| random.random_range(-1.0..=1.0)).sum::<f64>() / 3.0
 }
 
-/// The angle of each beam of the lidar from the heading, radians, from the right to the left.
-pub fn lidar_angles() -> impl Iterator<Item = f64> {
-    directions(BEAMS)
+/// The directions of the distances in a scan, from the right to the left.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Beams {
+    /// The direction of the first distance from the heading, radians; positive is left.
+    pub first: f64,
+    /// The angle from one distance to the next, radians; 0 for a single distance, which is straight ahead.
+    pub step: f64,
+    /// How many there are.
+    pub count: usize,
+}
+
+impl Beams {
+    /// Those of a sensor that reports `count` distances in the horizontal plane.
+    #[must_use]
+    pub fn of(topic: &str, count: usize) -> Beams {
+        let (first, step) = match count {
+            0 | 1 => (0.0, 0.0),
+            _ if topic == SONAR => {
+                let step = 2.0 * HALF_FIELD / count as f64;
+                (step / 2.0 - HALF_FIELD, step)
+            }
+            _ => (-HALF_FIELD, 2.0 * HALF_FIELD / (count - 1) as f64),
+        };
+        Beams { first, step, count }
+    }
+
+    /// The direction of each distance.
+    pub fn angles(self) -> impl Iterator<Item = f64> {
+        (0..self.count).map(move |index| self.first + self.step * index as f64)
+    }
+
+    /// The distance whose direction is nearest to an angle; `None` outside of the field.
+    #[must_use]
+    pub fn nearest(self, angle: f64) -> Option<usize> {
+        let step = if self.step > 0.0 { self.step } else { HALF_FIELD / 30.0 };
+        let index = ((angle - self.first) / step).round();
+        (index >= 0.0 && index < self.count as f64).then_some(index as usize)
+    }
+}
+
+/// The distances of a sensor in the horizontal plane: of an image of the depth camera, its middle row.
+#[must_use]
+pub fn level<'v>(topic: &str, values: &'v [f64]) -> &'v [f64] {
+    let is_image = topic == DEPTH && values.len() == ROWS * COLUMNS;
+    let row = values.get(ROWS / 2 * COLUMNS..(ROWS / 2 + 1) * COLUMNS);
+    row.filter(|_| is_image).unwrap_or(values)
 }
 
 /// `count` directions over the field, both edges included.
@@ -156,12 +199,10 @@ fn speed(_: &Room, robot: &Robot) -> Vec<f64> {
 #[must_use]
 pub fn nearest_seen(topic: &str, value: &RawValue) -> Option<f64> {
     let RawValue::Vector(values) = value else { return None };
-    let seen = match topic {
-        LIDAR | SONAR => &values[..],
-        DEPTH => values.get(ROWS / 2 * COLUMNS..(ROWS / 2 + 1) * COLUMNS)?,
-        _ => return None,
-    };
-    Some(seen.iter().copied().fold(f64::INFINITY, f64::min))
+    if ![LIDAR, SONAR, DEPTH].contains(&topic) {
+        return None;
+    }
+    level(topic, values).iter().copied().reduce(f64::min)
 }
 
 #[cfg(test)]
@@ -194,6 +235,27 @@ mod tests {
             let worst = worst_difference(topic);
             assert!(worst < tolerance, "{topic}: {worst}");
         }
+    }
+
+    #[test]
+    fn each_direction_is_that_of_its_distance() {
+        let sensed = [(LIDAR, BEAMS), (SONAR, CONES), (DEPTH, COLUMNS)];
+        for (topic, count) in sensed {
+            let beams = Beams::of(topic, count);
+            for (index, angle) in beams.angles().enumerate() {
+                assert_eq!(beams.nearest(angle + 0.4 * beams.step), Some(index), "{topic}");
+            }
+            assert_eq!(beams.nearest(1.2), None);
+        }
+        let ahead = Robot::at(Pose { at: Point { x: 1.0, y: 1.5 }, heading: 0.0 });
+        let room = Room::furnished();
+        for (topic, count, measure) in [(LIDAR, BEAMS, scan as Measure), (SONAR, CONES, ring)] {
+            let seen = Beams::of(topic, count).angles().zip(measure(&room, &ahead));
+            for (angle, distance) in seen {
+                assert!(distance <= room.sight(ahead.pose.turned(angle)) + 1e-9, "{topic}");
+            }
+        }
+        assert_eq!(Beams::of(LIDAR, 1).angles().collect::<Vec<_>>(), [0.0]);
     }
 
     #[test]

@@ -1,22 +1,7 @@
 //! The room drawn with characters: two rows of the room in one line of text.
 
+use super::terminal::{Cell, Ink};
 use shsa_demo::rover::{Point, Robot, Room};
-
-/// The kind of a text, which determines its colour.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub(super) enum Ink {
-    #[default]
-    Plain,
-    Faint,
-    Strong,
-    Good,
-    Warning,
-    Bad,
-    Echo,
-}
-
-/// One character and its ink.
-pub(super) type Cell = (char, Ink);
 
 /// Columns of the map, walls included.
 pub(super) const MAP_WIDTH: usize = 50;

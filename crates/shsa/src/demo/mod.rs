@@ -1,14 +1,18 @@
 //! `shsa demo`: a simulated system that breaks and heals, shown as it happens. The systems are those of `shsa-demo`.
 
+mod terminal;
+mod verdict;
 mod map;
-mod pack;
+mod screen;
+mod scan;
+mod operator;
 mod processes;
-#[cfg(feature = "zenoh")]
-mod platoon;
+mod pack;
 #[cfg(feature = "zenoh")]
 mod radio;
+#[cfg(feature = "zenoh")]
+mod platoon;
 mod radars;
-mod screen;
 
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;
@@ -17,7 +21,6 @@ use crate::story;
 use anyhow::{Context, bail};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
-use map::Ink;
 use screen::Screen;
 use shsa_bridge::Address;
 use shsa_core::time::{Span, Time};
@@ -28,6 +31,7 @@ use shsa_format::text;
 use std::io::{self, Write};
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
+use terminal::{Ink, Terminal};
 
 /// How often the picture is drawn.
 const FRAME: Span = Span::from_millis(50);
@@ -60,7 +64,7 @@ pub(crate) enum System {
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
 #[command(
-    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo rover --processes --bus mqtt://127.0.0.1\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
+    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo rover --processes --bus mqtt://127.0.0.1\n  shsa demo rover --processes --bus ros2-dds\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
 )]
 pub(crate) struct DemoArgs {
     /// The simulated system
@@ -87,12 +91,17 @@ pub(crate) struct DemoArgs {
     /// Show the live page instead, http://127.0.0.1:7410/, until it is interrupted: `shsa run` with its defaults
     #[arg(long, conflicts_with_all = ["fast", "seed", "without_shsa", "json"])]
     page: bool,
-    /// The rover as separate programs on a bus, with `shsa run` beside them: one is killed, and an attacker comes
+    /// The rover as separate programs on a bus, with `shsa run` beside them: one is killed, and an attacker comes. Over ROS 2 their
+    /// messages are the standard ones: LaserScan, Odometry, Twist, Float64
     #[arg(long, conflicts_with_all = ["fast", "page", "report", "live"])]
     processes: bool,
-    /// One program of the rover on a bus
-    #[arg(long, hide = true, conflicts_with_all = ["processes", "fast", "page", "report", "live"])]
+    /// One program of the rover on a bus: world, lidar, sonar, depth, odometry, stop, teleoperation, attacker, or display, the
+    /// operator's picture
+    #[arg(long, value_name = "NAME", conflicts_with_all = ["processes", "fast", "page", "report", "live"])]
     part: Option<String>,
+    /// Each act of --processes as soon as the effect of the one before was seen
+    #[arg(long, hide = true, requires = "processes")]
+    brisk: bool,
     #[command(flatten)]
     bus: BusArguments,
     /// Writes the page of `shsa replay --report` about it, with the assurance case where there are contracts; not of the rover
@@ -191,7 +200,7 @@ fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
         bail!("the rover has no report: its live page is --page");
     }
     let live = !args.fast && !args.json;
-    let mut screen = Screen::new(live, args.json);
+    let mut screen = Screen::new(Terminal::new(live, args.json));
     let provision = if args.without_shsa { Provision::LidarAlone } else { Provision::Healed };
     let mut trial = Trial::new(args.seed, provision)?;
     introduce(&mut screen, provision)?;

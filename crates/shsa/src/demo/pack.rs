@@ -1,7 +1,6 @@
 //! The battery: each fault as a drive of its own, with shsa and without, and a table of the errors.
 
-use super::map::Ink;
-use super::screen::Screen;
+use super::terminal::{Ink, Terminal};
 use crate::outcome::Outcome;
 use shsa_core::time::Span;
 use shsa_demo::Decision;
@@ -19,25 +18,25 @@ const MOST_SHOWN: usize = 4;
 /// # Errors
 /// When standard output is closed.
 pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
-    let mut screen = Screen::new(false, false);
-    screen.print_line(
+    let mut terminal = Terminal::new(false, false);
+    terminal.print_line(
         "A car drives for 8 minutes on the last quarter of its battery, 96 cells in series. Half-way something happens.\n\
          The car needs the charge, the current, the voltage, the lowest voltage of a cell and the hottest module.\n",
     )?;
     let mut rows = Vec::new();
     let (mut is_good, mut readings, mut engine) = (true, 0, Duration::ZERO);
     for fault in Fault::ALL {
-        screen.print_line(&format!("\n{}\n", fault.describe()))?;
-        let healed = drive(&mut screen, seed, fault, Provision::Healed)?;
-        let sensors = drive(&mut screen, seed, fault, Provision::Sensors)?;
+        terminal.print_line(&format!("\n{}\n", fault.describe()))?;
+        let healed = drive(&mut terminal, seed, fault, Provision::Healed)?;
+        let sensors = drive(&mut terminal, seed, fault, Provision::Sensors)?;
         is_good &= healed.is_good(fault);
         (readings, engine) = (readings + healed.readings, engine + healed.engine);
         rows.extend(rows_of(fault, &healed, &sensors));
     }
     let head = ["what happens", "largest error", "charge", "current", "voltage", "lowest", "hottest", "gap"];
-    screen.print_line(&format!("\n{}\n", text::table(&head, rows).trim_end()))?;
+    terminal.print_line(&format!("\n{}\n", text::table(&head, rows).trim_end()))?;
     let seconds = Trial::END_S as f64 * Fault::ALL.len() as f64;
-    screen.print_line(&format!(
+    terminal.print_line(&format!(
         "\n{:.0} readings a second of 116 sensors; the engine takes {:.1} us for each\n\
          gap: the longest time without a new value of a need\n\
          without shsa: what was said last stands, and the charge is counted from a beginning that is known\n",
@@ -48,7 +47,7 @@ pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
 }
 
 /// One drive, with its first decisions.
-fn drive(screen: &mut Screen, seed: u64, fault: Fault, provision: Provision) -> anyhow::Result<Score> {
+fn drive(terminal: &mut Terminal, seed: u64, fault: Fault, provision: Provision) -> anyhow::Result<Score> {
     let mut trial = Trial::new(seed, fault, provision, Trial::END_S)?;
     let mut decided = 0;
     while !trial.is_over() {
@@ -56,13 +55,13 @@ fn drive(screen: &mut Screen, seed: u64, fault: Fault, provision: Provision) -> 
             let Happening::Decided(decision) = happening else { continue };
             decided += 1;
             if decided <= MOST_SHOWN {
-                screen.decided(&in_short(decision))?;
+                terminal.decided(&in_short(decision))?;
             }
         }
     }
     if decided > MOST_SHOWN {
         let more = format!("decisions in all: {decided}");
-        screen.event(trial.now(), "and", Ink::Faint, &more)?;
+        terminal.event(trial.now(), "and", Ink::Faint, &more)?;
     }
     Ok(trial.finish())
 }

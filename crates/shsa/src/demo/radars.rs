@@ -1,7 +1,6 @@
 //! The radars along a road: each fault as a trial of its own, with shsa and without, and a table of the errors.
 
-use super::map::Ink;
-use super::screen::Screen;
+use super::terminal::{Ink, Terminal};
 use crate::outcome::Outcome;
 use shsa_core::engine::EventKind;
 use shsa_core::time::Span;
@@ -19,24 +18,24 @@ const MOST_SHOWN: usize = 2;
 /// # Errors
 /// When standard output is closed.
 pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
-    let mut screen = Screen::new(false, false);
-    screen.print_line(
+    let mut terminal = Terminal::new(false, false);
+    terminal.print_line(
         "Four radars along a road with two lanes, 100 m apart. Each sees a vehicle for some time together with the next one, and four\n\
          of ten vehicles tell where they are. Tracks are associated at each border. After 2.5 minutes something happens.\n",
     )?;
     let mut rows = Vec::new();
     let (mut is_good, mut pairs, mut wrong_pairs) = (true, 0, 0);
     for fault in Fault::ALL {
-        screen.print_line(&format!("\n{}\n", fault.describe()))?;
-        let healed = watch(&mut screen, seed, fault, Provision::Healed)?;
-        let radars = watch(&mut screen, seed, fault, Provision::Radars)?;
+        terminal.print_line(&format!("\n{}\n", fault.describe()))?;
+        let healed = watch(&mut terminal, seed, fault, Provision::Healed)?;
+        let radars = watch(&mut terminal, seed, fault, Provision::Radars)?;
         is_good &= healed.is_good(fault);
         (pairs, wrong_pairs) = (pairs + healed.pairs, wrong_pairs + healed.wrong_pairs);
         rows.extend(rows_of(fault, &healed, &radars));
     }
     let head = ["what happens", "positions", "error, rms", "worst", "unknown", "wrongly named"];
-    screen.print_line(&format!("\n{}\n", text::table(&head, rows).trim_end()))?;
-    screen.print_line(&format!(
+    terminal.print_line(&format!("\n{}\n", text::table(&head, rows).trim_end()))?;
+    terminal.print_line(&format!(
         "\nunknown: the share of the time with a vehicle at a border in which its position was older than 0.5 s\n\
          {pairs} pairs of tracks associated, {wrong_pairs} of them of two vehicles\n"
     ))?;
@@ -44,19 +43,19 @@ pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
 }
 
 /// One trial, with the first moments at which somebody is named.
-fn watch(screen: &mut Screen, seed: u64, fault: Fault, provision: Provision) -> anyhow::Result<Score> {
+fn watch(terminal: &mut Terminal, seed: u64, fault: Fault, provision: Provision) -> anyhow::Result<Score> {
     let mut trial = Trial::new(seed, fault, provision, Trial::END_S)?;
     let mut moments = 0;
     while !trial.is_over() {
         let Some(decision) = clearest(trial.step()) else { continue };
         moments += 1;
         if moments <= MOST_SHOWN {
-            screen.decided(&decision)?;
+            terminal.decided(&decision)?;
         }
     }
     if moments > MOST_SHOWN {
         let more = format!("moments at which a signal is named: {moments}");
-        screen.event(trial.now(), "and", Ink::Faint, &more)?;
+        terminal.event(trial.now(), "and", Ink::Faint, &more)?;
     }
     Ok(trial.finish())
 }

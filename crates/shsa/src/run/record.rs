@@ -1,19 +1,20 @@
 //! The record of a run: as a file of MCAP, and for viewers that follow it.
 
+use super::Arguments;
 #[cfg(feature = "foxglove")]
 use super::foxglove::Viewers;
-use super::{Arguments, ROVER};
 use crate::replay::{provenance, written};
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::engine::Options;
+use shsa_demo::rover;
 use shsa_format::drive::Given;
 use shsa_report::mcap::{Follower, McapFile, Sink};
 #[cfg(feature = "foxglove")]
 use shsa_runtime::Token;
 use shsa_runtime::{Model, RunRecorder};
 use std::io::{self, Write};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// All that is told of a run.
 type Sinks = Vec<Box<dyn Sink + Send>>;
@@ -35,7 +36,7 @@ pub(super) fn recorder(
     let [model] = models else {
         bail!("a record is of one model, and these are {}; --journal keeps the inputs of each", models.len());
     };
-    let (name, bytes) = text(model)?;
+    let (name, bytes) = text(arguments, model)?;
     let files = written::open([record, &viewers.layout].map(Option::as_deref), &[&name])?;
     let [file, layout] = files;
     let made = provenance(&name, &bytes);
@@ -85,16 +86,13 @@ fn viewers_of(_: &Arguments, _: &Model) -> anyhow::Result<Option<Box<dyn Sink + 
 }
 
 /// The file of a model with its content.
-fn text(model: &Model) -> anyhow::Result<(PathBuf, Vec<u8>)> {
+fn text(arguments: &Arguments, model: &Model) -> anyhow::Result<(PathBuf, Vec<u8>)> {
     let path = model.path.clone().unwrap_or_default();
-    match ROVER {
-        (name, text) if path == Path::new(name) => Ok((path, text.into())),
-        _ => {
-            let bytes =
-                std::fs::read(&path).with_context(|| format!("cannot read {} again", path.display()))?;
-            Ok((path, bytes))
-        }
+    if arguments.models.is_empty() {
+        return Ok((path, rover::model(arguments.bus.rover_encoding()).into()));
     }
+    let bytes = std::fs::read(&path).with_context(|| format!("cannot read {} again", path.display()))?;
+    Ok((path, bytes))
 }
 
 /// A record that is being written.
