@@ -9,6 +9,8 @@ pub mod path;
 pub mod source;
 pub mod json;
 pub mod ros;
+mod wire;
 pub mod protobuf;
+pub mod sparkplug;
 
 pub use error::MessageError;

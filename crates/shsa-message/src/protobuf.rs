@@ -5,6 +5,7 @@
 
 use crate::MessageError;
 use crate::path::{Step, is_text};
+use crate::wire::{Fields, Wire};
 use std::collections::BTreeMap;
 
 /// The deepest nesting of types in a path or a descriptor.
@@ -64,69 +65,15 @@ pub struct Plan {
     last: Member,
 }
 
-/// A field on the wire.
-#[derive(Clone, Copy)]
-enum Wire<'a> {
-    Number(u64),
-    Bytes(&'a [u8]),
-}
-
-/// Iterates over the fields of a message; ends at an invalid one.
-#[derive(Clone, Copy)]
-struct Fields<'a>(&'a [u8]);
-
-impl<'a> Fields<'a> {
-    fn varint(&mut self) -> Option<u64> {
-        let mut number = 0_u64;
-        for index in 0..10 {
-            let (byte, rest) = self.0.split_first()?;
-            self.0 = rest;
-            number |= u64::from(byte & 0x7f).checked_shl(7 * index).unwrap_or(0);
-            if *byte < 0x80 {
-                return Some(number);
-            }
-        }
-        None
-    }
-
-    fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
-        let (own, rest) = self.0.split_at_checked(length)?;
-        self.0 = rest;
-        Some(own)
-    }
-}
-
-impl<'a> Iterator for Fields<'a> {
-    type Item = (u64, Wire<'a>);
-
-    fn next(&mut self) -> Option<(u64, Wire<'a>)> {
-        if self.0.is_empty() {
-            return None;
-        }
-        let tag = self.varint()?;
-        let value = match tag & 7 {
-            0 => Wire::Number(self.varint()?),
-            1 => Wire::Number(u64::from_le_bytes(*self.bytes(8)?.first_chunk()?)),
-            2 => {
-                let length = usize::try_from(self.varint()?).ok()?;
-                Wire::Bytes(self.bytes(length)?)
-            }
-            5 => Wire::Number(u32::from_le_bytes(*self.bytes(4)?.first_chunk()?).into()),
-            _ => return None,
-        };
-        Some((tag >> 3, value))
-    }
-}
-
 impl Types {
     /// The types of a serialised `FileDescriptorSet`; invalid parts are skipped.
     #[must_use]
     pub fn of_descriptors(set: &[u8]) -> Types {
         let mut types = Types::default();
-        for (_, file) in Fields(set).filter(|(number, _)| *number == 1) {
+        for (_, file) in Fields::of(set).filter(|(number, _)| *number == 1) {
             let Wire::Bytes(file) = file else { continue };
             let package = text(file, 2).unwrap_or_default();
-            for (number, message) in Fields(file) {
+            for (number, message) in Fields::of(file) {
                 if let (4, Wire::Bytes(message)) = (number, message) {
                     types.add(&package, message, 0);
                 }
@@ -139,7 +86,7 @@ impl Types {
         let Some(name) = text(message, 1).filter(|_| depth < DEPTH_MAX) else { return };
         let name = if scope.is_empty() { name } else { format!("{scope}.{name}") };
         let mut members = Vec::new();
-        for (number, part) in Fields(message) {
+        for (number, part) in Fields::of(message) {
             match (number, part) {
                 (2, Wire::Bytes(field)) => members.extend(member(field)),
                 (3, Wire::Bytes(nested)) => self.add(&name, nested, depth + 1),
@@ -174,7 +121,7 @@ impl Types {
 
 fn member(field: &[u8]) -> Option<Member> {
     let number = |asked: u64| {
-        Fields(field).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
+        Fields::of(field).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
             Wire::Number(value) => Some(value),
             Wire::Bytes(_) => None,
         })
@@ -198,7 +145,7 @@ fn member(field: &[u8]) -> Option<Member> {
 }
 
 fn text(message: &[u8], asked: u64) -> Option<String> {
-    Fields(message).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
+    Fields::of(message).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
         Wire::Bytes(bytes) => std::str::from_utf8(bytes).ok().map(str::to_owned),
         Wire::Number(_) => None,
     })
@@ -258,7 +205,7 @@ impl Plan {
         let (last, way) = self.steps.split_last()?;
         let mut message = message;
         for (number, index) in way {
-            let of_field = Fields(message).filter(|(known, _)| known == number);
+            let of_field = Fields::of(message).filter(|(known, _)| known == number);
             let mut parts = of_field.filter_map(|(_, value)| match value {
                 Wire::Bytes(bytes) => Some(bytes),
                 Wire::Number(_) => None,
@@ -269,7 +216,7 @@ impl Plan {
                 None => parts.last()?,
             };
         }
-        let values = Fields(message).filter(|(known, _)| *known == last.0).map(|(_, value)| value);
+        let values = Fields::of(message).filter(|(known, _)| *known == last.0).map(|(_, value)| value);
         self.of_last(values, last.1)
     }
 
@@ -279,7 +226,7 @@ impl Plan {
             Kind::Message(name) if is_time(name) => match values.last()? {
                 Wire::Bytes(time) => {
                     let part = |asked: u64| {
-                        let found = Fields(time).filter(|(number, _)| *number == asked).last();
+                        let found = Fields::of(time).filter(|(number, _)| *number == asked).last();
                         found.map_or(0, |(_, value)| if let Wire::Number(it) = value { it as i64 } else { 0 })
                     };
                     Some(Found::Time(part(1), part(2)))
@@ -347,8 +294,8 @@ impl Kind {
 
     /// Appends packed numbers; `None` where they do not end with the bytes.
     fn unpack(&self, packed: &[u8], numbers: &mut Vec<f64>) -> Option<()> {
-        let mut rest = Fields(packed);
-        while !rest.0.is_empty() {
+        let mut rest = Fields::of(packed);
+        while !rest.is_at_end() {
             let wire = match self {
                 Kind::Double | Kind::Fixed64 | Kind::SignedFixed64 => {
                     u64::from_le_bytes(*rest.bytes(8)?.first_chunk()?)
