@@ -4,7 +4,7 @@
 use crate::dds;
 use crate::memory::MemoryBus;
 #[cfg(feature = "mqtt")]
-use crate::mqtt;
+use crate::mqtt::{self, sparkplug, sparkplug::SparkplugBridge};
 #[cfg(feature = "ros2")]
 use crate::ros2;
 #[cfg(feature = "zenoh")]
@@ -24,6 +24,8 @@ pub enum Address {
     Memory,
     /// An MQTT broker, by its address with all settings.
     Mqtt(String),
+    /// The edge nodes of Sparkplug on an MQTT broker, by its address with our own edge node and all settings.
+    Sparkplug(String),
     /// A Zenoh network, reached at these endpoints, or as a configuration file says.
     Zenoh(Vec<String>),
     /// The nodes of ROS 2 on a Zenoh network, reached at these endpoints.
@@ -43,13 +45,14 @@ impl FromStr for Address {
         match (scheme, place) {
             ("memory", None) => Ok(Address::Memory),
             ("mqtt" | "mqtts", Some(_)) => Ok(Address::Mqtt(text.to_owned())),
+            ("sparkplug" | "sparkplugs", Some(_)) => Ok(Address::Sparkplug(text.to_owned())),
             ("zenoh", place) => Ok(Address::Zenoh(endpoints(place.unwrap_or_default()))),
             ("ros2", place) => Ok(Address::Ros2(endpoints(place.unwrap_or(ROUTER)))),
             ("ros2-dds", place) => {
                 Ok(Address::Ros2Dds(listed(place.unwrap_or_default()).map(str::to_owned).collect()))
             }
             _ => Err(format!(
-                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, zenoh, zenoh://HOST:PORT, ros2, ros2://HOST:PORT, ros2-dds, or ros2-dds://INTERFACE"
+                "`{text}` is no bus; write memory, mqtt://HOST:PORT, mqtts://HOST:PORT, sparkplug://HOST:PORT/GROUP/NODE, zenoh, zenoh://HOST:PORT, ros2, ros2://HOST:PORT, ros2-dds, or ros2-dds://INTERFACE"
             )),
         }
     }
@@ -79,7 +82,7 @@ impl fmt::Display for Address {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Address::Memory => f.write_str("memory"),
-            Address::Mqtt(address) => f.write_str(address),
+            Address::Mqtt(address) | Address::Sparkplug(address) => f.write_str(address),
             Address::Zenoh(places) if places.is_empty() => f.write_str("zenoh"),
             Address::Zenoh(places) => write!(f, "zenoh://{}", places.join(",")),
             Address::Ros2(places) => write!(f, "ros2://{}", places.join(",")),
@@ -165,9 +168,9 @@ impl BusOptions {
         };
         match &self.address {
             Address::Memory => true,
-            Address::Mqtt(address) => {
+            Address::Mqtt(address) | Address::Sparkplug(address) => {
                 let (scheme, place) = address.split_once("://").unwrap_or_default();
-                matches!(scheme, "mqtts" | "ssl") || is_loopback(place)
+                matches!(scheme, "mqtts" | "ssl" | "sparkplugs") || is_loopback(place)
             }
             // Sockets of DDS take datagrams from everywhere.
             Address::Ros2Dds(_) => false,
@@ -191,8 +194,12 @@ impl BusOptions {
             Address::Mqtt(address) => {
                 Ok(Box::new(mqtt::MqttBridge::open(&self.mqtt(address, role)?, inbox)?))
             }
+            #[cfg(feature = "mqtt")]
+            Address::Sparkplug(address) => {
+                Ok(Box::new(SparkplugBridge::open(&self.sparkplug(address, role)?, inbox)?))
+            }
             #[cfg(not(feature = "mqtt"))]
-            Address::Mqtt(_) => Err(not_built("mqtt", role)),
+            Address::Mqtt(_) | Address::Sparkplug(_) => Err(not_built("mqtt", role)),
             #[cfg(feature = "zenoh")]
             Address::Zenoh(places) => Ok(Box::new(zenoh::ZenohBridge::open(&self.zenoh(places), inbox)?)),
             #[cfg(not(feature = "zenoh"))]
@@ -225,15 +232,40 @@ impl BusOptions {
             options.claims = Some(name.to_owned());
             options.presence = Some(mqtt::Presence { topic: format!("shsa/{name}/status"), here, gone });
         }
+        self.secure(&mut options)?;
+        Ok(options)
+    }
+
+    /// Sets the files of TLS that the address does not name.
+    #[cfg(feature = "mqtt")]
+    fn secure(&self, options: &mut mqtt::Options) -> Result<(), BridgeError> {
         let files = [&self.ca, &self.certificate, &self.key];
         if options.tls.is_none() && files.iter().any(|file| file.is_some()) {
-            return Err(BridgeError::Configuration("--ca, --certificate and --key need mqtts://".to_owned()));
+            let why = "--ca, --certificate and --key need mqtts:// or sparkplugs://";
+            return Err(BridgeError::Configuration(why.to_owned()));
         }
         if let Some(tls) = &mut options.tls {
             tls.authorities = tls.authorities.take().or_else(|| self.ca.clone());
             tls.certificate = tls.certificate.take().or_else(|| self.certificate.clone());
             tls.key = tls.key.take().or_else(|| self.key.clone());
         }
+        Ok(())
+    }
+
+    /// An observer has no edge node, and announces itself to nobody.
+    #[cfg(feature = "mqtt")]
+    fn sparkplug(&self, address: &str, role: ClientRole<'_>) -> Result<sparkplug::Options, BridgeError> {
+        let mut options = match role {
+            ClientRole::Member(name) => sparkplug::Options::parse(address, name)?,
+            ClientRole::Visitor => {
+                let name = format!("shsa-visitor-{}", std::process::id());
+                let mut options = sparkplug::Options::observer(address, &name)?;
+                (options.mqtt.name, options.host) = (name, None);
+                options
+            }
+        };
+        options.mqtt = options.mqtt.with_environment(|key| std::env::var(key).ok());
+        self.secure(&mut options.mqtt)?;
         Ok(options)
     }
 
@@ -316,6 +348,9 @@ mod tests {
             ("mqtt://localhost", true),
             ("mqtts://broker", true),
             ("mqtt://broker:1883", false),
+            ("sparkplug://127.0.0.1/Plant/healer", true),
+            ("sparkplug://broker/Plant", false),
+            ("sparkplugs://broker/Plant", true),
             ("mqtt://127.0.0.1.example.org", false),
             ("zenoh", false),
             ("zenoh://127.0.0.1:7447", true),
@@ -335,6 +370,7 @@ mod tests {
         for (text, shown) in [
             ("memory", "memory"),
             ("mqtt://broker:1883?qos=0", "mqtt://broker:1883?qos=0"),
+            ("sparkplug://broker/Plant/healer?host=a", "sparkplug://broker/Plant/healer?host=a"),
             ("zenoh", "zenoh"),
             ("ros2", "ros2://tcp/127.0.0.1:7447"),
             ("ros2-dds", "ros2-dds"),

@@ -45,6 +45,7 @@ pub use question::{Question, Server, Taker};
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_core::unit::Unit;
 use std::fmt;
 use std::sync::Arc;
 use std::time::Duration;
@@ -149,6 +150,15 @@ impl<'a> Outgoing<'a> {
     }
 }
 
+/// A name under which values will be published.
+#[derive(Clone, Copy, Debug)]
+pub struct Offered<'a> {
+    /// The topic of the values.
+    pub topic: &'a str,
+    /// Their unit.
+    pub unit: Option<&'a Unit>,
+}
+
 /// The state of a bridge's connection.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub enum Link {
@@ -217,6 +227,14 @@ pub trait Bridge: Send {
     fn advertise(&mut self, _topic: &str, _message_type: &str) -> Result<(), BridgeError> {
         Ok(())
     }
+
+    /// Announces all names under which `owner` will publish from now on, instead of those that it has announced before: Sparkplug
+    /// has all of them in the first message.
+    fn offer(&mut self, _owner: &str, _offered: &[Offered<'_>]) {}
+
+    /// Tells that the quality of what was published last under this topic has changed without a value, where the middleware
+    /// keeps values with their qualities: as properties of Sparkplug's metrics.
+    fn rate(&mut self, _topic: &str, _stamp: Time, _quality: Quality) {}
 
     /// Sends to all others that have subscribed to the topic.
     ///

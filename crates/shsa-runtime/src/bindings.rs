@@ -10,7 +10,7 @@ use shsa_format::wiring::{Form, Wiring};
 use std::collections::BTreeMap;
 
 /// Without an identity, messages of others cannot be told from our own.
-const NO_IDENTITY: &str = "a takeover needs MQTT 5: in 3.1.1 nobody can tell our messages from those of the source that must be silent";
+const NO_IDENTITY: &str = "a takeover needs MQTT 5, Zenoh or ROS 2: over MQTT 3.1.1 and Sparkplug nobody can tell our messages from those of the source that must be silent";
 
 /// How needs go out.
 #[derive(Clone, Debug)]

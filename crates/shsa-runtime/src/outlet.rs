@@ -5,7 +5,7 @@ use super::ownership::Ability;
 use crate::error::RuntimeError;
 use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
-use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Outgoing, Payload, Provenance, Quality};
+use shsa_bridge::{Admission, Bridge, BridgeError, Clock, Offered, Outgoing, Payload, Provenance, Quality};
 use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{self, EventKind, Publication, PublishedValue};
 use shsa_core::interval::Interval;
@@ -123,6 +123,11 @@ impl Outlet {
 
     pub(super) fn topic(&self) -> &str {
         &self.topic
+    }
+
+    /// What the bus is told before the first value.
+    pub(super) fn offered(&self) -> Offered<'_> {
+        Offered { topic: &self.topic, unit: self.unit.as_ref() }
     }
 
     /// The name of the need: its variable, or if the variable has several needs, the published name.

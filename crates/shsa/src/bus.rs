@@ -11,6 +11,7 @@ pub(crate) struct BusArguments {
     /// The middleware: memory (a simulated robot in this process), zenoh, zenoh://HOST:PORT,.. or zenoh://tls/HOST:PORT;
     /// mqtt://HOST:PORT, or mqtts:// for TLS, with settings like ?version=3.1.1&qos=0&session=60. User and password of
     /// MQTT are taken from SHSA_MQTT_USER and SHSA_MQTT_PASSWORD, or ?user=NAME&password-file=FILE.
+    /// sparkplug://HOST:PORT/GROUP/NODE or sparkplugs://: edge nodes of Sparkplug B on a broker, and NODE for what is published.
     /// ros2 or ros2://HOST:PORT, the router of rmw_zenoh; ros2-dds (DDS on the loopback interface), ros2-dds://eth0,.. or
     /// ros2-dds://all.
     #[arg(long, value_name = "BUS", default_value = "memory")]

@@ -22,7 +22,8 @@ use total::Total;
 const BESIDE: [&str; 2] = ["data", "reference"];
 
 /// Programs that mostly wait for real time: they run at the same time as those that compute.
-const WAITING: [&str; 8] = ["live", "chaos", "mqtt", "zenoh", "zenoh_quiet", "ros2", "dds", "memory"];
+const WAITING: [&str; 9] =
+    ["live", "chaos", "mqtt", "sparkplug", "zenoh", "zenoh_quiet", "ros2", "dds", "memory"];
 
 /// How many tests of a program run at a time. Those that mostly wait, in the program that takes longest, need more than one a core.
 const THREADS: [(&str, &str); 1] = [("live", "3")];

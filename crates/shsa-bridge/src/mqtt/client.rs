@@ -3,15 +3,20 @@
 //! A new client is made for each connection. [`Client::unfinished`] gives what the previous one had not finished; its other state
 //! is dropped.
 
-use super::options::{Delivery, Options, Presence, Version};
+mod failure;
+
+pub(super) use failure::Failure;
+
+use super::options::{Delivery, Options, Version};
 use super::outbox::Publication;
+use super::profile::Will;
 use crate::clock::Uptime;
 use crate::{BridgeError, PublisherId};
 use bytes::Bytes;
+use failure::{failure_v4, failure_v5};
 use rumqttc::v5::mqttbytes::v5::RetainForwardRule::{OnEverySubscribe, OnNewSubscribe};
 use rumqttc::{NetworkOptions, QoS, Transport, v5};
 use std::time::Duration;
-use std::{error::Error, io};
 
 /// The number of requests that may wait for the connection; a flood of one topic delays others by no more.
 const REQUESTS_MAX: usize = 128;
@@ -21,6 +26,19 @@ const UNACKNOWLEDGED_MAX: u16 = 256;
 const ENVELOPE_MAX: usize = 1 << 16;
 /// The largest message of the protocol in bytes, with its header.
 const PROTOCOL_MAX: usize = 268_435_455 + 5;
+
+/// What a subscription is for.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum Purpose {
+    /// Values, which the broker may keep during our absence.
+    Values,
+    /// Questions: those from the time of our absence are useless.
+    Questions,
+    /// The claims of all clients.
+    Claims,
+    /// What a profile follows.
+    Profile,
+}
 
 /// Takes requests.
 #[derive(Clone, Debug)]
@@ -66,27 +84,29 @@ pub(super) struct Arrived {
     pub(super) correlation: Option<Bytes>,
 }
 
-/// Why a connection ended or could not be made.
-pub(super) struct Failure {
-    /// The other side refuses: trying again soon is useless.
-    pub(super) is_refusal: bool,
-    pub(super) reason: String,
-}
-
-/// A client that is not yet connected.
-pub(super) fn new(options: &Options, publisher: PublisherId) -> Result<(Sender, Client), BridgeError> {
+/// A client that is not yet connected, with the will of its connection.
+pub(super) fn new(
+    options: &Options,
+    publisher: PublisherId,
+    will: Option<Will>,
+) -> Result<(Sender, Client), BridgeError> {
     let transport =
         options.tls.as_ref().map(|tls| tls.configuration().map(Transport::tls_with_config)).transpose()?;
     let transport = transport.unwrap_or_else(Transport::tcp);
     let mut network = NetworkOptions::new();
     network.set_tcp_nodelay(true);
     Ok(match options.version {
-        Version::V311 => new_v4(options, transport, network),
-        Version::V5 => new_v5(options, transport, network, publisher),
+        Version::V311 => new_v4(options, transport, network, will),
+        Version::V5 => new_v5(options, transport, network, publisher, will),
     })
 }
 
-fn new_v4(options: &Options, transport: Transport, network: NetworkOptions) -> (Sender, Client) {
+fn new_v4(
+    options: &Options,
+    transport: Transport,
+    network: NetworkOptions,
+    will: Option<Will>,
+) -> (Sender, Client) {
     let mut mqtt = rumqttc::MqttOptions::new(&options.name, &options.host, options.port);
     mqtt.set_transport(transport)
         .set_keep_alive(keep_alive(options))
@@ -98,13 +118,10 @@ fn new_v4(options: &Options, transport: Transport, network: NetworkOptions) -> (
     if let Some(credentials) = &options.credentials {
         mqtt.set_credentials(&credentials.user, &credentials.password);
     }
-    if let Some(Presence { topic, gone, .. }) = &options.presence {
-        mqtt.set_last_will(rumqttc::LastWill::new(topic, gone.to_vec(), QoS::AtLeastOnce, true));
+    if let Some(Will { topic, payload, retain }) = will {
+        mqtt.set_last_will(rumqttc::LastWill::new(topic, payload, QoS::AtLeastOnce, retain));
     }
-    let qos = match options.delivery {
-        Delivery::AtMostOnce => QoS::AtMostOnce,
-        Delivery::AtLeastOnce => QoS::AtLeastOnce,
-    };
+    let qos = qos_v4(options.delivery);
     let (client, mut connection) = rumqttc::AsyncClient::new(mqtt, REQUESTS_MAX);
     connection.set_network_options(network);
     (Sender::V4(client, qos), Client::V4(Box::new(connection)))
@@ -115,6 +132,7 @@ fn new_v5(
     transport: Transport,
     network: NetworkOptions,
     publisher: PublisherId,
+    will: Option<Will>,
 ) -> (Sender, Client) {
     use v5::mqttbytes::QoS;
     let mut mqtt = v5::MqttOptions::new(&options.name, &options.host, options.port);
@@ -131,16 +149,27 @@ fn new_v5(
     if let Some(credentials) = &options.credentials {
         mqtt.set_credentials(&credentials.user, &credentials.password);
     }
-    if let Some(Presence { topic, gone, .. }) = &options.presence {
-        let will = v5::mqttbytes::v5::LastWill::new(topic, gone.to_vec(), QoS::AtLeastOnce, true, None);
+    if let Some(Will { topic, payload, retain }) = will {
+        let will = v5::mqttbytes::v5::LastWill::new(topic, payload, QoS::AtLeastOnce, retain, None);
         mqtt.set_last_will(will);
     }
-    let qos = match options.delivery {
-        Delivery::AtMostOnce => QoS::AtMostOnce,
-        Delivery::AtLeastOnce => QoS::AtLeastOnce,
-    };
+    let qos = qos_v5(options.delivery);
     let (client, connection) = v5::AsyncClient::new(mqtt, REQUESTS_MAX);
     (Sender::V5(client, qos, publisher), Client::V5(Box::new(connection)))
+}
+
+fn qos_v4(delivery: Delivery) -> QoS {
+    match delivery {
+        Delivery::AtMostOnce => QoS::AtMostOnce,
+        Delivery::AtLeastOnce => QoS::AtLeastOnce,
+    }
+}
+
+fn qos_v5(delivery: Delivery) -> v5::mqttbytes::QoS {
+    match delivery {
+        Delivery::AtMostOnce => v5::mqttbytes::QoS::AtMostOnce,
+        Delivery::AtLeastOnce => v5::mqttbytes::QoS::AtLeastOnce,
+    }
 }
 
 /// With a shorter time, the library panics.
@@ -151,30 +180,39 @@ fn keep_alive(options: &Options) -> Duration {
 impl Sender {
     /// Whether the request was accepted; the queue may be full.
     pub(super) fn publish(&self, publication: &Publication) -> bool {
-        let Publication { topic, payload, retain, .. } = publication;
+        let Publication { topic, payload, retain, profiled, .. } = publication;
         match self {
-            Sender::V4(client, qos) => client.try_publish(&**topic, *qos, *retain, &**payload).is_ok(),
+            Sender::V4(client, qos) => {
+                let qos = profiled.map_or(*qos, qos_v4);
+                client.try_publish(&**topic, qos, *retain, &**payload).is_ok()
+            }
             Sender::V5(client, qos, publisher) => {
-                let properties = properties(publication, *publisher);
+                let qos = profiled.map_or(*qos, qos_v5);
+                let properties = match profiled {
+                    None => properties(publication, *publisher),
+                    Some(_) => v5::mqttbytes::v5::PublishProperties::default(),
+                };
                 client
-                    .try_publish_with_properties(&**topic, *qos, *retain, payload.clone(), properties)
+                    .try_publish_with_properties(&**topic, qos, *retain, payload.clone(), properties)
                     .is_ok()
             }
         }
     }
 
-    /// Whether the request was accepted. Unless `kept`, the broker keeps no messages of the topic during our absence.
-    pub(super) fn subscribe(&self, topic: &str, kept: bool) -> bool {
+    /// Whether the request was accepted.
+    pub(super) fn subscribe(&self, topic: &str, purpose: Purpose) -> bool {
+        let delivery = match purpose {
+            Purpose::Values => None,
+            Purpose::Questions | Purpose::Claims => Some(Delivery::AtMostOnce),
+            Purpose::Profile => Some(Delivery::AtLeastOnce),
+        };
         match self {
-            Sender::V4(client, qos) => {
-                client.try_subscribe(topic, if kept { *qos } else { QoS::AtMostOnce }).is_ok()
-            }
+            Sender::V4(client, qos) => client.try_subscribe(topic, delivery.map_or(*qos, qos_v4)).is_ok(),
             Sender::V5(client, qos, _) => {
-                let qos = if kept { *qos } else { v5::mqttbytes::QoS::AtMostOnce };
+                let qos = delivery.map_or(*qos, qos_v5);
                 let mut filter = v5::mqttbytes::v5::Filter::new(topic, qos);
-                // After a break, retained messages are not wanted again, except the present claims of all clients including our
-                // own.
-                filter.nolocal = !topic.contains('+');
+                // After a break, retained messages are not wanted again, except the present states of clients including our own.
+                filter.nolocal = matches!(purpose, Purpose::Values | Purpose::Questions);
                 filter.retain_forward_rule = if filter.nolocal { OnNewSubscribe } else { OnEverySubscribe };
                 client.try_subscribe_many([filter]).is_ok()
             }
@@ -326,73 +364,4 @@ fn happening_v5(event: v5::Event) -> Happening {
         v5::Event::Outgoing(Outgoing::Publish(number)) => Happening::Publishing(number),
         _ => Happening::Other,
     }
-}
-
-fn failure_v4(error: &rumqttc::ConnectionError) -> Failure {
-    use rumqttc::{ConnectReturnCode, ConnectionError, StateError};
-    match error {
-        ConnectionError::ConnectionRefused(ConnectReturnCode::ServiceUnavailable) => {
-            lost("the broker is unavailable")
-        }
-        ConnectionError::ConnectionRefused(code) => refused(format!("the broker says {code:?}")),
-        ConnectionError::MqttState(StateError::ConnectionAborted) => {
-            lost("the broker has closed the connection")
-        }
-        ConnectionError::NetworkTimeout | ConnectionError::FlushTimeout => lost("no answer"),
-        ConnectionError::MqttState(StateError::AwaitPingResp) => lost("no answer to a ping"),
-        other => of_error(other),
-    }
-}
-
-fn failure_v5(error: &v5::ConnectionError) -> Failure {
-    use v5::mqttbytes::v5::{ConnectReturnCode, DisconnectReasonCode};
-    use v5::{ConnectionError, StateError};
-    match error {
-        ConnectionError::ConnectionRefused(
-            code @ (ConnectReturnCode::ServiceUnavailable
-            | ConnectReturnCode::ServerBusy
-            | ConnectReturnCode::ConnectionRateExceeded),
-        ) => lost(format!("the broker says {code:?}")),
-        ConnectionError::ConnectionRefused(code) => refused(format!("the broker says {code:?}")),
-        ConnectionError::MqttState(StateError::ConnectionAborted) => {
-            lost("the broker has closed the connection")
-        }
-        ConnectionError::MqttState(StateError::ServerDisconnect { reason_code, .. }) => match reason_code {
-            DisconnectReasonCode::SessionTakenOver => {
-                refused("another client has come with the same identifier; each needs its own: `name=..`")
-            }
-            DisconnectReasonCode::NotAuthorized | DisconnectReasonCode::AdministrativeAction => {
-                refused(format!("the broker says {reason_code:?}"))
-            }
-            _ => lost(format!("the broker has left: {reason_code:?}")),
-        },
-        ConnectionError::MqttState(StateError::AwaitPingResp) => lost("no answer to a ping"),
-        ConnectionError::Timeout(_) => lost("no answer"),
-        other => of_error(other),
-    }
-}
-
-fn lost(reason: impl Into<String>) -> Failure {
-    Failure { is_refusal: false, reason: reason.into() }
-}
-
-fn refused(reason: impl Into<String>) -> Failure {
-    Failure { is_refusal: true, reason: reason.into() }
-}
-
-/// A certificate that one side does not accept is a refusal; every other error may be gone at the next attempt.
-fn of_error(error: &(dyn Error + 'static)) -> Failure {
-    let reason = error.to_string();
-    // The library gives the cause of some errors only in their text.
-    let is_refusal = is_tls(error) || reason.contains("received fatal alert");
-    let text = reason.strip_prefix("I/O: ").unwrap_or(&reason);
-    Failure { is_refusal, reason: text.to_owned() }
-}
-
-fn is_tls(error: &(dyn Error + 'static)) -> bool {
-    if error.is::<rustls::Error>() {
-        return true;
-    }
-    let inner = error.downcast_ref::<io::Error>().and_then(io::Error::get_ref);
-    inner.is_some_and(|inner| is_tls(inner)) || error.source().is_some_and(is_tls)
 }

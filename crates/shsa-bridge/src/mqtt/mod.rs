@@ -15,12 +15,14 @@ mod client;
 mod echo;
 mod options;
 mod outbox;
+mod profile;
 mod served;
 mod session;
 mod shared;
 mod tls;
 mod turns;
 mod unasked;
+pub mod sparkplug;
 
 pub use options::{Credentials, Delivery, Options, Presence, Version};
 pub use tls::Tls;
@@ -33,6 +35,7 @@ use crate::{
 };
 use bytes::Bytes;
 use outbox::Publication;
+use profile::Profile;
 use served::{Served, Words};
 use shared::Shared;
 use shsa_core::time::Span;
@@ -51,7 +54,15 @@ pub struct MqttBridge {
     published: BTreeMap<Arc<str>, Option<Arc<Provenance>>>,
     /// Whether a publication may wait for the thread that drives the connection.
     has_published: bool,
+    /// Another connection that the same thread drives, under another name.
+    companion: Option<Arc<Shared>>,
     thread: Option<JoinHandle<()>>,
+}
+
+/// Another connection beside that of a bridge.
+struct Companion {
+    options: Options,
+    profile: Arc<dyn Profile>,
 }
 
 impl MqttBridge {
@@ -62,21 +73,45 @@ impl MqttBridge {
     /// [`BridgeError::Configuration`] for files that cannot be used, [`BridgeError::Refused`] when the broker refuses the
     /// credentials or the name, or one side the other's certificate.
     pub fn open(options: &Options, inbox: Inbox) -> Result<MqttBridge, BridgeError> {
+        MqttBridge::open_with(options, inbox, None, None)
+    }
+
+    /// As [`MqttBridge::open`], by the rules of a profile, and with another connection.
+    fn open_with(
+        options: &Options,
+        inbox: Inbox,
+        profile: Option<Arc<dyn Profile>>,
+        companion: Option<Companion>,
+    ) -> Result<MqttBridge, BridgeError> {
         check_name(&options.name, "the client's name")?;
         let publisher = identity(&options.name);
         // Unusable files are an error at once, not in the thread.
-        drop(client::new(options, publisher)?);
+        drop(client::new(options, publisher, None)?);
         let turns = Turns::new().map_err(|error| BridgeError::Lost(format!("no event loop: {error}")))?;
         let turns = Arc::new(turns);
         let driver: Arc<dyn Driver> = turns.clone();
         inbox.driven_by(&driver);
-        let shared = Arc::new(Shared::new(options, inbox, publisher));
-        let connection = session::run(shared.clone(), options.clone(), turns.clone());
-        let thread = Turns::keep(&turns, connection)
+        let other = companion.map(|Companion { options, profile }| {
+            let publisher = identity(&options.name);
+            (Arc::new(Shared::new(&options, inbox.clone(), publisher, Some(profile))), options)
+        });
+        let companion = other.as_ref().map(|(shared, _)| shared.clone());
+        let shared = Arc::new(Shared::new(options, inbox, publisher, profile));
+        let first = session::run(shared.clone(), options.clone(), turns.clone());
+        let of_second = turns.clone();
+        let connections = async move {
+            let second = async {
+                if let Some((shared, options)) = other {
+                    session::run(shared, options, of_second).await;
+                }
+            };
+            tokio::join!(first, second);
+        };
+        let thread = Turns::keep(&turns, connections)
             .map_err(|error| BridgeError::Lost(format!("no thread: {error}")))?;
-        let (version, published) = (options.version, BTreeMap::new());
+        let (version, published, thread) = (options.version, BTreeMap::new(), Some(thread));
         let bridge =
-            MqttBridge { shared, turns, version, published, has_published: false, thread: Some(thread) };
+            MqttBridge { shared, turns, version, published, has_published: false, companion, thread };
         match bridge.shared.first_attempt(options.first_attempt) {
             Some(Err(refused @ BridgeError::Refused(_))) => Err(refused),
             _ => Ok(bridge),
@@ -101,6 +136,7 @@ impl MqttBridge {
 impl Drop for MqttBridge {
     /// Sends waiting messages and disconnects, within about a second.
     fn drop(&mut self) {
+        self.companion.iter().for_each(|companion| companion.stop());
         self.shared.stop();
         self.turns.end();
         if let Some(thread) = self.thread.take() {
@@ -138,14 +174,10 @@ impl Bridge for MqttBridge {
         let (topic, provenance) = self.names(message.topic, message.provenance);
         self.has_published = true;
         self.shared.publish(Publication {
-            topic,
-            payload,
             retain: message.retain,
-            stamp: message.stamp,
             provenance,
-            answers: None,
-            correlation: None,
-            until: message.expires.and_then(|span| Uptime::now().checked_add(duration_of(span))),
+            until: expiry(message.expires),
+            ..Publication::new(topic, payload, message.stamp)
         })
     }
 
@@ -218,8 +250,10 @@ impl Bridge for MqttBridge {
     }
 }
 
-fn duration_of(span: Span) -> Duration {
-    Duration::from_nanos(u64::try_from(span.0).unwrap_or(0))
+/// When a message that is useless after this time expires; `None`: never.
+fn expiry(after: Option<Span>) -> Option<Uptime> {
+    let after = Duration::from_nanos(u64::try_from(after?.0).unwrap_or(0));
+    Uptime::now().checked_add(after)
 }
 
 /// Names are exact: no wildcards, only characters that every broker accepts.

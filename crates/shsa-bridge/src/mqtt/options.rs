@@ -185,7 +185,8 @@ impl Options {
     }
 }
 
-fn whole_seconds(key: &str, seconds: &str) -> Result<Duration, BridgeError> {
+/// The time of a setting in whole seconds.
+pub(super) fn whole_seconds(key: &str, seconds: &str) -> Result<Duration, BridgeError> {
     let seconds = seconds.parse::<u32>().map_err(|_| wrong(format!("`{key}` is a number of seconds")))?;
     Ok(Duration::from_secs(seconds.into()))
 }

@@ -1,5 +1,6 @@
 //! Publications that may not have arrived: while connected some of each topic, else the newest.
 
+use super::options::Delivery;
 use crate::Provenance;
 use crate::backlog::Backlog;
 use crate::clock::Uptime;
@@ -23,6 +24,8 @@ pub(super) struct Publication {
     pub(super) correlation: Option<Bytes>,
     /// After this time the message is useless; `None`: never.
     pub(super) until: Option<Uptime>,
+    /// The delivery that a profile demands for a message of its own, which has no properties beside the payload.
+    pub(super) profiled: Option<Delivery>,
 }
 
 impl Publication {
@@ -42,6 +45,7 @@ impl Publication {
             answers: None,
             correlation: None,
             until: None,
+            profiled: None,
         }
     }
 }

@@ -61,7 +61,7 @@ struct End {
 
 /// One connection from its beginning to its end. `None`: the bridge was stopped.
 async fn connection(shared: &Shared, options: &Options, turns: &Turns, short_lived: u32) -> Option<End> {
-    let (sender, mut client) = match client::new(options, shared.publisher) {
+    let (sender, mut client) = match client::new(options, shared.publisher, shared.will()) {
         Ok(both) => both,
         Err(_) => return Some(End { is_refusal: true, lasted: Duration::ZERO }),
     };

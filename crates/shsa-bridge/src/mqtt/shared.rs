@@ -2,12 +2,14 @@
 
 mod leaving;
 mod presence;
+mod sending;
 
 use super::claims::Claims;
 use super::client::{Arrived, Client, Failure, Happening, Sender};
 use super::echo::Echo;
 use super::options::{Options, Presence};
 use super::outbox::{Outbox, Publication};
+use super::profile::Profile;
 use super::served::Served;
 use super::unasked::Unasked;
 use crate::clock::Uptime;
@@ -22,12 +24,6 @@ use tokio::sync::Notify;
 
 /// The number of topics with waiting messages.
 const TOPICS_MAX: usize = 4096;
-/// The number of messages of one topic that may wait for the connection.
-const WAITING_MAX: usize = 1024;
-/// The number of troubles that are kept.
-const TROUBLES_MAX: usize = 64;
-/// A message that was unfinished at this many breaks in a row is not sent again.
-const ATTEMPTS_MAX: u32 = 3;
 
 /// What the connection and the bridge share.
 pub(super) struct Shared {
@@ -40,6 +36,8 @@ pub(super) struct Shared {
     pub(super) publisher: PublisherId,
     size_limit: usize,
     presence: Option<Presence>,
+    /// The protocol on top of MQTT whose rules the connection follows.
+    profile: Option<Arc<dyn Profile>>,
     /// The claims of this client, and of other ones.
     pub(super) claims: Arc<Claims>,
     /// How long the broker keeps messages for us.
@@ -65,6 +63,11 @@ struct State {
     served: BTreeMap<String, Served>,
     /// Requests to the broker that wait for their turn: topics, and whether to subscribe.
     requests: VecDeque<(String, bool)>,
+    /// Messages of the profile: those that go out before all others, and those that go out as the last ones.
+    ahead: VecDeque<Publication>,
+    last: VecDeque<Publication>,
+    /// What the profile subscribes to.
+    followed: BTreeSet<String>,
     /// Subscriptions that were requested; then, sent ones by number.
     asked: VecDeque<String>,
     numbered: BTreeMap<u16, String>,
@@ -84,7 +87,12 @@ struct State {
 const EVERYTHING: &str = "#";
 
 impl Shared {
-    pub(super) fn new(options: &Options, inbox: Inbox, publisher: PublisherId) -> Shared {
+    pub(super) fn new(
+        options: &Options,
+        inbox: Inbox,
+        publisher: PublisherId,
+        profile: Option<Arc<dyn Profile>>,
+    ) -> Shared {
         let state = State {
             link: Link::Down("not yet connected".to_owned()),
             first: None,
@@ -97,6 +105,9 @@ impl Shared {
             wants_everything: false,
             served: BTreeMap::new(),
             requests: VecDeque::new(),
+            ahead: VecDeque::new(),
+            last: VecDeque::new(),
+            followed: BTreeSet::new(),
             asked: VecDeque::new(),
             numbered: BTreeMap::new(),
             leaving: Leaving::default(),
@@ -107,7 +118,6 @@ impl Shared {
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
         };
-        let (size_limit, presence) = (options.size_limit, options.presence.clone());
         let claims = Claims::new(options.claims.clone(), inbox.clone());
         Shared {
             state: Mutex::new(state),
@@ -115,9 +125,10 @@ impl Shared {
             stop: Notify::new(),
             inbox,
             publisher,
-            size_limit,
+            size_limit: options.size_limit,
             session: options.session,
-            presence,
+            presence: options.presence.clone(),
+            profile,
             claims,
         }
     }
@@ -153,7 +164,7 @@ impl Shared {
         state.deliver_unasked(&self.inbox);
         if state.sender.is_some() && !state.wants_everything {
             state.requests.push_back((topic.to_owned(), true));
-            state.pump();
+            state.pump(self.profile.as_deref());
         }
     }
 
@@ -166,7 +177,7 @@ impl Shared {
             let single: Vec<String> = state.wanted.iter().map(|topic| topic.to_string()).collect();
             state.requests.extend(single.into_iter().map(|topic| (topic, false)));
             state.requests.push_back((EVERYTHING.to_owned(), true));
-            state.pump();
+            state.pump(self.profile.as_deref());
         }
     }
 
@@ -176,7 +187,7 @@ impl Shared {
         let is_new = state.served.insert(name.to_owned(), served).is_none();
         if is_new && state.sender.is_some() && !state.wants_everything {
             state.requests.push_back((name.to_owned(), true));
-            state.pump();
+            state.pump(self.profile.as_deref());
         }
     }
 
@@ -208,6 +219,7 @@ impl Shared {
         let mut state = self.lock();
         state.stopping = true;
         self.publish_gone(&mut state);
+        state.last.extend(self.profile.iter().flat_map(|profile| profile.leave()));
         self.stop.notify_one();
     }
 
@@ -233,6 +245,7 @@ impl Shared {
         state.unacknowledged.clear();
         state.unasked.connected();
         state.requests.clear();
+        self.begin_profile(&mut state);
         let all: Vec<String> = match state.wants_everything {
             true => vec![EVERYTHING.to_owned()],
             false => {
@@ -244,7 +257,7 @@ impl Shared {
         state.requests.extend(all.into_iter().map(|topic| (topic, true)));
         self.attempt_ended(&mut state, Ok(()));
         self.publish_here(&mut state);
-        state.pump();
+        state.pump(self.profile.as_deref());
     }
 
     fn attempt_ended(&self, state: &mut State, how: Result<(), BridgeError>) {
@@ -257,6 +270,8 @@ impl Shared {
         let mut state = self.lock();
         // From now on nothing can enter the client's queue.
         state.sender = None;
+        state.ahead.clear();
+        self.profile.iter().for_each(|profile| profile.disconnected());
         if state.link == Link::Up {
             state.gone_since = Some(Uptime::now());
             let number = state.outage.as_ref().map_or(1, |before| before.number + 1);
@@ -309,6 +324,9 @@ impl Shared {
     }
 
     fn arrived(&self, arrived: Arrived) {
+        if self.pass_profile(&arrived) {
+            return;
+        }
         let received = self.inbox.clock().now();
         let served = self.lock().served.get(&*String::from_utf8_lossy(&arrived.topic)).cloned();
         if let Some(served) = served.filter(|_| arrived.payload.len() <= self.size_limit) {
@@ -358,100 +376,16 @@ impl Shared {
 
     /// Sends waiting requests and messages, as far as the connection accepts them.
     pub(super) fn pump(&self) {
-        self.lock().pump();
+        self.lock().pump(self.profile.as_deref());
     }
 
     /// Whether everything has been sent.
     pub(super) fn has_sent_all(&self) -> bool {
-        self.lock().outbox.is_empty()
+        self.lock().has_sent_all()
     }
 
     /// The connection has lasted, so earlier unfinished messages were not the cause of its break.
     pub(super) fn lasted(&self) {
         self.lock().attempts.clear();
-    }
-}
-
-impl State {
-    fn publish(&mut self, publication: Publication) {
-        let sends_at_once = |sender: &Sender| self.outbox.is_empty() && sender.publish(&publication);
-        if self.sender.as_ref().is_some_and(sends_at_once) {
-            self.handed_over(&publication);
-            return self.outbox.remember(publication);
-        }
-        let is_connected = self.sender.is_some();
-        let topic = publication.topic.clone();
-        let Some(other) = self.outbox.keep(publication, if is_connected { WAITING_MAX } else { 1 }) else {
-            return;
-        };
-        if other.topic != topic {
-            self.trouble(BridgeError::Lost(format!("a message on `{}`: too many topics wait", other.topic)));
-        } else if is_connected {
-            self.trouble(BridgeError::Lost(format!(
-                "messages on `{topic}`: they come faster than they can be sent"
-            )));
-        }
-    }
-
-    /// Passes an answer to the next asker that still waits; `false` if there is none.
-    fn answer(&mut self, topic: &str, payload: &Bytes) -> bool {
-        let Some(asking) = self.asking.get_mut(topic) else { return false };
-        std::iter::from_fn(|| asking.pop_front()).any(|asking| asking.send(payload.clone()).is_ok())
-    }
-
-    fn pump(&mut self) {
-        let Some(sender) = self.sender.clone() else { return };
-        while let Some((topic, is_wanted)) = self.requests.front() {
-            let is_taken = match is_wanted {
-                // Questions and claims from the time of our absence are useless.
-                true => sender.subscribe(topic, !self.served.contains_key(topic) && !topic.contains('+')),
-                false => sender.unsubscribe(topic),
-            };
-            if !is_taken {
-                return;
-            }
-            let request = self.requests.pop_front().filter(|(_, is_wanted)| *is_wanted);
-            self.asked.extend(request.map(|(topic, _)| topic));
-        }
-        while let Some(publication) = self.outbox.next(Uptime::now()) {
-            if !sender.publish(publication) {
-                return;
-            }
-            let publication = publication.clone();
-            self.handed_over(&publication);
-            self.outbox.take();
-        }
-    }
-
-    /// Delivers messages that arrived before their subscription.
-    fn deliver_unasked(&mut self, inbox: &Inbox) {
-        let State { unasked, wanted, wants_everything, .. } = self;
-        let waiting = unasked.take(|message| *wants_everything || wanted.contains(&message.topic));
-        waiting.into_iter().for_each(|message| inbox.push(message));
-    }
-
-    /// A message of this topic may not have arrived when the connection broke.
-    fn unfinished(&mut self, topic: &str) {
-        let attempts = self.attempts.entry(topic.to_owned()).or_default();
-        *attempts += 1;
-        if *attempts <= ATTEMPTS_MAX {
-            return self.outbox.again(topic);
-        }
-        self.attempts.remove(topic);
-        self.outbox.forget(topic);
-        self.trouble(BridgeError::Lost(format!(
-            "a message on `{topic}`: the connection broke with it again and again"
-        )));
-    }
-
-    /// Keeps a trouble; an equal one is kept once.
-    fn trouble(&mut self, trouble: BridgeError) {
-        if self.troubles.contains(&trouble) {
-            return;
-        }
-        if self.troubles.len() == TROUBLES_MAX {
-            self.troubles.pop_front();
-        }
-        self.troubles.push_back(trouble);
     }
 }

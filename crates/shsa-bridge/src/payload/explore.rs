@@ -1,6 +1,8 @@
 //! The fields of a payload, for a user who does not know them yet.
 
-use super::reader::{Reader, scalar, text_of};
+use super::metrics::{self, is_metrics};
+use super::reader::{Reader, text_of};
+use super::scalar::scalar;
 use super::typed::{is_message_type, text_in};
 use super::{SIZE_LIMIT, Unreadable};
 use crate::{Message, Payload};
@@ -42,6 +44,9 @@ pub fn explore(message: &Message) -> Result<Vec<Leaf>, Unreadable> {
     match &message.payload {
         Payload::Value(value) => {
             Ok(vec![Leaf { path: String::new(), content: Content::Value(value.clone()) }])
+        }
+        Payload::Bytes(bytes) if message.message_type.as_deref().is_some_and(is_metrics) => {
+            metrics::leaves(message.message_type.as_deref().unwrap_or_default(), bytes)
         }
         Payload::Bytes(bytes) => match message.message_type.as_deref().filter(|name| is_message_type(name)) {
             None => leaves(text_of(bytes, SIZE_LIMIT)?),

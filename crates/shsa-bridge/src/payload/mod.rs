@@ -8,11 +8,14 @@
 mod unreadable;
 mod wanted;
 mod typed;
+mod scalar;
+mod metrics;
 mod reader;
 mod writer;
 mod explore;
 
 pub use explore::{Content, FIELDS_MAX, Leaf, explore};
+pub use metrics::{METRICS, STALE};
 pub use reader::{Reader, Reading, SIZE_LIMIT};
 pub use unreadable::Unreadable;
 pub use writer::{Writer, plain};

@@ -1,6 +1,8 @@
 //! Reads fields of a message as values: one walk over the payload for all fields of its topic.
 
 use super::Unreadable;
+use super::metrics::{Metrics, is_metrics};
+use super::scalar::{scalar, shown};
 use super::typed::{Typed, is_message_type, text_in};
 use super::wanted::{Node, ROOT, Wanted};
 use crate::{BridgeError, Message, Payload};
@@ -42,6 +44,7 @@ pub struct Reader {
     wanted: Wanted,
     asked: Vec<Asked>,
     typed: Typed,
+    metrics: Metrics,
     size_limit: usize,
 }
 
@@ -66,7 +69,8 @@ impl Reader {
         let mut wanted = Wanted::new();
         let asked = fields.iter().map(|field| Asked::of(field, &mut wanted)).collect::<Result<_, _>>()?;
         let typed = Typed::new(fields, Types::standard());
-        Ok(Reader { wanted, asked, typed, size_limit })
+        let metrics = Metrics::new(fields);
+        Ok(Reader { wanted, asked, typed, metrics, size_limit })
     }
 
     /// Sets the known types of ROS 2's messages, instead of the standard ones.
@@ -85,6 +89,9 @@ impl Reader {
             Payload::Bytes(bytes) => match &message.message_type {
                 Some(message_type) if is_message_type(message_type) => {
                     self.read_typed(message_type, bytes, each);
+                }
+                Some(message_type) if is_metrics(message_type) => {
+                    self.metrics.read(message_type, bytes, each);
                 }
                 _ => self.read_bytes(bytes, each),
             },
@@ -409,47 +416,4 @@ fn one_stamp(place: Place, step: Option<Span>, text: &str) -> Option<(Time, Stam
         _ => None,
     }?;
     Some((time, StampPlace::One(place, notation)))
-}
-
-/// A number, or a word for on or off.
-pub(super) fn scalar(place: Place, text: &str) -> Option<f64> {
-    match place.kind {
-        Kind::Number | Kind::Text => word(place.of(text)),
-        Kind::True => Some(1.0),
-        Kind::False => Some(0.0),
-        Kind::Null | Kind::List | Kind::Object => None,
-    }
-}
-
-/// A number as text, including `NaN` and infinities, or a word for on or off.
-fn word(text: &str) -> Option<f64> {
-    let text = text.trim_ascii();
-    let is = |words: [&str; 2]| words.iter().any(|word| word.eq_ignore_ascii_case(text));
-    match text.parse() {
-        Ok(number) => Some(number),
-        Err(_) if is(["true", "on"]) => Some(1.0),
-        Err(_) if is(["false", "off"]) => Some(0.0),
-        Err(_) => None,
-    }
-}
-
-/// Describes the value at a place; shortens a text.
-fn shown(place: Place, text: &str) -> String {
-    let kind = match place.kind {
-        Kind::Null => "null",
-        Kind::False | Kind::True => "a truth value",
-        Kind::Number => "a number",
-        Kind::List => "a list",
-        Kind::Object => "an object",
-        Kind::Text => {
-            let text = json::unescaped(place.of(text));
-            let visible = |c: char| if c.is_control() { '\u{fffd}' } else { c };
-            let mut start: String = text.chars().take(24).map(visible).collect();
-            if start.len() < text.len() && text.chars().nth(24).is_some() {
-                start.push_str("..");
-            }
-            return format!("the text '{start}'");
-        }
-    };
-    kind.to_owned()
 }

@@ -1,6 +1,7 @@
 //! Writes a need's value for its consumers: as a number, in an envelope, or in the form of the replaced signal.
 
 use super::Unreadable;
+use super::metrics::is_metrics;
 use super::reader::{Found, Reader, StampPlace, ValuePlace};
 use super::typed::{TypedPattern, is_message_type};
 use crate::{BridgeError, Message, Payload, Provenance};
@@ -32,6 +33,8 @@ pub struct Writer {
     pattern: Option<Bytes>,
     /// Writes into copies of the pattern, if the pattern is a message of ROS 2.
     typed: Option<TypedPattern>,
+    /// Whether the pattern has metrics of Sparkplug, of which there are no copies.
+    has_metrics: bool,
 }
 
 impl Writer {
@@ -59,11 +62,12 @@ impl Writer {
     /// [`BridgeError::Configuration`] for a path that does not follow the grammar.
     pub fn like(field: Field, size_limit: usize) -> Result<Writer, BridgeError> {
         let reader = Reader::new(std::slice::from_ref(&field), size_limit)?;
-        Ok(Writer { shape: Shape::Copy(field), reader: Some(reader), pattern: None, typed: None })
+        let shape = Shape::Copy(field);
+        Ok(Writer { reader: Some(reader), ..Writer::without_pattern(shape) })
     }
 
     fn without_pattern(shape: Shape) -> Writer {
-        Writer { shape, reader: None, pattern: None, typed: None }
+        Writer { shape, reader: None, pattern: None, typed: None, has_metrics: false }
     }
 
     /// Keeps a payload of the trusted signal as the pattern of its substitute. Does not copy the bytes. Other forms need no
@@ -79,6 +83,7 @@ impl Writer {
     pub fn learn_message(&mut self, message: &Message) {
         let (Shape::Copy(field), Payload::Bytes(bytes)) = (&self.shape, &message.payload) else { return };
         self.pattern = Some(bytes.clone());
+        self.has_metrics = message.message_type.as_deref().is_some_and(is_metrics);
         match &message.message_type {
             Some(message_type) if is_message_type(message_type) => {
                 if !self.typed.as_ref().is_some_and(|typed| typed.is_of(message_type)) {
@@ -117,6 +122,10 @@ impl Writer {
     fn copy(&mut self, value: &RawValue, stamp: Time) -> Result<Bytes, Unreadable> {
         let no_pattern = || Unreadable::Absent { field: "a payload of the signal to be replaced".to_owned() };
         let pattern = self.pattern.clone().ok_or_else(no_pattern)?;
+        if self.has_metrics {
+            let why = "a metric of Sparkplug is no message of its own: publish the need in the form `plain`";
+            return Err(Unreadable::Layout(why.to_owned()));
+        }
         if let Some(typed) = &self.typed {
             return typed.write(&pattern, value, stamp);
         }

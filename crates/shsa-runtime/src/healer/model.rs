@@ -4,8 +4,9 @@ use super::Healer;
 use crate::bindings::Bindings;
 use crate::error::RuntimeError;
 use crate::execution::Execution;
+use crate::outlet::Outlet;
 use crate::wiring::Takeover;
-use shsa_bridge::{Bridge, BridgeError};
+use shsa_bridge::{Bridge, BridgeError, Offered};
 use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
@@ -46,6 +47,8 @@ impl Healer {
             let same = before.iter().find(|before| before.topic() == outlet.topic());
             self.outlets.push(same.map_or_else(|| outlet.clone(), |before| outlet.succeeding(before)));
         }
+        let offered: Vec<Offered<'_>> = self.outlets.iter().map(Outlet::offered).collect();
+        bridge.offer(&self.name, &offered);
         let mut taken = std::mem::take(&mut self.takeovers);
         for takeover in takeovers {
             let same = taken.iter().position(|before| takeover.is_same(before)).map(|at| taken.remove(at));

@@ -188,6 +188,7 @@ impl Session {
                 if reported_model.get(at) == Some(&standing) || is_others {
                     continue;
                 }
+                bridge.rate(outlet.topic(), clock.by_wall(now), outlet.quality(now));
                 let topic = format!("shsa/{name}/need/{}", outlet.key().trim_matches('/'));
                 let mut status = healer.status(id, now, &clock);
                 status["last_outage"] = connection.json(&clock);
