@@ -29,6 +29,7 @@ mod reference;
 mod roles;
 mod rover;
 mod service_manager;
+mod sparkplug;
 mod takeover;
 mod top;
 mod upgrade;
