@@ -292,7 +292,7 @@ fn a_utility_gets_no_better_with_more_relations() {
     );
     check(
         &model("utility: { aggregate: sum, relation: cost }"),
-        "4:75 error: relation `s` has no `cost`, which the utility reads (give it one, or name a value for all without it under `defaults`)",
+        "4:75 error: relation `s` has no `cost`, which the utility reads (give it or its outputs one, or name a value for all without it under `defaults`)",
     );
     check(
         &model("utility: { relation: inputs / 2 - unprovided }"),
@@ -306,7 +306,7 @@ fn a_utility_gets_no_better_with_more_relations() {
     check(
         &model("utility: { aggregate: sum, signal: rate / 2 Hz - 6 }"),
         "3:12 error: the utility of signal `a` is -1 (costs lie between 0 and 1e9, so that no relation makes a substitution better)
-         3:73 error: the utility of signal `b` has no value (give it every property that the formula reads, or name values under `defaults`)",
+         3:73 error: the utility of signal `b` has no value (give it or its variable every property that the formula reads, or name values under `defaults`)",
     );
     check(
         &model("utility: { relation: 1 m, signal: 2 }"),
