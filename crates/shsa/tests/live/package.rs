@@ -189,7 +189,13 @@ fn the_page_about_the_package_is_right() {
         match &*command {
             "systemctl start shsa" => run_for_a_while(&machine),
             "systemctl stop shsa" => {}
-            command => drop(machine.done(&["sh", "-c", &format!("cd / && {command}")])),
+            command => {
+                let done = machine.command(&["sh", "-c", &format!("cd / && {command}")]).output().unwrap();
+                // On a busy machine, two seconds of a simulated robot may leave a need unmet.
+                let is_right = done.status.success()
+                    || command.starts_with("shsa replay") && done.status.code() == Some(1);
+                assert!(is_right, "{command}: {}", String::from_utf8_lossy(&done.stderr));
+            }
         }
     }
     assert!(!machine.path("var/lib/shsa").exists());
