@@ -1,13 +1,15 @@
 //! A live run in a thread: on a bus, or between functions of the caller.
 
-use crate::bus::{Connection, Functions, OwnBus};
+use crate::bus::Functions;
 use crate::engine::Reading;
 use crate::model::Model;
 use crate::problem::failed;
 use pyo3::prelude::*;
 use serde_json::Value;
 use shsa_bridge::memory::MemoryBus;
-use shsa_bridge::{Address, Bridge, BusOptions, Clock, Inbox, Message, Payload};
+use shsa_bridge::{
+    Address, Bridge, BusOptions, Clock, Inbox, Message, Outgoing, OwnBus, OwnConnection, Payload,
+};
 use shsa_core::time::Time;
 use shsa_runtime::{self as live, Ending, Events, Handle, Options, Order, RuntimeError};
 use std::path::PathBuf;
@@ -22,7 +24,7 @@ const QUEUE: usize = 1_024;
 pub(crate) struct Runtime {
     inbox: Inbox,
     /// What brings the messages of the caller; `None`: they come from a bus.
-    connection: Option<Connection>,
+    connection: Option<OwnConnection>,
     handle: Mutex<Handle>,
     decisions: Mutex<Events>,
     run: Mutex<Option<JoinHandle<Result<Ending, RuntimeError>>>>,
@@ -44,12 +46,16 @@ impl Runtime {
         state: Option<PathBuf>,
     ) -> PyResult<Runtime> {
         let inbox = Inbox::new(QUEUE, Clock::running());
-        let connection = bus.is_none().then(Connection::default);
-        let bridge = match (bus, connection.clone()) {
-            (Some(text), _) => opened(text, &name, inbox.clone()).map_err(|why| failed(py, why))?,
-            (None, connection) => {
-                let (inbox, connection) = (inbox.clone(), connection.unwrap_or_default());
-                Box::new(OwnBus { inbox, functions, connection })
+        let (bridge, connection): (Box<dyn Bridge>, _) = match bus {
+            Some(text) => (opened(text, &name, inbox.clone()).map_err(|why| failed(py, why))?, None),
+            None => {
+                let take = move |message: Outgoing<'_>| {
+                    functions.take(&message);
+                    Ok(())
+                };
+                let own = OwnBus::new(inbox.clone(), take);
+                let connection = own.connection();
+                (Box::new(own), Some(connection))
             }
         };
         let models = models.iter().map(|model| live::Model {
@@ -82,13 +88,12 @@ impl Runtime {
 
     fn lose(&self, py: Python<'_>, because: String) -> PyResult<()> {
         let connection = self.own(py)?;
-        connection.lose(self.inbox.clock().now(), because);
-        py.detach(|| self.inbox.wake());
+        py.detach(|| connection.lose(because));
         Ok(())
     }
 
     fn find(&self, py: Python<'_>) -> PyResult<()> {
-        self.own(py)?.find(self.inbox.clock().now());
+        self.own(py)?.find();
         Ok(())
     }
 
@@ -124,7 +129,7 @@ impl Runtime {
     ///
     /// # Errors
     /// When they come from a bus.
-    fn own(&self, py: Python<'_>) -> PyResult<&Connection> {
+    fn own(&self, py: Python<'_>) -> PyResult<&OwnConnection> {
         let refused = || failed(py, "the messages of this run come from its bus");
         self.connection.as_ref().ok_or_else(refused)
     }

@@ -38,7 +38,7 @@ pub use clock::Clock;
 pub use diagnostic::{Diagnostic, Level};
 pub use error::BridgeError;
 pub use inbox::{Absence, DirectReader, Inbox, Losses};
-pub use own::OwnBus;
+pub use own::{OwnBus, OwnConnection};
 pub use provenance::{Admission, Provenance, Quality};
 pub use question::{Question, Server, Taker};
 

@@ -148,7 +148,6 @@ fn the_package_is_built_installed_started_and_removed() {
 
     // A second installation keeps the operator's files, and so does a removal; only purging removes them.
     fs::write(machine.path("etc/shsa/environment"), "SHSA_BUS=memory\n").unwrap();
-    // Without triggers: those of other packages bring all manual pages of the machine into an index.
     machine.done(&["dpkg", "--no-triggers", "--install", "/shsa.deb"]);
     assert_eq!(fs::read_to_string(machine.path("etc/shsa/token")).unwrap(), token);
     assert_eq!(fs::read_to_string(machine.path("etc/shsa/environment")).unwrap(), "SHSA_BUS=memory\n");
