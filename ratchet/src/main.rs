@@ -1,5 +1,5 @@
 //! Gives an engine a fixed number of observations, or makes a fixed number of searches, so that the instructions for each can be
-//! counted from outside: `cargo xtask ratchet` runs it under valgrind. The counted part is in functions whose names begin with
+//! counted from outside: `tests/ceilings.rs` runs it under valgrind. The counted part is in functions whose names begin with
 //! `drive`.
 
 #[path = "../../crates/shsa-core/tests/models/mod.rs"]

@@ -23,6 +23,9 @@ const WITH_VALUE: [&str; 9] = [
 ];
 /// Those of them that rustdoc needs, besides the kind of the unit.
 const OF_DOCUMENTATION: [&str; 6] = ["-L", "--cap-lints", "--cfg", "--check-cfg", "--crate-name", "--extern"];
+/// Crates whose tests are optimised more than a level less than their library: those of the largest crate compile three times as quickly
+/// without any, and take 30 s more to run.
+const LEVELS_LESS: [(&str, u8); 1] = [("shsa-core", 2)];
 /// How rustc is to optimise.
 const LEVEL: &str = "opt-level=";
 /// Cargo takes an announced artifact for the one that it waits for: only the compiler announces its own.
@@ -55,7 +58,7 @@ pub(crate) fn run(arguments: &[String]) -> Result<bool> {
     let parsed = parsed(arguments);
     let lines = match is_test(&parsed) {
         // Nothing waits for a test, so clippy compiles it, too.
-        true => vec![("clippy-driver", tested(arguments))],
+        true => vec![("clippy-driver", tested(arguments, levels_less()))],
         // Compiled first, as units that use this one wait for its metadata only.
         false => [
             ("rustc", Some(arguments.to_vec())),
@@ -96,11 +99,17 @@ fn is_test(parsed: &[Argument<'_>]) -> bool {
     parsed.iter().any(|it| it[0] == "--test")
 }
 
-/// The arguments with which clippy compiles a test: optimised a level less than the library that it tests. Most tests run for less time
-/// than a further level takes to compile.
-fn tested(arguments: &[String]) -> Vec<String> {
-    let less = |it: &String| match it.strip_prefix(LEVEL).and_then(|level| level.parse().ok()) {
-        Some(level @ 1..=3_u8) => format!("{LEVEL}{}", level - 1),
+/// How many levels less than its library the tests of this crate are optimised, as cargo names it to the compiler.
+fn levels_less() -> u8 {
+    let is_named = |krate: &str| env::var("CARGO_PKG_NAME").is_ok_and(|name| name == krate);
+    LEVELS_LESS.into_iter().find(|it| is_named(it.0)).map_or(1, |it| it.1)
+}
+
+/// The arguments with which clippy compiles a test: optimised less than the library that it tests. Most tests run for less time than a
+/// further level takes to compile.
+fn tested(arguments: &[String], levels_less: u8) -> Vec<String> {
+    let less = |it: &String| match it.strip_prefix(LEVEL).and_then(|level| level.parse::<u8>().ok()) {
+        Some(level) => format!("{LEVEL}{}", level.saturating_sub(levels_less)),
         _ => it.clone(),
     };
     arguments.iter().map(less).chain(["-D", "warnings"].map(str::to_owned)).collect()
@@ -202,12 +211,12 @@ mod tests {
 
     #[test]
     fn tests_are_optimised_less() {
-        let line = tested(&arguments("--test -C opt-level=2 -C lto=off"));
+        let line = tested(&arguments("--test -C opt-level=2 -C lto=off"), 1);
         assert_eq!(line.join(" "), "--test -C opt-level=1 -C lto=off -D warnings");
-        assert_eq!(
-            tested(&arguments("--test -C opt-level=s")),
-            arguments("--test -C opt-level=s -D warnings")
-        );
+        for unchanged in ["--test -C opt-level=s", "--test -C opt-level=0"] {
+            let line = tested(&arguments(unchanged), 2);
+            assert_eq!(line.join(" "), format!("{unchanged} -D warnings"));
+        }
     }
 
     #[test]

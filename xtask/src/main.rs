@@ -6,7 +6,6 @@ mod needs;
 mod workspace;
 mod licences;
 mod tidy;
-mod ratchet;
 mod testing;
 mod results;
 mod sbom;
@@ -25,7 +24,6 @@ usage: cargo xtask COMMAND
   ci         the same
   tidy       only the rules of the house: layers, file heads, lengths, words, crates
   licences   only the licences of what is shipped, against deny.toml
-  ratchet    only the instructions for an observation, against ratchet.toml; `ratchet write` writes it anew
   results    replays the recordings with faults injected, and writes docs/results.md
   chaos      breaks the world around a live run, and writes that section of docs/results.md (as root: all of it; random
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
@@ -55,8 +53,6 @@ fn run(command: Option<&str>) -> Result<()> {
         Some("test" | "ci") => test(),
         Some("tidy") => tidy::check(),
         Some("licences") => licences::check(),
-        Some("ratchet") if env::args().nth(2).as_deref() == Some("write") => ratchet::write(),
-        Some("ratchet") => ratchet::check(),
         Some("results") => results::write(),
         Some("chaos") => results::chaos::write(),
         Some("screenshots") => screenshots::take(),

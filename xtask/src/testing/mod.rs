@@ -4,7 +4,7 @@ mod build;
 mod stalls;
 mod total;
 
-use crate::{needs, ratchet};
+use crate::needs;
 use anyhow::{Result, anyhow, bail};
 use build::{Built, Program};
 use stalls::Stalls;
@@ -140,8 +140,8 @@ impl Shared {
 /// beside the first builds.
 ///
 /// # Errors
-/// When something that the tests need is absent, a test fails or does not build, clippy or the documentation has a warning, or
-/// instructions exceed their ceiling.
+/// When something that the tests need is absent, a test fails or does not build, or clippy or the documentation has a
+/// warning.
 pub(crate) fn run() -> Result<()> {
     let shared = Shared::default();
     let stalls = Stalls::watch();
@@ -156,8 +156,6 @@ pub(crate) fn run() -> Result<()> {
             shared.change(|queue| queue.is_cancelled = true);
             return Err(absent);
         }
-        // Its build has a folder of its own, and takes what the others leave.
-        let counted = scope.spawn(ratchet::check_apart);
         // These need real time, so builds and computing tests beside them have a lower priority. Two of them leave room for a
         // third program, as they mostly wait.
         scope.spawn(|| work(&shared, &[], Some(&stalls), |it| it.waiting.pop()));
@@ -170,7 +168,7 @@ pub(crate) fn run() -> Result<()> {
         // The last programs mostly wait, which leaves time for these.
         let benches = build::benches();
         let examples = build::examples(|line| shared.change(|queue| queue.total.add(line)));
-        Ok([built, benches, examples, joined(counted)])
+        Ok([built, benches, examples])
     })?;
     let Queue { mut total, mut failed, again, .. } =
         shared.queue.into_inner().unwrap_or_else(PoisonError::into_inner);
