@@ -101,6 +101,7 @@ const COMPASS: usize = 6;
 /// Runs a method over what arrives, asking it twenty times a second.
 pub(super) fn run(
     method: Method,
+    particles: Particles,
     truths: &[Truth],
     arrivals: &[Arrival],
     error: &mut Error,
@@ -108,7 +109,7 @@ pub(super) fn run(
     let mut estimator: Box<dyn Estimator> = match method.rule()? {
         _ if method == Method::DeadReckoning => Box::new(Reckoning::default()),
         Some(rule) => Box::new(Separate::new(&rule)?),
-        None => Box::new(Joint { fusion: joint(method)? }),
+        None => Box::new(Joint { fusion: joint(method, particles)? }),
     };
     let mut arrivals = arrivals.iter().peekable();
     for truth in truths {
@@ -229,14 +230,14 @@ const OPTIONS: Options =
     Options { horizon: Span(500_000_000), moments: 64, gate: None, unknown_after: Span(60_000_000_000) };
 
 /// The filter of a method.
-fn joint(method: Method) -> anyhow::Result<Fusion> {
+fn joint(method: Method, particles: Particles) -> anyhow::Result<Fusion> {
     let (start, p) = ([0.0, 0.0, 0.0, 1.0, 0.0], 0.1 * Matrix::identity(5, 5));
     let kalman = |loss| anyhow::Ok(Kalman::new(model()?, &start, &p, loss)?);
     let filter: Box<dyn method::Method> = match method {
         Method::Huber => Box::new(kalman(Loss::Huber(1.345))?),
         Method::Student => Box::new(kalman(Loss::Student(4.0))?),
         Method::Unscented => Box::new(Unscented::new(model()?, &start, &p, Points::default())?),
-        Method::Particles => Box::new(Particle::new(model()?, &start, &p, Particles::default())?),
+        Method::Particles => Box::new(Particle::new(model()?, &start, &p, particles)?),
         _ => Box::new(kalman(Loss::Square)?),
     };
     let gate = (method == Method::Gated).then(|| Gate::new(0.9999, 20));

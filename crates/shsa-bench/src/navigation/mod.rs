@@ -15,6 +15,7 @@ use crate::{Outcome, notice};
 use methods::{Error, Method};
 use recorded::Drive;
 use serde_json::json;
+use shsa_estimate::particle::Particles;
 use simulated::{DEVICES, SECONDS, Scenario};
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -26,6 +27,9 @@ pub(crate) struct Arguments {
     /// Simulated runs of each scenario, with the seeds 1, 2, and so on.
     #[arg(long, default_value_t = 5, value_parser = clap::value_parser!(u64).range(1..=1000))]
     runs: u64,
+    /// The number of the particle filter's particles; fewer are quicker.
+    #[arg(long, value_name = "N", default_value_t = 1000, value_parser = clap::value_parser!(u16).range(2..))]
+    particles: u16,
     /// The recording test1.bag of robot_localization, for all methods, and for the rover whose wheels freeze.
     #[arg(long, value_name = "FILE")]
     husky: Option<PathBuf>,
@@ -49,12 +53,13 @@ type Results = Vec<(Scenario, Method, Error)>;
 /// Runs all methods over the same simulated sensors.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut results = Results::new();
+    let particles = Particles { count: arguments.particles.into(), ..Particles::default() };
     for scenario in Scenario::ALL {
         let runs: Vec<_> = (1..=arguments.runs).map(|seed| simulated::drive(scenario, seed)).collect();
         for method in Method::ALL {
             let mut error = Error::default();
             for (truths, arrivals) in &runs {
-                methods::run(method, truths, arrivals, &mut error)?;
+                methods::run(method, particles, truths, arrivals, &mut error)?;
             }
             results.push((scenario, method, error));
         }
@@ -80,7 +85,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let drives: Vec<Drive> =
         turtlebot3.into_iter().chain(husky).chain(formats.into_iter().flatten()).collect();
     if !drives.is_empty() {
-        tables.push(recorded::table(&drives, arguments.json)?);
+        tables.push(recorded::table(&drives, particles, arguments.json)?);
     }
     match &arguments.husky {
         Some(file) => tables.push(husky::table(file, arguments.json)?),
@@ -114,7 +119,7 @@ fn introduction(arguments: &Arguments) -> String {
     let sensors: Vec<String> =
         DEVICES.iter().map(|device| format!("{} ({})", device.name, device.deviation)).collect();
     format!(
-        "Written by `shsa-bench navigation --runs {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --formats formats \
+        "Written by `shsa-bench navigation --runs {} --particles {} --turtlebot3 turtlebot3/turtlebot3.bag --husky husky/test1.bag --formats formats \
          --out docs`.\n\n\
          A simulated rover drives for {SECONDS} s along a smooth path, and its true position is known. Its \
          sensors, with the standard deviation of their noise in SI units: {}. They deliver 1 to 50 values a \
@@ -125,6 +130,7 @@ fn introduction(arguments: &Arguments) -> String {
          filters have one model of position, heading, speed and turn rate, and apply each value at its own time. \
          The gate accepts 99.99 % of healthy values.",
         arguments.runs,
+        arguments.particles,
         sensors.join(", "),
     )
 }

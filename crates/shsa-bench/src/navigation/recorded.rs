@@ -6,6 +6,7 @@ use crate::table::Table;
 use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_estimate::particle::Particles;
 use shsa_format::recording::{ReadOptions, Sample, Wanted, read};
 use std::io::{Write, stdout};
 use std::iter::{once, zip};
@@ -63,13 +64,13 @@ impl Drive {
 ///
 /// # Errors
 /// A filter cannot be built, or the output is closed.
-pub(super) fn table(drives: &[Drive], is_json: bool) -> anyhow::Result<Table> {
+pub(super) fn table(drives: &[Drive], particles: Particles, is_json: bool) -> anyhow::Result<Table> {
     let mut rows = Vec::new();
     for method in Method::ALL {
         let mut row = vec![method.name().to_owned()];
         for Drive { name, truths, arrivals, columns } in drives {
             let mut error = Error::default();
-            methods::run(method, truths, arrivals, &mut error)?;
+            methods::run(method, particles, truths, arrivals, &mut error)?;
             let numbers = columns.iter().map(|(key, _, of)| (*key, of(&error)));
             row.extend(numbers.clone().map(|(_, number)| shown(number)));
             if is_json {

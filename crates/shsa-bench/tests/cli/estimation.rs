@@ -31,7 +31,7 @@ fn a_filter_is_better_than_its_sensors_and_a_gate_than_a_liar() {
         file.as_ref().map_or(String::new(), |file| format!("--{name} {}", file.display()))
     };
     let options = [option("turtlebot3", &turtlebot3), option("formats", &formats)].join(" ");
-    let lines = lines(&format!("navigation --runs 1 {options}"));
+    let lines = lines(&format!("navigation --runs 1 --particles 200 {options}"));
     if turtlebot3.is_some() {
         check_turtlebot3(&lines);
     }
