@@ -3,6 +3,7 @@
 mod error;
 pub mod stamp;
 pub mod zone;
+pub mod number;
 pub mod moment;
 pub mod span;
 pub mod path;

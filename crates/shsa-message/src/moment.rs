@@ -1,6 +1,6 @@
 //! Dates and times of day as people write them in tables: `2018-04-08 10:31:37.097`, `08/04/2018`, `10.31.37`, `10:31 PM`.
 
-use crate::stamp::{civil, days_of};
+use crate::stamp::civil;
 use crate::zone::{Doubt, Zone};
 use shsa_core::time::Time;
 
@@ -63,14 +63,60 @@ impl Moment {
 #[must_use]
 pub fn moment(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     let text = text.trim();
+    if let (Some(usual), DateOrder::YearMonthDay) = (usual(text, zone), order) {
+        return Some(usual);
+    }
+    written(text, order, zone)
+}
+
+/// A moment in the form of most recordings, `2018-04-08 10:31:37.097`, whose parts have fixed places; with a zone, `Z` or `+02:00`,
+/// or without. `None` for other forms.
+fn usual(text: &str, zone: &Zone) -> Option<Moment> {
+    let (head, rest) = text.as_bytes().split_first_chunk::<19>()?;
+    let &[y, e, a, r, b'-', m, o, b'-', d, t, b' ' | b'T', h, u, b':', i, n, b':', s, c] = head else {
+        return None;
+    };
+    let [century, year, month, day] = [pair([y, e])?, pair([a, r])?, pair([m, o])?, pair([d, t])?];
+    let [hour, minute, second] = [pair([h, u])?, pair([i, n])?, pair([s, c])?];
+    let year = 100 * century + year;
+    let is_date = (1..=12).contains(&month) && (1..=days_in(year, month)).contains(&day);
+    if !is_date || hour > 23 || minute > 59 || second > 60 {
+        return None;
+    }
+    let fraction =
+        rest.strip_prefix(b".").map_or(0, |rest| rest.iter().take_while(|it| it.is_ascii_digit()).count());
+    let (fraction, rest) = match fraction {
+        0 => (0, rest),
+        digits => (fraction_of(text.get(20..20 + digits)?)?, rest.get(1 + digits..)?),
+    };
+    let of_day = hour * HOUR + (minute * 60 + second) * SECOND + fraction;
+    let ahead = match rest {
+        [] => return Some(Moment::shown(civil(year, month, day, of_day)?, zone)),
+        b"Z" => 0,
+        &[sign @ (b'+' | b'-'), h, u, b':', i, n] => {
+            let [hours, minutes] = [pair([h, u])?, pair([i, n])?];
+            let ahead = (hours < 24 && minutes < 60).then_some(hours * HOUR + minutes * 60 * SECOND)?;
+            if sign == b'-' { -ahead } else { ahead }
+        }
+        _ => return None,
+    };
+    Some(Moment { time: civil(year, month, day, of_day - ahead)?, has_zone: true, doubt: None })
+}
+
+/// A number of two digits.
+fn pair([ten, one]: [u8; 2]) -> Option<i64> {
+    let is_number = ten.is_ascii_digit() && one.is_ascii_digit();
+    is_number.then(|| 10 * i64::from(ten - b'0') + i64::from(one - b'0'))
+}
+
+/// A moment in any form.
+fn written(text: &str, order: DateOrder, zone: &Zone) -> Option<Moment> {
     if let (Some((date, clock)), DateOrder::YearMonthDay) = (compact(text), order) {
         return joined(date, of_day(&clock)?, order, zone);
     }
     // The `t` of October stands behind a letter.
-    let is_between =
-        |at: &usize| text.get(..*at).is_some_and(|date| date.ends_with(|end: char| end.is_ascii_digit()));
-    let mut betweens = text.match_indices(['T', 't', ' ', '_']).map(|(at, _)| at);
-    let at = betweens.find(is_between).unwrap_or(text.len());
+    let is_between = |pair: &[u8]| matches!(pair, [b'0'..=b'9', b'T' | b't' | b' ' | b'_']);
+    let at = text.as_bytes().windows(2).position(is_between).map_or(text.len(), |digit| digit + 1);
     let (date, rest) = text.split_at_checked(at)?;
     let of_day = match rest.get(1..).map(str::trim) {
         None | Some("") => OfDay { nanoseconds: 0, ahead: None },
@@ -134,15 +180,17 @@ fn joined(text: &str, of_day: OfDay, order: DateOrder, zone: &Zone) -> Option<Mo
 
 /// Year, month and day.
 fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
-    let between = text.chars().find(|character| !character.is_ascii_digit());
-    let parts: Vec<&str> = match between {
-        Some(between @ ('-' | '/' | '.')) => text.split(between).collect(),
+    let (first, second, third) = match text.bytes().find(|byte| !byte.is_ascii_digit()) {
+        Some(between @ (b'-' | b'/' | b'.')) => {
+            let (first, rest) = cut(text, |byte| byte == between)?;
+            let (second, third) = cut(rest, |byte| byte == between)?;
+            (first, second, third)
+        }
         None if text.len() == 8 && order == DateOrder::YearMonthDay => {
-            vec![text.get(..4)?, text.get(4..6)?, text.get(6..)?]
+            (text.get(..4)?, text.get(4..6)?, text.get(6..)?)
         }
         _ => return None,
     };
-    let [first, second, third] = parts.as_slice() else { return None };
     let (year, month, day) = match order {
         DateOrder::YearMonthDay => (first, second, third),
         DateOrder::DayMonthYear => (third, second, first),
@@ -158,11 +206,25 @@ fn date(text: &str, order: DateOrder) -> Option<[i64; 3]> {
         },
         _ => return None,
     };
-    let is_day = (1..=12).contains(&month) && day >= 1;
-    // The length of the month is the distance to the first day of the next.
-    let next = if month == 12 { (year + 1, 1) } else { (year, month + 1) };
-    let length = days_of(next.0, next.1, 1) - days_of(year, month, 1);
-    (is_day && day <= length).then_some([year, month, day])
+    let is_day = (1..=12).contains(&month) && (1..=days_in(year, month)).contains(&day);
+    is_day.then_some([year, month, day])
+}
+
+/// The number of days of a month.
+fn days_in(year: i64, month: i64) -> i64 {
+    let is_leap_year = year % 4 == 0 && (year % 100 != 0 || year % 400 == 0);
+    match month {
+        2 if is_leap_year => 29,
+        2 => 28,
+        4 | 6 | 9 | 11 => 30,
+        _ => 31,
+    }
+}
+
+/// The texts before and behind the first of these bytes, which are of ASCII.
+fn cut(text: &str, is_between: impl Fn(u8) -> bool) -> Option<(&str, &str)> {
+    let at = text.bytes().position(is_between)?;
+    Some((text.get(..at)?, text.get(at + 1..)?))
 }
 
 /// The number of a month from its name in English, or the first three letters of it.
@@ -174,8 +236,9 @@ fn named_month(text: &str) -> Option<i64> {
 
 /// A number of digits only, at most `most` of them.
 fn number(text: &str, most: usize) -> Option<i64> {
-    let is_number = (1..=most).contains(&text.len()) && text.bytes().all(|byte| byte.is_ascii_digit());
-    text.parse().ok().filter(|_| is_number)
+    let digit = |byte: u8| byte.is_ascii_digit().then(|| i64::from(byte - b'0'));
+    let is_number = (1..=most).contains(&text.len());
+    text.bytes().try_fold(0, |number, byte| Some(10 * number + digit(byte)?)).filter(|_| is_number)
 }
 
 fn of_day(text: &str) -> Option<OfDay> {
@@ -185,20 +248,17 @@ fn of_day(text: &str) -> Option<OfDay> {
         None => split_zone(text)?,
     };
     let clock = clock.trim_end();
-    let between = clock.chars().find(|character| !character.is_ascii_digit())?;
-    let mut parts = match between {
-        ':' => clock.splitn(3, ':'),
-        '.' if clock.matches('.').count() == 2 => clock.splitn(3, '.'),
+    let points = || clock.bytes().filter(|byte| *byte == b'.').count();
+    let between = match clock.bytes().find(|byte| !byte.is_ascii_digit())? {
+        b'.' if points() != 2 => return None,
+        between @ (b':' | b'.') => between,
         _ => return None,
     };
-    let [mut hour, minute] = [number(parts.next()?, 2)?, number(parts.next()?, 2)?];
-    let (second, fraction) = match parts.next() {
-        None => (0, 0),
-        Some(seconds) => {
-            let (second, fraction) = seconds.split_once(['.', ',']).unwrap_or((seconds, "0"));
-            (number(second, 2)?, fraction_of(fraction)?)
-        }
-    };
+    let (hour, rest) = cut(clock, |byte| byte == between)?;
+    let (minute, seconds) = cut(rest, |byte| byte == between).unwrap_or((rest, "0"));
+    let (second, fraction) = cut(seconds, |byte| matches!(byte, b'.' | b',')).unwrap_or((seconds, "0"));
+    let [mut hour, minute, second] = [number(hour, 2)?, number(minute, 2)?, number(second, 2)?];
+    let fraction = fraction_of(fraction)?;
     if let Some(is_afternoon) = half {
         let is_hour = (1..=12).contains(&hour);
         hour = is_hour.then_some(hour % 12 + if is_afternoon { 12 } else { 0 })?;
@@ -231,14 +291,20 @@ fn split_zone(text: &str) -> Option<(&str, Option<i64>)> {
             return Some((clock, Some(0)));
         }
     }
-    let Some(at) = text.rfind(['+', '-']) else { return Some((text, None)) };
+    let sign = text.bytes().rposition(|byte| matches!(byte, b'+' | b'-'));
+    let Some(at) = sign else { return Some((text, None)) };
     let (clock, zone) = text.split_at(at);
-    let digits: String = zone.get(1..)?.split(':').collect();
-    let (hours, minutes) = match digits.len() {
-        2 => (number(&digits, 2)?, 0),
-        4 => (number(digits.get(..2)?, 2)?, number(digits.get(2..)?, 2)?),
-        _ => return None,
-    };
+    let mut digits = [0; 4];
+    let mut count = 0;
+    for byte in zone.bytes().skip(1).filter(|byte| *byte != b':') {
+        *digits.get_mut(count)? = byte.is_ascii_digit().then(|| i64::from(byte - b'0'))?;
+        count += 1;
+    }
+    let [ten, one, ten_minutes, one_minute] = digits;
+    let (hours, minutes) = (10 * ten + one, 10 * ten_minutes + one_minute);
+    if !matches!(count, 2 | 4) {
+        return None;
+    }
     let ahead = hours * HOUR + minutes * 60 * SECOND;
     (hours < 24 && minutes < 60).then_some((clock, Some(if zone.starts_with('-') { -ahead } else { ahead })))
 }
@@ -324,6 +390,16 @@ mod tests {
     }
 
     proptest! {
+        #[test]
+        fn the_usual_form_is_read_as_any(
+            text in "[0-2][0-9]{3}-[01][0-9]-[0-3][0-9][ T][0-2][0-9]:[0-6][0-9]:[0-6][0-9]([.][0-9]{0,11})?(Z|[+-][0-2][0-9]:[0-6][0-9])?",
+        ) {
+            let (order, zone) = (DateOrder::YearMonthDay, Zone::default());
+            if let Some(found) = usual(&text, &zone) {
+                prop_assert_eq!(Some(found), written(&text, order, &zone));
+            }
+        }
+
         #[test]
         fn any_text_is_survived(garbage in "\\PC{0,40}") {
             for order in DateOrder::ALL {

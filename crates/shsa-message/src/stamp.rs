@@ -48,8 +48,8 @@ pub fn likely_step(size: u64) -> Span {
 /// decimal number, or the time does not fit.
 #[must_use]
 pub fn decimal(text: &str, step: Span) -> Option<Time> {
-    let (number, exponent) = match text.split_once(['e', 'E']) {
-        Some((number, exponent)) => (number, exponent.parse::<i32>().ok()?),
+    let (number, exponent) = match text.bytes().position(|byte| matches!(byte, b'e' | b'E')) {
+        Some(at) => (text.get(..at)?, text.get(at + 1..)?.parse::<i32>().ok()?),
         None => (text, 0),
     };
     let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
@@ -149,11 +149,15 @@ fn split_zone(text: &str) -> Option<(&str, i64)> {
 /// Exactly `N` numbers without signs, each of at most four digits.
 fn numbers<const N: usize>(text: &str, between: char) -> Option<[i64; N]> {
     let number = |part: &str| {
-        let digits = (1..=4).contains(&part.len()) && part.bytes().all(|byte| byte.is_ascii_digit());
-        part.parse().ok().filter(|_| digits)
+        let digit = |byte: u8| byte.is_ascii_digit().then(|| i64::from(byte - b'0'));
+        let digits = || part.bytes().try_fold(0, |number, byte| Some(10 * number + digit(byte)?));
+        if (1..=4).contains(&part.len()) { digits() } else { None }
     };
-    let found: Option<Vec<i64>> = text.split(between).map(number).collect();
-    found?.try_into().ok()
+    let (mut found, mut parts) = ([0; N], text.split(between));
+    for place in &mut found {
+        *place = number(parts.next()?)?;
+    }
+    parts.next().is_none().then_some(found)
 }
 
 /// The fractional digits as nanoseconds; digits beyond the ninth are cut off.
@@ -168,7 +172,7 @@ fn nanoseconds(digits: &str) -> Option<i64> {
 /// Days from 1970-01-01 to a date of the proleptic Gregorian calendar.
 ///
 /// Years are counted from March, so that the leap day is the last of its year.
-pub(crate) fn days_of(year: i64, month: i64, day: i64) -> i64 {
+fn days_of(year: i64, month: i64, day: i64) -> i64 {
     let (year, month) = if month > 2 { (year, month - 3) } else { (year - 1, month + 9) };
     let of_year = (153 * month + 2) / 5 + day - 1;
     365 * year + year.div_euclid(4) - year.div_euclid(100) + year.div_euclid(400) + of_year - 719_468

@@ -5,7 +5,7 @@ use std::borrow::Cow;
 /// The meaning of a text between quotes; a lone half of a surrogate pair becomes the replacement character.
 #[must_use]
 pub fn unescaped(raw: &str) -> Cow<'_, str> {
-    if !raw.contains('\\') {
+    if !raw.as_bytes().contains(&b'\\') {
         return raw.into();
     }
     let mut text = String::with_capacity(raw.len());
