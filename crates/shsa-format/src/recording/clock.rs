@@ -16,7 +16,6 @@ mod receptions;
 mod times;
 
 use shsa_core::time::{Span, Time};
-use std::collections::BTreeMap;
 
 pub(super) use division::{Division, divide};
 pub(super) use receptions::{Receptions, Stored};
@@ -41,8 +40,8 @@ pub(super) struct Step {
 /// to leave out.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Suspicion {
-    /// By signal, the last and the latest reception.
-    of_signal: BTreeMap<usize, (Time, Time)>,
+    /// By signal, the last and the latest reception; `None` before the first.
+    of_signal: Vec<Option<(Time, Time)>>,
     /// The signals that show it.
     pub(super) signals: Vec<usize>,
 }
@@ -50,7 +49,11 @@ pub(super) struct Suspicion {
 impl Suspicion {
     /// Takes in the next reception of a signal.
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
-        let (last, latest) = self.of_signal.entry(wanted).or_insert((received, received));
+        if self.of_signal.len() <= wanted {
+            self.of_signal.resize(wanted + 1, None);
+        }
+        let Some(of_signal) = self.of_signal.get_mut(wanted) else { return };
+        let (last, latest) = of_signal.get_or_insert((received, received));
         let is_odd =
             (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
         (*last, *latest) = (received, received.max(*latest));

@@ -17,6 +17,9 @@ pub(super) struct File {
     pub(super) row: &'static Row,
 }
 
+/// How many first bytes of a packed file decide its format.
+const PACKED_HEAD: u64 = 1 << 16;
+
 /// The content of standard input, in a file without a name: it can be read only once, and some formats must be read twice.
 static STANDARD_INPUT: OnceLock<fs::File> = OnceLock::new();
 
@@ -98,15 +101,19 @@ fn counted(name: &str) -> Vec<(String, Option<u64>)> {
 /// # Errors
 /// As [`files_of`].
 pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError> {
-    let mut head = Vec::new();
-    let read = opened(file).and_then(|opened| opened.take(1 << 16).read_to_end(&mut head));
-    read.map_err(|reason| unreadable(file, reason))?;
-    match Packing::of(&head) {
-        Some(packing) => format_of(&without_packing(file), &packing.head(&head, HEAD)),
-        None => {
-            head.truncate(HEAD as usize);
-            format_of(file, &head)
+    let mut head = Vec::with_capacity(HEAD as usize);
+    let mut read = || -> io::Result<Option<Packing>> {
+        let mut opened = opened(file)?;
+        opened.by_ref().take(HEAD).read_to_end(&mut head)?;
+        let packing = Packing::of(&head);
+        if packing.is_some() {
+            opened.take(PACKED_HEAD - HEAD).read_to_end(&mut head)?;
         }
+        Ok(packing)
+    };
+    match read().map_err(|reason| unreadable(file, reason))? {
+        Some(packing) => format_of(&without_packing(file), &packing.head(&head, HEAD)),
+        None => format_of(file, &head),
     }
 }
 

@@ -327,7 +327,11 @@ impl Gathered {
         let span = ends.unwrap_or_default();
         let samples = begin..begin + pieces.iter().map(Piece::count).sum::<usize>();
         for piece in &mut pieces {
-            self.recording.samples.append(&mut piece.samples);
+            match self.recording.samples.is_empty() {
+                // The usual case, one piece: its samples are not copied.
+                true => self.recording.samples = std::mem::take(&mut piece.samples),
+                false => self.recording.samples.append(&mut piece.samples),
+            }
         }
         self.recording.samples.get_mut(begin..).unwrap_or_default().sort_by_key(|sample| sample.received);
         if let (Some(because), Some(file)) = (&because, files.first()) {

@@ -110,6 +110,17 @@ pub(super) struct Extent {
 }
 
 impl Extent {
+    /// That of a signal whose first sample comes next, with this reception.
+    fn begin(received: Time) -> Extent {
+        Extent { from: received, to: received, count: 0 }
+    }
+
+    fn see(&mut self, received: Time) {
+        self.from = self.from.min(received);
+        self.to = self.to.max(received);
+        self.count += 1;
+    }
+
     fn period(&self) -> Span {
         Span((self.to - self.from).0 / (self.count - 1).max(1))
     }
@@ -132,17 +143,24 @@ pub(super) struct Piece {
 }
 
 impl Piece {
-    pub(super) fn push(&mut self, sample: Sample) {
-        self.see(sample.wanted, sample.received);
-        self.samples.push(sample);
+    /// Takes all its samples, which are not copied. `O(samples)`.
+    pub(super) fn take(&mut self, samples: Vec<Sample>) {
+        let mut extents: Vec<Option<Extent>> = Vec::new();
+        for Sample { wanted, received, .. } in &samples {
+            if extents.len() <= *wanted {
+                extents.resize(*wanted + 1, None);
+            }
+            if let Some(extent) = extents.get_mut(*wanted) {
+                extent.get_or_insert(Extent::begin(*received)).see(*received);
+            }
+        }
+        let found = extents.into_iter().enumerate().filter_map(|(wanted, extent)| Some((wanted, extent?)));
+        self.extents = found.collect();
+        self.samples = samples;
     }
 
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
-        let new = Extent { from: received, to: received, count: 0 };
-        let extent = self.extents.entry(wanted).or_insert(new);
-        extent.from = extent.from.min(received);
-        extent.to = extent.to.max(received);
-        extent.count += 1;
+        self.extents.entry(wanted).or_insert(Extent::begin(received)).see(received);
     }
 
     /// Adds a later part of the file.
@@ -211,11 +229,12 @@ pub(super) fn groups(pieces: Vec<Piece>, wants: &[Want<'_>]) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     for piece in rejoined(pieces) {
         match group_of(&groups, &piece, wants) {
-            Ok((number, goes_on)) => groups.get_mut(number).into_iter().for_each(|group| {
+            Ok((number, goes_on)) => {
+                let Some(group) = groups.get_mut(number) else { continue };
                 group.goes_on |= goes_on;
                 group.is_beside |= !goes_on;
-                group.pieces.push(piece.clone());
-            }),
+                group.pieces.push(piece);
+            }
             Err(because) => {
                 groups.push(Group { pieces: vec![piece], because, goes_on: false, is_beside: false });
             }

@@ -107,7 +107,7 @@ impl Packing {
         match self {
             Packing::Zstd => Unpacker::default().unpack("zstd", packed, limit).bytes,
             Packing::Gzip => Unpacker::default().unpack(GZIP, packed, limit).bytes,
-            Packing::Utf16 { is_little } => bounded(Utf16::new(packed, is_little), limit).bytes,
+            Packing::Utf16 { is_little } => bounded(Utf16::new(packed, is_little), limit, limit).bytes,
         }
     }
 
@@ -190,10 +190,11 @@ pub(super) struct Unpacker {
 impl Unpacker {
     /// Decompresses by the method of this name, up to `limit` bytes.
     pub(super) fn unpack(&mut self, method: &str, packed: &[u8], limit: u64) -> Unpacked {
+        let expected = expected(packed);
         match method {
-            "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit),
+            "lz4" => bounded(lz4_flex::frame::FrameDecoder::new(packed), limit, expected),
             "zstd" => self.zstd(packed, limit),
-            GZIP => bounded(MultiGzDecoder::new(packed), limit),
+            GZIP => bounded(MultiGzDecoder::new(packed), limit, expected),
             other => Unpacked::none(format!("packed by '{other}', which is not known here")),
         }
     }
@@ -203,7 +204,8 @@ impl Unpacker {
         let Some(mut state) = self.zstd.take().or_else(DCtx::try_create) else {
             return Unpacked::none("there is no memory to unpack it".into());
         };
-        let unpacked = bounded(zstd::stream::read::Decoder::with_context(packed, &mut state), limit);
+        let decoder = zstd::stream::read::Decoder::with_context(packed, &mut state);
+        let unpacked = bounded(decoder, limit, expected(packed));
         self.zstd = Some(state).filter(|state| state.sizeof() <= KEPT_MAX);
         unpacked
     }
@@ -215,8 +217,18 @@ impl Unpacker {
     }
 }
 
-fn bounded(unpacked: impl Read, limit: u64) -> Unpacked {
-    let mut bytes = Vec::new();
+/// How many bytes these may be unpacked, where the stated number of them is right.
+fn expected(packed: &[u8]) -> u64 {
+    packed.len() as u64 * 16
+}
+
+/// How many bytes are expected at once, at most, of what may be unpacked.
+const EXPECTED_MAX: u64 = 1 << 20;
+
+/// Unpacks up to `limit` bytes; `expected` are likely.
+fn bounded(unpacked: impl Read, limit: u64, expected: u64) -> Unpacked {
+    let expected = expected.min(limit).min(EXPECTED_MAX);
+    let mut bytes = Vec::with_capacity(usize::try_from(expected).unwrap_or(0));
     // One byte more: the decompressors compare checksums only when the end is read, and a further byte shows that there is more.
     let done = unpacked.take(limit.saturating_add(1)).read_to_end(&mut bytes);
     let problem = match done {

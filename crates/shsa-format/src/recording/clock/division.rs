@@ -21,12 +21,32 @@ pub(in crate::recording) struct Division {
 }
 
 impl Division {
+    /// Whether all samples are of one piece.
+    pub(in crate::recording) fn is_whole(&self) -> bool {
+        self.cuts.is_empty() && self.strays.is_empty()
+    }
+
+    /// The pieces of all samples, as [`Division::piece_of`] gives them.
+    pub(in crate::recording) fn pieces(&self) -> impl Iterator<Item = Option<usize>> {
+        let mut piece = 0;
+        (0..).map(move |place| {
+            while self.cuts.get(piece).is_some_and(|(begin, _)| *begin <= place) {
+                piece += 1;
+            }
+            self.of(piece, place)
+        })
+    }
+
     /// The piece of a sample; `None` when its time is wrong.
     pub(in crate::recording) fn piece_of(&self, place: usize) -> Option<usize> {
+        self.of(self.cuts.partition_point(|(begin, _)| *begin <= place), place)
+    }
+
+    /// The piece of a sample that comes behind the begin of this piece.
+    fn of(&self, piece: usize, place: usize) -> Option<usize> {
         if self.strays.contains(&place) {
             return None;
         }
-        let piece = self.cuts.partition_point(|(begin, _)| *begin <= place);
         let of_last = piece.checked_sub(1).and_then(|last| self.cuts.get(last));
         let is_late = of_last.is_some_and(|(_, late)| late.binary_search(&place).is_ok());
         Some(piece - usize::from(is_late))

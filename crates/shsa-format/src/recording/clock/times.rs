@@ -24,14 +24,23 @@ fn pairs(times: &impl Signal) -> impl Iterator<Item = (Time, Time)> {
     (1..times.count()).filter_map(|at| Some((times.time(at - 1)?, times.time(at)?)))
 }
 
-/// The usual distance between two samples: the median of those above zero. It is found digit by digit, in memory that does not
-/// grow with the samples (radix selection); time: O(samples).
+/// The most distances of which the median is found in a list.
+const LISTED_MAX: usize = 1 << 15;
+
+/// The usual distance between two samples: the median of those above zero. Of many, it is found digit by digit, in memory that does
+/// not grow with the samples (radix selection); time: O(samples).
 fn period(times: &impl Signal) -> Span {
     let between = || {
         let distances = pairs(times).map(|(one, next)| (next - one).0);
         distances.filter_map(|distance| u64::try_from(distance).ok()).filter(|distance| *distance > 0)
     };
-    let mut rank = between().count() / 2;
+    let count = between().count();
+    if count <= LISTED_MAX {
+        let mut listed: Vec<u64> = between().collect();
+        let median = if count > 0 { *listed.select_nth_unstable(count / 2).1 } else { 0 };
+        return Span(i64::try_from(median).unwrap_or(0));
+    }
+    let mut rank = count / 2;
     let mut median = 0_u64;
     for shift in [48, 32, 16, 0] {
         let mut counts = vec![0_usize; 1 << 16];

@@ -1,8 +1,8 @@
 //! The end of a file: what of it is lost, whether its stamps are usable, where its clock was set.
 
-use super::super::Place;
 use super::super::clock::{Division, Receptions, Step, divide};
 use super::super::session::Piece;
+use super::super::{Place, Sample};
 use super::{Destination, Gathered};
 use std::collections::{BTreeMap, BTreeSet};
 use std::sync::Arc;
@@ -40,8 +40,10 @@ impl Gathered {
                 }
             }
         }
-        for sample in self.recording.samples.iter_mut().filter(|sample| unstamped.contains(&sample.wanted)) {
-            sample.time = sample.received;
+        if !unstamped.is_empty() {
+            let all = self.recording.samples.iter_mut();
+            all.filter(|sample| unstamped.contains(&sample.wanted))
+                .for_each(|sample| sample.time = sample.received);
         }
         for (flaw, signals) in flaws {
             let signals = signals.join(", ");
@@ -60,13 +62,23 @@ impl Gathered {
         let division = divide(&samples[..]);
         self.report_strays(&division);
         let mut pieces = self.new_pieces(&division);
-        for (place, sample) in samples.into_iter().enumerate() {
-            match division.piece_of(place).and_then(|of| pieces.get_mut(of)) {
-                Some(piece) => piece.push(sample),
+        match (pieces.as_mut_slice(), division.is_whole()) {
+            ([only], true) => only.take(samples),
+            _ => self.deal_out(samples, &division, &mut pieces),
+        }
+        self.pieces.extend(pieces);
+    }
+
+    /// Gives each piece its samples.
+    fn deal_out(&mut self, samples: Vec<Sample>, division: &Division, pieces: &mut [Piece]) {
+        let mut dealt: Vec<Vec<Sample>> = pieces.iter().map(|_| Vec::new()).collect();
+        for (sample, of) in samples.into_iter().zip(division.pieces()) {
+            match of.and_then(|of| dealt.get_mut(of)) {
+                Some(dealt) => dealt.push(sample),
                 None => self.lose(sample.wanted),
             }
         }
-        self.pieces.extend(pieces);
+        pieces.iter_mut().zip(dealt).for_each(|(piece, samples)| piece.take(samples));
     }
 
     /// The pieces of the current file, whose samples are not kept.
