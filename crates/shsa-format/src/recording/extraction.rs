@@ -3,6 +3,7 @@
 use super::fields::{Locator, Unlocated};
 use super::files::without_packing;
 use super::gathered::Gathered;
+use super::members::Members;
 use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError, Want, names, stamp};
 use shsa_core::time::{Span, Time};
@@ -17,11 +18,18 @@ pub(super) struct Extraction<'a, 'g> {
     gathered: &'g mut Gathered,
     file: PathBuf,
     naming: Naming,
-    topics: Vec<Vec<Extract<'a>>>,
+    topics: Vec<Reported<'a>>,
     /// For each wanted signal the topics that its source fits; more than one are an error.
     choices: BTreeMap<usize, Vec<String>>,
     /// Why the file cannot be read as requested.
     error: Option<RecordingError>,
+}
+
+/// A reported topic.
+struct Reported<'a> {
+    extracts: Vec<Extract<'a>>,
+    /// The members of its messages that are looked for, where these are JSON.
+    members: Option<Members>,
 }
 
 /// How sources name a topic of the format.
@@ -137,9 +145,10 @@ fn conditions_of<'w>(want: &'w Want<'_>, naming: Naming) -> &'w [(String, String
 }
 
 /// Reports which cells of a table were taken as missing.
-fn report_oddities(topics: &[Vec<Extract<'_>>], gathered: &mut Gathered) {
+fn report_oddities(topics: &[Reported<'_>], gathered: &mut Gathered) {
     let mut reported: Vec<String> = Vec::new();
-    for Oddities { field, empty, not_numbers, first } in topics.iter().flatten().map(|it| &it.oddities) {
+    let extracts = topics.iter().flat_map(|topic| &topic.extracts);
+    for Oddities { field, empty, not_numbers, first } in extracts.map(|it| &it.oddities) {
         let example = first.as_ref().map_or(String::new(), |first| format!(" (the first: '{first}')"));
         let message = format!(
             "column '{field}': {empty} cells are empty and {not_numbers} are no numbers{example}; taken as missing"
@@ -273,12 +282,16 @@ impl Listener for Extraction<'_, '_> {
                 Err(wrong) => self.unlocated(want, &topic, field, wrong),
             }
         }
-        self.topics.push(extracts);
+        let mut members = matches!(topic.fields, Fields::Json).then(Members::default);
+        if let Some(members) = &mut members {
+            extracts.iter_mut().for_each(|extract| extract.join(members));
+        }
+        self.topics.push(Reported { extracts, members });
         TopicId(self.topics.len() - 1)
     }
 
     fn is_wanted(&self, topic: TopicId) -> bool {
-        self.topics.get(topic.0).is_some_and(|extracts| !extracts.is_empty())
+        self.topics.get(topic.0).is_some_and(|topic| !topic.extracts.is_empty())
     }
 
     fn is_field_wanted(&self, topic: TopicId, field: usize) -> bool {
@@ -290,16 +303,21 @@ impl Listener for Extraction<'_, '_> {
             };
             clock || is_it(&extract.value) || extract.conditions.iter().any(|(locator, _)| is_it(locator))
         };
-        self.topics.get(topic.0).into_iter().flatten().any(reads)
+        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(reads))
     }
 
     fn needs_time(&self, topic: TopicId) -> bool {
         let is_own = |clock: &Clock| !matches!(clock, Clock::Field(..) | Clock::Row(_));
-        self.topics.get(topic.0).into_iter().flatten().any(|extract| is_own(&extract.clock))
+        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(|it| is_own(&it.clock)))
     }
 
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>) {
-        for extract in self.topics.get_mut(topic.0).into_iter().flatten() {
+        let Some(Reported { extracts, members }) = self.topics.get_mut(topic.0) else { return };
+        let body = match (members, body) {
+            (Some(members), Body::Bytes(bytes)) => Body::Members(members.find(bytes)),
+            (_, body) => body,
+        };
+        for extract in extracts {
             extract.deliver(times, body, self.naming, self.gathered);
         }
     }
@@ -314,6 +332,17 @@ impl Listener for Extraction<'_, '_> {
 }
 
 impl Extract<'_> {
+    /// Has the fields of a JSON value found in one pass.
+    fn join(&mut self, members: &mut Members) {
+        self.value.join(members);
+        self.conditions.iter_mut().for_each(|(locator, _)| locator.join(members));
+        match &mut self.clock {
+            Clock::Own(locators) => locators.iter_mut().for_each(|locator| locator.join(members)),
+            Clock::Field(locator, _) => locator.join(members),
+            Clock::Received | Clock::Published | Clock::Row(_) => {}
+        }
+    }
+
     fn deliver(&mut self, times: Times, body: Body<'_>, naming: Naming, gathered: &mut Gathered) {
         let row = self.count;
         self.count += 1;
@@ -323,7 +352,9 @@ impl Extract<'_> {
             chosen = found.or(chosen);
         }
         let Some(value) = self.value.value(body, chosen) else {
-            self.oddities.see(self.value.text(body));
+            if naming == Naming::File {
+                self.oddities.see(self.value.text(body));
+            }
             return gathered.missing(self.want.index);
         };
         let stamp = self.clock.stamp(times, body, row);

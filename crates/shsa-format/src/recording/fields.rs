@@ -1,12 +1,14 @@
 //! One field of a topic's messages: its path is resolved once, then the field is read in each message.
 
+use super::members::Members;
 use super::names::{self, Fit};
 use super::topic::{Body, Field, Fields, Value};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::MessageError;
-use shsa_message::json::{Kind, Place, Visitor, elements, unescaped, walk};
+use shsa_message::json::{Kind, Place, elements, unescaped};
 use shsa_message::moment::{DateOrder, moment};
+use shsa_message::number::float;
 use shsa_message::path::{Path as FieldPath, Step, is_number, is_text};
 use shsa_message::protobuf::{self, Found};
 use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
@@ -37,6 +39,8 @@ pub(super) enum Locator {
     Named(usize, Option<usize>),
     /// A member of a JSON value.
     Json(Vec<Step>),
+    /// A member of this number among those of [`Body::Members`].
+    Member(usize),
     /// A field of a ROS message.
     Ros(Layout, Plan),
     /// A field of a Protocol Buffers message.
@@ -134,7 +138,7 @@ impl Locator {
         match self {
             Locator::Ros(_, plan) => matches!(plan.target, Target::Primitive(_) | Target::Time),
             Locator::Protobuf(plan) => plan.is_number(),
-            Locator::Named(..) | Locator::Json(_) => true,
+            Locator::Named(..) | Locator::Json(_) | Locator::Member(_) => true,
         }
     }
 
@@ -146,17 +150,17 @@ impl Locator {
                 Target::Text => true,
                 Target::Message => false,
             },
-            Locator::Named(..) | Locator::Json(_) | Locator::Protobuf(_) => true,
+            Locator::Named(..) | Locator::Json(_) | Locator::Member(_) | Locator::Protobuf(_) => true,
         }
     }
 
     /// The value of the field, or of one element of its list; `None` when it is missing or no number.
     pub(super) fn value(&self, body: Body<'_>, element: Option<usize>) -> Option<RawValue> {
         match (self, body) {
-            (Locator::Named(at, own), Body::Values(values)) => of_named(values.get(*at)?, element.or(*own)),
-            (Locator::Json(steps), Body::Bytes(bytes)) => {
-                let text = std::str::from_utf8(bytes).ok()?;
-                of_json(text, json_at(text, steps)?, element)
+            (Locator::Named(at, own), _) => of_named(body.value(*at), element.or(*own)),
+            (Locator::Json(_) | Locator::Member(_), _) => {
+                let (text, place) = self.json(body)?;
+                of_json(text, place, element)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.value(of_ros(*layout, bytes)?, element),
             (Locator::Protobuf(plan), Body::Bytes(bytes)) => of_protobuf(plan.find(bytes)?, element),
@@ -167,13 +171,12 @@ impl Locator {
     /// The text of the field; `None` when it is missing or no text.
     pub(super) fn text(&self, body: Body<'_>) -> Option<String> {
         match (self, body) {
-            (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
-                Value::Text(text) => Some((*text).to_owned()),
+            (Locator::Named(at, None), _) => match body.value(*at) {
+                Value::Text(text) => Some(text.to_owned()),
                 _ => None,
             },
-            (Locator::Json(steps), Body::Bytes(bytes)) => {
-                let text = std::str::from_utf8(bytes).ok()?;
-                let place = json_at(text, steps).filter(|place| place.kind == Kind::Text)?;
+            (Locator::Json(_) | Locator::Member(_), _) => {
+                let (text, place) = self.json(body).filter(|(_, place)| place.kind == Kind::Text)?;
                 Some(unescaped(place.of(text)).into_owned())
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.text(of_ros(*layout, bytes)?),
@@ -188,7 +191,7 @@ impl Locator {
     /// The field as a stamp; `step` is the unit of a number. `None` as in [`Locator::value`], and for zero in a message.
     pub(super) fn stamp(&self, body: Body<'_>, step: Option<Span>) -> Option<Time> {
         let stamp = match (self, body) {
-            (Locator::Named(at, None), Body::Values(values)) => match *values.get(*at)? {
+            (Locator::Named(at, None), _) => match body.value(*at) {
                 Value::Whole(whole) => {
                     let step = step.unwrap_or_else(|| stamp::likely_step(whole.unsigned_abs()));
                     Time(whole.checked_mul(step.0)?)
@@ -197,8 +200,9 @@ impl Locator {
                 Value::Text(text) => text_stamp(text, step)?,
                 Value::Missing | Value::List(_) | Value::Interval(..) => return None,
             },
-            (Locator::Json(steps), Body::Bytes(bytes)) => {
-                json_stamp(std::str::from_utf8(bytes).ok()?, steps, step)?
+            (Locator::Json(_) | Locator::Member(_), _) => {
+                let (text, place) = self.json(body)?;
+                json_stamp(text, place, step)?
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => {
                 plan.stamp(of_ros(*layout, bytes)?, step.unwrap_or(Span::from_millis(1_000)))?
@@ -223,19 +227,43 @@ impl Locator {
     /// element.
     pub(super) fn find(&self, body: Body<'_>, asked: &str) -> Option<Option<usize>> {
         match (self, body) {
-            (Locator::Named(at, None), Body::Values(values)) => match values.get(*at)? {
+            (Locator::Named(at, None), _) => match body.value(*at) {
                 Value::Text(text) => is_text(text, asked).then_some(None),
-                Value::Number(number) => is_number(*number, asked).then_some(None),
-                Value::Whole(whole) => is_number(*whole as f64, asked).then_some(None),
+                Value::Number(number) => is_number(number, asked).then_some(None),
+                Value::Whole(whole) => is_number(whole as f64, asked).then_some(None),
                 Value::List(items) => items.iter().position(|item| is_number(*item, asked)).map(Some),
                 Value::Missing | Value::Interval(..) => None,
             },
-            (Locator::Json(steps), Body::Bytes(bytes)) => {
-                let text = std::str::from_utf8(bytes).ok()?;
-                json_find(text, json_at(text, steps)?, asked)
+            (Locator::Json(_) | Locator::Member(_), _) => {
+                let (text, place) = self.json(body)?;
+                json_find(text, place, asked)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.find(of_ros(*layout, bytes)?, asked),
             (Locator::Protobuf(plan), Body::Bytes(bytes)) => plan.find(bytes)?.says(asked),
+            _ => None,
+        }
+    }
+}
+
+impl Locator {
+    /// Has a JSON value found in one pass with the other members that are looked for.
+    pub(super) fn join(&mut self, members: &mut Members) {
+        if let Locator::Json(steps) = self
+            && let Some(member) = members.add(steps)
+        {
+            *self = Locator::Member(member);
+        }
+    }
+
+    /// A JSON text, and where in it the field is.
+    fn json<'a>(&self, body: Body<'a>) -> Option<(&'a str, Place)> {
+        match (self, body) {
+            (Locator::Member(member), Body::Members(found)) => Some((found.text, found.place(*member)?)),
+            (Locator::Json(steps), Body::Members(found)) => Some((found.text, json_at(found.text, steps)?)),
+            (Locator::Json(steps), Body::Bytes(bytes)) => {
+                let text = std::str::from_utf8(bytes).ok()?;
+                Some((text, json_at(text, steps)?))
+            }
             _ => None,
         }
     }
@@ -266,12 +294,12 @@ fn of_protobuf(found: Found, element: Option<usize>) -> Option<RawValue> {
     }
 }
 
-fn of_named(value: &Value<'_>, element: Option<usize>) -> Option<RawValue> {
+fn of_named(value: Value<'_>, element: Option<usize>) -> Option<RawValue> {
     match (value, element) {
-        (Value::Number(number), None) => Some(RawValue::Number(*number)),
-        (Value::Whole(whole), None) => Some(RawValue::Number(*whole as f64)),
-        (Value::Text(text), None) => text.trim().parse().ok().map(RawValue::Number),
-        (Value::Interval(lo, hi), None) => Some(RawValue::Interval { lo: *lo, hi: *hi }),
+        (Value::Number(number), None) => Some(RawValue::Number(number)),
+        (Value::Whole(whole), None) => Some(RawValue::Number(whole as f64)),
+        (Value::Text(text), None) => float(text).or_else(|| float(text.trim())).map(RawValue::Number),
+        (Value::Interval(lo, hi), None) => Some(RawValue::Interval { lo, hi }),
         (Value::List(items), None) => Some(RawValue::Vector(items.to_vec())),
         (Value::List(items), Some(index)) => items.get(index).copied().map(RawValue::Number),
         _ => None,
@@ -280,31 +308,9 @@ fn of_named(value: &Value<'_>, element: Option<usize>) -> Option<RawValue> {
 
 /// The place of the member at these steps in a JSON text.
 fn json_at(text: &str, steps: &[Step]) -> Option<Place> {
-    /// A node is the number of matched steps that lead to it.
-    struct At<'a>(&'a [Step], Option<Place>);
-    impl Visitor for At<'_> {
-        type Node = usize;
-        fn member(&mut self, of: usize, name: &str) -> Option<usize> {
-            let Step::Key(key) = self.0.get(of)? else { return None };
-            (key == name || name.contains('\\') && *key == unescaped(name)).then_some(of + 1)
-        }
-        fn element(&mut self, of: usize, index: usize) -> Option<usize> {
-            let asked = match self.0.get(of)? {
-                Step::Index(asked) => Some(*asked),
-                Step::Key(key) => key.parse().ok(),
-            };
-            (asked == Some(index)).then_some(of + 1)
-        }
-        fn enter(&mut self, _node: usize) {}
-        fn leave(&mut self, node: usize, place: Place) {
-            if node == self.0.len() {
-                self.1 = Some(place);
-            }
-        }
-    }
-    let mut at = At(steps, None);
-    walk(text, 0, &mut at).ok()?;
-    at.1
+    let mut members = Members::default();
+    let member = members.add(steps)?;
+    members.find(text.as_bytes()).place(member)
 }
 
 fn of_json(text: &str, place: Place, element: Option<usize>) -> Option<RawValue> {
@@ -326,7 +332,7 @@ fn of_json(text: &str, place: Place, element: Option<usize>) -> Option<RawValue>
 
 fn json_number(text: &str, place: Place) -> Option<f64> {
     match place.kind {
-        Kind::Number | Kind::Text => place.of(text).trim().parse().ok(),
+        Kind::Number | Kind::Text => float(place.of(text)).or_else(|| float(place.of(text).trim())),
         Kind::True => Some(1.0),
         Kind::False => Some(0.0),
         Kind::Null | Kind::List | Kind::Object => None,
@@ -334,8 +340,7 @@ fn json_number(text: &str, place: Place) -> Option<f64> {
 }
 
 /// A stamp from a number, a text, or an object of seconds and nanoseconds.
-fn json_stamp(text: &str, steps: &[Step], step: Option<Span>) -> Option<Time> {
-    let place = json_at(text, steps)?;
+fn json_stamp(text: &str, place: Place, step: Option<Span>) -> Option<Time> {
     let member = |names: &[&str]| {
         let found = names.iter().find_map(|name| {
             json_at(place.of(text), &[Step::Key((*name).to_owned())])

@@ -19,6 +19,7 @@ mod line;
 mod lines;
 mod wanted;
 mod names;
+mod members;
 mod topic;
 mod fields;
 mod extraction;

@@ -215,7 +215,7 @@ mod tests {
         let mut shown = String::new();
         let show = |body: Body<'_>| match body {
             Body::Values(values) => format!("{values:?}"),
-            Body::Bytes(_) => String::new(),
+            Body::Columns(_) | Body::Bytes(_) | Body::Members(_) => String::new(),
         };
         Records::default().pass(&slots, &[1, 2, 3, b'x', 0], |body| shown = show(body));
         assert_eq!(shown, "[Whole(1), List([2.0, 3.0]), Number(1.5), Text(\"x\"), Missing]");

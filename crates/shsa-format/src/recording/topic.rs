@@ -2,6 +2,7 @@
 //! a file once, in its order, and knows nothing of signals; the listener decides which messages matter.
 
 use super::Place;
+use super::members::Found;
 use shsa_core::time::Time;
 use shsa_message::protobuf;
 use shsa_message::ros::{Layout, Types};
@@ -108,13 +109,36 @@ pub(super) enum Value<'a> {
     Interval(f64, f64),
 }
 
+/// The columns of a row, whose values are made when they are asked for: most rows have columns that nobody reads.
+pub(super) trait Columns {
+    /// The number of columns.
+    fn count(&self) -> usize;
+    /// The value in a column; missing behind the last.
+    fn value(&self, column: usize) -> Value<'_>;
+}
+
 /// The content of a message.
 #[derive(Clone, Copy)]
 pub(super) enum Body<'a> {
     /// The values of [`Fields::Named`]; values after the last are missing.
     Values(&'a [Value<'a>]),
+    /// The values of [`Fields::Named`] in a row of a table.
+    Columns(&'a dyn Columns),
     /// The bytes of messages of any other kind.
     Bytes(&'a [u8]),
+    /// The members of a JSON value that are looked for.
+    Members(Found<'a>),
+}
+
+impl<'a> Body<'a> {
+    /// The value of a named field; missing where the message has no such field.
+    pub(super) fn value(self, field: usize) -> Value<'a> {
+        match self {
+            Body::Values(values) => values.get(field).copied().unwrap_or(Value::Missing),
+            Body::Columns(columns) => columns.value(field),
+            Body::Bytes(_) | Body::Members(_) => Value::Missing,
+        }
+    }
 }
 
 /// The times of a message.

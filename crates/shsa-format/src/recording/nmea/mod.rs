@@ -23,6 +23,9 @@ const TOPICS_MAX: usize = 1 << 10;
 /// How many sentences decide whether the recording has checksums.
 const LOOKED_AT: usize = 200;
 
+/// Most sentences have no more cells.
+const CELLS_USUAL: usize = 24;
+
 const DAY: Span = Span::from_millis(86_400_000);
 
 /// Whether a text begins as these recordings do: one of its first lines is a sentence.
@@ -98,7 +101,7 @@ impl Clock {
     /// The time in a sentence; its date is the one that brings it nearest to the time before.
     fn own(&mut self, sentence: &Sentence<'_>) -> Option<Time> {
         let time = dated(sentence).or_else(|| {
-            let of_day = time_of_day(sentence.content.split(',').nth(time_cell(sentence)?)?)?;
+            let of_day = time_of_day(sentence.cells().nth(time_cell(sentence)?)?)?;
             let now = self.now?;
             let day = Time(now.0.div_euclid(DAY.0) * DAY.0);
             let days = [day - DAY, day, day + DAY];
@@ -124,8 +127,9 @@ fn dated(sentence: &Sentence<'_>) -> Option<Time> {
     if !matches!(kind, "RMC" | "ZDA") {
         return None;
     }
-    let cells: Vec<&str> = sentence.content.split(',').collect();
-    let cell = |at: usize| cells.get(at).copied();
+    let mut first = [""; 9];
+    first.iter_mut().zip(sentence.cells()).for_each(|(first, cell)| *first = cell);
+    let cell = |at: usize| first.get(at).copied();
     let number = |text: Option<&str>| text?.parse::<i64>().ok();
     let (year, month, day) = match kind {
         "RMC" => {
@@ -179,12 +183,13 @@ impl Reader {
         if kind_of(sentence.address) == "XDR" {
             return self.transducers(sentence, times, listener);
         }
-        let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
+        let mut cells = Vec::with_capacity(CELLS_USUAL);
+        cells.extend(sentence.cells().map(str::trim));
         let Some(topic) = self.report_topic(sentence.address, cells.len(), listener) else {
             self.other += 1;
             return;
         };
-        let mut values = Vec::new();
+        let mut values = Vec::with_capacity(cells.len());
         match topic.known {
             Some(known) => {
                 if let Some(at) = known.values(&cells, &mut values) {
@@ -230,7 +235,7 @@ impl Reader {
 
     /// `XDR` has four cells for each transducer: kind, value, unit, name.
     fn transducers(&mut self, sentence: &Sentence<'_>, times: Times, listener: &mut dyn Listener) {
-        let cells: Vec<&str> = sentence.content.split(',').map(str::trim).collect();
+        let cells: Vec<&str> = sentence.cells().map(str::trim).collect();
         for cells in cells.chunks(4) {
             let [kind, value, unit, name @ ..] = cells else { continue };
             let name = name.first().copied().filter(|name| !name.is_empty()).unwrap_or(kind);

@@ -2,6 +2,7 @@
 
 use super::super::topic::{Field, Value};
 use shsa_core::time::Span;
+use shsa_message::number::float;
 use shsa_message::stamp::decimal;
 use std::collections::BTreeMap;
 use std::sync::LazyLock;
@@ -202,7 +203,7 @@ fn value<'a>(kind: Kind, cells: &[&'a str]) -> Result<Value<'a>, Mismatch> {
 
 fn plain(text: &str) -> Option<f64> {
     let is_plain = text.bytes().all(|byte| byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+'));
-    text.parse().ok().filter(|_| is_plain)
+    if is_plain { float(text) } else { None }
 }
 
 /// The factor from a unit of speed to knots, by the letter of the unit: knots, km/h, m/s, miles per hour.
@@ -226,15 +227,15 @@ fn degrees(text: &str) -> Option<f64> {
 
 /// `hhmmss.ss`, since the start of the day.
 pub(super) fn time_of_day(text: &str) -> Option<Span> {
-    let (clock, fraction) = text.split_once('.').map_or((text, ""), |(clock, fraction)| (clock, fraction));
+    let (clock, fraction) = text.split_at(text.bytes().position(|byte| byte == b'.').unwrap_or(text.len()));
     let digits = clock.len() == 6 && clock.bytes().all(|byte| byte.is_ascii_digit());
     let part =
         |from: usize| clock.get(from..from + 2).and_then(|part| part.parse::<i64>().ok()).filter(|_| digits);
     let (hour, minute, second) = (part(0)?, part(2)?, part(4)?);
     let is_clock = hour < 24 && minute < 60 && second < 61;
     let whole = is_clock.then_some(((hour * 60 + minute) * 60 + second) * 1_000_000_000)?;
-    let fraction =
-        if fraction.is_empty() { 0 } else { decimal(&format!("0.{fraction}"), Span::from_millis(1_000))?.0 };
+    // A point without digits behind it is none.
+    let fraction = if fraction.len() < 2 { 0 } else { decimal(fraction, Span::from_millis(1_000))?.0 };
     Some(Span(whole + fraction))
 }
 

@@ -99,7 +99,8 @@ impl Cells {
         self.push(number, 1)
     }
 
-    fn take(&mut self, bytes: usize) -> Option<()> {
+    /// Takes so many bytes; `None` where there is no room.
+    pub(super) fn take(&mut self, bytes: usize) -> Option<()> {
         let room = self.room.checked_sub(bytes as u64);
         self.is_full |= room.is_none();
         self.room = room?;

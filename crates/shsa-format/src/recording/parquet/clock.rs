@@ -4,12 +4,14 @@ use super::super::stamp::{self, Doubts};
 use super::super::table::clock::{self as text, Clock as TextClock};
 use super::super::table::layout::{Layout, Separator};
 use super::super::{ReadOptions, names};
-use super::description::{Description, Meaning};
+use super::description::{Description, Meaning, Physical};
 use super::{Columns, Value};
+use crate::recording::topic::Columns as _;
 use shsa_core::time::{Span, Time};
 use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;
 use shsa_message::zone::Zone;
+use std::borrow::Cow;
 
 /// How many rows with a time decide where it is.
 pub(super) const ROWS: usize = 100;
@@ -56,6 +58,30 @@ pub(super) fn candidates(description: &Description, options: &ReadOptions) -> Ve
     match asked {
         Some(at) => vec![at],
         None => (0..headers.len()).filter(is_moment).chain(stamp::time_column(&headers)).collect(),
+    }
+}
+
+/// The columns whose first cells tell where the time is; none where the names and kinds of the columns tell it alone.
+pub(super) fn deciding(description: &Description, options: &ReadOptions) -> Vec<usize> {
+    let headers = headers(description);
+    let candidates = candidates(description, options);
+    let kind = |at: usize| description.columns.get(at).map(|column| (column.physical, column.meaning));
+    let is_text =
+        |at: usize| matches!(kind(at), Some((Physical::Bytes | Physical::Fixed(_), Meaning::Plain)));
+    let is_certain = |at: usize| match kind(at) {
+        Some((_, Meaning::Moment { .. })) => true,
+        _ if is_text(at) => false,
+        _ => options.time_scale.is_some() || headers.get(at).is_some_and(|it| stamp::unit_of(it).is_some()),
+    };
+    let moments = candidates.iter().filter(|at| matches!(kind(**at), Some((_, Meaning::Moment { .. }))));
+    match (moments.count(), candidates.as_slice()) {
+        (1, _) => Vec::new(),
+        (0, [only]) if is_certain(*only) && !text::may_be_apart(&headers) => Vec::new(),
+        (0, _) => {
+            let all = 0..headers.len();
+            all.filter(|at| is_text(*at) || candidates.contains(at) || text::may_be_apart(&headers)).collect()
+        }
+        _ => candidates,
     }
 }
 
@@ -127,9 +153,10 @@ impl Clock {
             }
             Kind::Text(TextClock::Number(column, step)) => number(columns.value(*column), *step),
             Kind::Text(clock) => {
-                let shown: Vec<String> = (0..columns.row.len()).map(|at| columns.shown(at)).collect();
-                let cells: Vec<&str> = shown.iter().map(String::as_str).collect();
-                let moment = clock.moment(&cells, zone)?;
+                let shown: Vec<(usize, Cow<'_, str>)> =
+                    clock.columns().into_iter().map(|at| (at, columns.shown(at))).collect();
+                let cell = |at: usize| shown.iter().find(|(of, _)| *of == at).map(|(_, text)| text.trim());
+                let moment = clock.moment(cell, zone)?;
                 self.is_zone_missing = !moment.has_zone;
                 Some(self.doubts.settle(&moment))
             }

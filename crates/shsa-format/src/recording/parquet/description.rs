@@ -108,7 +108,7 @@ struct Level {
 
 /// Adds an element with those below it.
 fn below<'s>(
-    elements: &mut impl Iterator<Item = &'s Struct>,
+    elements: &mut impl Iterator<Item = &'s Struct<'s>>,
     above: &Level,
     columns: &mut Vec<Column>,
 ) -> Option<()> {
@@ -140,7 +140,7 @@ fn below<'s>(
     Some(())
 }
 
-fn physical(element: &Struct) -> Option<Physical> {
+fn physical(element: &Struct<'_>) -> Option<Physical> {
     Some(match element.whole(1)? {
         0 => Physical::Bool,
         1 => Physical::I32,
@@ -155,7 +155,7 @@ fn physical(element: &Struct) -> Option<Physical> {
 }
 
 /// The meaning by the logical type, or by the converted type of older writers.
-fn meaning(element: &Struct) -> Meaning {
+fn meaning(element: &Struct<'_>) -> Meaning {
     let decimal = |scale: i64| Meaning::Decimal(10_f64.powi(i32::try_from(scale).unwrap_or(0)));
     if let Some(logical) = element.structure(10) {
         if let Some(moment) = logical.structure(8) {
@@ -190,7 +190,7 @@ fn meaning(element: &Struct) -> Meaning {
     }
 }
 
-fn chunk(column: &Struct) -> Option<Chunk> {
+fn chunk(column: &Struct<'_>) -> Option<Chunk> {
     if column.text(1).is_some() {
         return None;
     }

@@ -47,48 +47,71 @@ fn half_number(bits: u16) -> f64 {
     }
 }
 
+/// Whether the values of a column all take the same number of bytes, or a bit each.
+pub(super) fn has_width(column: &Column) -> bool {
+    !matches!(column.physical, Physical::Bytes | Physical::Fixed(_))
+}
+
 /// Reads values that are stored one after the other.
 pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells: &mut Cells) -> Option<()> {
     // A value takes a bit at least; otherwise values of no length would be read without end.
     if count.div_ceil(8) > bytes.0.len() {
         return None;
     }
-    if column.physical == Physical::Bool {
-        let bits = bytes.take(count.div_ceil(8))?;
-        let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
-        return (0..count).try_for_each(|at| cells.push(Cell::Whole(i64::from(bit(at))), 1));
+    if has_width(column) {
+        return plain_numbers(bytes, column, count, &mut |cell| cells.push(cell, 1));
     }
     for _ in 0..count {
-        match column.physical {
-            Physical::I32 => {
-                cells.push(whole(column, i32::from_le_bytes(*bytes.take(4)?.first_chunk()?).into()), 1)?;
-            }
-            Physical::I64 => {
-                cells.push(whole(column, i64::from_le_bytes(*bytes.take(8)?.first_chunk()?)), 1)?;
-            }
-            Physical::I96 => {
-                let (of_day, day) = (bytes.take(8)?.first_chunk()?, bytes.take(4)?.first_chunk()?);
-                let day = i64::from(i32::from_le_bytes(*day)) - JULIAN_1970;
-                let since =
-                    day.checked_mul(DAY_NS).and_then(|ns| ns.checked_add(i64::from_le_bytes(*of_day)));
-                cells.push(since.map_or(Cell::Missing, Cell::Whole), 1)?;
-            }
-            Physical::F32 => {
-                let number = f32::from_le_bytes(*bytes.take(4)?.first_chunk()?);
-                cells.push(Cell::Number(number.into()), 1)?;
-            }
-            Physical::F64 => {
-                cells.push(Cell::Number(f64::from_le_bytes(*bytes.take(8)?.first_chunk()?)), 1)?;
-            }
-            Physical::Bytes => {
-                let length = bytes.u32()?;
-                push_bytes(cells, column, bytes.take(length)?)?;
-            }
-            Physical::Fixed(length) => push_bytes(cells, column, bytes.take(length)?)?,
-            Physical::Bool => {}
-        }
+        let length = match column.physical {
+            Physical::Fixed(length) => length,
+            _ => bytes.u32()?,
+        };
+        push_bytes(cells, column, bytes.take(length)?)?;
     }
     Some(())
+}
+
+/// Reads values of the same width, and passes each on.
+pub(super) fn plain_numbers(
+    bytes: &mut Bytes<'_>,
+    column: &Column,
+    count: usize,
+    push: &mut impl FnMut(Cell) -> Option<()>,
+) -> Option<()> {
+    match column.physical {
+        Physical::Bool => {
+            let bits = bytes.take(count.div_ceil(8))?;
+            let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
+            (0..count).try_for_each(|at| push(Cell::Whole(bit(at).into())))
+        }
+        Physical::I32 => {
+            words(bytes, count)?.iter().try_for_each(|it| push(whole(column, i32::from_le_bytes(*it).into())))
+        }
+        Physical::I64 => {
+            words(bytes, count)?.iter().try_for_each(|it| push(whole(column, i64::from_le_bytes(*it))))
+        }
+        Physical::I96 => words(bytes, count)?.iter().try_for_each(|it| push(moment(it))),
+        Physical::F32 => {
+            words(bytes, count)?.iter().try_for_each(|it| push(Cell::Number(f32::from_le_bytes(*it).into())))
+        }
+        Physical::F64 => {
+            words(bytes, count)?.iter().try_for_each(|it| push(Cell::Number(f64::from_le_bytes(*it))))
+        }
+        Physical::Bytes | Physical::Fixed(_) => None,
+    }
+}
+
+/// The next so many words.
+fn words<'a, const WIDTH: usize>(bytes: &mut Bytes<'a>, count: usize) -> Option<&'a [[u8; WIDTH]]> {
+    Some(bytes.take(count.checked_mul(WIDTH)?)?.as_chunks().0)
+}
+
+/// A time as the nanoseconds of the day and the number of the day.
+fn moment(word: &[u8; 12]) -> Cell {
+    let (Some(of_day), Some(day)) = (word.first_chunk(), word.last_chunk()) else { return Cell::Missing };
+    let day = i64::from(i32::from_le_bytes(*day)) - JULIAN_1970;
+    let since = day.checked_mul(DAY_NS).and_then(|ns| ns.checked_add(i64::from_le_bytes(*of_day)));
+    since.map_or(Cell::Missing, Cell::Whole)
 }
 
 /// Reads values whose bytes are stored apart: all first ones, then all second ones.
@@ -123,39 +146,61 @@ pub(super) fn of_dictionary(
 /// The most runs of different numbers in a page, which take 32 MiB.
 const RUNS_MAX: usize = 1 << 22;
 
+/// Reads values by their indices in a dictionary of so many values: the indices, all of which are in it.
+pub(super) fn numbers(bytes: &mut Bytes<'_>, dictionary: usize, count: usize) -> Option<Vec<u32>> {
+    let mut numbers = Vec::with_capacity(count);
+    if count > 0 {
+        let width = bytes.byte()?;
+        each_run(bytes, width, count, &mut |number, times| {
+            numbers.resize(numbers.len() + times, number);
+            Some(())
+        })?;
+    }
+    let are_known = numbers.iter().all(|number| (*number as usize) < dictionary);
+    are_known.then_some(numbers)
+}
+
 /// Reads small numbers in runs of one number, or packed in `width` bits each.
 pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Runs<u32>> {
+    let mut numbers = Runs::default();
+    each_run(bytes, width, count, &mut |number, times| {
+        numbers.push(number, times);
+        (numbers.list.len() <= RUNS_MAX).then_some(())
+    })?;
+    Some(numbers)
+}
+
+/// Passes on small numbers as [`runs`] reads them, and how often each follows itself.
+fn each_run(
+    bytes: &mut Bytes<'_>,
+    width: u8,
+    count: usize,
+    pass: &mut impl FnMut(u32, usize) -> Option<()>,
+) -> Option<()> {
     if width > 32 {
         return None;
     }
-    let mut numbers = Runs::default();
-    while numbers.count < count {
-        if numbers.list.len() > RUNS_MAX {
-            return None;
-        }
+    let mut left = count;
+    while left > 0 {
         let head = bytes.varint()?;
-        let left = count - numbers.count;
         let length = usize::try_from(head >> 1).ok()?;
+        let is_packed = head & 1 == 1;
+        let times = if is_packed { length.saturating_mul(8) } else { length }.min(left);
+        left -= times;
         if width == 0 {
-            numbers.push(0, if head & 1 == 0 { length } else { length.saturating_mul(8) }.min(left));
-        } else if head & 1 == 0 {
-            let value = bytes.take(usize::from(width).div_ceil(8))?;
-            let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-            numbers.push(value, length.min(left));
-        } else {
+            pass(0, times)?;
+        } else if is_packed {
             let packed = length.checked_mul(usize::from(width))?;
             // The last run may be shorter than stated where no more values follow.
             let taken = bytes.take(packed.min(bytes.0.len()))?;
-            let numbered = unpacked(taken, width.into(), length.saturating_mul(8).min(left));
-            for number in numbered? {
-                if numbers.list.len() > RUNS_MAX {
-                    return None;
-                }
-                numbers.push(number as u32, 1);
-            }
+            unpacked(taken, width.into(), times)?.try_for_each(|number| pass(number as u32, 1))?;
+        } else {
+            let value = bytes.take(usize::from(width).div_ceil(8))?;
+            let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
+            pass(value, times)?;
         }
     }
-    Some(numbers)
+    Some(())
 }
 
 /// Reads numbers packed in `width` bits each, at most 64, the lowest bit first.
@@ -166,11 +211,19 @@ fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<impl Iterator<It
     let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
     let number = move |at: usize| {
         let (first, shift) = (at * width / 8, at * width % 8);
-        let taken = bytes.get(first..bytes.len().min(first + 9)).unwrap_or_default();
-        let wide = taken.iter().rev().fold(0_u128, |wide, byte| wide << 8 | u128::from(*byte));
-        (wide >> shift) as u64 & mask
+        let rest = bytes.get(first..).unwrap_or_default();
+        match rest.first_chunk() {
+            Some(word) if width + shift <= 64 => u64::from_le_bytes(*word) >> shift & mask,
+            _ => (wide(rest) >> shift) as u64 & mask,
+        }
     };
     Some((0..count).map(number))
+}
+
+/// The first nine bytes, or as many as there are, as a number.
+fn wide(bytes: &[u8]) -> u128 {
+    let taken = bytes.get(..bytes.len().min(9)).unwrap_or_default();
+    taken.iter().rev().fold(0, |wide, byte| wide << 8 | u128::from(*byte))
 }
 
 /// Reads whole numbers stored as differences.

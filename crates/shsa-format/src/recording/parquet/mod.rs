@@ -12,18 +12,21 @@ mod cells;
 mod snappy;
 mod encoding;
 mod source;
+mod head;
+mod page;
 mod pages;
 mod clock;
 
 use super::files::without_packing;
-use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::topic::{self, Body, Columns as _, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use cells::Cell;
 use clock::Clock;
 use description::{Column, Description, Group, Meaning};
 use pages::{Entry, Pages};
 use shsa_core::time::Time;
-use source::{Source, bytes_at};
+use source::{AT_ONCE, Source, bytes_at};
+use std::borrow::Cow;
 use std::io::{self, SeekFrom};
 
 /// The first and the last bytes.
@@ -31,6 +34,9 @@ pub(super) const MAGIC: &[u8] = b"PAR1";
 
 /// The longest description that is read, bytes.
 const DESCRIPTION_MAX: u64 = 1 << 28;
+
+/// What may be read ahead of all columns together, bytes.
+const AHEAD: u64 = 1 << 22;
 
 /// The most damages of a row group that are reported.
 const DAMAGES_MAX: usize = 20;
@@ -57,9 +63,8 @@ pub(super) fn read(
         return Ok(());
     }
     let mut table = Table { description: &description, topic, count: 0, last: Time(0), clock: None, options };
-    let found =
-        first_rows(&mut Source::new(input, length), &description, &clock::candidates(&description, options))
-            .map(|rows| clock::find(&description, &rows, options));
+    let found = first_rows(&mut Source::new(input, length), &description, options)
+        .map(|rows| clock::find(&description, &rows, options));
     match found {
         Err(problem) => {
             listener.damaged(Place::Whole, format!("cannot be read: {problem}"));
@@ -113,14 +118,17 @@ fn described(input: &mut dyn Input) -> Result<(Description, u64), (Place, String
     Ok((Description::read(&described).ok_or_else(unknown)?, length))
 }
 
-/// The first rows that may have a time, as texts, to find it.
+/// The first rows that may have a time, as texts, to find it; none where the description tells it.
 fn first_rows(
     source: &mut Source<'_>,
     description: &Description,
-    clocks: &[usize],
+    options: &ReadOptions,
 ) -> io::Result<Vec<Vec<String>>> {
-    let Some(group) = description.groups.iter().find(|group| group.rows > 0) else { return Ok(Vec::new()) };
-    let mut columns = Columns::new(description, group, |_| true);
+    let deciding = clock::deciding(description, options);
+    let group = description.groups.iter().find(|group| group.rows > 0 && !deciding.is_empty());
+    let Some(group) = group else { return Ok(Vec::new()) };
+    let clocks = clock::candidates(description, options);
+    let mut columns = Columns::new(description, group, |at| deciding.contains(&at));
     let mut rows = Vec::new();
     for _ in 0..group.rows.min(clock::ROWS_LOOKED_AT) {
         columns.turn(source)?;
@@ -128,7 +136,7 @@ fn first_rows(
         if !clocks.is_empty() && clocks.iter().all(is_empty) {
             continue;
         }
-        rows.push((0..description.columns.len()).map(|at| columns.shown(at)).collect());
+        rows.push((0..description.columns.len()).map(|at| columns.shown(at).into_owned()).collect());
         if rows.len() == clock::ROWS {
             break;
         }
@@ -138,66 +146,87 @@ fn first_rows(
 
 /// The columns of a row group, side by side.
 struct Columns<'d> {
-    pages: Vec<Option<Pages<'d>>>,
-    /// The entry of each column for the current row.
-    row: Vec<Entry>,
+    /// Those that are read.
+    read: Vec<Reading<'d>>,
+    /// For each column, its place among those that are read.
+    places: Vec<Option<usize>>,
+}
+
+/// A column that is read.
+struct Reading<'d> {
+    pages: Pages<'d>,
+    /// The entry for the current row.
+    entry: Entry,
 }
 
 impl<'d> Columns<'d> {
     fn new(description: &'d Description, group: &Group, is_wanted: impl Fn(usize) -> bool) -> Columns<'d> {
-        let pages = |(at, chunk): (usize, &Option<description::Chunk>)| {
-            let column = description.columns.get(at).filter(|_| is_wanted(at))?;
-            Some(Pages::new(column, (*chunk)?))
-        };
-        let pages: Vec<Option<Pages<'d>>> = group.chunks.iter().enumerate().map(pages).collect();
-        Columns { row: vec![Entry::Cell(Cell::Missing); pages.len()], pages }
+        let wanted: Vec<bool> = (0..group.chunks.len()).map(is_wanted).collect();
+        let count = wanted.iter().filter(|is_wanted| **is_wanted).count() as u64;
+        let ahead = (AHEAD / count.max(1)).min(AT_ONCE);
+        let mut columns = Columns { read: Vec::new(), places: vec![None; wanted.len()] };
+        for (at, chunk) in group.chunks.iter().enumerate().filter(|(at, _)| wanted.get(*at) == Some(&true)) {
+            if let (Some(column), Some(chunk), Some(place)) =
+                (description.columns.get(at), chunk, columns.places.get_mut(at))
+            {
+                *place = Some(columns.read.len());
+                let (pages, entry) = (Pages::new(column, *chunk, ahead), Entry::Cell(Cell::Missing));
+                columns.read.push(Reading { pages, entry });
+            }
+        }
+        columns
+    }
+
+    fn of(&self, at: usize) -> Option<&Reading<'d>> {
+        self.read.get((*self.places.get(at)?)?)
     }
 
     /// Goes to the next row; returns whether any column has an entry for it.
     fn turn(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
         // A row takes a step for each column, whether that is read or not.
-        source.take(self.row.len())?;
+        source.take(self.places.len())?;
         let mut is_any = false;
-        for (entry, pages) in self.row.iter_mut().zip(&mut self.pages) {
-            let Some(pages) = pages else { continue };
-            let next = pages.entry(source)?;
-            is_any |= next.is_some();
-            *entry = next.unwrap_or(Entry::Cell(Cell::Missing));
+        for Reading { pages, entry } in &mut self.read {
+            is_any |= pages.turn(source, entry)?;
         }
         Ok(is_any)
     }
 
-    fn value(&self, at: usize) -> Value<'_> {
-        match self.row.get(at) {
-            Some(Entry::List(list)) => Value::List(list),
-            Some(Entry::Cell(Cell::Number(number))) => Value::Number(*number),
-            Some(Entry::Cell(Cell::Whole(whole))) => Value::Whole(*whole),
-            Some(Entry::Cell(Cell::Text(number))) => {
-                let text = self.pages.get(at).and_then(|pages| pages.as_ref()?.text(*number));
-                text.map_or(Value::Missing, Value::Text)
-            }
-            Some(Entry::Cell(Cell::Missing)) | None => Value::Missing,
-        }
-    }
-
-    fn shown(&self, at: usize) -> String {
+    fn shown(&self, at: usize) -> Cow<'_, str> {
         match self.value(at) {
-            Value::Number(number) => number.to_string(),
-            Value::Whole(whole) => whole.to_string(),
-            Value::Text(text) => text.to_owned(),
-            Value::Missing | Value::List(_) | Value::Interval(..) => String::new(),
+            Value::Number(number) => number.to_string().into(),
+            Value::Whole(whole) => whole.to_string().into(),
+            Value::Text(text) => text.into(),
+            Value::Missing | Value::List(_) | Value::Interval(..) => "".into(),
         }
     }
 
     fn report_damages(&mut self, listener: &mut dyn Listener) {
         let all: Vec<(u64, String)> =
-            self.pages.iter_mut().flatten().flat_map(|it| it.damages.drain(..)).collect();
+            self.read.iter_mut().flat_map(|it| it.pages.damages.drain(..)).collect();
         let more = all.len().saturating_sub(DAMAGES_MAX);
         for (at, problem) in all.into_iter().take(DAMAGES_MAX) {
             listener.damaged(Place::Offset(at), problem);
         }
         if more > 0 {
             listener.damaged(Place::Whole, format!("{more} more places are damaged"));
+        }
+    }
+}
+
+impl topic::Columns for Columns<'_> {
+    fn count(&self) -> usize {
+        self.places.len()
+    }
+
+    fn value(&self, at: usize) -> Value<'_> {
+        let Some(Reading { pages, entry }) = self.of(at) else { return Value::Missing };
+        match entry {
+            Entry::List(list) => Value::List(list),
+            Entry::Cell(Cell::Number(number)) => Value::Number(*number),
+            Entry::Cell(Cell::Whole(whole)) => Value::Whole(*whole),
+            Entry::Cell(Cell::Text(number)) => pages.text(*number).map_or(Value::Missing, Value::Text),
+            Entry::Cell(Cell::Missing) => Value::Missing,
         }
     }
 }
@@ -238,8 +267,7 @@ impl Table<'_> {
                 }
                 listener.undated(self.topic);
             }
-            let values: Vec<Value<'_>> = (0..columns.row.len()).map(|at| columns.value(at)).collect();
-            listener.message(self.topic, Times::at(time.unwrap_or(self.last)), Body::Values(&values));
+            listener.message(self.topic, Times::at(time.unwrap_or(self.last)), Body::Columns(&columns));
         }
         columns.report_damages(listener);
         match undated {

@@ -5,12 +5,15 @@ use super::bytes::Bytes;
 use super::cells::{Cell, Cells, Runs};
 use super::description::{Chunk, Column, Physical};
 use super::encoding;
+use super::head::Head;
+use super::page::Page;
 use super::snappy;
-use super::source::Source;
+use super::source::{Source, Window};
 use super::thrift::Struct;
+use std::borrow::Cow;
 use std::io;
 use std::iter::repeat_n;
-use std::mem::size_of;
+use std::mem::{self, size_of};
 
 /// The longest head of a page, bytes; it may have the smallest and the largest value.
 const HEAD_MAX: u64 = 1 << 16;
@@ -24,6 +27,9 @@ const UNPACKED_MAX: usize = 1 << 24;
 /// The most values of a page of lists, each of which takes [`OF_LIST`], or of differences, which are decoded one by one. Of other
 /// pages equal values are kept once: the memory that they take is bounded, not their number.
 const LISTED_MAX: usize = 1 << 20;
+
+/// The most values of a page that are kept as their numbers in the dictionary, four bytes each, and not in runs of equal ones.
+const NUMBERED_MAX: usize = 1 << 16;
 
 /// What a value of a list takes besides itself, bytes: its repetition level, and its place in the list.
 const OF_LIST: usize = 12;
@@ -41,6 +47,8 @@ pub(super) struct Pages<'d> {
     chunk: Chunk,
     /// The place of the next page.
     at: u64,
+    /// What was read ahead.
+    window: Window,
     dictionary: Vec<Cell>,
     dictionary_texts: Vec<Box<str>>,
     page: Page,
@@ -48,39 +56,14 @@ pub(super) struct Pages<'d> {
     pub(super) damages: Vec<(u64, String)>,
 }
 
-/// The values of a page.
-#[derive(Default)]
-struct Page {
-    cells: Runs<Cell>,
-    /// The run of the next value, and how many values of that run have passed.
-    run: usize,
-    passed: u32,
-    /// The texts of a page without a dictionary.
-    texts: Option<Vec<Box<str>>>,
-    /// The repetition level of each value, where the column is a list.
-    repeats: Vec<u32>,
-    /// The index of the next value.
-    next: usize,
-}
-
-/// The head of a page.
-struct Head {
-    kind: i64,
-    values: usize,
-    encoding: i64,
-    packed: usize,
-    unpacked: usize,
-    /// For pages of the second version: the lengths of the repetition and definition levels, which are not compressed, and
-    /// whether the values are compressed.
-    levels: Option<(usize, usize, bool)>,
-}
-
 impl<'d> Pages<'d> {
-    pub(super) fn new(column: &'d Column, chunk: Chunk) -> Pages<'d> {
+    /// The first page comes next; of each column so many bytes are read ahead.
+    pub(super) fn new(column: &'d Column, chunk: Chunk, ahead: u64) -> Pages<'d> {
         Pages {
             column,
             chunk,
             at: chunk.begin,
+            window: Window::new(ahead, chunk.end),
             dictionary: Vec::new(),
             dictionary_texts: Vec::new(),
             page: Page::default(),
@@ -88,58 +71,49 @@ impl<'d> Pages<'d> {
         }
     }
 
-    /// The entry of the column for the next row; `None` after the last one.
+    /// Sets the entry of the column for the next row, missing after the last one; returns whether there is one.
     ///
     /// # Errors
     /// Those of the file, and when its budget is spent.
-    pub(super) fn entry(&mut self, source: &mut Source<'_>) -> io::Result<Option<Entry>> {
-        let Some((cell, _)) = self.next(source)? else { return Ok(None) };
-        if self.column.repeated == 0 {
-            return Ok(Some(Entry::Cell(cell)));
+    pub(super) fn turn(&mut self, source: &mut Source<'_>, entry: &mut Entry) -> io::Result<bool> {
+        if self.page.is_over() && !self.more(source)? {
+            *entry = Entry::Cell(Cell::Missing);
+            return Ok(false);
         }
-        let mut list = Vec::new();
-        let mut item = Some(cell);
-        while let Some(cell) = item {
-            list.push(number(cell));
-            item = match self.peek(source)? {
-                Some(level) if level > 0 => self.next(source)?.map(|(cell, _)| cell),
-                _ => None,
-            };
+        let first = self.page.next(&self.dictionary);
+        *entry = if self.column.repeated == 0 { Entry::Cell(first) } else { self.list(first, source)? };
+        Ok(true)
+    }
+
+    /// The list that begins with this item.
+    fn list(&mut self, first: Cell, source: &mut Source<'_>) -> io::Result<Entry> {
+        let mut list = vec![number(first)];
+        while (!self.page.is_over() || self.more(source)?) && self.page.level() > 0 {
+            list.push(number(self.page.next(&self.dictionary)));
         }
         // An empty list is stored as one missing value.
-        let is_empty = list.len() == 1 && cell == Cell::Missing;
-        Ok(Some(if is_empty { Entry::Cell(Cell::Missing) } else { Entry::List(list) }))
+        let is_empty = list.len() == 1 && first == Cell::Missing;
+        Ok(if is_empty { Entry::Cell(Cell::Missing) } else { Entry::List(list) })
+    }
+
+    /// Goes to the next page with values; returns whether there is one.
+    fn more(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
+        while self.page.is_over() {
+            if !self.read(source)? {
+                return Ok(false);
+            }
+        }
+        Ok(true)
     }
 
     /// The text of a value.
     pub(super) fn text(&self, number: u32) -> Option<&str> {
-        let texts = self.page.texts.as_ref().unwrap_or(&self.dictionary_texts);
+        let texts = self.page.texts().unwrap_or(&self.dictionary_texts);
         texts.get(number as usize).map(AsRef::as_ref)
     }
 
-    fn peek(&mut self, source: &mut Source<'_>) -> io::Result<Option<u32>> {
-        while self.page.next >= self.page.cells.count {
-            if !self.turn(source)? {
-                return Ok(None);
-            }
-        }
-        Ok(Some(self.page.repeats.get(self.page.next).copied().unwrap_or(0)))
-    }
-
-    fn next(&mut self, source: &mut Source<'_>) -> io::Result<Option<(Cell, u32)>> {
-        let Some(level) = self.peek(source)? else { return Ok(None) };
-        let page = &mut self.page;
-        let (cell, times) = page.cells.list.get(page.run).copied().unwrap_or((Cell::Missing, 1));
-        page.next += 1;
-        page.passed += 1;
-        if page.passed >= times {
-            (page.run, page.passed) = (page.run + 1, 0);
-        }
-        Ok(Some((cell, level)))
-    }
-
     /// Reads the next page; returns whether there is one.
-    fn turn(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
+    fn read(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
         let begin = self.at;
         if begin >= self.chunk.end {
             return Ok(false);
@@ -159,9 +133,12 @@ impl<'d> Pages<'d> {
                 .push((begin, format!("a page of '{}' is larger than {limit}; left out", self.column.name)));
             return Ok(self.lose(page.values));
         }
-        let packed = source.bytes(content, page.packed as u64)?;
+        let mut window = mem::take(&mut self.window);
+        let packed = window.bytes(source, content, page.packed as u64)?;
         source.take(page.unpacked + if self.column.repeated > 0 { OF_LIST * page.values } else { 0 })?;
-        if let Err(problem) = self.take(&page, &packed, source) {
+        let taken = self.take(&page, &packed, source);
+        self.window = window;
+        if let Err(problem) = taken {
             let name = &self.column.name;
             self.damages.push((begin, format!("{problem}; {} values of '{name}' are missing", page.values)));
             return Ok(page.kind == 2 || self.lose(page.values));
@@ -171,15 +148,14 @@ impl<'d> Pages<'d> {
 
     /// Replaces the values of an unreadable page by missing ones.
     fn lose(&mut self, values: usize) -> bool {
-        self.page = Page::default();
-        self.page.cells.push(Cell::Missing, values);
+        self.page = Page::lost(values);
         true
     }
 
     /// The head of the page that begins here, and the place of its content; `None` where none begins.
-    fn head(&self, source: &mut Source<'_>, begin: u64) -> io::Result<Option<(Head, u64)>> {
+    fn head(&mut self, source: &mut Source<'_>, begin: u64) -> io::Result<Option<(Head, u64)>> {
         for most in [HEAD_USUAL, HEAD_MAX] {
-            let bytes = source.bytes(begin, most.min(self.chunk.end - begin))?;
+            let bytes = self.window.bytes(source, begin, most.min(self.chunk.end - begin))?;
             let mut rest = Bytes(&bytes);
             if let Some(head) = Struct::read(&mut rest).and_then(|page| Head::of(&page)) {
                 return Ok(Some((head, begin + (bytes.len() - rest.0.len()) as u64)));
@@ -202,38 +178,49 @@ impl<'d> Pages<'d> {
         let unpacked =
             unpacked(&mut source.unpacker, codec, values, head.unpacked.saturating_sub(levels.len()))?;
         let (mut bytes, mut cells) = (Bytes(&unpacked), Cells::within(source.budget.left()));
-        let read = match head.kind {
-            0 | 3 => self.data(head, &mut Bytes(levels), &mut bytes, &mut cells),
-            2 => encoding::plain(&mut bytes, self.column, head.values, &mut cells),
-            _ => return Ok(()),
-        };
-        source.settle(&cells)?;
-        match (head.kind, read) {
-            (2, None) => return Err("the dictionary cannot be read".to_owned()),
-            (_, None) => return Err(format!("a page cannot be read (encoding {})", head.encoding)),
-            (2, Some(())) => self.keep_dictionary(cells, source)?,
-            (_, Some(())) => self.page.keep(cells, head.encoding),
+        match head.kind {
+            0 | 3 => {
+                let page = self.data(head, &mut Bytes(levels), &mut bytes, &mut cells);
+                source.settle(&cells)?;
+                let problem = || format!("a page cannot be read (encoding {})", head.encoding);
+                self.page = page.ok_or_else(problem)?;
+            }
+            2 => {
+                let read = self.dictionary(&mut bytes, head.values, &mut cells);
+                source.settle(&cells)?;
+                self.dictionary = read.ok_or("the dictionary cannot be read")?;
+                self.dictionary_texts = cells.texts;
+            }
+            _ => {}
         }
         Ok(())
     }
 
-    /// Keeps a dictionary, whose values are looked up by their numbers.
-    fn keep_dictionary(&mut self, cells: Cells, source: &mut Source<'_>) -> Result<(), String> {
-        source.budget.take((cells.runs.count * size_of::<Cell>()) as u64)?;
-        let each = cells.runs.list.into_iter().flat_map(|(cell, times)| repeat_n(cell, times as usize));
-        self.dictionary = each.collect();
-        self.dictionary_texts = cells.texts;
-        Ok(())
+    /// Decodes a dictionary, whose values are looked up by their numbers.
+    fn dictionary(&self, bytes: &mut Bytes<'_>, count: usize, cells: &mut Cells) -> Option<Vec<Cell>> {
+        if encoding::has_width(self.column) {
+            let mut list = Vec::new();
+            cells.take(count.checked_mul(size_of::<Cell>())?)?;
+            encoding::plain_numbers(bytes, self.column, count, &mut |cell| {
+                list.push(cell);
+                Some(())
+            })?;
+            return Some(list);
+        }
+        encoding::plain(bytes, self.column, count, cells)?;
+        cells.take(cells.runs.count * size_of::<Cell>())?;
+        let runs = mem::take(&mut cells.runs);
+        Some(runs.list.into_iter().flat_map(|(cell, times)| repeat_n(cell, times as usize)).collect())
     }
 
     /// Decodes the levels, then the present values.
     fn data(
-        &mut self,
+        &self,
         head: &Head,
         levels: &mut Bytes<'_>,
         bytes: &mut Bytes<'_>,
         cells: &mut Cells,
-    ) -> Option<()> {
+    ) -> Option<Page> {
         let column = self.column;
         let mut level = |most: u32, length: Option<usize>| -> Option<Runs<u32>> {
             if most == 0 {
@@ -251,19 +238,28 @@ impl<'d> Pages<'d> {
         };
         let repeats = level(column.repeated, head.levels.map(|(repeated, ..)| repeated))?;
         let defined = level(column.defined, head.levels.map(|(_, defined, _)| defined))?;
-        self.page.repeats =
-            repeats.list.into_iter().flat_map(|(level, times)| repeat_n(level, times as usize)).collect();
-        if column.defined == 0 {
-            return self.values(head, bytes, head.values, cells);
-        }
         let present = defined.list.iter().filter(|(level, _)| *level == column.defined);
-        let count = present.map(|(_, times)| *times as usize).sum();
-        let mut values = Cells::within(cells.room());
-        let read = self.values(head, bytes, count, &mut values);
-        cells.is_full |= values.is_full;
-        read?;
-        cells.texts = std::mem::take(&mut values.texts);
-        spread(&defined, column.defined, values.runs, cells)
+        let present: usize = present.map(|(_, times)| *times as usize).sum();
+        let is_whole = column.defined == 0 || present == head.values;
+        let count = if is_whole { head.values } else { present };
+        let is_numbered = matches!(head.encoding, 2 | 8);
+        if is_numbered && is_whole && column.repeated == 0 && count <= NUMBERED_MAX {
+            cells.take(count * size_of::<u32>())?;
+            return encoding::numbers(bytes, self.dictionary.len(), count).map(Page::of_dictionary);
+        }
+        if is_whole {
+            self.values(head, bytes, count, cells)?;
+        } else {
+            let mut values = Cells::within(cells.room());
+            let read = self.values(head, bytes, count, &mut values);
+            cells.is_full |= values.is_full;
+            read?;
+            cells.texts = mem::take(&mut values.texts);
+            spread(&defined, column.defined, values.runs, cells)?;
+        }
+        let each = repeats.list.into_iter().flat_map(|(level, times)| repeat_n(level, times as usize));
+        let texts = (!is_numbered).then(|| mem::take(&mut cells.texts));
+        Some(Page::of(mem::take(&mut cells.runs), texts, each.collect()))
     }
 
     /// Decodes `count` present values, with their texts where these are not in the dictionary.
@@ -304,51 +300,6 @@ fn spread(defined: &Runs<u32>, most: u32, values: Runs<Cell>, cells: &mut Cells)
     Some(())
 }
 
-impl Page {
-    /// Keeps the values of a page, from its first one on.
-    fn keep(&mut self, cells: Cells, encoding: i64) {
-        // The texts of values in the dictionary are there.
-        self.texts = (!matches!(encoding, 2 | 8)).then_some(cells.texts);
-        self.cells = cells.runs;
-        self.cells.list.shrink_to_fit();
-    }
-}
-
-impl Head {
-    fn of(page: &Struct) -> Option<Head> {
-        let size = |whole: Option<i64>| usize::try_from(whole?).ok();
-        let kind = page.whole(1)?;
-        let (about, encoding) = match kind {
-            0 => (page.structure(5)?, 2),
-            2 => (page.structure(7)?, 2),
-            3 => (page.structure(8)?, 4),
-            // A page of another kind has no values.
-            _ => {
-                return Some(Head {
-                    kind,
-                    values: 0,
-                    encoding: 0,
-                    packed: size(page.whole(3))?,
-                    unpacked: 0,
-                    levels: None,
-                });
-            }
-        };
-        let levels = match kind {
-            3 => Some((size(about.whole(6))?, size(about.whole(5))?, about.bool(7).unwrap_or(true))),
-            _ => None,
-        };
-        Some(Head {
-            kind,
-            values: size(about.whole(1))?,
-            encoding: about.whole(encoding)?,
-            packed: size(page.whole(3))?,
-            unpacked: size(page.whole(2))?,
-            levels,
-        })
-    }
-}
-
 fn number(cell: Cell) -> f64 {
     match cell {
         Cell::Number(number) => number,
@@ -358,15 +309,22 @@ fn number(cell: Cell) -> f64 {
 }
 
 /// The decompressed bytes of a page.
-fn unpacked(unpacker: &mut Unpacker, codec: i64, packed: &[u8], length: usize) -> Result<Vec<u8>, String> {
-    let all = |unpacked: Option<Vec<u8>>| unpacked.ok_or_else(|| "a page cannot be unpacked".to_owned());
+fn unpacked<'p>(
+    unpacker: &mut Unpacker,
+    codec: i64,
+    packed: &'p [u8],
+    length: usize,
+) -> Result<Cow<'p, [u8]>, String> {
+    let all = |unpacked: Option<Vec<u8>>| {
+        unpacked.map(Cow::Owned).ok_or_else(|| "a page cannot be unpacked".to_owned())
+    };
     match codec {
-        0 => Ok(packed.to_vec()),
+        0 => Ok(Cow::Borrowed(packed)),
         1 => all(snappy::unpack(packed, length)),
         2 | 6 => {
             let method = if codec == 2 { GZIP } else { "zstd" };
             let unpacked = unpacker.unpack(method, packed, length as u64);
-            unpacked.problem.map_or(Ok(unpacked.bytes), Err)
+            unpacked.problem.map_or(Ok(Cow::Owned(unpacked.bytes)), Err)
         }
         7 => all(lz4_flex::block::decompress(packed, length).ok()),
         other => Err(format!(

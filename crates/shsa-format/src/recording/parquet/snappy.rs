@@ -41,8 +41,12 @@ fn number(bytes: &[u8]) -> usize {
 /// Appends `length` bytes from `back` bytes before the end; a longer copy repeats itself.
 fn again(unpacked: &mut Vec<u8>, back: usize, length: usize) -> Option<()> {
     let from = unpacked.len().checked_sub(back).filter(|_| back > 0)?;
-    for at in from..from + length {
-        unpacked.push(*unpacked.get(at)?);
+    let mut left = length;
+    while left > 0 {
+        // What repeats itself doubles with each copy.
+        let taken = left.min(unpacked.len() - from);
+        unpacked.extend_from_within(from..from + taken);
+        left -= taken;
     }
     Some(())
 }

@@ -3,10 +3,14 @@
 use super::super::topic::Input;
 use super::super::unpack::{Budget, Unpacker};
 use super::cells::Cells;
+use std::borrow::Cow;
 use std::io::{self, Read, SeekFrom};
 
 /// What decoding one page may take at a time before that is counted, bytes.
 const OF_A_PAGE: u64 = 40 << 20;
+
+/// How many bytes are read at once without a look at how many there are.
+pub(super) const AT_ONCE: u64 = 1 << 16;
 
 /// A file. Row groups may share their pages, pages may unpack to a thousand times their size, and a run of two bytes may be a
 /// million values: what is read again, unpacked and kept is counted.
@@ -54,13 +58,57 @@ impl<'i> Source<'i> {
     }
 }
 
+/// A part of a file that is read at once, as the pages in it may be small.
+#[derive(Default)]
+pub(super) struct Window {
+    begin: u64,
+    bytes: Vec<u8>,
+    /// How many bytes are read at once, and up to where.
+    ahead: u64,
+    end: u64,
+}
+
+impl Window {
+    /// Reads so many bytes at once, up to the end of a column.
+    pub(super) fn new(ahead: u64, end: u64) -> Window {
+        Window { begin: 0, bytes: Vec::new(), ahead, end }
+    }
+
+    /// The bytes of a part of the file; fewer where the file ends before.
+    ///
+    /// # Errors
+    /// As [`Source::bytes`].
+    pub(super) fn bytes(
+        &mut self,
+        source: &mut Source<'_>,
+        at: u64,
+        length: u64,
+    ) -> io::Result<Cow<'_, [u8]>> {
+        if self.within(at, length).is_none() {
+            let ahead = self.ahead.min(self.end.saturating_sub(at));
+            if length > ahead {
+                return source.bytes(at, length).map(Cow::Owned);
+            }
+            (self.begin, self.bytes) = (at, source.bytes(at, ahead)?);
+        }
+        let short = || self.bytes.as_slice();
+        Ok(Cow::Borrowed(self.within(at, length).unwrap_or_else(short)))
+    }
+
+    fn within(&self, at: u64, length: u64) -> Option<&[u8]> {
+        let from = usize::try_from(at.checked_sub(self.begin)?).ok()?;
+        self.bytes.get(from..from.checked_add(usize::try_from(length).ok()?)?)
+    }
+}
+
 /// The bytes of a part of a file; fewer where it ends before.
 ///
 /// # Errors
 /// Those of the file.
 pub(super) fn bytes_at(input: &mut dyn Input, at: u64, length: u64) -> io::Result<Vec<u8>> {
     input.seek(SeekFrom::Start(at))?;
-    let mut bytes = Vec::new();
+    // The buffer grows with the bytes that are there, whatever the length says.
+    let mut bytes = Vec::with_capacity(usize::try_from(length.min(AT_ONCE)).unwrap_or(0));
     Read::take(&mut *input, length).read_to_end(&mut bytes)?;
     Ok(bytes)
 }

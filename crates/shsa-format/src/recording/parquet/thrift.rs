@@ -9,26 +9,26 @@ const DEPTH_MAX: usize = 24;
 
 /// The value of a field or of a list item.
 #[derive(Clone, Debug, PartialEq)]
-pub(super) enum Item {
+pub(super) enum Item<'a> {
     Bool(bool),
     Whole(i64),
     Double(f64),
-    Binary(Vec<u8>),
-    List(Vec<Item>),
-    Struct(Struct),
+    Binary(&'a [u8]),
+    List(Vec<Item<'a>>),
+    Struct(Struct<'a>),
 }
 
 /// Fields by their numbers, in the order of the file, which is ascending.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Struct(Vec<(i64, Item)>);
+pub(super) struct Struct<'a>(Vec<(i64, Item<'a>)>);
 
-impl Struct {
+impl<'a> Struct<'a> {
     /// Reads a structure; `None` where the bytes are none. Memory: a few times that of the bytes.
-    pub(super) fn read(bytes: &mut Bytes<'_>) -> Option<Struct> {
+    pub(super) fn read(bytes: &mut Bytes<'a>) -> Option<Struct<'a>> {
         structure(bytes, 0)
     }
 
-    fn item(&self, field: i64) -> Option<&Item> {
+    fn item(&self, field: i64) -> Option<&Item<'a>> {
         self.0.iter().find(|(number, _)| *number == field).map(|(_, item)| item)
     }
 
@@ -53,7 +53,7 @@ impl Struct {
         }
     }
 
-    pub(super) fn structure(&self, field: i64) -> Option<&Struct> {
+    pub(super) fn structure(&self, field: i64) -> Option<&Struct<'a>> {
         match self.item(field)? {
             Item::Struct(inner) => Some(inner),
             _ => None,
@@ -61,7 +61,7 @@ impl Struct {
     }
 
     /// The structures in a list; none where there is no such list.
-    pub(super) fn structures(&self, field: i64) -> impl Iterator<Item = &Struct> {
+    pub(super) fn structures(&self, field: i64) -> impl Iterator<Item = &Struct<'a>> {
         let list = match self.item(field) {
             Some(Item::List(items)) => items.as_slice(),
             _ => &[],
@@ -73,7 +73,7 @@ impl Struct {
     }
 }
 
-fn structure(bytes: &mut Bytes<'_>, depth: usize) -> Option<Struct> {
+fn structure<'a>(bytes: &mut Bytes<'a>, depth: usize) -> Option<Struct<'a>> {
     if depth > DEPTH_MAX {
         return None;
     }
@@ -96,7 +96,7 @@ fn structure(bytes: &mut Bytes<'_>, depth: usize) -> Option<Struct> {
     }
 }
 
-fn item(bytes: &mut Bytes<'_>, kind: u8, depth: usize) -> Option<Item> {
+fn item<'a>(bytes: &mut Bytes<'a>, kind: u8, depth: usize) -> Option<Item<'a>> {
     Some(match kind {
         // In a list a boolean is a byte.
         1 | 2 => Item::Bool(bytes.byte()? == 1),
@@ -105,7 +105,7 @@ fn item(bytes: &mut Bytes<'_>, kind: u8, depth: usize) -> Option<Item> {
         7 => Item::Double(f64::from_le_bytes(*bytes.take(8)?.first_chunk()?)),
         8 => {
             let length = usize::try_from(bytes.varint()?).ok()?;
-            Item::Binary(bytes.take(length)?.to_vec())
+            Item::Binary(bytes.take(length)?)
         }
         9 | 10 => {
             let head = bytes.byte()?;

@@ -1,41 +1,51 @@
 //! A Signal K delta, parsed in one pass: the sources, times and values of its updates.
 
-use shsa_message::json::{Broken, Kind, Place, Visitor, unescaped, walk};
-use std::borrow::Cow;
+use shsa_message::json::{Broken, Kind, Place, Visitor, walk};
+use std::ops::Range;
 
-/// An update: its source, its time, and the places of its values in the delta.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Update<'a> {
+/// A line in parts, each by its place in the line. Its memory is used again for the next line.
+#[derive(Default)]
+pub(super) struct Delta {
+    /// The vessel or device that the values describe.
+    pub(super) context: Option<Place>,
+    pub(super) updates: Vec<Update>,
+    /// The paths and values of all updates.
+    entries: Vec<Entry>,
+    labels: [Option<Place>; LABELS.len()],
+    path: Option<Place>,
+    value: Option<Place>,
+    update: Update,
+}
+
+/// An update: its source, its time, and its values.
+#[derive(Clone, Default)]
+pub(super) struct Update {
     /// `$source`, or the label of the source, or the available ones of its `src` and `type`.
-    pub(super) source: Cow<'a, str>,
-    pub(super) timestamp: Option<&'a str>,
-    /// Paths and values, as JSON.
-    pub(super) values: Vec<(Cow<'a, str>, &'a str)>,
+    pub(super) source: Option<Place>,
+    pub(super) timestamp: Option<Place>,
+    entries: Range<usize>,
     /// The number of entries without a path or without a value.
     pub(super) incomplete: usize,
 }
 
-/// A line.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub(super) struct Delta<'a> {
-    /// The vessel or device that the values describe.
-    pub(super) context: Option<Cow<'a, str>>,
-    pub(super) updates: Vec<Update<'a>>,
+/// A path, and its value as JSON.
+#[derive(Clone, Copy)]
+pub(super) struct Entry {
+    pub(super) path: Place,
+    value: Place,
 }
 
-/// Parses a line. `O(bytes)`.
-///
-/// # Errors
-/// The place where the text ceases to be JSON.
-pub(super) fn delta(text: &str) -> Result<Delta<'_>, Broken> {
-    let mut reader = Reader { text, delta: Delta::default(), update: Parts::default() };
-    walk(text, Node::Root, &mut reader)?;
-    Ok(reader.delta)
+impl Entry {
+    /// The value, as JSON.
+    pub(super) fn value(self, text: &str) -> &str {
+        let quote = usize::from(self.value.kind == Kind::Text);
+        text.get(self.value.from - quote..self.value.to + quote).unwrap_or_default()
+    }
 }
 
 /// A value of the JSON tree, by its path.
 #[derive(Clone, Copy)]
-enum Node {
+pub(super) enum Node {
     Root,
     Context,
     Updates,
@@ -52,47 +62,41 @@ enum Node {
 /// The names of a source, the best first.
 const LABELS: [&str; 4] = ["$source", "label", "src", "type"];
 
-/// An update under construction.
-#[derive(Default)]
-struct Parts<'a> {
-    update: Update<'a>,
-    labels: [Option<Place>; LABELS.len()],
-    path: Option<Place>,
-    value: Option<Place>,
-}
+impl Delta {
+    /// Parses a line. `O(bytes)`.
+    ///
+    /// # Errors
+    /// The place where the text ceases to be JSON; the parts have no meaning then.
+    pub(super) fn read(&mut self, text: &str) -> Result<(), Broken> {
+        (self.context, self.labels) = (None, [None; LABELS.len()]);
+        (self.path, self.value, self.update) = (None, None, Update::default());
+        self.updates.clear();
+        self.entries.clear();
+        walk(text, Node::Root, self)
+    }
 
-struct Reader<'a> {
-    text: &'a str,
-    delta: Delta<'a>,
-    update: Parts<'a>,
-}
-
-impl<'a> Reader<'a> {
-    fn said(&self, place: Place) -> Cow<'a, str> {
-        unescaped(place.of(self.text))
+    /// The paths and values of an update.
+    pub(super) fn entries(&self, update: &Update) -> &[Entry] {
+        self.entries.get(update.entries.clone()).unwrap_or_default()
     }
 
     fn end_entry(&mut self) {
-        let Parts { update, path, value, .. } = &mut self.update;
-        match (path.take().filter(|it| it.kind == Kind::Text), value.take()) {
-            (Some(path), Some(value)) => {
-                let quote = usize::from(value.kind == Kind::Text);
-                let value = self.text.get(value.from - quote..value.to + quote).unwrap_or_default();
-                update.values.push((unescaped(path.of(self.text)), value));
-            }
-            _ => update.incomplete += 1,
+        match (self.path.take().filter(|it| it.kind == Kind::Text), self.value.take()) {
+            (Some(path), Some(value)) => self.entries.push(Entry { path, value }),
+            _ => self.update.incomplete += 1,
         }
     }
 
     fn end_update(&mut self) {
-        let Parts { mut update, labels, .. } = std::mem::take(&mut self.update);
-        let label = labels.iter().flatten().next();
-        update.source = label.map_or(Cow::Borrowed(""), |label| self.said(*label));
-        self.delta.updates.push(update);
+        let mut update = std::mem::take(&mut self.update);
+        update.source = std::mem::take(&mut self.labels).into_iter().flatten().next();
+        update.entries.end = self.entries.len();
+        self.update.entries.start = self.entries.len();
+        self.updates.push(update);
     }
 }
 
-impl<'a> Visitor for Reader<'a> {
+impl Visitor for Delta {
     type Node = Node;
 
     fn member(&mut self, of: Node, name: &str) -> Option<Node> {
@@ -125,15 +129,15 @@ impl<'a> Visitor for Reader<'a> {
     fn leave(&mut self, node: Node, place: Place) {
         let is_text = place.kind == Kind::Text;
         match node {
-            Node::Context if is_text => self.delta.context = Some(self.said(place)),
+            Node::Context if is_text => self.context = Some(place),
             Node::Label(at) if is_text || place.kind == Kind::Number => {
-                self.update.labels.get_mut(at).into_iter().for_each(|label| *label = Some(place));
+                self.labels.get_mut(at).into_iter().for_each(|label| *label = Some(place));
             }
             Node::Timestamp if is_text => {
-                self.update.update.timestamp.get_or_insert(self.text.get(place.range()).unwrap_or_default());
+                self.update.timestamp.get_or_insert(place);
             }
-            Node::Path => self.update.path = Some(place),
-            Node::Value => self.update.value = Some(place),
+            Node::Path => self.path = Some(place),
+            Node::Value => self.value = Some(place),
             Node::Entry => self.end_entry(),
             Node::Update => self.end_update(),
             _ => {}
@@ -147,15 +151,22 @@ mod tests {
 
     #[track_caller]
     fn check(text: &str, expected: &str) {
-        let shown = match delta(text) {
+        let mut delta = Delta::default();
+        let shown = match delta.read(text) {
             Err(Broken { at, expected }) => format!("at {at}: {expected}"),
-            Ok(Delta { context, updates }) => {
-                let update = |it: &Update<'_>| {
-                    let Update { source, timestamp, values, incomplete } = it;
-                    format!("{source} {timestamp:?} {values:?} {incomplete}")
+            Ok(()) => {
+                let of = |place: Option<Place>| place.map(|place| place.of(text));
+                let update = |it: &Update| {
+                    let values: Vec<(&str, &str)> = delta
+                        .entries(it)
+                        .iter()
+                        .map(|entry| (entry.path.of(text), entry.value(text)))
+                        .collect();
+                    let source = of(it.source).unwrap_or_default();
+                    format!("{source} {:?} {values:?} {}", of(it.timestamp), it.incomplete)
                 };
-                let updates: Vec<String> = updates.iter().map(update).collect();
-                format!("{}: {}", context.unwrap_or_default(), updates.join("; "))
+                let updates: Vec<String> = delta.updates.iter().map(update).collect();
+                format!("{}: {}", of(delta.context).unwrap_or_default(), updates.join("; "))
             }
         };
         assert_eq!(shown, expected);

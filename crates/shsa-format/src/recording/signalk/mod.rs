@@ -10,8 +10,9 @@ mod delta;
 use super::lines::{self, Lines};
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError};
-use delta::{Update, delta};
+use delta::{Delta, Entry, Update};
 use shsa_core::time::Time;
+use shsa_message::json::unescaped;
 use shsa_message::stamp;
 use std::collections::BTreeMap;
 use std::io::SeekFrom;
@@ -37,18 +38,14 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
         return Ok(());
     }
     let mut reader = Reader { last: first, ..Reader::default() };
-    let mut lines = Lines::new(input);
+    let (mut lines, mut delta) = (Lines::new(input), Delta::default());
     while let Some(line) = lines.next(listener) {
         let (noted, text) = noted(&line.text);
         if text.is_empty() {
             continue;
         }
-        match delta(text) {
-            Ok(found) => {
-                reader.other += u64::from(found.updates.is_empty());
-                let context = found.context.as_deref().unwrap_or("vessels.self");
-                found.updates.iter().for_each(|update| reader.report(update, context, noted, listener));
-            }
+        match delta.read(text) {
+            Ok(()) => reader.report(&delta, text, noted, listener),
             Err(_) if !line.is_ended => {
                 listener.damaged(
                     Place::Line(line.number),
@@ -70,34 +67,63 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
 /// The time before a line, `1471172400153;A;{..`, and the rest of the line.
 fn noted(line: &str) -> (Option<Time>, &str) {
     let line = line.trim();
+    if line.starts_with('{') {
+        return (None, line);
+    }
     let Some(begin) = line.find('{').filter(|begin| (1..64).contains(begin)) else { return (None, line) };
     let (before, text) = line.split_at(begin);
     let time = before.split(';').next().and_then(|first| stamp::text(first.trim(), None));
     (time.map(|(time, _)| time), text)
 }
 
-/// The time of an update.
-fn stamped(update: &Update<'_>) -> Option<Time> {
-    stamp::text(update.timestamp?, None).map(|(time, _)| time)
-}
-
 /// The first time in the recording, which values before it take, too.
 fn first_time(input: &mut dyn Input) -> Option<Time> {
-    let mut lines = Lines::new(input);
+    let (mut lines, mut delta, mut stamps) = (Lines::new(input), Delta::default(), Stamps::default());
     while let Some(line) = lines.read() {
         let Ok(line) = line else { continue };
         let (noted, text) = noted(&line.text);
-        let found = delta(text).unwrap_or_default();
-        if let Some(time) = noted.or_else(|| found.updates.iter().find_map(stamped)) {
+        let is_delta = delta.read(text).is_ok();
+        let mut updates = delta.updates.iter().filter(|_| is_delta);
+        if let Some(time) = noted.or_else(|| updates.find_map(|update| stamps.of(update, text))) {
             return Some(time);
         }
     }
     None
 }
 
+/// The times of updates. Many in a row have the same, whose text is parsed once.
+#[derive(Default)]
+struct Stamps {
+    text: String,
+    time: Option<Time>,
+}
+
+impl Stamps {
+    /// The time of an update in a line.
+    fn of(&mut self, update: &Update, line: &str) -> Option<Time> {
+        let text = update.timestamp?.of(line);
+        if text != self.text {
+            self.time = stamp::text(text, None).map(|(time, _)| time);
+            self.text.clear();
+            self.text.push_str(text);
+        }
+        self.time
+    }
+}
+
+/// What the updates of a line share.
+#[derive(Clone, Copy)]
+struct Shared<'a> {
+    line: &'a str,
+    context: &'a str,
+    /// The time that a logger has noted before the line.
+    noted: Option<Time>,
+}
+
 #[derive(Default)]
 struct Reader {
     last: Option<Time>,
+    stamps: Stamps,
     /// By context, path and source.
     topics: BTreeMap<String, BTreeMap<String, BTreeMap<String, TopicId>>>,
     count: usize,
@@ -112,29 +138,41 @@ struct Reader {
 }
 
 impl Reader {
-    fn report(
+    /// Reports the updates of a line.
+    fn report(&mut self, delta: &Delta, line: &str, noted: Option<Time>, listener: &mut dyn Listener) {
+        self.other += u64::from(delta.updates.is_empty());
+        let context = delta.context.map_or("vessels.self".into(), |context| unescaped(context.of(line)));
+        for update in &delta.updates {
+            let shared = Shared { line, context: &context, noted };
+            self.report_update(update, delta.entries(update), shared, listener);
+        }
+    }
+
+    fn report_update(
         &mut self,
-        update: &Update<'_>,
-        context: &str,
-        noted: Option<Time>,
+        update: &Update,
+        entries: &[Entry],
+        shared: Shared<'_>,
         listener: &mut dyn Listener,
     ) {
-        let stamp = stamped(update);
+        let Shared { line, context, noted } = shared;
+        let stamp = self.stamps.of(update, line);
         self.untimed += u64::from(stamp.is_none() && noted.is_none());
         self.incomplete += update.incomplete as u64;
         let Some(received) = noted.or(stamp).or(self.last) else {
-            self.left_out += update.values.len() as u64;
+            self.left_out += entries.len() as u64;
             return;
         };
         self.last = Some(received);
         let times = Times { received, published: None, stamp: stamp.filter(|_| noted.is_some()) };
-        for (path, value) in &update.values {
-            let Some(topic) = self.topic(path, &update.source, context, listener) else {
+        let source = update.source.map_or("".into(), |source| unescaped(source.of(line)));
+        for entry in entries {
+            let Some(topic) = self.topic(&unescaped(entry.path.of(line)), &source, context, listener) else {
                 self.left_out += 1;
                 continue;
             };
             if listener.is_wanted(topic) {
-                listener.message(topic, times, Body::Bytes(value.as_bytes()));
+                listener.message(topic, times, Body::Bytes(entry.value(line).as_bytes()));
             }
         }
     }

@@ -111,11 +111,3 @@ fn unquoted(text: &str, separator: char) -> Result<(Cow<'_, str>, &str), Split<'
         }
     }
 }
-
-/// Whether a row has as many cells as the header, apart from blank cells at the end of either.
-pub(super) fn fits(cells: &[Cow<'_, str>], headers: &[String]) -> bool {
-    let is_blank = |text: &str| text.trim().is_empty();
-    cells.len() <= COLUMNS_MAX
-        && cells.iter().skip(headers.len()).all(|cell| is_blank(cell))
-        && headers.iter().skip(cells.len()).all(|header| is_blank(header))
-}

@@ -1,6 +1,5 @@
 //! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
-use super::cells::trimmed;
 use super::layout::{Layout, is_number};
 use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
@@ -120,21 +119,30 @@ fn of_column(layout: &Layout, rows: &Cells<'_>, column: usize, scale: Option<Spa
     Ok(Found { clock: Clock::Number(column, scale), notes })
 }
 
+/// The columns whose names are those of a date and of a time of day.
+fn named_apart(headers: &[String]) -> Option<(usize, usize)> {
+    let named = |names: &[&str]| {
+        headers.iter().position(|header| {
+            let name = stamp::split_unit(header).0.to_lowercase();
+            names.contains(&name.as_str())
+        })
+    };
+    Some((named(&["date", "datum", "day"])?, named(&["time", "uhrzeit", "zeit", "clock", "hour"])?))
+}
+
+/// Whether columns with these names may be a date and a time of day side by side.
+pub(in crate::recording) fn may_be_apart(headers: &[String]) -> bool {
+    named_apart(headers).is_some()
+}
+
 /// A date and a time of day side by side.
 fn apart(layout: &Layout, rows: &Cells<'_>) -> Option<Found> {
     let row = rows.iter().find(|row| row.iter().any(|cell| !cell.is_empty()))?;
-    let named = |names: &[&str], is: fn(&str) -> bool| {
-        layout
-            .headers
-            .iter()
-            .position(|header| {
-                let name = stamp::split_unit(header).0.to_lowercase();
-                names.contains(&name.as_str())
-            })
-            .filter(|column| row.get(*column).is_some_and(|cell| is(cell)))
-    };
-    let date = named(&["date", "datum", "day"], is_date)?;
-    let clock = named(&["time", "uhrzeit", "zeit", "clock", "hour"], is_time_of_day)?;
+    let (date, clock) = named_apart(&layout.headers)?;
+    let is = |column: usize, is: fn(&str) -> bool| row.get(column).is_some_and(|cell| is(cell));
+    if !is(date, is_date) || !is(clock, is_time_of_day) {
+        return None;
+    }
     let texts: Vec<String> = rows
         .iter()
         .filter_map(|row| Some(format!("{} {}", row.get(date)?, row.get(clock)?)))
@@ -175,24 +183,26 @@ fn order_of(texts: &[&str]) -> Option<(DateOrder, Option<String>)> {
 }
 
 impl Clock {
-    /// The time of a row; `None` where its cells have none.
-    pub(in crate::recording) fn moment(&self, cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
-        let cell = |column: usize| cells.get(column).map(|cell| trimmed(cell.as_ref()));
+    /// The time of a row, from the texts of its cells without blanks around them; `None` where they have none.
+    pub(in crate::recording) fn moment<'c>(
+        &self,
+        cell: impl Fn(usize) -> Option<&'c str>,
+        zone: &Zone,
+    ) -> Option<Moment> {
         match self {
             Clock::Number(column, scale) => {
                 decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true, doubt: None })
             }
             Clock::Text(column, order) => moment(cell(*column)?, *order, zone),
             Clock::Apart(date, clock, order) => moment_of(cell(*date)?, cell(*clock)?, *order, zone),
-            Clock::Parts(columns) => of_parts(columns, cells, zone),
+            Clock::Parts(columns) => of_parts(columns, cell, zone),
         }
     }
 
     /// The text of a row in the place of its time.
-    pub(super) fn text(&self, cells: &[impl AsRef<str>]) -> String {
-        let columns = self.columns();
-        let cells = columns.iter().filter_map(|column| Some(trimmed(cells.get(*column)?.as_ref())));
-        cells.collect::<Vec<_>>().join(" ").trim().chars().take(40).collect()
+    pub(super) fn text<'c>(&self, cell: impl Fn(usize) -> Option<&'c str>) -> String {
+        let cells: Vec<&str> = self.columns().into_iter().filter_map(cell).collect();
+        cells.join(" ").trim().chars().take(40).collect()
     }
 
     /// The columns with the parts of the time.
@@ -205,12 +215,15 @@ impl Clock {
     }
 }
 
-fn of_parts(columns: &[Option<usize>], cells: &[impl AsRef<str>], zone: &Zone) -> Option<Moment> {
+fn of_parts<'c>(
+    columns: &[Option<usize>],
+    cell: impl Fn(usize) -> Option<&'c str>,
+    zone: &Zone,
+) -> Option<Moment> {
     let mut numbers = [0; 6];
     for (number, column) in numbers.iter_mut().zip(columns) {
         if let Some(column) = column {
-            let cell = trimmed(cells.get(*column)?.as_ref());
-            *number = decimal(cell, Span(SECOND)).map(Time::seconds)? as i64;
+            *number = decimal(cell(*column)?, Span(SECOND)).map(Time::seconds)? as i64;
         }
     }
     let [year, month, day, hour, minute, second] = numbers;

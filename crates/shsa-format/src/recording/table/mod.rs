@@ -5,15 +5,18 @@
 mod cells;
 pub(super) mod clock;
 pub(super) mod layout;
+mod places;
+mod row;
 mod rows;
 
 use super::files::without_packing;
 use super::stamp::Doubts;
-use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, Value};
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic};
 use super::{Place, ReadOptions, RecordingError};
-use cells::{COLUMNS_MAX, fits, trimmed};
+use cells::COLUMNS_MAX;
 use clock::Clock;
-use layout::{Layout, is_decimal_comma};
+use layout::Layout;
+use row::{Points, Row};
 use rows::{Line, Rows};
 use shsa_core::time::Time;
 use std::borrow::Cow;
@@ -76,8 +79,14 @@ pub(super) fn read(
         has_told_zone: false,
         doubts: Doubts::default(),
     };
+    let is_read = |at: usize| {
+        table.listener.is_field_wanted(topic, at)
+            || table.clock.as_ref().is_some_and(|clock| clock.columns().contains(&at))
+    };
+    let read = (0..table.layout.headers.len()).filter(|at| is_read(*at)).collect();
+    let mut points = Points::new(&table.layout, read);
     while let Some(row) = rows.row(&table.layout) {
-        table.take(&row);
+        table.take(&row, &mut points);
         rows.reuse(row);
         rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
     }
@@ -130,41 +139,31 @@ struct Table<'a, 'l> {
 }
 
 impl Table<'_, '_> {
-    fn take(&mut self, row: &Line) {
-        let cells = self.layout.separator.split(&row.text).cells();
-        let Some(mut cells) = cells.filter(|cells| fits(cells, &self.layout.headers)) else {
-            let problem = match row.is_ended {
+    fn take(&mut self, line: &Line, points: &mut Points) {
+        let row = match line.places() {
+            Some(places) => Some(points.placed(&line.text, places)),
+            None => points.copied(&line.text),
+        };
+        let Some(row) = row.filter(|row| row.fits(&self.layout.headers)) else {
+            let problem = match line.is_ended {
                 true => format!("the row has not {} cells as the header", self.layout.headers.len()),
                 false => "the file ends within this row".into(),
             };
-            return self.listener.damaged(Place::Line(row.number), format!("{problem}; row left out"));
+            return self.listener.damaged(Place::Line(line.number), format!("{problem}; row left out"));
         };
-        if cells.len() > 1 && cells.iter().all(|cell| trimmed(cell).is_empty()) {
+        if row.is_blank() {
             return;
         }
-        if self.layout.has_decimal_commas {
-            cells
-                .iter_mut()
-                .filter(|cell| is_decimal_comma(cell))
-                .for_each(|cell| *cell = cell.replacen(',', ".", 1).into());
-        }
-        let Some(received) = self.time(&cells, row.number) else { return };
-        let values: Vec<Value<'_>> = cells
-            .iter()
-            .map(|cell| match trimmed(cell) {
-                "" => Value::Missing,
-                text => Value::Text(text),
-            })
-            .collect();
-        self.listener.message(self.topic, Times::at(received), Body::Values(&values));
+        let Some(received) = self.time(&row, line.number) else { return };
+        self.listener.message(self.topic, Times::at(received), Body::Columns(&row));
     }
 
     /// The time of a row; `None`, with a report, where it is unknown and matters.
-    fn time(&mut self, cells: &[Cow<'_, str>], line: u64) -> Option<Time> {
+    fn time(&mut self, row: &Row<'_>, line: u64) -> Option<Time> {
         let number = self.count;
         self.count += 1;
         let Some(clock) = &self.clock else { return Some(Time(number)) };
-        match clock.moment(cells, &self.options.zone) {
+        match clock.moment(|at| row.cell(at), &self.options.zone) {
             Some(moment) => {
                 if !moment.has_zone && !self.options.zone.is_given && !self.has_told_zone {
                     self.has_told_zone = true;
@@ -175,12 +174,12 @@ impl Table<'_, '_> {
                 Some(self.last)
             }
             None if self.listener.needs_time(self.topic) => {
-                let problem = format!("'{}' is no time; row left out", clock.text(cells));
+                let problem = format!("'{}' is no time; row left out", clock.text(|at| row.cell(at)));
                 self.listener.damaged(Place::Line(line), problem);
                 None
             }
             None => {
-                let problem = format!("'{}' is no time", clock.text(cells));
+                let problem = format!("'{}' is no time", clock.text(|at| row.cell(at)));
                 self.listener.has_undated(Place::Line(line), problem);
                 self.listener.undated(self.topic);
                 Some(self.last)

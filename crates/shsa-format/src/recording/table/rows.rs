@@ -1,8 +1,10 @@
 //! The rows of a table: single lines, or several lines with a quoted cell that contains line breaks. After a stray quote, or a
 //! row of the wrong length, reading goes on with the very next line.
 
-use super::cells::{Split, fits};
+use super::cells::Split;
 use super::layout::{Layout, is_comment};
+use super::places::{Places, place};
+use super::row::Row;
 use crate::recording::lines::Lines;
 use std::collections::VecDeque;
 use std::io::BufRead;
@@ -18,19 +20,29 @@ const HEAD_LINES: usize = 200;
 const HEAD_BYTES: usize = 1 << 20;
 
 /// One line of a file, or several with a quoted cell.
-#[derive(Clone, Debug)]
+#[derive(Clone, Debug, Default)]
 pub(super) struct Line {
     pub(super) number: u64,
     pub(super) text: String,
     pub(super) is_ended: bool,
+    /// Where the cells are, if all of them are parts of the text.
+    places: Places,
+    is_placed: bool,
+}
+
+impl Line {
+    /// The places of the cells of a row; `None` where a cell is no part of the text, or the quotes are wrong.
+    pub(super) fn places(&self) -> Option<&Places> {
+        self.is_placed.then_some(&self.places)
+    }
 }
 
 /// The rows of a table, and the damages of its lines.
 pub(super) struct Rows<R> {
     lines: Lines<R>,
     pending: VecDeque<Line>,
-    /// The text of a row that is done: its memory is used again.
-    spare: String,
+    /// A row that is done: its memory is used again.
+    spare: Line,
     /// The unreadable lines with their problems.
     pub(super) damages: Vec<(u64, String)>,
 }
@@ -38,7 +50,12 @@ pub(super) struct Rows<R> {
 impl<R: BufRead> Rows<R> {
     /// Begins with the first line.
     pub(super) fn new(input: R) -> Rows<R> {
-        Rows { lines: Lines::new(input), pending: VecDeque::new(), spare: String::new(), damages: Vec::new() }
+        Rows {
+            lines: Lines::new(input),
+            pending: VecDeque::new(),
+            spare: Line::default(),
+            damages: Vec::new(),
+        }
     }
 
     /// The first lines, which [`Rows::row`] returns again.
@@ -59,8 +76,7 @@ impl<R: BufRead> Rows<R> {
 
     /// Takes back a row that is done.
     pub(super) fn reuse(&mut self, row: Line) {
-        self.spare = row.text;
-        self.spare.clear();
+        self.spare = row;
     }
 
     fn line(&mut self) -> Option<Line> {
@@ -71,9 +87,11 @@ impl<R: BufRead> Rows<R> {
         loop {
             match self.lines.read()? {
                 Ok(line) => {
-                    let mut text = mem::take(&mut self.spare);
+                    let Line { mut text, places, .. } = mem::take(&mut self.spare);
+                    text.clear();
                     text.push_str(&line.text);
-                    return Some(Line { number: line.number, text, is_ended: line.is_ended });
+                    let (number, is_ended) = (line.number, line.is_ended);
+                    return Some(Line { number, text, is_ended, places, is_placed: false });
                 }
                 Err(problem) => self.damages.push(problem),
             }
@@ -82,12 +100,13 @@ impl<R: BufRead> Rows<R> {
 
     /// The next row that is neither blank nor a comment. Lines are joined only where that makes a complete row.
     pub(super) fn row(&mut self, layout: &Layout) -> Option<Line> {
-        let first = self.line()?;
+        let mut first = self.line()?;
         let is_open = |text: &str| layout.separator.is_open(text);
         if first.text.trim().is_empty() || is_comment(&first.text) {
             return self.row_behind(layout);
         }
-        if first.text.len() > QUOTED_MAX || !is_open(&first.text) {
+        first.is_placed = place(layout.separator, &first.text, &mut first.places);
+        if first.is_placed || first.text.len() > QUOTED_MAX || !is_open(&first.text) {
             return Some(first);
         }
         let mut joined = first.text.clone();
@@ -105,10 +124,14 @@ impl<R: BufRead> Rows<R> {
                 continue;
             }
             match layout.separator.split(&joined) {
-                Split::Cells(cells) if fits(&cells, &layout.headers) => {
-                    return Some(Line { number: first.number, text: joined, is_ended });
+                Split::Cells(cells) => {
+                    let fits = Row::Copied(cells).fits(&layout.headers);
+                    if !fits {
+                        break;
+                    }
+                    return Some(Line { number: first.number, text: joined, is_ended, ..Line::default() });
                 }
-                Split::Cells(_) | Split::Broken => break,
+                Split::Broken => break,
                 Split::Open => {}
             }
         }

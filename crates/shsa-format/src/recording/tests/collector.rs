@@ -101,7 +101,9 @@ impl Listener for Collector {
         };
         let values = match body {
             Body::Values(values) => values.iter().map(show).collect(),
+            Body::Columns(columns) => (0..columns.count()).map(|at| show(&columns.value(at))).collect(),
             Body::Bytes(bytes) => vec![String::from_utf8_lossy(bytes).into_owned()],
+            Body::Members(members) => vec![members.text.to_owned()],
         };
         self.topics[topic.0].messages.push((times, values));
     }
