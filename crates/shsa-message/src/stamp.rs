@@ -53,7 +53,11 @@ pub fn decimal(text: &str, step: Span) -> Option<Time> {
         None => (text, 0),
     };
     let digits = number.strip_prefix(['-', '+']).unwrap_or(number);
-    let (whole, fraction) = digits.split_once('.').unwrap_or((digits, ""));
+    let point = digits.bytes().position(|byte| byte == b'.');
+    let (whole, fraction) = match point {
+        Some(at) => (digits.get(..at)?, digits.get(at + 1..)?),
+        None => (digits, ""),
+    };
     if whole.is_empty() && fraction.is_empty() || !fraction.bytes().all(|byte| byte.is_ascii_digit()) {
         return None;
     }

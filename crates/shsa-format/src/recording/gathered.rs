@@ -293,7 +293,9 @@ impl Gathered {
 
     /// Keeps a name of the current file as a hint for a signal that is not found.
     pub(super) fn know(&mut self, name: &str) {
-        self.names.insert(name.to_owned());
+        if !self.names.contains(name) {
+            self.names.insert(name.to_owned());
+        }
     }
 
     /// Notes that the current file should have a wanted signal and does not.

@@ -4,7 +4,7 @@ use super::layout::{Layout, is_number};
 use crate::recording::names::{self, Fit};
 use crate::recording::stamp;
 use crate::recording::{ReadOptions, Zone};
-use shsa_core::time::{Span, Time};
+use shsa_core::time::Span;
 use shsa_message::moment::{DateOrder, Moment, is_compact, is_date, is_time_of_day, moment, moment_of};
 use shsa_message::stamp::{civil, decimal, likely_step};
 
@@ -215,6 +215,14 @@ impl Clock {
     }
 }
 
+/// The whole number of a part of a date or a time.
+fn part(text: &str) -> Option<i64> {
+    let digit = |byte: u8| byte.is_ascii_digit().then(|| i64::from(byte - b'0'));
+    let digits = || text.bytes().try_fold(0, |number, byte| Some(10 * number + digit(byte)?));
+    let short = if (1..=4).contains(&text.len()) { digits() } else { None };
+    short.or_else(|| decimal(text, Span(SECOND)).map(|time| time.seconds() as i64))
+}
+
 fn of_parts<'c>(
     columns: &[Option<usize>],
     cell: impl Fn(usize) -> Option<&'c str>,
@@ -223,7 +231,7 @@ fn of_parts<'c>(
     let mut numbers = [0; 6];
     for (number, column) in numbers.iter_mut().zip(columns) {
         if let Some(column) = column {
-            *number = decimal(cell(*column)?, Span(SECOND)).map(Time::seconds)? as i64;
+            *number = part(cell(*column)?)?;
         }
     }
     let [year, month, day, hour, minute, second] = numbers;
