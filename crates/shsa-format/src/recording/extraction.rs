@@ -282,7 +282,8 @@ impl Listener for Extraction<'_, '_> {
                 Err(wrong) => self.unlocated(want, &topic, field, wrong),
             }
         }
-        let mut members = matches!(topic.fields, Fields::Json).then(Members::default);
+        let is_json = matches!(topic.fields, Fields::Json) && !extracts.is_empty();
+        let mut members = is_json.then(Members::default);
         if let Some(members) = &mut members {
             extracts.iter_mut().for_each(|extract| extract.join(members));
         }

@@ -31,6 +31,10 @@ const MONTHS: [&[&str]; 12] = [
 
 /// Whether a text begins as an ASC file does.
 pub(in super::super) fn is_log(head: &[u8]) -> bool {
+    let is_likely = |line: &[u8]| line.get(..5).is_some_and(|begin| begin.eq_ignore_ascii_case(b"date "));
+    if !head.split(|byte| matches!(byte, b'\n' | b'\r')).any(|line| is_likely(line.trim_ascii_start())) {
+        return false;
+    }
     let text = String::from_utf8_lossy(head).to_lowercase();
     let mut lines = lines::of(&text);
     let first = lines.next().unwrap_or_default();

@@ -94,29 +94,34 @@ fn place_quoted(bytes: &[u8], separator: u8, places: &mut Places) -> Option<()> 
 /// Finds the words of a row of ASCII; of another text it returns false.
 fn place_words(text: &str, places: &mut Places) -> bool {
     let (words, rest) = text.as_bytes().as_chunks();
-    // The last word ends with a blank at least, and so does the last cell.
-    let mut last = [b' '; 8];
-    last.iter_mut().zip(rest).for_each(|(last, byte)| *last = *byte);
     // The highest bit of each byte that is a blank; before the text there is one, too.
     let (mut before, mut begin) = (HIGH, 0);
-    for (index, word) in words.iter().chain([&last]).enumerate() {
-        let Some(blank) = blanks(word) else { return false };
+    let mut take = |index: usize, word: &[u8; 8]| {
+        let blank = blanks(word)?;
         let mut edges = blank ^ (blank << 8 | before >> 56);
+        before = blank;
         while edges != 0 {
             let bit = edges.trailing_zeros();
             let at = 8 * index + bit as usize / 8;
             match blank >> bit & 1 {
                 0 => begin = at,
-                _ => places.push(begin..at.min(text.len())),
+                _ => places.push(begin..at),
             }
             edges &= edges - 1;
         }
-        if places.len() > COLUMNS_MAX {
-            return true;
+        Some(places.len() <= COLUMNS_MAX)
+    };
+    for (index, word) in words.iter().enumerate() {
+        match take(index, word) {
+            None => return false,
+            Some(false) => return true,
+            Some(true) => {}
         }
-        before = blank;
     }
-    true
+    // The last word ends with a blank at least, and so does the last cell.
+    let mut last = [b' '; 8];
+    last.iter_mut().zip(rest).for_each(|(last, byte)| *last = *byte);
+    take(words.len(), &last).is_some()
 }
 
 /// The highest bit of each of eight bytes that is a blank of ASCII; `None` where one is not of ASCII.

@@ -37,6 +37,15 @@ impl Line {
     }
 }
 
+/// Whether a line is blank, or a comment.
+fn is_no_row(text: &str) -> bool {
+    match text.as_bytes().first() {
+        // Nearly all rows begin so.
+        Some(first) if first.is_ascii_graphic() && *first != b'#' => false,
+        _ => text.trim().is_empty() || is_comment(text),
+    }
+}
+
 /// The rows of a table, and the damages of its lines.
 pub(super) struct Rows<R> {
     lines: Lines<R>,
@@ -102,7 +111,7 @@ impl<R: BufRead> Rows<R> {
     pub(super) fn row(&mut self, layout: &Layout) -> Option<Line> {
         let mut first = self.line()?;
         let is_open = |text: &str| layout.separator.is_open(text);
-        if first.text.trim().is_empty() || is_comment(&first.text) {
+        if is_no_row(&first.text) {
             return self.row_behind(layout);
         }
         first.is_placed = place(layout.separator, &first.text, &mut first.places);
@@ -145,7 +154,7 @@ impl<R: BufRead> Rows<R> {
     fn row_behind(&mut self, layout: &Layout) -> Option<Line> {
         loop {
             let next = self.line()?;
-            if !next.text.trim().is_empty() && !is_comment(&next.text) {
+            if !is_no_row(&next.text) {
                 self.pending.push_front(next);
                 return self.row(layout);
             }
