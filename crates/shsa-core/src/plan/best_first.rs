@@ -8,13 +8,14 @@
 
 mod open;
 
-pub(super) use open::{Open, Progress};
+pub(super) use open::Open;
 
 use super::admission::Admission;
 use super::decisions::Decisions;
 use super::graph::{Graph, Options, View};
 use super::greedy;
 use super::limits::{Limits, StopReason};
+use super::progress::Progress;
 use super::requirements::{Paths, Requirements};
 use super::scratch::{Held, Scratch};
 use super::subproblem::{Rules, Subproblem};

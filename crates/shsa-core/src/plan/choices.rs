@@ -23,6 +23,7 @@ pub(super) struct Choice {
 pub(super) type Chosen = IdVec<VariableId, Option<RelationId>>;
 
 /// The choices of every variable in a search from one root.
+#[derive(Clone, Debug)]
 pub(super) struct Choices<'a> {
     view: View<'a>,
     root: VariableId,
@@ -103,9 +104,9 @@ impl<'a> Choices<'a> {
         inputs.iter().copied().filter(move |&input| input != output && self.is_open(input))
     }
 
-    /// Whether another assignment of outputs could use the same relations.
-    pub(super) fn is_ambiguous(&self, substitution: &Substitution) -> bool {
-        substitution.steps.iter().any(|step| self.view.graph().has_several_outputs(step.relation))
+    /// Whether other substitutions could use a relation for another output.
+    pub(super) fn has_several_outputs(&self, relation: RelationId) -> bool {
+        self.view.graph().has_several_outputs(relation)
     }
 
     /// The substitution of the root from complete decisions: a depth-first walk that lists a step after those that it reads.
@@ -155,7 +156,7 @@ impl<'a> Choices<'a> {
 }
 
 /// The weight of decisions. A relation that is used for several outputs counts once, with its worst rating.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Load {
     scale: Scale,
     weight: Weight,

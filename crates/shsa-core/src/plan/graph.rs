@@ -289,6 +289,7 @@ pub struct Options {
 }
 
 /// A graph without forbidden elements. Making one costs nothing in the size of the graph.
+#[derive(Clone, Debug)]
 pub(super) struct View<'a> {
     graph: &'a Graph,
     /// The variables that the forbidden signals carry, ascending, with their status without them.

@@ -1,68 +1,187 @@
-//! The exact search in several parts that can run in parallel, with the same result for any number of threads.
+//! The searches that can run in several parts at once, with the same result for any number of threads.
 //!
-//! One search makes the first decisions; the open states are then distributed. The parts work in rounds of a fixed number of
-//! expansions. After each round all answers are merged, and a part stops where it cannot beat the last of the wanted answers. The
-//! result of a round depends only on its start, so neither answers nor expansions depend on the threads. The core starts no
-//! threads: the caller runs the parts, for example with `std::thread::scope`.
+//! One search makes the first decisions; what it leaves open is then dealt out to the parts. They work in rounds of a fixed number
+//! of decisions. After each round all answers are merged, and a part stops where it cannot beat the last of the wanted answers. The
+//! result of a round depends only on its start, so neither answers nor decisions depend on the threads. The core starts no
+//! threads: the caller runs the parts, for example with `std::thread::scope`. Each part gives its answers in order, so it is also done
+//! once it has as many as are wanted, or one that comes after all wanted ones.
+//!
+//! [`best_in_parts`] deals out the open states of [`BestFirst`], [`property_guided_in_parts`] the workers of SH-PGSA: a worker has
+//! all that its steps need (its relations, and the variables that they leave open), so any number of workers can make steps at the
+//! same time. The public program of the thesis has the workers, but lets one after the other make steps.
 
 use super::Plan;
-use super::best_first::{BestFirst, Open, Progress};
+use super::best_first::{BestFirst, Open};
 use super::graph::{Graph, Options};
-use super::limits::{Limits, StopReason};
-use super::subproblem::ChoiceId;
+use super::limits::{Limits, StopReason, states};
+use super::progress::Progress;
+use super::property_guided::{Search, property_guided};
 use super::utility::Weight;
-use crate::knowledge::{RelationId, VariableId};
+use crate::knowledge::{Id, RelationId, VariableId};
 use crate::substitution::Substitution;
+use alloc::boxed::Box;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
+use core::fmt::Debug;
 
-/// The expansions of a part in one round: about a millisecond, much more than the start of a thread.
+/// The decisions of a part in one round: about a millisecond, much more than the start of a thread.
 const ROUND: u64 = 8192;
 
-/// The open states to have for each part before they are distributed.
+/// The open states to have for each part before they are dealt out.
 const SPREAD: usize = 8;
 
-/// A part of a search: a share of the open states, run for a round at a time.
+/// A part of a search: a share of what is open, run for a round at a time.
 #[derive(Debug)]
-pub struct Part<'s, 'a> {
-    search: &'s BestFirst<'a>,
-    open: Open,
+pub struct Part<'s> {
+    share: Box<dyn Share + 's>,
+    /// How many answers it may still give, until nobody wants more of it.
+    missing: usize,
     /// The answers since the last round.
     found: Vec<Answer>,
-    /// The largest weight that is wanted.
-    cutoff: Weight,
+    /// The rank of the last answer.
+    last: Option<Rank>,
+    /// The last rank that is wanted; `None` while any is.
+    cutoff: Option<Rank>,
 }
 
-/// A substitution with all that its order depends on.
+/// What the order of answers depends on.
+#[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
+struct Rank {
+    weight: Weight,
+    /// The decisions, breadth first from the root: numbers that rise in file order.
+    order: Vec<u32>,
+}
+
+/// A substitution with its rank.
 #[derive(Debug, PartialEq, Eq, PartialOrd, Ord)]
 struct Answer {
-    weight: Weight,
-    /// The decisions, breadth first from the root.
-    order: Vec<ChoiceId>,
+    rank: Rank,
     substitution: Substitution,
 }
 
-impl Part<'_, '_> {
-    /// Runs one round.
-    pub fn run(&mut self) {
-        let end = self.open.expanded().saturating_add(ROUND);
-        while self.open.expanded() < end && self.is_wanted() {
-            if self.search.advance(&mut self.open) == Progress::Answer {
-                self.found.push(Answer::at(self.search, &self.open));
-            }
-        }
-    }
-
-    /// Whether an open state may lead to a wanted answer.
-    fn is_wanted(&self) -> bool {
-        self.open.bound().is_some_and(|bound| bound <= self.cutoff)
+impl Answer {
+    /// Its size as [`Limits::states`] counts it.
+    fn states(&self) -> usize {
+        states(self.rank.order.len() + self.substitution.steps.len() + self.substitution.sources.len())
     }
 }
 
-impl Answer {
-    fn at(search: &BestFirst, open: &Open) -> Answer {
-        let (weight, order) = open.rank();
-        Answer { weight, order, substitution: search.substitution(open) }
+/// A search, or a share of one, that makes a step at a time.
+trait Share: Debug + Send {
+    fn advance(&mut self) -> Progress;
+
+    /// The smallest weight of what is open; `None` when nothing is.
+    fn bound(&self) -> Option<Weight>;
+
+    /// The number of decisions made.
+    fn expanded(&self) -> u64;
+
+    /// What is kept, as [`Limits::states`] counts it.
+    fn states(&self) -> usize;
+
+    /// The answer that the last step has reached.
+    fn answer(&self) -> Answer;
+
+    /// Some answer, perhaps not the best, that was not yet reached.
+    fn any(&mut self) -> Option<(Substitution, f64)>;
+
+    /// Makes steps until a round is over, or no further answer is wanted: of so many, up to a rank.
+    fn run(&mut self, missing: usize, cutoff: Option<&Rank>, found: &mut Vec<Answer>) {
+        let end = self.expanded().saturating_add(ROUND);
+        let most = cutoff.map_or(Weight::MAX, |cutoff| cutoff.weight);
+        while self.expanded() < end && self.bound().is_some_and(|bound| bound <= most) {
+            if self.advance() == Progress::Answer {
+                found.push(self.answer());
+                let is_last = found.last().zip(cutoff).is_some_and(|(last, cutoff)| last.rank > *cutoff);
+                if is_last || found.len() >= missing {
+                    break;
+                }
+            }
+        }
+    }
+}
+
+impl Part<'_> {
+    /// Runs one round.
+    pub fn run(&mut self) {
+        if self.is_wanted() {
+            self.share.run(self.missing, self.cutoff.as_ref(), &mut self.found);
+            self.missing = self.missing.saturating_sub(self.found.len());
+            self.last = self.found.last().map(|answer| answer.rank.clone()).or(self.last.take());
+        }
+    }
+
+    /// Whether what is open may lead to a wanted answer.
+    fn is_wanted(&self) -> bool {
+        let Some(bound) = self.share.bound() else { return false };
+        let is_before =
+            |cutoff: &Rank| bound <= cutoff.weight && self.last.as_ref().is_none_or(|it| it <= cutoff);
+        self.missing > 0 && self.cutoff.as_ref().is_none_or(is_before)
+    }
+}
+
+/// A share of the open states of the exact search.
+#[derive(Debug)]
+struct States<'s, 'a> {
+    search: &'s BestFirst<'a>,
+    open: Open,
+}
+
+impl Share for States<'_, '_> {
+    fn advance(&mut self) -> Progress {
+        self.search.advance(&mut self.open)
+    }
+
+    fn bound(&self) -> Option<Weight> {
+        self.open.bound()
+    }
+
+    fn expanded(&self) -> u64 {
+        self.open.expanded()
+    }
+
+    fn states(&self) -> usize {
+        self.open.states()
+    }
+
+    fn answer(&self) -> Answer {
+        let (weight, choices) = self.open.rank();
+        let order = choices.into_iter().map(|choice| choice.index() as u32).collect();
+        Answer { rank: Rank { weight, order }, substitution: self.search.substitution(&self.open) }
+    }
+
+    fn any(&mut self) -> Option<(Substitution, f64)> {
+        self.search.any()
+    }
+}
+
+impl Share for Search<'_> {
+    fn advance(&mut self) -> Progress {
+        Search::advance(self)
+    }
+
+    fn bound(&self) -> Option<Weight> {
+        Search::bound(self)
+    }
+
+    fn expanded(&self) -> u64 {
+        Search::expanded(self)
+    }
+
+    fn states(&self) -> usize {
+        self.kept()
+    }
+
+    fn answer(&self) -> Answer {
+        let (weight, relations) = self.rank();
+        let number =
+            |relation: Option<RelationId>| relation.map_or(0, |relation| relation.index() as u32 + 1);
+        let rank = Rank { weight, order: relations.map(number).collect() };
+        Answer { rank, substitution: Search::answer(self).0 }
+    }
+
+    fn any(&mut self) -> Option<(Substitution, f64)> {
+        Search::any(self)
     }
 }
 
@@ -70,7 +189,7 @@ impl Answer {
 /// [`Part::run`] once for each.
 ///
 /// The answers are those of [`best`](super::best), whatever the parts. At a limit, the answers proven best so far are returned;
-/// limits count over all parts, and are checked after each round of at most 8192 expansions a part.
+/// limits count over all parts, and are checked after each round of at most 8192 decisions a part.
 pub fn best_in_parts(
     graph: &Graph,
     root: VariableId,
@@ -78,99 +197,158 @@ pub fn best_in_parts(
     count: usize,
     limits: Limits,
     parts: usize,
-    run_all: impl Fn(&mut [Part<'_, '_>]),
+    run_all: impl Fn(&mut [Part<'_>]),
 ) -> Plan {
     let search = BestFirst::new(graph, root, options, Limits::NONE);
     if count == 0 || search.stopped().is_some() {
         return Plan { substitutions: Vec::new(), stop: search.stop(), expanded: 0, bound: search.bound() };
     }
-    let mut answers = Answers { wanted: count, best: Vec::new() };
-    let mut parts = deal(&search, parts.max(1), &mut answers);
-    let stop = loop {
-        let cutoff = answers.cutoff();
-        parts.iter_mut().for_each(|part| part.cutoff = cutoff);
-        if !parts.iter().any(Part::is_wanted) {
-            let left = parts.iter().any(|part| part.open.bound().is_some());
-            break if left { StopReason::Found(count) } else { StopReason::Complete };
-        }
-        if let Some(limit) = limit(&parts, limits) {
-            break limit;
-        }
-        run_all(&mut parts);
-        parts.iter_mut().for_each(|part| answers.add(&mut part.found));
-    };
-    plan(graph, &search, parts, answers, stop)
+    let parts = parts.max(1);
+    let mut first = States { search: &search, open: search.begin() };
+    let found = spread(&mut first, parts, |first| first.open.count());
+    let share = |open| -> Box<dyn Share + '_> { Box::new(States { search: &search, open }) };
+    let shares = search.deal(first.open, parts).into_iter().map(share);
+    in_rounds(graph, shares, found, count, limits, run_all)
 }
 
-/// Distributes the open states after the first decisions.
-fn deal<'s, 'a>(search: &'s BestFirst<'a>, parts: usize, answers: &mut Answers) -> Vec<Part<'s, 'a>> {
-    let mut open = search.begin();
+/// The `count` best substitutions of `root` by SH-PGSA, whose workers are dealt out to `parts` parts; `run_all` as for
+/// [`best_in_parts`].
+///
+/// The answers are those of [`property_guided`](super::property_guided()), whatever the parts. Limits as for [`best_in_parts`].
+pub fn property_guided_in_parts(
+    graph: &Graph,
+    root: VariableId,
+    options: &Options,
+    count: usize,
+    limits: Limits,
+    parts: usize,
+    run_all: impl Fn(&mut [Part<'_>]),
+) -> Plan {
+    if count == 0 {
+        return property_guided(graph, root, options, count, limits);
+    }
+    let mut search = match Search::begin(graph, root, options) {
+        Ok(search) => search,
+        Err(refusal) => return refusal,
+    };
+    let parts = parts.max(1);
+    let found = spread(&mut search, parts, Search::open_count);
+    let share = |at| -> Box<dyn Share + '_> { Box::new(search.share(at, parts)) };
+    in_rounds(graph, (0..parts).map(share), found, count, limits, run_all)
+}
+
+/// Makes steps until there is enough for each part; returns the answers reached on the way.
+fn spread<S: Share>(search: &mut S, parts: usize, open: impl Fn(&S) -> usize) -> Vec<Answer> {
     let mut found = Vec::new();
     for _ in 0..SPREAD * SPREAD * parts {
-        if open.count() >= SPREAD * parts {
+        if open(search) >= SPREAD * parts {
             break;
         }
-        match search.advance(&mut open) {
-            Progress::Answer => found.push(Answer::at(search, &open)),
+        match search.advance() {
+            Progress::Answer => found.push(search.answer()),
             Progress::Decision => {}
             Progress::End => break,
         }
     }
-    answers.add(&mut found);
-    let part = |open| Part { search, open, found: Vec::new(), cutoff: Weight::MAX };
-    search.deal(open, parts).into_iter().map(part).collect()
+    found
 }
 
-fn limit(parts: &[Part], limits: Limits) -> Option<StopReason> {
-    let expanded: u64 = parts.iter().map(|part| part.open.expanded()).sum();
+/// Runs the parts with these shares, round by round, until the `count` best answers or a limit are reached.
+fn in_rounds<'s>(
+    graph: &Graph,
+    shares: impl Iterator<Item = Box<dyn Share + 's>>,
+    found: Vec<Answer>,
+    count: usize,
+    limits: Limits,
+    run_all: impl Fn(&mut [Part<'_>]),
+) -> Plan {
+    let part = |share| Part { share, missing: count, found: Vec::new(), last: None, cutoff: None };
+    let mut parts: Vec<Part> = shares.map(part).collect();
+    let mut answers = Answers { graph, wanted: count, all: Vec::new(), states: 0 };
+    answers.add(found);
+    let stop = loop {
+        let cutoff = answers.cutoff();
+        parts.iter_mut().for_each(|part| part.cutoff.clone_from(&cutoff));
+        if !parts.iter().any(Part::is_wanted) {
+            let left = parts.iter().any(|part| part.share.bound().is_some());
+            break if left { StopReason::Found(count) } else { StopReason::Complete };
+        }
+        if let Some(limit) = limit(&parts, &answers, limits) {
+            break limit;
+        }
+        run_all(&mut parts);
+        parts.iter_mut().for_each(|part| answers.add(core::mem::take(&mut part.found)));
+    };
+    plan(graph, parts, answers, stop)
+}
+
+fn limit(parts: &[Part], answers: &Answers, limits: Limits) -> Option<StopReason> {
+    let expanded: u64 = parts.iter().map(|part| part.share.expanded()).sum();
     if expanded >= limits.expansions {
         return Some(StopReason::LimitExpansions);
     }
-    let states: usize = parts.iter().map(|part| part.open.states()).sum();
-    (states >= limits.states).then_some(StopReason::LimitStates)
+    let states: usize = parts.iter().map(|part| part.share.states()).sum();
+    (states + answers.states >= limits.states).then_some(StopReason::LimitStates)
 }
 
-fn plan(graph: &Graph, search: &BestFirst, parts: Vec<Part>, answers: Answers, stop: StopReason) -> Plan {
-    let expanded = parts.iter().map(|part| part.open.expanded()).sum();
-    let open = parts.iter().filter_map(|part| part.open.bound()).min();
+fn plan(graph: &Graph, mut parts: Vec<Part>, mut answers: Answers, stop: StopReason) -> Plan {
+    answers.sort();
+    let expanded = parts.iter().map(|part| part.share.expanded()).sum();
+    let open = parts.iter().filter_map(|part| part.share.bound()).min();
     let bound = open.map_or(graph.scale().worst(), |open| graph.scale().utility(open));
     // An answer as heavy as an open state may come later in file order.
     let proven = |answer: &Answer| {
-        open.is_none_or(|open| answer.weight < open) || matches!(stop, StopReason::Found(_))
+        open.is_none_or(|open| answer.rank.weight < open) || matches!(stop, StopReason::Found(_))
     };
-    let utility = |answer: Answer| (answer.substitution, graph.scale().utility(answer.weight));
-    let mut substitutions: Vec<_> = answers.best.into_iter().filter(proven).map(utility).collect();
+    let utility = |answer: Answer| (answer.substitution, graph.scale().utility(answer.rank.weight));
+    let wanted = answers.wanted;
+    let (found, unproven): (Vec<_>, Vec<_>) = answers.all.into_iter().partition(proven);
+    let mut substitutions: Vec<_> = found.into_iter().map(utility).collect();
     if substitutions.is_empty() && stop != StopReason::Complete {
-        substitutions.extend(search.any());
+        let any = || parts.iter_mut().filter_map(|part| part.share.any()).max_by(|a, b| a.1.total_cmp(&b.1));
+        substitutions.extend(unproven.into_iter().next().map(utility).or_else(any));
     }
-    let all_found = substitutions.len() == answers.wanted && stop == StopReason::Complete;
-    let stop = if all_found { StopReason::Found(answers.wanted) } else { stop };
+    let all_found = substitutions.len() == wanted && stop == StopReason::Complete;
+    let stop = if all_found { StopReason::Found(wanted) } else { stop };
     Plan { substitutions, stop, expanded, bound }
 }
 
-/// The best answers so far, in order, each set of relations once.
-struct Answers {
+/// The answers so far.
+struct Answers<'g> {
+    graph: &'g Graph,
     wanted: usize,
-    best: Vec<Answer>,
+    /// The wanted ones and perhaps others, in order only after [`Answers::sort`].
+    all: Vec<Answer>,
+    /// The size of all, as [`Limits::states`] counts it.
+    states: usize,
 }
 
-impl Answers {
-    fn add(&mut self, found: &mut Vec<Answer>) {
-        if found.is_empty() {
-            return;
-        }
-        self.best.append(found);
-        self.best.sort_unstable();
-        let mut seen: BTreeSet<Vec<RelationId>> = BTreeSet::new();
-        self.best.retain(|answer| seen.insert(answer.substitution.relations()));
-        self.best.truncate(self.wanted);
+impl Answers<'_> {
+    fn add(&mut self, found: Vec<Answer>) {
+        self.states += found.iter().map(Answer::states).sum::<usize>();
+        self.all.extend(found);
     }
 
-    /// The largest weight that is still wanted.
-    fn cutoff(&self) -> Weight {
-        match self.best.last() {
-            Some(last) if self.best.len() == self.wanted => last.weight,
-            _ => Weight::MAX,
+    /// Puts the wanted answers in order, each set of relations once; drops the others.
+    fn sort(&mut self) {
+        self.all.sort_unstable();
+        let mut seen: BTreeSet<Vec<RelationId>> = BTreeSet::new();
+        let graph = self.graph;
+        self.all.retain(|Answer { substitution, .. }| {
+            let mut steps = substitution.steps.iter();
+            let is_ambiguous = steps.any(|step| graph.has_several_outputs(step.relation));
+            !is_ambiguous || seen.insert(substitution.relations())
+        });
+        self.all.truncate(self.wanted);
+        self.states = self.all.iter().map(Answer::states).sum();
+    }
+
+    /// The last rank that is wanted; `None` while any is.
+    fn cutoff(&mut self) -> Option<Rank> {
+        if self.all.len() < self.wanted {
+            return None;
         }
+        self.sort();
+        self.all.get(self.wanted.checked_sub(1)?).map(|last| last.rank.clone())
     }
 }

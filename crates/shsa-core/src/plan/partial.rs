@@ -2,14 +2,14 @@
 
 use super::choices::{Before, Choice, Choices, Chosen, Load};
 use super::utility::Weight;
-use crate::knowledge::{IdVec, VariableId};
+use crate::knowledge::{IdVec, RelationId, VariableId};
 use crate::substitution::Substitution;
 use alloc::collections::BTreeSet;
-use alloc::rc::Rc;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// The state to restore when a decision is taken back.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Frame {
     choice: Choice,
     before: Before,
@@ -26,6 +26,7 @@ struct Link {
 }
 
 /// The needed variables, in the order in which they were first needed; the first ones of them are decided.
+#[derive(Clone, Debug)]
 pub(super) struct Partial<'a> {
     choices: Choices<'a>,
     needed: Vec<VariableId>,
@@ -36,7 +37,7 @@ pub(super) struct Partial<'a> {
     links: Vec<Link>,
     above: IdVec<VariableId, Option<u32>>,
     /// The sorted choices of the variables that were open so far.
-    sorted: IdVec<VariableId, Option<Rc<[Choice]>>>,
+    sorted: IdVec<VariableId, Option<Arc<[Choice]>>>,
 }
 
 impl<'a> Partial<'a> {
@@ -75,7 +76,7 @@ impl<'a> Partial<'a> {
 
     /// The choices of all open variables, lightest first, without choices that close a cycle; `None` when a variable has none.
     /// Also returns how many of them are not shared with other rounds.
-    pub(super) fn round(&mut self) -> Option<(Vec<Rc<[Choice]>>, usize)> {
+    pub(super) fn round(&mut self) -> Option<(Vec<Arc<[Choice]>>, usize)> {
         let mut own = 0;
         let mut round = Vec::with_capacity(self.open().len());
         for at in self.frames.len()..self.needed.len() {
@@ -94,7 +95,7 @@ impl<'a> Partial<'a> {
     }
 
     /// All choices of a variable, lightest first.
-    fn sorted(&mut self, variable: VariableId) -> Rc<[Choice]> {
+    fn sorted(&mut self, variable: VariableId) -> Arc<[Choice]> {
         let sort = || {
             let mut choices: Vec<_> = self.choices.of(variable).collect();
             choices.sort_by_key(|choice| (choice.least, choice.relation));
@@ -166,10 +167,23 @@ impl<'a> Partial<'a> {
         }
     }
 
-    /// The substitution of complete decisions, and whether others may use the same relations.
-    pub(super) fn substitution(&self) -> (Substitution, bool) {
-        let substitution = self.choices.substitution(&self.chosen);
-        let ambiguous = self.choices.is_ambiguous(&substitution);
-        (substitution, ambiguous)
+    /// The substitution of complete decisions.
+    pub(super) fn substitution(&self) -> Substitution {
+        self.choices.substitution(&self.chosen)
+    }
+
+    /// The relations of the decisions, ascending, each once, where other outputs of theirs could make another substitution;
+    /// `None` otherwise.
+    pub(super) fn ambiguous_relations(&self) -> Option<Vec<RelationId>> {
+        let relations = || self.frames.iter().filter_map(|frame| frame.choice.relation);
+        if !relations().any(|relation| self.choices.has_several_outputs(relation)) {
+            return None;
+        }
+        Some(relations().collect::<BTreeSet<_>>().into_iter().collect())
+    }
+
+    /// The relation of each decision, in their order; `None` where a variable is provided.
+    pub(super) fn relations(&self) -> impl Iterator<Item = Option<RelationId>> {
+        self.frames.iter().map(|frame| frame.choice.relation)
     }
 }

@@ -24,6 +24,7 @@ use super::choices::Choices;
 use super::graph::{Graph, Options};
 use super::limits::{Limits, StopReason, states};
 use super::partial::Partial;
+use super::progress::Progress;
 use super::utility::{Scale, Weight};
 use super::workers::{State, WorkerId, Workers};
 use crate::knowledge::{RelationId, VariableId};
@@ -44,7 +45,10 @@ pub fn property_guided(
     count: usize,
     limits: Limits,
 ) -> Plan {
-    search(graph, root, options, count, limits, None)
+    match Search::begin(graph, root, options) {
+        Ok(search) => search.run(count, limits, &mut |_| {}),
+        Err(refusal) => refusal,
+    }
 }
 
 /// Searches as [`property_guided`], and passes on each step when it is made.
@@ -57,7 +61,10 @@ pub fn property_guided_traced(
     limits: Limits,
     pass: &mut dyn FnMut(Step),
 ) -> Plan {
-    search(graph, root, options, count, limits, Some(pass))
+    match Search::begin(graph, root, options) {
+        Ok(search) => Search { trace: Some(Trace::default()), ..search }.run(count, limits, pass),
+        Err(refusal) => refusal,
+    }
 }
 
 /// A step of the search: a worker decides all variables that are open after an earlier step.
@@ -86,42 +93,30 @@ pub enum Leaves {
     Cycle,
 }
 
-fn search(
-    graph: &Graph,
-    root: VariableId,
-    options: &Options,
-    count: usize,
-    limits: Limits,
-    pass: Option<&mut dyn FnMut(Step)>,
-) -> Plan {
-    let choices = Choices::new(graph, root, options);
-    if let Some(refusal) = choices.refusal() {
-        return refusal;
-    }
-    let trace = pass.map(|pass| Trace { pass, steps: 0, numbers: BTreeMap::new() });
-    Search::new(choices, trace).run(count, limits)
-}
-
-/// Where steps are passed on.
-struct Trace<'p> {
-    pass: &'p mut dyn FnMut(Step),
+/// The numbers of the steps made.
+#[derive(Clone, Debug, Default)]
+struct Trace {
     /// The number of steps made.
     steps: usize,
     /// The numbers of the workers' steps.
     numbers: BTreeMap<WorkerId, usize>,
+    /// The last step, until it is passed on.
+    last: Option<Step>,
 }
 
 /// A worker whose decisions are part of the present ones.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Stand {
     worker: WorkerId,
     /// The number of decisions before its combination.
     decided: usize,
 }
 
-struct Search<'a, 'p> {
+/// The state of the search.
+#[derive(Clone, Debug)]
+pub(super) struct Search<'a> {
     scale: Scale,
-    trace: Option<Trace<'p>>,
+    trace: Option<Trace>,
     partial: Partial<'a>,
     workers: Workers,
     /// The workers of the present partial substitution, from depth 1 on.
@@ -129,55 +124,66 @@ struct Search<'a, 'p> {
     expanded: u64,
     /// Sets of relations of earlier answers that could appear again with other outputs.
     given: BTreeSet<Vec<RelationId>>,
-    substitutions: Vec<(Substitution, f64)>,
     /// The size of these in [`Limits::states`].
-    kept: usize,
+    given_states: usize,
 }
 
-impl<'a, 'p> Search<'a, 'p> {
-    fn new(choices: Choices<'a>, trace: Option<Trace<'p>>) -> Search<'a, 'p> {
-        Search {
+impl<'a> Search<'a> {
+    /// A search before the first step; the answer instead for a graph that must not be searched.
+    pub(super) fn begin(graph: &'a Graph, root: VariableId, options: &Options) -> Result<Search<'a>, Plan> {
+        let choices = Choices::new(graph, root, options);
+        if let Some(refusal) = choices.refusal() {
+            return Err(refusal);
+        }
+        Ok(Search {
             scale: choices.scale(),
-            trace,
+            trace: None,
             workers: Workers::new(choices.scale()),
             partial: Partial::new(choices),
             line: Vec::new(),
             expanded: 0,
             given: BTreeSet::new(),
-            substitutions: Vec::new(),
-            kept: 0,
-        }
+            given_states: 0,
+        })
     }
 
-    fn run(mut self, count: usize, limits: Limits) -> Plan {
+    fn run(mut self, count: usize, limits: Limits, pass: &mut dyn FnMut(Step)) -> Plan {
+        let (mut substitutions, mut kept) = (Vec::new(), 0);
         let stop = loop {
-            if self.substitutions.len() >= count {
-                break StopReason::Found(self.substitutions.len());
+            if substitutions.len() >= count {
+                break StopReason::Found(substitutions.len());
             }
-            if self.workers.lightest().is_none() {
+            if self.bound().is_none() {
                 break StopReason::Complete;
             }
-            if let Some(limit) = self.limit(limits) {
-                self.take_done();
+            if let Some(limit) = self.limit(limits, kept) {
+                // Without a proven answer, the best finished worker has to do.
+                let done = if substitutions.is_empty() { self.any() } else { None };
+                substitutions.extend(done);
                 break limit;
             }
-            if let Some((worker, weight)) = self.workers.pop() {
-                self.step(worker, weight);
+            if self.advance() == Progress::Answer {
+                let (substitution, utility) = self.answer();
+                kept += states(substitution.steps.len() + substitution.sources.len());
+                substitutions.push((substitution, utility));
             }
+            self.trace.as_mut().and_then(|trace| trace.last.take()).into_iter().for_each(&mut *pass);
         };
-        let open = self.workers.lightest();
+        let open = self.bound();
         let bound = open.map_or(self.scale.worst(), |weight| self.scale.utility(weight));
-        Plan { substitutions: self.substitutions, stop, expanded: self.expanded, bound }
+        Plan { substitutions, stop, expanded: self.expanded, bound }
     }
 
-    fn limit(&self, limits: Limits) -> Option<StopReason> {
+    fn limit(&self, limits: Limits, kept: usize) -> Option<StopReason> {
         if self.expanded >= limits.expansions {
             return Some(StopReason::LimitExpansions);
         }
-        (self.workers.kept() + self.kept >= limits.states).then_some(StopReason::LimitStates)
+        (self.kept() + kept >= limits.states).then_some(StopReason::LimitStates)
     }
 
-    fn step(&mut self, worker: WorkerId, weight: Weight) {
+    /// Lets the first open worker make a step, or reaches an answer.
+    pub(super) fn advance(&mut self) -> Progress {
+        let Some((worker, weight)) = self.workers.pop() else { return Progress::End };
         match self.workers.state(worker) {
             State::Potential => {
                 self.workers.follow(worker, weight);
@@ -189,8 +195,9 @@ impl<'a, 'p> Search<'a, 'p> {
                     self.workers.expand(worker, weight, choices, own);
                 }
             }
-            State::Done => self.answer(worker),
+            State::Done => return self.finish(worker),
         }
+        Progress::Decision
     }
 
     /// Decides a combination; one that closes a cycle is dropped.
@@ -206,16 +213,16 @@ impl<'a, 'p> Search<'a, 'p> {
             self.workers.make(worker, self.partial.weight(), State::Open);
             (Leaves::Open, self.partial.weight())
         };
-        self.pass_on(worker, &open, weight, leaves);
+        self.note(worker, &open, weight, leaves);
     }
 
-    /// Passes on the step of a worker that decided these variables.
-    fn pass_on(&mut self, worker: WorkerId, open: &[VariableId], weight: Weight, leaves: Leaves) {
+    /// Notes the step of a worker that decided these variables, to be passed on.
+    fn note(&mut self, worker: WorkerId, open: &[VariableId], weight: Weight, leaves: Leaves) {
         let Some(trace) = &mut self.trace else { return };
         trace.steps += 1;
         trace.numbers.insert(worker, trace.steps);
         let relations = self.workers.combination(worker).map(|choice| choice.relation);
-        (trace.pass)(Step {
+        trace.last = Some(Step {
             depth: self.workers.depth(worker).saturating_sub(1),
             after: trace.numbers.get(&self.workers.before(worker)).copied(),
             decisions: open.iter().copied().zip(relations).collect(),
@@ -268,24 +275,62 @@ impl<'a, 'p> Search<'a, 'p> {
         }
     }
 
-    /// Returns the substitution of a finished worker as an answer, unless an earlier one has the same relations.
-    fn answer(&mut self, worker: WorkerId) {
+    /// Goes to a finished worker: an answer, unless an earlier one has the same relations.
+    fn finish(&mut self, worker: WorkerId) -> Progress {
         self.go_to(worker);
-        let (substitution, ambiguous) = self.partial.substitution();
-        let relations = if ambiguous { substitution.relations() } else { Vec::new() };
-        let decisions = relations.len() + substitution.steps.len() + substitution.sources.len();
-        if !ambiguous || self.given.insert(relations) {
-            self.kept += states(decisions);
-            self.substitutions.push((substitution, self.scale.utility(self.partial.weight())));
+        let Some(relations) = self.partial.ambiguous_relations() else { return Progress::Answer };
+        let size = states(relations.len());
+        if !self.given.insert(relations) {
+            return Progress::Decision;
         }
+        self.given_states += size;
+        Progress::Answer
     }
 
-    /// Without a proven answer at a limit, returns the best finished worker.
-    fn take_done(&mut self) {
-        if self.substitutions.is_empty()
-            && let Some(worker) = self.workers.pop_done()
-        {
-            self.answer(worker);
+    /// The `at`-th share of the open workers, as a search of its own. Past decisions and answers are the first one's.
+    pub(super) fn share(&self, at: usize, shares: usize) -> Search<'a> {
+        let mut share = Search { workers: self.workers.share(at, shares), ..self.clone() };
+        if at > 0 {
+            (share.expanded, share.given_states) = (0, 0);
+            share.given.clear();
         }
+        share
+    }
+
+    /// The number of open workers.
+    pub(super) fn open_count(&self) -> usize {
+        self.workers.open_count()
+    }
+
+    /// The smallest weight of an open worker; `None` when none is open.
+    pub(super) fn bound(&self) -> Option<Weight> {
+        self.workers.lightest()
+    }
+
+    /// The number of decisions made, including repeated ones after a jump.
+    pub(super) fn expanded(&self) -> u64 {
+        self.expanded
+    }
+
+    /// The weight and the relations of the present decisions.
+    pub(super) fn rank(&self) -> (Weight, impl Iterator<Item = Option<RelationId>>) {
+        (self.partial.weight(), self.partial.relations())
+    }
+
+    /// The size of all that is kept in [`Limits::states`], without the answers.
+    pub(super) fn kept(&self) -> usize {
+        self.workers.kept() + self.given_states
+    }
+
+    /// The substitution of the present decisions, which are complete, and its utility.
+    pub(super) fn answer(&self) -> (Substitution, f64) {
+        (self.partial.substitution(), self.scale.utility(self.partial.weight()))
+    }
+
+    /// The best finished worker, although an open one may become better.
+    pub(super) fn any(&mut self) -> Option<(Substitution, f64)> {
+        let worker = self.workers.pop_done()?;
+        self.go_to(worker);
+        Some(self.answer())
     }
 }

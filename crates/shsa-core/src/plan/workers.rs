@@ -1,11 +1,12 @@
-//! The workers of [`property_guided`](super::property_guided()): the order of workers, and the order of combinations.
+//! The workers of [`property_guided`](super::property_guided()), and their order.
 
 use super::choices::Choice;
+use super::combinations::{Change, Round};
 use super::utility::{Scale, Weight};
 use crate::knowledge::{Id, IdVec};
 use alloc::boxed::Box;
 use alloc::collections::BinaryHeap;
-use alloc::rc::Rc;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 use core::cmp::{Ordering, Reverse};
 
@@ -22,74 +23,6 @@ impl Id for WorkerId {
     }
 }
 
-/// A variable of a step, counted from the first.
-type Position = u32;
-
-/// The choices of all variables of a step; a combination takes one for each.
-#[derive(Debug)]
-struct Round {
-    scale: Scale,
-    /// The choices of each position, lightest first.
-    choices: Vec<Rc<[Choice]>>,
-    /// The positions with several choices, in the order in which combinations leave the first one.
-    turns: Vec<Position>,
-}
-
-impl Round {
-    fn new(scale: Scale, choices: Vec<Rc<[Choice]>>) -> Round {
-        let mut round = Round { scale, choices, turns: Vec::new() };
-        round.find_turns();
-        round
-    }
-
-    fn positions(&self) -> impl Iterator<Item = Position> + use<> {
-        0..self.choices.len() as Position
-    }
-
-    fn choice(&self, position: Position, index: u32) -> Option<Choice> {
-        self.choices.get(position as usize)?.get(index as usize).copied()
-    }
-
-    /// A lower bound of the weight of a choice and those after it: for a maximum, a heavier choice may be without a relation.
-    fn least(&self, position: Position, index: u32) -> Weight {
-        let choices = self.choices.get(position as usize).map_or(&[][..], |choices| choices);
-        let after = choices.get(index as usize..).unwrap_or_default().iter().map(|choice| choice.least);
-        let first = after.clone().next().unwrap_or(Weight::ZERO);
-        if self.scale.is_additive() {
-            first
-        } else {
-            after.fold(first, |all, one| self.scale.least(all, one))
-        }
-    }
-
-    /// The weight of a combination with another choice at one position.
-    fn exchanged(&self, weight: Weight, position: Position, old: u32, new: u32) -> Weight {
-        let without = self.scale.without(weight, self.least(position, old));
-        self.scale.join(without, self.least(position, new))
-    }
-
-    /// Orders the positions by the additional weight of the second choice. Among equals, a position comes first if its second
-    /// choice is earlier in the file than its first. So each combination follows the combination that it is made from.
-    fn find_turns(&mut self) {
-        let mut turns: Vec<Position> =
-            self.positions().filter(|&position| self.choice(position, 1).is_some()).collect();
-        turns.sort_by_key(|&position| {
-            let relation = |index| self.choice(position, index).map(|choice| choice.relation);
-            let earlier = relation(1) < relation(0);
-            let place = if earlier { position } else { Position::MAX - position };
-            (self.scale.without(self.least(position, 1), self.least(position, 0)), !earlier, place)
-        });
-        self.turns = turns;
-    }
-}
-
-/// A position where a combination does not take the first choice, with its choice.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-struct Change {
-    position: Position,
-    index: u32,
-}
-
 /// The state of a worker.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) enum State {
@@ -102,7 +35,7 @@ pub(super) enum State {
 }
 
 /// A combination of choices, after the decisions of another worker.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 struct Worker {
     before: WorkerId,
     /// An earlier worker, such that any earlier one can be found in O(log depth) (Myers, "An applicative random-access stack",
@@ -120,7 +53,7 @@ struct Worker {
 
 /// All workers of a search, and which of them are open: the lightest comes first, among equals the one whose decisions come first
 /// in file order.
-#[derive(Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Workers {
     scale: Scale,
     workers: IdVec<WorkerId, Worker>,
@@ -152,6 +85,20 @@ impl Workers {
     /// The number of workers, and of their choices and changes.
     pub(super) fn kept(&self) -> usize {
         self.kept
+    }
+
+    /// The number of open workers.
+    pub(super) fn open_count(&self) -> usize {
+        self.current.len() + self.waiting.len()
+    }
+
+    /// The `at`-th share of the open workers, dealt out lightest first.
+    pub(super) fn share(&self, at: usize, shares: usize) -> Workers {
+        let mut open: Vec<_> = self.current.iter().map(|&worker| (self.weight, worker)).collect();
+        open.extend(self.waiting.iter().map(|Reverse(waiting)| *waiting));
+        open.sort_unstable();
+        let waiting = open.into_iter().skip(at).step_by(shares.max(1)).map(Reverse).collect();
+        Workers { waiting, current: Vec::new(), weight: Weight::ZERO, ..self.clone() }
     }
 
     /// The weight of the first open worker; `None` when none is open.
@@ -241,13 +188,13 @@ impl Workers {
         &mut self,
         worker: WorkerId,
         weight: Weight,
-        choices: Vec<Rc<[Choice]>>,
+        choices: Vec<Arc<[Choice]>>,
         own: usize,
     ) {
+        self.kept += choices.len() + own;
         let round = Round::new(self.scale, choices);
         let least = round.positions().map(|position| round.least(position, 0));
         let weight = self.scale.join_all(least.chain([weight]));
-        self.kept += round.choices.len() + own;
         self.workers[worker].round = Some(Box::new(round));
         self.add(worker, Vec::new(), None, weight);
     }
@@ -271,7 +218,7 @@ impl Workers {
     pub(super) fn follow(&mut self, worker: WorkerId, weight: Weight) {
         let before = self.workers[worker].before;
         let Some(round) = &self.workers[before].round else { return };
-        let following = round.following(&self.workers[worker], weight);
+        let following = round.following(&self.workers[worker].changes, self.workers[worker].turn, weight);
         for (changes, turn, weight) in following {
             self.add(before, changes, Some(turn), weight);
         }
@@ -324,74 +271,4 @@ impl Workers {
         };
         relation(x).cmp(&relation(y))
     }
-}
-
-/// A following combination: its changes, its last turn, and its weight.
-type Following = (Vec<Change>, u32, Weight);
-
-impl Round {
-    fn following(&self, worker: &Worker, weight: Weight) -> Vec<Following> {
-        let last = worker.turn.and_then(|turn| Some((turn, *self.turns.get(turn as usize)?)));
-        if self.scale.is_additive() {
-            self.following_by_turns(worker, last, weight)
-        } else {
-            self.following_anywhere(worker, weight)
-        }
-    }
-
-    /// A combination takes the next choice at its last changed position, or changes the next position, or changes the next
-    /// position in place of the last one.
-    fn following_by_turns(
-        &self,
-        Worker { changes, .. }: &Worker,
-        last: Option<(u32, Position)>,
-        weight: Weight,
-    ) -> Vec<Following> {
-        let mut following = Vec::new();
-        let next = last.map_or(0, |(turn, _)| turn + 1);
-        let next_position = self.turns.get(next as usize).copied();
-        if let Some(position) = next_position {
-            following.push((with(changes, position, 1), next, self.exchanged(weight, position, 0, 1)));
-        }
-        let Some((turn, position)) = last else { return following };
-        let index = index_at(changes, position);
-        if self.choice(position, index + 1).is_some() {
-            let weight = self.exchanged(weight, position, index, index + 1);
-            following.push((with(changes, position, index + 1), turn, weight));
-        }
-        if let (1, Some(next_position)) = (index, next_position) {
-            let weight = self.exchanged(self.exchanged(weight, position, 1, 0), next_position, 0, 1);
-            following.push((with(&with(changes, position, 0), next_position, 1), next, weight));
-        }
-        following
-    }
-
-    /// With a maximum, the first change is not known: a combination takes the next choice at any position from the last changed
-    /// one on.
-    fn following_anywhere(&self, Worker { changes, turn, .. }: &Worker, weight: Weight) -> Vec<Following> {
-        let turns = self.turns.iter().zip(0..).skip(turn.unwrap_or(0) as usize);
-        let follows = turns.map(|(&position, turn)| (position, turn, index_at(changes, position)));
-        let exist = follows.filter(|&(position, _, index)| self.choice(position, index + 1).is_some());
-        let follow = exist.map(|(position, turn, index)| {
-            let weight = self.exchanged(weight, position, index, index + 1);
-            (with(changes, position, index + 1), turn, weight)
-        });
-        follow.collect()
-    }
-}
-
-fn index_at(changes: &[Change], position: Position) -> u32 {
-    changes.iter().find(|change| change.position == position).map_or(0, |change| change.index)
-}
-
-/// The changes, with the choice `index` at a position.
-fn with(changes: &[Change], position: Position, index: u32) -> Vec<Change> {
-    let mut changes = changes.to_vec();
-    match (changes.binary_search_by_key(&position, |change| change.position), index) {
-        (Ok(at), 0) => drop(changes.remove(at)),
-        (Ok(at), index) => changes.get_mut(at).into_iter().for_each(|change| change.index = index),
-        (Err(_), 0) => {}
-        (Err(at), index) => changes.insert(at, Change { position, index }),
-    }
-    changes
 }

@@ -27,6 +27,7 @@ mod plan_carried_over;
 mod plan_contingency;
 mod plan_engines;
 mod plan_limits;
+mod plan_parallel;
 mod plan_random;
 mod plan_reference;
 mod plan_requirements;

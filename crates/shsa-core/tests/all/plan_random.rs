@@ -1,13 +1,9 @@
 //! The exact search compared with the oracle, on random knowledge bases.
 
-use crate::plan_support::{
-    Builder, KINDS, Kind, NORM, Random, check_sound, options, question, random, random_utility, utility,
-};
+use crate::plan_support::{Builder, Kind, NORM, Random, check_sound, question, random, utility};
 use crate::seeds::seeds;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::plan::{
-    BestFirst, Graph, Limits, Options, Part, Plan, Scratch, StopReason, best, best_in_parts, exhaustive,
-};
+use shsa_core::plan::{BestFirst, Graph, Limits, Options, Plan, Scratch, StopReason, best, exhaustive};
 use shsa_core::substitution::Substitution;
 
 /// Limits that suffice for the oracle in these tests.
@@ -94,52 +90,4 @@ fn properties_of_variables_count() {
     let found = best(&Graph::new(&knowledge), root, &Options::default(), 2, LIMITS).substitutions;
     let utilities: Vec<f64> = found.iter().map(|(_, utility)| *utility).collect();
     assert!((utilities[0] - 0.8 * 0.9).abs() < 1e-9 && (utilities[1] - 0.8 * 0.7).abs() < 1e-9, "{found:?}");
-}
-
-#[test]
-fn parts_of_a_search_give_what_the_whole_gives() {
-    let mut several = 0;
-    for seed in seeds(500) {
-        let mut numbers = Random(seed);
-        let kind = KINDS[numbers.below(KINDS.len())];
-        let size = 3 + numbers.below(9);
-        let ties = numbers.chance(0.4);
-        let knowledge = random(&mut numbers, kind, size, ties).with_utility(random_utility(&mut numbers));
-        let (graph, options) = (Graph::new(&knowledge), options(&mut numbers, &knowledge));
-        let root = knowledge.variables().ids().next().unwrap();
-        let count = if numbers.chance(0.5) { usize::MAX } else { 1 + numbers.below(5) };
-        let whole = best(&graph, root, &options, count, LIMITS);
-        let in_turn = |parts: &mut [Part]| parts.iter_mut().rev().for_each(Part::run);
-        let at_once = |parts: &mut [Part]| {
-            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
-        };
-        let parts = 1 + numbers.below(4);
-        let found = best_in_parts(&graph, root, &options, count, LIMITS, parts, in_turn);
-        assert!(found.substitutions == whole.substitutions, "seed {seed} {kind:?} in {parts} parts");
-        assert_eq!(found.stop, whole.stop, "seed {seed}");
-        if seed % 20 == 0 {
-            assert_eq!(found, best_in_parts(&graph, root, &options, count, LIMITS, parts, at_once));
-        }
-        several += usize::from(found.substitutions.len() > 1);
-    }
-    assert!(several > 75, "{several}");
-}
-
-#[test]
-fn a_limit_of_parts_leaves_a_true_bound() {
-    let knowledge = random(&mut Random(7), Kind::Equations, 60, false);
-    let graph = Graph::new(&knowledge);
-    let root = knowledge.variables().ids().next().unwrap();
-    let limits = Limits { expansions: 30_000, states: 300_000 };
-    let in_turn = |parts: &mut [Part]| parts.iter_mut().for_each(Part::run);
-    let found = best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, in_turn);
-    assert_eq!(found.stop, StopReason::LimitExpansions);
-    assert!(
-        found.substitutions.iter().all(|(_, utility)| *utility <= 1.0) && found.expanded < 30_000 + 3 * 9_000
-    );
-    let other =
-        best_in_parts(&graph, root, &Options::default(), usize::MAX, limits, 3, |parts: &mut [Part]| {
-            std::thread::scope(|scope| parts.iter_mut().for_each(|part| drop(scope.spawn(|| part.run()))));
-        });
-    assert_eq!(found, other);
 }

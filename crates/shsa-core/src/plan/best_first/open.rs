@@ -26,17 +26,6 @@ pub(in super::super) struct Open {
     pub(super) checked: Option<Substitution>,
 }
 
-/// The result of a step.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in super::super) enum Progress {
-    /// The decisions made are a substitution.
-    Answer,
-    /// A variable was decided, or a state dropped.
-    Decision,
-    /// No state is open.
-    End,
-}
-
 impl Open {
     pub(super) fn new(subproblem: &Subproblem) -> Open {
         let decisions = Decisions::new(subproblem);
