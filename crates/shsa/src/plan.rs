@@ -11,7 +11,7 @@ use anyhow::{anyhow, bail};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::plan::{
-    self, Graph, Limits, Options, Part, Plan, Preparation, Requirements, StopReason, Take,
+    self, Deal, Graph, Limits, Options, Part, Plan, Preparation, Requirements, StopReason, Take,
 };
 use shsa_format::text::counted;
 use shsa_report::shortfall::{Refused, refused};
@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
     /// With --contingency: for any two signals that are lost, too.
     #[arg(long, requires = "contingency")]
     pairs: bool,
-    /// How many threads the exact search may use; the result is the same.
+    /// How many threads the engines best-first and sh-pgsa may use; the result is the same.
     #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one)]
     threads: NonZeroUsize,
     /// Print the steps of the search too, as a tree; searches by SH-PGSA.
@@ -188,14 +188,18 @@ fn search(
             plan::best_meeting(knowledge, graph, variable, options, requirements, count, limits)
         }
         Engine::BestFirst if arguments.threads.get() > 1 => {
-            let parts = arguments.threads.get();
-            plan::best_in_parts(graph, variable, options, count, limits, parts, at_once)
+            let deal = Deal::among(arguments.threads.get());
+            plan::best_in_parts(graph, variable, options, count, limits, deal, at_once)
         }
         Engine::BestFirst => plan::best(graph, variable, options, count, limits),
         Engine::ShPgsa if arguments.trace => {
             plan::property_guided_traced(graph, variable, options, count, limits, &mut |step| {
                 trace.take(step)
             })
+        }
+        Engine::ShPgsa if arguments.threads.get() > 1 => {
+            let deal = Deal::among(arguments.threads.get());
+            plan::property_guided_in_parts(graph, variable, options, count, limits, deal, at_once)
         }
         Engine::ShPgsa => plan::property_guided(graph, variable, options, count, limits),
         Engine::Orr => plan::ontology(graph, variable, options, limits),

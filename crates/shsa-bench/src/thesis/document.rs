@@ -46,7 +46,14 @@ fn command(arguments: &Arguments) -> String {
     } else {
         format!(" --experiment {}", experiments.join(","))
     };
-    format!("shsa-bench thesis{only} --seeds {} --limit {} --out docs", arguments.seeds, arguments.limit)
+    let threads = match arguments.threads.get() {
+        1 => String::new(),
+        several => format!(" --threads {several}"),
+    };
+    format!(
+        "shsa-bench thesis{only} --seeds {} --limit {}{threads} --out docs",
+        arguments.seeds, arguments.limit
+    )
 }
 
 fn table(table: &Table) -> String {

@@ -5,8 +5,8 @@ use super::record::{Record, Search};
 use super::visit::Visit;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
-    BestFirst, Contingency, Graph, Limits, Options, Plan, Preparation, Scratch, Take, depth_first,
-    exhaustive, ontology, property_guided,
+    BestFirst, Contingency, Deal, Graph, Limits, Options, Part, Plan, Preparation, Scratch, Take,
+    best_in_parts, depth_first, exhaustive, ontology, property_guided, property_guided_in_parts,
 };
 use std::hint::black_box;
 use std::time::{Duration, Instant};
@@ -29,26 +29,30 @@ struct Subject<'a> {
     root: VariableId,
     options: Options,
     limits: Limits,
+    threads: usize,
 }
 
-/// Runs all searches in one graph. The root's own signals are lost. The times do not include making the graph.
+/// Runs all searches in one graph, those in parts with several threads only. The root's own signals are lost. The times do not
+/// include making the graph.
 ///
 /// # Errors
 /// When the graph cannot be made.
-pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>> {
+pub(super) fn measure(case: &Case, limits: Limits, threads: usize) -> anyhow::Result<Vec<Record>> {
     let (mut knowledge, root) = case.knowledge()?;
     for signal in knowledge.carriers(root).to_vec() {
         knowledge.set_available(signal, false);
     }
     let graph = Graph::new(&knowledge);
-    let subject = Subject { knowledge: &knowledge, graph, root, options: Options::default(), limits };
+    let subject =
+        Subject { knowledge: &knowledge, graph, root, options: Options::default(), limits, threads };
     let mut visit = Visit::new(&knowledge);
     let (reached, seconds) = time(|| visit.run(black_box(root)));
     let nodes = knowledge.variables().len() + knowledge.relations().len();
     let blank = Record { case: *case, nodes, reached, ..Record::of(*case, Search::Visit) };
     let mut records = vec![Record { seconds, ..blank.clone() }];
-    let searches =
-        Search::ALL.into_iter().filter(|search| case.seed < COUNTED || search.takes() == Some("first"));
+    let in_parts = Search::IN_PARTS.into_iter().filter(|_| threads > 1);
+    let searches = Search::ALL.into_iter().chain(in_parts);
+    let searches = searches.filter(|search| case.seed < COUNTED || search.takes() == Some("first"));
     records.extend(searches.filter_map(|search| {
         let (plan, seconds) = subject.search(search)?;
         Some(Record { search, seconds, ..blank.clone() }.with(&plan))
@@ -65,8 +69,8 @@ pub(super) fn measure(case: &Case, limits: Limits) -> anyhow::Result<Vec<Record>
 impl Subject<'_> {
     /// The plan of a search and its time; `None` for a visit or a table.
     fn search(&self, search: Search) -> Option<(Plan, f64)> {
-        let Subject { knowledge, graph, root, options, limits } = self;
-        let (root, limits) = (*root, *limits);
+        let Subject { knowledge, graph, root, options, limits, threads } = self;
+        let (root, limits, deal) = (*root, *limits, Deal::among(*threads));
         let count = |take| if take == Take::First { 1 } else { usize::MAX };
         Some(match search {
             Search::Visit | Search::Table => return None,
@@ -85,6 +89,12 @@ impl Subject<'_> {
             Search::PropertyGuided(take) => {
                 time(|| property_guided(graph, black_box(root), options, count(take), limits))
             }
+            Search::BestFirstInParts => {
+                time(|| best_in_parts(graph, black_box(root), options, usize::MAX, limits, deal, at_once))
+            }
+            Search::PropertyGuidedInParts => time(|| {
+                property_guided_in_parts(graph, black_box(root), options, usize::MAX, limits, deal, at_once)
+            }),
             Search::Ontology => time(|| ontology(graph, black_box(root), options, limits)),
             Search::DepthFirst(take) => time(|| depth_first(graph, black_box(root), options, take, limits)),
             Search::Exhaustive => time(|| exhaustive(knowledge, black_box(root), options, limits)),
@@ -99,6 +109,15 @@ impl Subject<'_> {
             .map(|(lost, _)| time(|| table.plan(black_box(self.root), black_box(lost)).is_some()).1)
             .collect()
     }
+}
+
+/// Runs each part of a search in a thread of its own.
+fn at_once(parts: &mut [Part]) {
+    std::thread::scope(|scope| {
+        for part in parts {
+            scope.spawn(|| part.run());
+        }
+    });
 }
 
 /// All answers; without counting them as kept states.

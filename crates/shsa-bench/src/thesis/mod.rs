@@ -37,6 +37,9 @@ pub(crate) struct Arguments {
     /// After how many decisions, and how many kept states, a search is stopped.
     #[arg(long, value_name = "N", default_value = "1000000", value_parser = at_least_one)]
     limit: NonZeroUsize,
+    /// Besides, find all answers with so many threads, by the searches that can run in parts.
+    #[arg(long, value_name = "N", default_value = "1", value_parser = at_least_one)]
+    threads: NonZeroUsize,
     /// Write experiments.md, its plots and the raw results there.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -59,7 +62,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut records = Vec::new();
     for case in &cases {
         progress.set_message(case.to_string());
-        let measured = measure(case, limits)?;
+        let measured = measure(case, limits, arguments.threads.get())?;
         progress.inc(case.effort());
         if arguments.json {
             measured.iter().try_for_each(|record| writeln!(stdout().lock(), "{}", record.to_json()))?;

@@ -11,6 +11,9 @@ pub(super) enum Search {
     Visit,
     BestFirst(Take),
     PropertyGuided(Take),
+    /// All answers, by several threads.
+    BestFirstInParts,
+    PropertyGuidedInParts,
     Ontology,
     DepthFirst(Take),
     Exhaustive,
@@ -31,12 +34,17 @@ impl Search {
         Search::Exhaustive,
     ];
 
+    /// The searches that run on several threads.
+    pub(super) const IN_PARTS: [Search; 2] = [Search::BestFirstInParts, Search::PropertyGuidedInParts];
+
     /// The search's name.
     pub(super) fn name(self) -> &'static str {
         match self {
             Search::Visit => "visit",
             Search::BestFirst(_) => "best_first",
             Search::PropertyGuided(_) => "property_guided",
+            Search::BestFirstInParts => "best_first_in_parts",
+            Search::PropertyGuidedInParts => "property_guided_in_parts",
             Search::Ontology => "ontology",
             Search::DepthFirst(_) => "depth_first",
             Search::Exhaustive => "exhaustive",
@@ -49,7 +57,7 @@ impl Search {
         match self {
             Search::Visit | Search::Table => None,
             Search::Ontology => Some("first"),
-            Search::Exhaustive => Some("all"),
+            Search::Exhaustive | Search::BestFirstInParts | Search::PropertyGuidedInParts => Some("all"),
             Search::BestFirst(take) | Search::PropertyGuided(take) | Search::DepthFirst(take) => {
                 Some(if take == Take::First { "first" } else { "all" })
             }

@@ -35,6 +35,7 @@ pub(super) fn tables(records: &[Record]) -> Vec<Table> {
         first(&groups),
         ratios(&groups),
         all(&groups),
+        in_parts(&groups),
         public(&groups),
         quality(&groups),
         work(&groups),
@@ -90,6 +91,11 @@ impl Group<'_> {
     fn ratios(&self) -> impl Iterator<Item = (usize, f64)> {
         let best = self.of(Search::BestFirst(Take::First));
         best.zip(self.of(Search::Visit)).map(|(best, visit)| (best.reached, best.seconds / visit.seconds))
+    }
+
+    /// How many times as long one search takes as another.
+    fn gain(&self, one: Search, other: Search) -> String {
+        spread(self.of(one).zip(self.of(other)).map(|(one, other)| one.seconds / other.seconds), tenths)
     }
 
     /// The smallest and the largest number of substitutions; `>` where a limit ended the search.
@@ -218,6 +224,39 @@ fn all(groups: &[Group]) -> Table {
             "exhaustive",
         ],
         rows: groups.iter().map(row).collect(),
+    }
+}
+
+fn in_parts(groups: &[Group]) -> Table {
+    let row = |group: &Group| {
+        let [best, guided] = [
+            (Search::BestFirst(Take::All), Search::BestFirstInParts),
+            (Search::PropertyGuided(Take::All), Search::PropertyGuidedInParts),
+        ]
+        .map(|(one, several)| [group.time(one), group.time(several), group.gain(one, several)]);
+        let head = [
+            group.kind.to_string(),
+            group.of(Search::BestFirstInParts).count().to_string(),
+            group.substitutions(),
+        ];
+        let measured = group.of(Search::BestFirstInParts).next().is_some();
+        measured.then(|| head.into_iter().chain(best).chain(guided).collect())
+    };
+    Table {
+        title: "All answers, on several threads",
+        note: "As \"All answers\", with each search dealt out to as many parts as there are threads (--threads); gain: the time of one thread by that of several.",
+        head: vec![
+            "graph",
+            "graphs",
+            "substitutions",
+            "best_first",
+            "in parts",
+            "gain",
+            "property_guided",
+            "in parts",
+            "gain",
+        ],
+        rows: groups.iter().filter_map(row).collect(),
     }
 }
 

@@ -69,6 +69,24 @@ fn the_case_studies_are_planned_and_looked_up() {
 }
 
 #[test]
+fn several_threads_find_what_one_does() {
+    let lines = lines("--experiment ex1 --limit 100000 --threads 2");
+    assert_eq!(lines.len(), 5 * 11);
+    for (one, several) in
+        [("best_first", "best_first_in_parts"), ("property_guided", "property_guided_in_parts")]
+    {
+        for depth in [2, 4, 6] {
+            let [one, several] = [one, several].map(|search| of(&lines, search, "all", depth));
+            for key in ["found", "stop", "utility", "bound"] {
+                assert_eq!(one[key], several[key], "{several}");
+            }
+        }
+    }
+    let text = Folder::new().ends("thesis --experiment rover --threads 2", 0).stdout;
+    assert!(text.contains("All answers, on several threads"), "{text}");
+}
+
+#[test]
 fn the_document_names_its_command_and_keeps_the_results() {
     let folder = Folder::new();
     let output = folder.ends("thesis --experiment ex2,drivetrain --seeds 1 --limit 500 --out docs", 0).stdout;

@@ -35,7 +35,7 @@ pub use exhaustive::exhaustive;
 pub use graph::{Appraisal, Graph, Options};
 pub use limits::{Limits, StopReason};
 pub use ontology::ontology;
-pub use parallel::{Part, best_in_parts, property_guided_in_parts};
+pub use parallel::{Deal, Part, best_in_parts, property_guided_in_parts};
 pub use property_guided::{Leaves, Step, property_guided, property_guided_traced};
 pub use requirements::{Requirements, Shortfall};
 pub use scratch::Scratch;

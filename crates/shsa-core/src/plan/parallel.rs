@@ -1,6 +1,6 @@
 //! The searches that can run in several parts at once, with the same result for any number of threads.
 //!
-//! One search makes the first decisions; what it leaves open is then dealt out to the parts. They work in rounds of a fixed number
+//! One search makes the first decisions, and a small one is over then; what it leaves open is dealt out to the parts. They work in rounds of a fixed number
 //! of decisions. After each round all answers are merged, and a part stops where it cannot beat the last of the wanted answers. The
 //! result of a round depends only on its start, so neither answers nor decisions depend on the threads. The core starts no
 //! threads: the caller runs the parts, for example with `std::thread::scope`. Each part gives its answers in order, so it is also done
@@ -29,6 +29,23 @@ const ROUND: u64 = 8192;
 
 /// The open states to have for each part before they are dealt out.
 const SPREAD: usize = 8;
+
+/// How a search is dealt out.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Deal {
+    /// The number of parts; 0 counts as 1.
+    pub parts: usize,
+    /// The decisions that are made before anything is dealt out: a search that needs no more is over sooner without threads.
+    pub alone: u64,
+}
+
+impl Deal {
+    /// Deals out to so many parts, after 2048 decisions: about as long as the start of several threads takes.
+    #[must_use]
+    pub const fn among(parts: usize) -> Deal {
+        Deal { parts, alone: 2048 }
+    }
+}
 
 /// A part of a search: a share of what is open, run for a round at a time.
 #[derive(Debug)]
@@ -85,9 +102,9 @@ trait Share: Debug + Send {
     /// Some answer, perhaps not the best, that was not yet reached.
     fn any(&mut self) -> Option<(Substitution, f64)>;
 
-    /// Makes steps until a round is over, or no further answer is wanted: of so many, up to a rank.
-    fn run(&mut self, missing: usize, cutoff: Option<&Rank>, found: &mut Vec<Answer>) {
-        let end = self.expanded().saturating_add(ROUND);
+    /// Makes steps until there are so many decisions more, or no further answer is wanted: of so many, up to a rank.
+    fn run(&mut self, decisions: u64, missing: usize, cutoff: Option<&Rank>, found: &mut Vec<Answer>) {
+        let end = self.expanded().saturating_add(decisions);
         let most = cutoff.map_or(Weight::MAX, |cutoff| cutoff.weight);
         while self.expanded() < end && self.bound().is_some_and(|bound| bound <= most) {
             if self.advance() == Progress::Answer {
@@ -105,7 +122,7 @@ impl Part<'_> {
     /// Runs one round.
     pub fn run(&mut self) {
         if self.is_wanted() {
-            self.share.run(self.missing, self.cutoff.as_ref(), &mut self.found);
+            self.share.run(ROUND, self.missing, self.cutoff.as_ref(), &mut self.found);
             self.missing = self.missing.saturating_sub(self.found.len());
             self.last = self.found.last().map(|answer| answer.rank.clone()).or(self.last.take());
         }
@@ -185,8 +202,8 @@ impl Share for Search<'_> {
     }
 }
 
-/// The `count` best substitutions of `root`, searched in `parts` parts that `run_all` runs for a round: it must call
-/// [`Part::run`] once for each.
+/// The `count` best substitutions of `root`, searched in parts that `run_all` runs for a round: it must call [`Part::run`] once
+/// for each.
 ///
 /// The answers are those of [`best`](super::best), whatever the parts. At a limit, the answers proven best so far are returned;
 /// limits count over all parts, and are checked after each round of at most 8192 decisions a part.
@@ -196,23 +213,22 @@ pub fn best_in_parts(
     options: &Options,
     count: usize,
     limits: Limits,
-    parts: usize,
+    deal: Deal,
     run_all: impl Fn(&mut [Part<'_>]),
 ) -> Plan {
     let search = BestFirst::new(graph, root, options, Limits::NONE);
     if count == 0 || search.stopped().is_some() {
         return Plan { substitutions: Vec::new(), stop: search.stop(), expanded: 0, bound: search.bound() };
     }
-    let parts = parts.max(1);
+    let parts = deal.parts.max(1);
     let mut first = States { search: &search, open: search.begin() };
-    let found = spread(&mut first, parts, |first| first.open.count());
+    let found = spread(&mut first, count, limits, deal, |first| first.open.count());
     let share = |open| -> Box<dyn Share + '_> { Box::new(States { search: &search, open }) };
     let shares = search.deal(first.open, parts).into_iter().map(share);
     in_rounds(graph, shares, found, count, limits, run_all)
 }
 
-/// The `count` best substitutions of `root` by SH-PGSA, whose workers are dealt out to `parts` parts; `run_all` as for
-/// [`best_in_parts`].
+/// The `count` best substitutions of `root` by SH-PGSA, whose workers are dealt out to parts; `run_all` as for [`best_in_parts`].
 ///
 /// The answers are those of [`property_guided`](super::property_guided()), whatever the parts. Limits as for [`best_in_parts`].
 pub fn property_guided_in_parts(
@@ -221,7 +237,7 @@ pub fn property_guided_in_parts(
     options: &Options,
     count: usize,
     limits: Limits,
-    parts: usize,
+    deal: Deal,
     run_all: impl Fn(&mut [Part<'_>]),
 ) -> Plan {
     if count == 0 {
@@ -231,17 +247,25 @@ pub fn property_guided_in_parts(
         Ok(search) => search,
         Err(refusal) => return refusal,
     };
-    let parts = parts.max(1);
-    let found = spread(&mut search, parts, Search::open_count);
+    let parts = deal.parts.max(1);
+    let found = spread(&mut search, count, limits, deal, Search::open_count);
     let share = |at| -> Box<dyn Share + '_> { Box::new(search.share(at, parts)) };
     in_rounds(graph, (0..parts).map(share), found, count, limits, run_all)
 }
 
-/// Makes steps until there is enough for each part; returns the answers reached on the way.
-fn spread<S: Share>(search: &mut S, parts: usize, open: impl Fn(&S) -> usize) -> Vec<Answer> {
+/// Makes the first decisions, until the `count` best answers are found or there is enough for each part; returns the answers.
+fn spread<S: Share>(
+    search: &mut S,
+    count: usize,
+    limits: Limits,
+    deal: Deal,
+    open: impl Fn(&S) -> usize,
+) -> Vec<Answer> {
     let mut found = Vec::new();
-    for _ in 0..SPREAD * SPREAD * parts {
-        if open(search) >= SPREAD * parts {
+    search.run(deal.alone.min(limits.expansions), count, None, &mut found);
+    let enough = deal.parts.max(1).saturating_mul(SPREAD);
+    for _ in 0..enough.saturating_mul(SPREAD) {
+        if found.len() >= count || open(search) >= enough {
             break;
         }
         match search.advance() {
@@ -262,7 +286,9 @@ fn in_rounds<'s>(
     limits: Limits,
     run_all: impl Fn(&mut [Part<'_>]),
 ) -> Plan {
-    let part = |share| Part { share, missing: count, found: Vec::new(), last: None, cutoff: None };
+    // What is found later comes later in the order.
+    let (missing, last) = (count - found.len().min(count), found.last().map(|last| last.rank.clone()));
+    let part = |share| Part { share, missing, found: Vec::new(), last: last.clone(), cutoff: None };
     let mut parts: Vec<Part> = shares.map(part).collect();
     let mut answers = Answers { graph, wanted: count, all: Vec::new(), states: 0 };
     answers.add(found);

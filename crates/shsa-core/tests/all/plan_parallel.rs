@@ -4,7 +4,7 @@ use crate::plan_support::{Kind, Random, first, question, random, tree};
 use crate::seeds::seeds;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{
-    Graph, Limits, Options, Part, Plan, StopReason, best, best_in_parts, property_guided,
+    Deal, Graph, Limits, Options, Part, Plan, StopReason, best, best_in_parts, property_guided,
     property_guided_in_parts,
 };
 use std::cell::Cell;
@@ -41,12 +41,12 @@ impl Question<'_> {
         search(self.graph, self.root, self.options, self.count, self.limits)
     }
 
-    fn in_parts(&self, parts: usize, run_all: impl Fn(&mut [Part])) -> Plan {
+    fn in_parts(&self, deal: Deal, run_all: impl Fn(&mut [Part])) -> Plan {
         let Question { graph, root, options, count, limits, .. } = *self;
         match self.engine {
-            Engine::BestFirst => best_in_parts(graph, root, options, count, limits, parts, run_all),
+            Engine::BestFirst => best_in_parts(graph, root, options, count, limits, deal, run_all),
             Engine::PropertyGuided => {
-                property_guided_in_parts(graph, root, options, count, limits, parts, run_all)
+                property_guided_in_parts(graph, root, options, count, limits, deal, run_all)
             }
         }
     }
@@ -78,14 +78,15 @@ fn parts_of_a_search_give_what_the_whole_gives() {
         let graph = Graph::new(&knowledge);
         let count = if numbers.chance(0.5) { usize::MAX } else { numbers.below(6) };
         let parts = 1 + numbers.below(5);
+        let deal = Deal { parts, alone: numbers.below(20) as u64 };
         let plans = ENGINES.map(|engine| {
             let question = Question { engine, graph: &graph, root, options: &options, count, limits: LIMITS };
-            let (whole, found) = (question.whole(), question.in_parts(parts, in_turn));
+            let (whole, found) = (question.whole(), question.in_parts(deal, in_turn));
             let label = format!("seed {seed} {kind:?} {engine:?} in {parts} parts");
             assert_eq!(found.substitutions, whole.substitutions, "{label}");
             assert_eq!(found.stop, whole.stop, "{label}");
             if seed % 20 == 0 {
-                assert_eq!(found, question.in_parts(parts, on_threads(2)), "{label}");
+                assert_eq!(found, question.in_parts(deal, on_threads(2)), "{label}");
             }
             found.substitutions
         });
@@ -108,10 +109,10 @@ fn check_rounds(engine: Engine, knowledge: &KnowledgeBase) {
     let all = Question { engine, graph: &graph, root, options: &options, count: usize::MAX, limits: LIMITS };
     let whole = all.whole();
     assert!(whole.stop == StopReason::Complete && whole.substitutions.len() > 1_000);
-    let found = all.in_parts(2, counted);
+    let found = all.in_parts(Deal::among(2), counted);
     assert!(rounds.get() > 1 && found.substitutions == whole.substitutions);
     for (parts, threads) in [(2, 1), (2, 2), (3, 2)] {
-        let other = all.in_parts(parts, on_threads(threads));
+        let other = all.in_parts(Deal::among(parts), on_threads(threads));
         assert!(parts != 2 || other == found, "{parts} parts on {threads} threads");
         assert!(other.substitutions == found.substitutions, "{parts} parts on {threads} threads");
     }
@@ -131,7 +132,7 @@ fn a_part_gives_no_more_answers_than_are_wanted() {
     let (root, options) = (first(&knowledge), Options::default());
     for engine in ENGINES {
         let best = Question { engine, graph: &graph, root, options: &options, count: 3, limits: LIMITS };
-        let (whole, found) = (best.whole(), best.in_parts(4, in_turn));
+        let (whole, found) = (best.whole(), best.in_parts(Deal { parts: 4, alone: 0 }, in_turn));
         assert_eq!((&found.substitutions, found.stop), (&whole.substitutions, whole.stop));
         assert!(found.expanded < 1_000, "{engine:?}: {} decisions", found.expanded);
     }
@@ -145,13 +146,13 @@ fn a_limit_of_parts_leaves_a_true_bound() {
     let limits = Limits { expansions: 30_000, states: 300_000 };
     for engine in ENGINES {
         let question = Question { engine, graph: &graph, root, options: &options, count: usize::MAX, limits };
-        let found = question.in_parts(3, in_turn);
+        let found = question.in_parts(Deal::among(3), in_turn);
         assert!(matches!(found.stop, StopReason::LimitExpansions | StopReason::LimitStates), "{found:?}");
         assert!(found.expanded < 30_000 + 3 * 9_000, "{engine:?}: {}", found.expanded);
         let best = Question { engine: Engine::BestFirst, count: 1, limits: LIMITS, ..question }.whole();
         let at_most =
             found.substitutions.first().map_or(found.bound, |(_, utility)| utility.max(found.bound));
         assert!(best.substitutions.iter().all(|(_, utility)| *utility <= at_most), "{engine:?}: {at_most}");
-        assert_eq!(found, question.in_parts(3, on_threads(3)));
+        assert_eq!(found, question.in_parts(Deal::among(3), on_threads(3)));
     }
 }

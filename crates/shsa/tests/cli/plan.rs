@@ -254,8 +254,11 @@ fn what_falls_short_is_not_given_and_tells_why() {
 #[test]
 fn threads_change_nothing() {
     let folder = tank::folder();
-    let found = |threads: &str| folder.json(&format!("plan tank.yaml level --all --threads {threads}"), 0);
-    assert_eq!(found("3")["substitutions"], found("1")["substitutions"]);
+    for engine in ["best-first", "sh-pgsa"] {
+        let plan = |threads| format!("plan tank.yaml level --all --engine {engine} --threads {threads}");
+        let found = |threads| folder.json(&plan(threads), 0)["substitutions"].clone();
+        assert_eq!(found(3), found(1), "{engine}");
+    }
     folder.refuses("plan tank.yaml level --threads 0", &["expected a whole number from 1 on"]);
 }
 
