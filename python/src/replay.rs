@@ -6,12 +6,14 @@ use crate::work::{self, Watch};
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 use shsa_core::engine::{Input, Options, WatchBudget};
+use shsa_format::arrow::{self, Measure};
 use shsa_format::drive::{Era, Given, Run};
 use shsa_format::fault::Fault;
 use shsa_format::recording::{self, ReadOptions, Recording, RecordingError, Wanted};
+use shsa_format::table::Kind;
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted};
-use shsa_report::replay::{NeedErrors, Part, Report, ValueWriter, write_event_table};
+use shsa_report::replay::{NeedErrors, Part, ReplayTable, Report};
 use std::convert::Infallible;
 use std::path::{Path, PathBuf};
 use std::sync::{Mutex, MutexGuard, PoisonError};
@@ -98,24 +100,50 @@ impl Replay {
         })
     }
 
-    /// The published values, as Parquet.
-    fn values<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let written = py.detach(|| {
-            let mut bytes = Vec::new();
-            let mut writer = ValueWriter::new(&mut bytes, true)?;
-            writer.write_all(&self.lock().parts())?;
-            writer.finish()?;
-            drop(writer);
-            Ok::<_, std::io::Error>(bytes)
-        });
-        Ok(PyBytes::new(py, &written?))
+    /// The published values.
+    fn values<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        self.table(py, ReplayTable::Values)
     }
 
-    /// The decisions, as Parquet.
-    fn events<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyBytes>> {
-        let mut bytes = Vec::new();
-        py.detach(|| write_event_table(&self.lock().parts(), &mut bytes))?;
-        Ok(PyBytes::new(py, &bytes))
+    /// The decisions.
+    fn events<'py>(&self, py: Python<'py>) -> PyResult<Table<'py>> {
+        self.table(py, ReplayTable::Events)
+    }
+}
+
+/// A table as Arrow has it: its memory, the number of rows, and the columns in it.
+type Table<'py> = (Bound<'py, PyBytes>, usize, Vec<Column>);
+
+/// A column: its name, kind and number of missing values; the bytes at which its bitmap, its offsets and its values begin and end; and the
+/// width of an offset.
+type Column = (String, &'static str, usize, [(usize, usize); 3], usize);
+
+impl Replay {
+    /// A table, written right into memory of Python: nothing is copied after that.
+    fn table<'py>(&self, py: Python<'py>, which: ReplayTable) -> PyResult<Table<'py>> {
+        let mut measure = Measure::new(which.columns());
+        py.detach(|| which.write(&self.lock().parts(), &mut measure))?;
+        let layout = measure.layout();
+        let fill = |memory: &mut [u8]| -> PyResult<()> {
+            py.detach(|| which.write(&self.lock().parts(), &mut layout.filler(memory)))?;
+            Ok(())
+        };
+        let memory = PyBytes::new_with(py, layout.length, fill)?;
+        Ok((memory, layout.rows, layout.columns.into_iter().map(column).collect()))
+    }
+}
+
+fn column(it: arrow::Column) -> Column {
+    let places = [it.validity, it.offsets, it.values].map(|place| (place.start, place.end));
+    (it.name, kind(it.kind), it.missing, places, it.offset_width)
+}
+
+fn kind(kind: Kind) -> &'static str {
+    match kind {
+        Kind::Time => "time",
+        Kind::Number => "number",
+        Kind::Whole => "whole",
+        Kind::Text => "text",
     }
 }
 

@@ -41,6 +41,26 @@ def kinds(drive: shsa.Replay) -> list[tuple[str, str | None]]:
     return [(event["kind"], event["signal"]) for event in drive.events]
 
 
+class Written:
+    """The compiled part of a replay, which remembers where it has written the last table."""
+
+    def __init__(self, compiled: object) -> None:
+        self.compiled = compiled
+        self.memory = b""
+
+    def last(self) -> range:
+        begin = pyarrow.py_buffer(self.memory).address
+        return range(begin, begin + len(self.memory) + 1)
+
+    def __getattr__(self, name: str) -> object:
+        def written() -> object:
+            table = getattr(self.compiled, name)()
+            self.memory = table[0]
+            return table
+
+        return written
+
+
 class Models(unittest.TestCase):
     def test_a_wrong_model_is_refused_with_every_place(self) -> None:
         text = "shsa: 1\nvariables: { level: }\nsignals: { a: { variable: levl }, b: { variable: leve } }\n"
@@ -171,6 +191,39 @@ class Replays(unittest.TestCase):
         self.assertEqual(drive.value_table().num_rows, len(values))
         events = drive.event_table().to_pandas()
         self.assertEqual(list(events["kind"]), [event["kind"] for event in drive.events])
+
+    def test_tables_are_what_the_command_writes(self) -> None:
+        drive = shsa.replay(self.tank, columns())
+        for table in (drive.value_table(), drive.event_table()):
+            table.validate(full=True)
+            sink = pyarrow.BufferOutputStream()
+            pyarrow.parquet.write_table(table, sink)
+            self.assertTrue(pyarrow.parquet.read_table(sink.getvalue()).equals(table))
+        values = drive.value_table()
+        kinds = {"time": pyarrow.timestamp("ns", "UTC"), "lo": pyarrow.float64(), "signal": pyarrow.string()}
+        self.assertEqual({name: values.schema.field(name).type for name in kinds}, kinds)
+        self.assertEqual(values["element"].null_count, values.num_rows)
+        self.assertEqual(values["signal"].unique().to_pylist(), ["healed_level"])
+        self.assertEqual(shsa.replay(self.tank, columns(wrong_from=99)).event_table().num_rows, 0)
+
+    def test_columns_are_not_copied(self) -> None:
+        drive = shsa.replay(self.tank, columns())
+        written = Written(drive._replay)
+        drive._replay = written  # type: ignore[assignment]
+        for table in (drive.value_table(), pyarrow.table(drive), drive.event_table()):
+            for name in table.column_names:
+                chunks = table[name].chunks
+                self.assertEqual(len(chunks), 1, name)
+                for buffer in filter(None, chunks[0].buffers()):
+                    self.assertIn(buffer.address, written.last(), name)
+        frame = drive.to_pandas(copy=False)
+        for name in ("lo", "hi"):
+            self.assertIn(frame[name].to_numpy().__array_interface__["data"][0], written.last(), name)
+        for name in ("time", "received"):
+            self.assertIn(frame[name].array.asi8.__array_interface__["data"][0], written.last(), name)
+        own = drive.to_pandas()
+        own.loc[0, "lo"] = -1.0
+        self.assertEqual((own["lo"][0], list(own["lo"][1:])), (-1.0, list(frame["lo"][1:])))
 
     def test_nothing_is_leaked(self) -> None:
         table = pyarrow.table(columns(seconds=4))

@@ -14,6 +14,8 @@ pub mod fault;
 pub mod journal;
 pub mod model;
 pub mod order;
+pub mod table;
+pub mod arrow;
 pub mod parquet;
 pub mod recording;
 pub mod state;

@@ -30,7 +30,7 @@ from importlib.metadata import version
 from types import TracebackType
 from typing import TYPE_CHECKING, Any, NamedTuple, Optional, Union
 
-from . import _recordings, _shsa
+from . import _recordings, _shsa, _tables
 from ._errors import ModelError, Problem, ShsaError, problems
 from ._recordings import Recordings
 
@@ -172,7 +172,8 @@ class Model:
 
 
 class Replay:
-    """A replay that is over."""
+    """A replay that is over. It is a table of its published values for whatever takes tables of Arrow: ``polars.DataFrame(drive)``,
+    DuckDB."""
 
     def __init__(self, compiled: _shsa.Replay) -> None:
         self._replay = compiled
@@ -198,22 +199,19 @@ class Replay:
 
     def event_table(self) -> pyarrow.Table:
         """The decisions as a table of Arrow, as ``shsa replay --events`` writes it."""
-        return _table(self._replay.events())
+        return _tables.arrow(self._replay.events())
 
     def value_table(self) -> pyarrow.Table:
         """Every published value as a table of Arrow, as ``shsa replay --output`` writes it."""
-        return _table(self._replay.values())
+        return _tables.arrow(self._replay.values())
 
-    def to_pandas(self) -> pandas.DataFrame:
-        """Every published value as a data frame."""
-        return self.value_table().to_pandas()
+    def __arrow_c_stream__(self, requested_schema: object = None) -> object:
+        """The table of values over the C interface of Arrow."""
+        return self.value_table().__arrow_c_stream__(requested_schema)
 
-
-def _table(parquet: bytes) -> pyarrow.Table:
-    import pyarrow
-    import pyarrow.parquet
-
-    return pyarrow.parquet.read_table(pyarrow.BufferReader(parquet))
+    def to_pandas(self, *, copy: bool = True) -> pandas.DataFrame:
+        """Every published value as a data frame. Without ``copy``, numbers and times are not copied, and can only be read."""
+        return _tables.data_frame(self.value_table(), copy=copy)
 
 
 def replay(

@@ -1,7 +1,7 @@
 //! A column of a row group: its values while they are collected, and its pages.
 
 use super::thrift::{List, Struct, varint};
-use super::{Cell, Kind};
+use crate::table::{Cell, Kind};
 use std::collections::BTreeMap;
 
 // The numbers of `Type`, `Encoding`, `PageType` and `ConvertedType` in parquet.thrift.

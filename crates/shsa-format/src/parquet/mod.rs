@@ -8,8 +8,8 @@
 mod column;
 mod thrift;
 
+use crate::table::{Cell, Kind, Rows};
 use column::{Chunk, Values};
-use shsa_core::time::Time;
 use std::io::{self, Write};
 use thrift::{Binary, List, Struct};
 
@@ -18,45 +18,12 @@ const GROUP: usize = 1 << 16;
 
 const MAGIC: &[u8; 4] = b"PAR1";
 
-/// What a column holds.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Kind {
-    /// Points in time, nanoseconds since 1970 (UTC) or since the beginning of a recording.
-    Time,
-    /// Numbers.
-    Number,
-    /// Whole numbers.
-    Whole,
-    /// Texts.
-    Text,
-}
-
-/// The value of one column in one row.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum Cell<'a> {
-    /// A point in time.
-    Time(Time),
-    /// A number.
-    Number(f64),
-    /// A whole number.
-    Whole(i64),
-    /// A text.
-    Text(&'a str),
-    /// There is none.
-    Missing,
-}
-
-impl<'a> From<Option<&'a str>> for Cell<'a> {
-    fn from(text: Option<&'a str>) -> Cell<'a> {
-        text.map_or(Cell::Missing, Cell::Text)
-    }
-}
-
 /// Writes a table. Memory does not grow with its length, but for about 100 bytes a column of each 65,536 rows.
 ///
 /// # Example
 /// ```
-/// use shsa_format::parquet::{Cell, Kind, ParquetWriter};
+/// use shsa_format::parquet::ParquetWriter;
+/// use shsa_format::table::{Cell, Kind, Rows};
 ///
 /// let mut file = Vec::new();
 /// let columns = [("signal", Kind::Text), ("value", Kind::Number)];
@@ -111,17 +78,6 @@ impl<W: Write> ParquetWriter<W> {
         })
     }
 
-    /// Adds a row: a cell for each column. A cell that is left out, or is of another kind than its column, is missing.
-    ///
-    /// # Errors
-    /// Errors of the output.
-    pub fn row(&mut self, cells: &[Cell<'_>]) -> io::Result<()> {
-        let cells = cells.iter().copied().chain(std::iter::repeat(Cell::Missing));
-        self.values.iter_mut().zip(cells).for_each(|(values, cell)| values.push(cell));
-        self.rows += 1;
-        if self.rows == GROUP { self.end_group() } else { Ok(()) }
-    }
-
     /// Ends the table.
     ///
     /// # Errors
@@ -170,6 +126,15 @@ impl<W: Write> ParquetWriter<W> {
         let chunks = group.chunks.iter().zip(&self.names).map(|(chunk, name)| chunk.description(name));
         let size: u64 = group.chunks.iter().map(|chunk| chunk.size).sum();
         Struct::default().list(1, List::of_structs(chunks)).i64(2, size as i64).i64(3, group.rows as i64)
+    }
+}
+
+impl<W: Write> Rows for ParquetWriter<W> {
+    fn row(&mut self, cells: &[Cell<'_>]) -> io::Result<()> {
+        let cells = cells.iter().copied().chain(std::iter::repeat(Cell::Missing));
+        self.values.iter_mut().zip(cells).for_each(|(values, cell)| values.push(cell));
+        self.rows += 1;
+        if self.rows == GROUP { self.end_group() } else { Ok(()) }
     }
 }
 

@@ -17,7 +17,7 @@ pub use errors::NeedErrors;
 pub use over_time::CasesOverTime;
 pub use page::Provenance;
 pub use picture::Recorder;
-pub use table::{ValueTable, write_event_table};
+pub use table::{ReplayTable, ValueTable, write_event_table};
 pub use values::ValueWriter;
 
 use crate::analysis::{shortened, unwatched};

@@ -1,4 +1,4 @@
-//! The values and the decisions of a replay as tables of Parquet, for pandas, Polars and DuckDB.
+//! The values and the decisions of a replay as tables, for pandas, Polars and DuckDB.
 
 use super::Part;
 use serde_json::{Map, Value};
@@ -7,7 +7,8 @@ use shsa_core::engine::{Event, Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::event;
-use shsa_format::parquet::{Cell, Kind, ParquetWriter};
+use shsa_format::parquet::ParquetWriter;
+use shsa_format::table::{Cell, Kind, Rows};
 use std::io::{self, Write};
 
 /// The columns of a table of values.
@@ -42,7 +43,50 @@ const EVENTS: [(&str, Kind); 13] = [
     ("probability", Kind::Number),
 ];
 
-/// Writes values of needs as a table: a row for each value, and for each element of a list.
+/// A table of what a replay gives.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum ReplayTable {
+    /// A row for each published value, and for each element of a list.
+    Values,
+    /// A row for each decision.
+    Events,
+}
+
+impl ReplayTable {
+    /// Its columns.
+    #[must_use]
+    pub const fn columns(self) -> &'static [(&'static str, Kind)] {
+        match self {
+            ReplayTable::Values => &VALUES,
+            ReplayTable::Events => &EVENTS,
+        }
+    }
+
+    /// Gives all its rows, over all sessions.
+    ///
+    /// # Errors
+    /// Errors of the output.
+    pub fn write(self, parts: &[Part<'_>], rows: &mut impl Rows) -> io::Result<()> {
+        for (at, part) in parts.iter().enumerate() {
+            let session = (parts.len() > 1).then_some(at + 1);
+            match self {
+                ReplayTable::Values => {
+                    for (knowledge, publication) in part.run.publications_with_models(0) {
+                        write_value(rows, knowledge, publication, session)?;
+                    }
+                }
+                ReplayTable::Events => {
+                    for (knowledge, event) in part.run.events_with_models() {
+                        write_event(rows, part, session, event, &event::fields(knowledge, event))?;
+                    }
+                }
+            }
+        }
+        Ok(())
+    }
+}
+
+/// Writes values of needs as a table of Parquet: a row for each value, and for each element of a list.
 pub struct ValueTable<W>(ParquetWriter<W>);
 
 impl<W: Write> ValueTable<W> {
@@ -60,42 +104,7 @@ impl<W: Write> ValueTable<W> {
         publication: &Publication,
         session: Option<usize>,
     ) -> io::Result<()> {
-        match &publication.value {
-            PublishedValue::Scalar(value) => self.row(knowledge, publication, session, None, *value),
-            PublishedValue::Vector(elements) => (0..)
-                .zip(elements)
-                .try_for_each(|(at, value)| self.row(knowledge, publication, session, Some(at), *value)),
-        }
-    }
-
-    fn row(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        publication: &Publication,
-        session: Option<usize>,
-        element: Option<i64>,
-        value: Interval,
-    ) -> io::Result<()> {
-        let need = &knowledge.needs()[publication.need];
-        let unit = knowledge.variables()[need.variable].unit.as_ref();
-        let shown = |si: f64| Cell::Number(unit.map_or(si, |unit| unit.from_si(si)));
-        let admitted = Some(publication.admitted).filter(|it| it.ground != Ground::Undemanded);
-        let level = admitted.and_then(|it| it.level);
-        let level = level.map(|level| knowledge.contracts().scales().written(level).to_string());
-        let unit = unit.map(ToString::to_string);
-        self.0.row(&[
-            Cell::Time(publication.validity.centre()),
-            Cell::Time(publication.time),
-            whole(session),
-            Cell::Text(&need.signal),
-            Cell::from(unit.as_deref()),
-            element.map_or(Cell::Missing, Cell::Whole),
-            shown(value.lo()),
-            shown(value.hi()),
-            Cell::Text(publication.quality.name()),
-            Cell::from(admitted.map(|it| it.ground.name())),
-            Cell::from(level.as_deref()),
-        ])
+        write_value(&mut self.0, knowledge, publication, session)
     }
 
     /// # Errors
@@ -105,23 +114,63 @@ impl<W: Write> ValueTable<W> {
     }
 }
 
+fn write_value(
+    rows: &mut impl Rows,
+    knowledge: &KnowledgeBase,
+    publication: &Publication,
+    session: Option<usize>,
+) -> io::Result<()> {
+    let mut row = |element, value| write_element(rows, knowledge, publication, session, element, value);
+    match &publication.value {
+        PublishedValue::Scalar(value) => row(None, *value),
+        PublishedValue::Vector(elements) => {
+            (0..).zip(elements).try_for_each(|(at, value)| row(Some(at), *value))
+        }
+    }
+}
+
+fn write_element(
+    rows: &mut impl Rows,
+    knowledge: &KnowledgeBase,
+    publication: &Publication,
+    session: Option<usize>,
+    element: Option<i64>,
+    value: Interval,
+) -> io::Result<()> {
+    let need = &knowledge.needs()[publication.need];
+    let unit = knowledge.variables()[need.variable].unit.as_ref();
+    let shown = |si: f64| Cell::Number(unit.map_or(si, |unit| unit.from_si(si)));
+    let admitted = Some(publication.admitted).filter(|it| it.ground != Ground::Undemanded);
+    let level = admitted.and_then(|it| it.level);
+    let level = level.map(|level| knowledge.contracts().scales().written(level).to_string());
+    let unit = unit.map(ToString::to_string);
+    rows.row(&[
+        Cell::Time(publication.validity.centre()),
+        Cell::Time(publication.time),
+        whole(session),
+        Cell::Text(&need.signal),
+        Cell::from(unit.as_deref()),
+        element.map_or(Cell::Missing, Cell::Whole),
+        shown(value.lo()),
+        shown(value.hi()),
+        Cell::Text(publication.quality.name()),
+        Cell::from(admitted.map(|it| it.ground.name())),
+        Cell::from(level.as_deref()),
+    ])
+}
+
 /// Writes the decisions of all sessions as a table of Parquet.
 ///
 /// # Errors
 /// Errors of the output.
 pub fn write_event_table(parts: &[Part<'_>], output: impl Write) -> io::Result<()> {
     let mut table = ParquetWriter::new(output, &EVENTS, &[])?;
-    for (at, part) in parts.iter().enumerate() {
-        let session = (parts.len() > 1).then_some(at + 1);
-        for (knowledge, event) in part.run.events_with_models() {
-            write_event(&mut table, part, session, event, &event::fields(knowledge, event))?;
-        }
-    }
+    ReplayTable::Events.write(parts, &mut table)?;
     table.finish()
 }
 
 fn write_event(
-    table: &mut ParquetWriter<impl Write>,
+    rows: &mut impl Rows,
     part: &Part<'_>,
     session: Option<usize>,
     event: &Event,
@@ -133,7 +182,7 @@ fn write_event(
         Some(Value::Number(number)) => number.as_f64().map_or(Cell::Missing, Cell::Number),
         _ => Cell::Missing,
     });
-    table.row(&placed.into_iter().chain(cells).collect::<Vec<_>>())
+    rows.row(&placed.into_iter().chain(cells).collect::<Vec<_>>())
 }
 
 fn whole(number: Option<usize>) -> Cell<'static> {
