@@ -9,7 +9,8 @@ use anyhow::Context;
 use serde_json::Value;
 use shsa_core::monitor::Debounce;
 use shsa_core::time::Span;
-use shsa_demo::rover::{Provision, Settings, Trial};
+use shsa_demo::Provision;
+use shsa_demo::rover::{Settings, Trial};
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 

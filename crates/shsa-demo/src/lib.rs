@@ -7,6 +7,7 @@
 
 mod error;
 mod healer;
+mod trial;
 pub mod pack;
 pub mod platoon;
 pub mod radars;
@@ -15,3 +16,4 @@ pub mod stories;
 
 pub use error::DemoError;
 pub use healer::Decision;
+pub use trial::{Happening, Provision};

@@ -17,5 +17,5 @@ mod trial;
 pub use faults::Fault;
 pub use model::{CELLS, MODULES, model};
 pub use score::Score;
-pub use trial::{Happening, Provision, Trial};
+pub use trial::Trial;
 pub use values::Values;

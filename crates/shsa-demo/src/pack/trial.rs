@@ -7,7 +7,8 @@ use super::score::Score;
 use super::sensors::STEPS_S;
 use super::values::Values;
 use crate::DemoError;
-use crate::healer::{Decision, Healed, middle, scalar};
+use crate::healer::{Healed, middle, scalar};
+use crate::trial::{Happening, Provision};
 use shsa_core::engine::Publication;
 use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
@@ -22,29 +23,12 @@ const STARTED: Time = Time(10_000_000_000);
 /// The zero of the scale in degrees Celsius, K.
 const ZERO_K: f64 = 273.15;
 
-/// Something worth telling.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
-    /// The fault begins.
-    FaultBegins(Fault),
-    /// The engine has decided something.
-    Decided(Decision),
-}
-
-/// What provides the numbers.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Provision {
-    /// The engine over the model of the battery.
-    Healed,
-    /// Each sensor as it is.
-    Sensors,
-}
-
 /// A drive. The same arguments give the same drive.
 ///
 /// # Example
 /// ```
-/// use shsa_demo::pack::{Fault, Provision, Trial};
+/// use shsa_demo::Provision;
+/// use shsa_demo::pack::{Fault, Trial};
 ///
 /// let mut trial = Trial::new(1, Fault::Nothing, Provision::Healed, 30)?;
 /// while !trial.is_over() {
@@ -81,7 +65,7 @@ impl Trial {
         let drive = Drive::new(seed, fault);
         let provider = match provision {
             Provision::Healed => Provider::Healed(Box::new(Engine::new()?)),
-            Provision::Sensors => Provider::Sensors(Sensors::new(drive.battery.charge())),
+            Provision::SensorsAlone => Provider::Sensors(Sensors::new(drive.battery.charge())),
         };
         let (steps, lowest_v) = (seconds * STEPS_S, drive.battery.lowest_v());
         let score = Score { lowest_v, ..Score::default() };
@@ -101,7 +85,7 @@ impl Trial {
     }
 
     /// Goes on by 0.1 s; returns what has happened.
-    pub fn step(&mut self) -> Vec<Happening> {
+    pub fn step(&mut self) -> Vec<Happening<Fault>> {
         self.drive.go_on(self.shown_lowest_v);
         self.remember();
         let mut happened = Vec::new();
@@ -150,7 +134,7 @@ impl Trial {
         }
     }
 
-    fn heal(&mut self, readings: &[Reading]) -> Vec<Happening> {
+    fn heal(&mut self, readings: &[Reading]) -> Vec<Happening<Fault>> {
         let (now, began) = (self.now(), Instant::now());
         let Provider::Healed(engine) = &mut self.provider else { return Vec::new() };
         let healed = engine.heal(readings, now);
@@ -232,7 +216,7 @@ mod tests {
 
     #[test]
     fn a_drive_repeats_from_its_seed() {
-        let lowest_v = |seed| score(seed, Fault::Nothing, Provision::Sensors, SHORT_S).lowest_v;
+        let lowest_v = |seed| score(seed, Fault::Nothing, Provision::SensorsAlone, SHORT_S).lowest_v;
         assert_eq!(lowest_v(3), lowest_v(3));
         assert_ne!(lowest_v(3), lowest_v(4));
     }
@@ -257,7 +241,7 @@ mod tests {
     fn without_shsa_what_was_said_last_stands() {
         for (seed, fault) in drives() {
             let Values { current, voltage, hottest, .. } =
-                score(seed, fault, Provision::Sensors, SHORT_S).since();
+                score(seed, fault, Provision::SensorsAlone, SHORT_S).since();
             let is_wrong = match fault {
                 Fault::CurrentLost | Fault::CurrentWrong => current > 20.0,
                 Fault::VoltageLost | Fault::VoltageWrong => voltage > 5.0,

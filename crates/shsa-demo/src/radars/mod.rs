@@ -14,7 +14,7 @@ mod trial;
 pub use assignment::assign;
 pub use faults::Fault;
 pub use score::{Errors, Score};
-pub use trial::{Happening, Provision, Trial};
+pub use trial::Trial;
 
 /// The model that is compiled in.
 pub const MODEL: &str = include_str!("../../models/radars.yaml");

@@ -7,7 +7,8 @@ use super::radar::{RADARS, Track, bell, scan};
 use super::score::Score;
 use super::traffic::{Traffic, Vehicle};
 use crate::DemoError;
-use crate::healer::{Decision, Healed, Healer, middle, scalar};
+use crate::healer::{Healed, Healer, middle, scalar};
+use crate::trial::{Happening, Provision};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use shsa_core::engine::{Options, Publication};
@@ -29,29 +30,12 @@ const MEMORY: usize = 40;
 /// The road fills first, and each need finds its source: nothing is scored before.
 const FILLED: Time = Time(40_000_000_000);
 
-/// Something worth telling.
-#[derive(Clone, Debug, PartialEq)]
-pub enum Happening {
-    /// The fault begins.
-    FaultBegins(Fault),
-    /// The engine has decided something.
-    Decided(Decision),
-}
-
-/// What provides the positions.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Provision {
-    /// The engine over the model of the radars.
-    Healed,
-    /// At each border the radar that is left.
-    Radars,
-}
-
 /// A trial. The same arguments give the same trial.
 ///
 /// # Example
 /// ```
-/// use shsa_demo::radars::{Fault, Provision, Trial};
+/// use shsa_demo::Provision;
+/// use shsa_demo::radars::{Fault, Trial};
 ///
 /// let mut trial = Trial::new(1, Fault::Blind, Provision::Healed, 120)?;
 /// while !trial.is_over() {
@@ -148,7 +132,7 @@ impl Trial {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let healer = match provision {
             Provision::Healed => Some(Healer::new(MODEL, "models/radars.yaml", Options::default())?),
-            Provision::Radars => None,
+            Provision::SensorsAlone => None,
         };
         Ok(Trial {
             step: 0,
@@ -178,7 +162,7 @@ impl Trial {
     }
 
     /// Goes on by 50 ms; returns what has happened.
-    pub fn step(&mut self) -> Vec<Happening> {
+    pub fn step(&mut self) -> Vec<Happening<Fault>> {
         self.step += 1;
         let mut happened = Vec::new();
         if self.step == self.steps / 2 {
@@ -271,7 +255,7 @@ impl Trial {
         }
     }
 
-    fn heal(&mut self) -> Vec<Happening> {
+    fn heal(&mut self) -> Vec<Happening<Fault>> {
         let now = self.now();
         let Some(healer) = &mut self.healer else { return Vec::new() };
         healer.pass(now);
@@ -376,7 +360,7 @@ mod tests {
     #[test]
     fn without_shsa_positions_are_wrong_or_unknown() {
         for (seed, fault) in trials() {
-            let score = score(seed, fault, Provision::Radars);
+            let score = score(seed, fault, Provision::SensorsAlone);
             let errors = score.until_named;
             let is_wrong = match fault {
                 Fault::Blind => errors.unknown_s > 0.2 * errors.there_s,

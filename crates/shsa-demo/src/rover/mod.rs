@@ -19,7 +19,7 @@ mod trial;
 pub use avoidance::{Mode, stop_distance};
 pub use faults::{Fault, FaultKind};
 pub use healed::{Settings, model};
-pub use provider::{NEED, Provision, lower_bound};
+pub use provider::{NEED, lower_bound};
 pub use robot::Robot;
 pub use room::{Point, Pose, Room};
 pub use score::Score;

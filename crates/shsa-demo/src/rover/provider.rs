@@ -10,15 +10,6 @@ use std::collections::VecDeque;
 /// The topic of `dmin`, as in the model.
 pub const NEED: &str = "/emergency_stop/dmin";
 
-/// What computes `dmin`.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Provision {
-    /// The engine over the model of the rover: from whatever can be trusted.
-    Healed,
-    /// The smallest distance of each scan of the lidar, right or wrong.
-    LidarAlone,
-}
-
 /// What a provider gives.
 #[derive(Clone, Debug, PartialEq)]
 pub(super) enum Provided {

@@ -1,8 +1,8 @@
 //! The score: the results of the run, measured against the truth, which only the simulator knows.
 
 use super::faults::Fault;
-use super::provider::Provision;
 use crate::healer::Decision;
+use crate::trial::Provision;
 use serde_json::{Value, json};
 use shsa_core::engine::EventKind;
 use shsa_core::time::{Span, Time};

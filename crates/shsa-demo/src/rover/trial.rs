@@ -4,13 +4,14 @@ use super::avoidance::Mode;
 use super::faults::Fault;
 use super::healed::{HealedNode, Settings};
 use super::machine::{INBOX, Machine, Moved, STEP};
-use super::provider::{LidarNode, NEED, Provided, Provider, Provision};
+use super::provider::{LidarNode, NEED, Provided, Provider};
 use super::robot::Robot;
 use super::room::Room;
 use super::score::Score;
 use super::sensors;
 use crate::DemoError;
 use crate::healer::Decision;
+use crate::trial::Provision;
 use shsa_bridge::memory::{MemoryBridge, MemoryBus};
 use shsa_bridge::{Bridge, Clock, Message, Outgoing, Payload};
 use shsa_core::observation::RawValue;
@@ -56,7 +57,8 @@ pub struct View<'a> {
 ///
 /// # Example
 /// ```
-/// use shsa_demo::rover::{Happening, Provision, Trial};
+/// use shsa_demo::Provision;
+/// use shsa_demo::rover::{Happening, Trial};
 ///
 /// let mut trial = Trial::new(1, Provision::Healed)?;
 /// let mut decisions = 0;
@@ -89,7 +91,7 @@ impl Trial {
     pub fn new(seed: u64, provision: Provision) -> Result<Trial, DemoError> {
         match provision {
             Provision::Healed => Trial::healed(seed, &Settings::default()),
-            Provision::LidarAlone => Trial::of(seed, Box::new(LidarNode::default())),
+            Provision::SensorsAlone => Trial::of(seed, Box::new(LidarNode::default())),
         }
     }
 
@@ -234,13 +236,13 @@ mod tests {
     #[test]
     fn a_run_repeats_from_its_seed() {
         assert_eq!(summary(5, Provision::Healed), summary(5, Provision::Healed));
-        assert_ne!(summary(5, Provision::LidarAlone), summary(6, Provision::LidarAlone));
+        assert_ne!(summary(5, Provision::SensorsAlone), summary(6, Provision::SensorsAlone));
     }
 
     #[test]
     fn without_shsa_the_robot_stands_blind_and_later_crashes() {
         for seed in 0..20 {
-            let summary = summary(seed, Provision::LidarAlone);
+            let summary = summary(seed, Provision::SensorsAlone);
             let [silent, spoofed] = [0, 1].map(|fault| &summary["faults"][fault]);
             assert!(silent["longest_gap_s"].as_f64().unwrap() > 11.9, "seed {seed}: {summary}");
             assert_eq!(silent["collisions"], 0, "seed {seed}: {summary}");

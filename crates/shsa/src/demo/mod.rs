@@ -24,7 +24,8 @@ use clap::{Args, ValueEnum};
 use screen::Screen;
 use shsa_bridge::Address;
 use shsa_core::time::{Span, Time};
-use shsa_demo::rover::{Happening, NEED, Provision, Trial};
+use shsa_demo::Provision;
+use shsa_demo::rover::{Happening, NEED, Trial};
 use shsa_demo::stories;
 use shsa_format::story::load;
 use shsa_format::text;
@@ -201,7 +202,7 @@ fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
     }
     let live = !args.fast && !args.json;
     let mut screen = Screen::new(Terminal::new(live, args.json));
-    let provision = if args.without_shsa { Provision::LidarAlone } else { Provision::Healed };
+    let provision = if args.without_shsa { Provision::SensorsAlone } else { Provision::Healed };
     let mut trial = Trial::new(args.seed, provision)?;
     introduce(&mut screen, provision)?;
     let start = Instant::now();
@@ -232,7 +233,7 @@ fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {
 
 fn introduce(screen: &mut Screen, provision: Provision) -> io::Result<()> {
     let by = match provision {
-        Provision::LidarAlone => "the lidar alone",
+        Provision::SensorsAlone => "the lidar alone",
         Provision::Healed => "shsa, from whatever can be trusted",
     };
     screen.print_line(&format!(

@@ -3,8 +3,8 @@
 use super::terminal::{Ink, Terminal};
 use crate::outcome::Outcome;
 use shsa_core::time::Span;
-use shsa_demo::Decision;
-use shsa_demo::pack::{Fault, Happening, Provision, Score, Trial, Values};
+use shsa_demo::pack::{Fault, Score, Trial, Values};
+use shsa_demo::{Decision, Happening, Provision};
 use shsa_format::text;
 use std::time::Duration;
 
@@ -28,7 +28,7 @@ pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
     for fault in Fault::ALL {
         terminal.print_line(&format!("\n{}\n", fault.describe()))?;
         let healed = drive(&mut terminal, seed, fault, Provision::Healed)?;
-        let sensors = drive(&mut terminal, seed, fault, Provision::Sensors)?;
+        let sensors = drive(&mut terminal, seed, fault, Provision::SensorsAlone)?;
         is_good &= healed.is_good(fault);
         (readings, engine) = (readings + healed.readings, engine + healed.engine);
         rows.extend(rows_of(fault, &healed, &sensors));

@@ -4,8 +4,8 @@ use super::terminal::{Ink, Terminal};
 use crate::outcome::Outcome;
 use shsa_core::engine::EventKind;
 use shsa_core::time::Span;
-use shsa_demo::Decision;
-use shsa_demo::radars::{Errors, Fault, Happening, Provision, Score, Trial};
+use shsa_demo::radars::{Errors, Fault, Score, Trial};
+use shsa_demo::{Decision, Happening, Provision};
 use shsa_format::text;
 
 /// The most moments of a trial that are shown.
@@ -28,7 +28,7 @@ pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
     for fault in Fault::ALL {
         terminal.print_line(&format!("\n{}\n", fault.describe()))?;
         let healed = watch(&mut terminal, seed, fault, Provision::Healed)?;
-        let radars = watch(&mut terminal, seed, fault, Provision::Radars)?;
+        let radars = watch(&mut terminal, seed, fault, Provision::SensorsAlone)?;
         is_good &= healed.is_good(fault);
         (pairs, wrong_pairs) = (pairs + healed.pairs, wrong_pairs + healed.wrong_pairs);
         rows.extend(rows_of(fault, &healed, &radars));
@@ -61,7 +61,7 @@ fn watch(terminal: &mut Terminal, seed: u64, fault: Fault, provision: Provision)
 }
 
 /// Of all signals of a radar that are named at a moment, the one with the most disagreements.
-fn clearest(happened: Vec<Happening>) -> Option<Decision> {
+fn clearest(happened: Vec<Happening<Fault>>) -> Option<Decision> {
     let named = happened.into_iter().filter_map(|happening| match happening {
         Happening::Decided(it) if matches!(it.kind, EventKind::Failed | EventKind::Silent) => Some(it),
         _ => None,
