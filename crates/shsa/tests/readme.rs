@@ -251,29 +251,50 @@ fn every_row_about_the_thesis_is_shown_by_a_command_that_runs() {
     assert!(rows.len() > 40, "{} rows", rows.len());
 }
 
-/// Whether a test, benchmark or command that another program runs has a file of its name, or is named in one.
+/// Whether a test that another program runs is there, or a benchmark or command has a file of its name, or is named in one.
 fn is_there(words: &[String]) -> bool {
     let mut words = words.iter().map(String::as_str).skip_while(|word| word.contains('='));
     match (words.next(), words.next(), words.collect::<Vec<_>>().as_slice()) {
-        (Some("shsa-bench"), Some(name), _) => is_named(&Path::new(ROOT).join("crates/shsa-bench/src"), name),
-        (Some("cargo"), Some("xtask"), [name]) => is_named(&Path::new(ROOT).join("xtask/src"), name),
-        (Some("cargo"), Some("test" | "bench"), ["-p", package, .., name]) => {
-            is_named(&Path::new(ROOT).join("crates").join(package), name)
+        (Some("shsa-bench"), Some(name), _) => is_source("crates/shsa-bench/src", is_named(name)),
+        (Some("cargo"), Some("xtask"), [name]) => is_source("xtask/src", is_named(name)),
+        (Some("cargo"), Some("test"), ["-p", package]) => {
+            // Of the packages of the project, some are not below `crates`.
+            let folders = [format!("crates/{package}"), package.trim_start_matches("shsa-").to_owned()];
+            let is_folder = |folder: &&String| Path::new(ROOT).join(folder).is_dir();
+            folders.iter().filter(is_folder).any(|folder| is_source(folder, is_tested("")))
+        }
+        (Some("cargo"), Some("test"), ["-p", package, .., name]) => {
+            is_source(&format!("crates/{package}"), is_tested(name))
+        }
+        (Some("cargo"), Some("bench"), ["-p", package, .., name]) => {
+            is_source(&format!("crates/{package}/benches"), is_named(name))
         }
         _ => false,
     }
 }
 
-/// Whether a source file below the folder has the name in its path, or in its text.
-fn is_named(folder: &Path, name: &str) -> bool {
-    std::fs::read_dir(folder).expect("a folder of the project").any(|entry| {
-        let path = entry.expect("an entry").path();
-        if path.is_dir() {
-            return is_named(&path, name);
+/// Whether a source file has a name in its path, or in its text.
+fn is_named(name: &str) -> impl Fn(&str, &str) -> bool + Copy {
+    move |path, text| path.contains(name) || text.contains(name)
+}
+
+/// Whether a source file has tests, and the name in its path or in that of a function.
+fn is_tested(name: &str) -> impl Fn(&str, &str) -> bool + Copy {
+    move |path, text| {
+        let mut functions = text.lines().filter_map(|line| line.trim_start().strip_prefix("fn "));
+        let is_function = |line: &str| line.split('(').next().is_some_and(|it| it.contains(name));
+        text.contains("#[test]") && (path.contains(name) || functions.any(is_function))
+    }
+}
+
+/// Whether a source file below a folder of the project is as `is`, a function of its path and text, says.
+fn is_source(folder: &str, is: impl Fn(&str, &str) -> bool + Copy) -> bool {
+    std::fs::read_dir(Path::new(ROOT).join(folder)).expect("a folder of the project").any(|entry| {
+        let entry = entry.expect("an entry");
+        let path = format!("{folder}/{}", entry.file_name().to_string_lossy());
+        if entry.path().is_dir() {
+            return is_source(&path, is);
         }
-        let source = path.extension().is_some_and(|it| it == "rs");
-        source
-            && (path.to_string_lossy().contains(name)
-                || std::fs::read_to_string(&path).is_ok_and(|it| it.contains(name)))
+        path.ends_with(".rs") && std::fs::read_to_string(entry.path()).is_ok_and(|text| is(&path, &text))
     })
 }
