@@ -293,8 +293,8 @@ pub trait Bridge: Send {
         Err(BridgeError::Configuration("this bus has no requests".to_owned()))
     }
 
-    /// Whether a scalar goes out with its bounds, as within one process, so that the middle of an uncertain value is not taken for the
-    /// value.
+    /// Whether a scalar goes out with its bounds, as to functions of one process or as properties beside the value, so that the middle of
+    /// an uncertain value is not taken for the value.
     fn carries_bounds(&self) -> bool {
         false
     }

@@ -16,6 +16,16 @@ signals:
 needs:
   speed: { signal: /Press/Speed, max_age: 10 s, probation: 500 ms, hold: 0 s }
 ";
+/// Two of the witnesses, so that nobody can tell which one is wrong.
+const PAIR: &str = "
+shsa: 1
+variables: { speed: { unit: rpm, range: [-5000, 5000] } }
+signals:
+  shaft: { variable: speed, source: Plant/Gauges#Shaft, rate: 20 Hz, value_error: 2, timeout: 10 s }
+  belt: { variable: speed, source: Plant/Gauges/Belt#rpm, rate: 20 Hz, value_error: 2, timeout: 10 s }
+needs:
+  speed: { signal: /Press/Speed, max_age: 10 s, max_width: 100 rpm, hold: 0 s }
+";
 /// The edge node, the device and the metric of each signal.
 const SIGNALS: [(&str, Option<&str>, &str); 3] =
     [("Press", Some("Drive"), "Motor/Speed"), ("Gauges", None, "Shaft"), ("Gauges", Some("Belt"), "rpm")];
@@ -37,6 +47,8 @@ struct Seen {
     timestamp: u64,
     status: String,
     quality: i64,
+    /// Where the truth is.
+    bounds: Option<(f64, f64)>,
 }
 
 impl Plant {
@@ -96,6 +108,7 @@ impl Plant {
                         timestamp: metric["timestamp"].as_u64().unwrap(),
                         status: property("status").as_str().unwrap().to_owned(),
                         quality: property("Quality").as_i64().unwrap(),
+                        bounds: property("lo").as_f64().zip(property("hi").as_f64()),
                     });
                 }
             }
@@ -143,6 +156,21 @@ fn a_source_lies_and_the_substitute_arrives_with_its_quality() {
     assert!(gap <= 3, "{gap} values of the shaft, and none of the need");
     plant.set("Motor/Speed", TRUTH);
     plant.until("Good");
+    assert!(run.stop().success());
+}
+
+#[test]
+fn of_an_uncertain_value_the_bounds_arrive() {
+    let Some(mut plant) = Plant::new() else { return };
+    std::fs::write(plant.folder.path("model.yaml"), PAIR).unwrap();
+    let run = plant.run();
+    plant.until("Good");
+    plant.set("rpm", TRUTH + 40.0);
+    let seen = plant.until("UncertainSubNormal");
+    let last = seen.last().unwrap();
+    let (lo, hi) = last.bounds.unwrap();
+    let are_right = (lo - (TRUTH - 2.0)).abs() < 0.1 && (hi - (TRUTH + 42.0)).abs() < 0.1;
+    assert!(last.quality == 0 && are_right, "{last:?}");
     assert!(run.stop().success());
 }
 

@@ -138,6 +138,11 @@ impl Bridge for SparkplugBridge {
         self.mqtt.request(to, payload, within)
     }
 
+    /// The bounds of a metric are properties of it, and an uncertain value has the quality `bad`: nobody takes its middle for the value.
+    fn carries_bounds(&self) -> bool {
+        self.node.is_some()
+    }
+
     /// The messages of an edge node do not name their sender.
     fn knows_own(&self) -> bool {
         false
