@@ -7,6 +7,7 @@
 
 use crate::Error;
 use crate::formulas::{Draft, Formulas};
+use crate::kernel::are_finite;
 use crate::matrix::{Matrix, at, column, put};
 use crate::system::{Ensemble, System};
 
@@ -19,8 +20,36 @@ const POINTS: [(f64, f64); 3] =
 pub struct Continuous {
     formulas: Formulas,
     deviations: Matrix,
-    jacobian: Matrix,
     to: Vec<f64>,
+    /// The derivatives at the points, and those of the whole time.
+    slopes: [Slopes; 4],
+}
+
+/// The derivatives of the transition over a time. Those of a linear transition are kept for as long as the time is the same: then they
+/// are those of every state.
+#[derive(Clone, Debug)]
+struct Slopes {
+    /// Not-a-number: unknown.
+    dt: f64,
+    jacobian: Matrix,
+}
+
+impl Slopes {
+    fn over(
+        &mut self,
+        formulas: &mut Formulas,
+        from: &[f64],
+        controls: &[f64],
+        dt: f64,
+        to: &mut [f64],
+    ) -> &Matrix {
+        if self.dt != dt {
+            formulas.linearised(from, controls, dt, to, &mut self.jacobian);
+            let is_kept = formulas.is_linear() && are_finite(self.jacobian.as_slice());
+            self.dt = if is_kept { dt } else { f64::NAN };
+        }
+        &self.jacobian
+    }
 }
 
 impl Continuous {
@@ -31,8 +60,29 @@ impl Continuous {
     pub fn new(draft: Draft) -> Result<Continuous, Error> {
         let formulas = Formulas::new(draft)?;
         let n = formulas.states();
-        let (deviations, jacobian) = (Matrix::zeros(n, n), Matrix::zeros(n, n));
-        Ok(Continuous { formulas, deviations, jacobian, to: vec![0.0; n] })
+        let slopes = Slopes { dt: f64::NAN, jacobian: Matrix::zeros(n, n) };
+        let slopes = [(); 4].map(|()| slopes.clone());
+        Ok(Continuous { formulas, deviations: Matrix::zeros(n, n), to: vec![0.0; n], slopes })
+    }
+}
+
+impl Continuous {
+    /// Adds to a covariance at the end of a time that of a step of a state: with this standard deviation, at any moment of the time.
+    /// `from` is the state at its begin.
+    pub fn add_step(
+        &mut self,
+        from: &[f64],
+        controls: &[f64],
+        dt: f64,
+        state: usize,
+        deviation: f64,
+        to: &mut Matrix,
+    ) {
+        let Continuous { formulas, to: next, slopes, .. } = self;
+        for ((place, weight), slopes) in POINTS.into_iter().zip(slopes) {
+            let slopes = slopes.over(formulas, from, controls, place * dt, next);
+            add_outer(to, weight * deviation * deviation, column(slopes, state));
+        }
     }
 }
 
@@ -50,19 +100,23 @@ impl System for Continuous {
     }
 
     fn linearised(&mut self, from: &[f64], controls: &[f64], dt: f64, to: &mut [f64], jacobian: &mut Matrix) {
-        self.formulas.linearised(from, controls, dt, to, jacobian);
+        let [.., slopes] = &mut self.slopes;
+        if slopes.dt == dt {
+            self.formulas.transition(from, controls, dt, to);
+        }
+        jacobian.copy_from(slopes.over(&mut self.formulas, from, controls, dt, to));
     }
 
     fn noise(&mut self, from: &[f64], controls: &[f64], dt: f64, noise: &mut Matrix) {
-        let Continuous { formulas, deviations, jacobian, to } = self;
+        let Continuous { formulas, deviations, to, slopes } = self;
         formulas.noise(from, controls, dt, deviations);
         noise.fill(0.0);
-        for (place, weight) in POINTS {
-            formulas.linearised(from, controls, place * dt, to, jacobian);
-            for state in 0..to.len() {
+        for ((place, weight), slopes) in POINTS.into_iter().zip(slopes) {
+            let slopes = slopes.over(formulas, from, controls, place * dt, to);
+            for state in 0..deviations.ncols() {
                 let deviation = at(deviations, state, state);
                 if deviation != 0.0 {
-                    add_outer(noise, weight * dt * deviation * deviation, column(jacobian, state));
+                    add_outer(noise, weight * dt * deviation * deviation, column(slopes, state));
                 }
             }
         }

@@ -2,6 +2,7 @@
 
 use crate::Error;
 use crate::compiled::{Arguments, Compiled};
+use crate::degree::is_linear;
 use crate::dual::WIDTH;
 use crate::matrix::{Matrix, put};
 use crate::system::{Ensemble, System};
@@ -96,6 +97,8 @@ pub struct Formulas {
     states: usize,
     controls: usize,
     transition: Compiled,
+    /// Whether the derivatives of the transition depend on `dt` alone.
+    is_linear: bool,
     noise: Compiled,
     sensors: Vec<Measured>,
 }
@@ -131,9 +134,15 @@ impl Formulas {
             states,
             controls: draft.controls,
             sensors: sensors.collect::<Result<_, Error>>()?,
+            is_linear: draft.transition.iter().all(|it| is_linear(it, Symbol(count as u32 - 1))),
             transition: Compiled::new("the transition", draft.transition, count)?,
             noise: Compiled::new("the process noise", draft.noise, count)?,
         })
+    }
+
+    /// Whether the derivatives of the transition depend on `dt` alone.
+    pub(crate) fn is_linear(&self) -> bool {
+        self.is_linear
     }
 
     /// The arguments of formulas, for one state vector or many.

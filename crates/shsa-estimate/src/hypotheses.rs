@@ -5,13 +5,16 @@
 //! each moment a copy of the filter sets out for each fault as if it had happened since the moment before: with the variance of the
 //! jump added to the state, or with more noise of the input. All copies get the same measurements, and are weighted by the density
 //! that each gave to them and by how seldom its fault is. The estimate is the mixture of all. A fault that has nearly all of the
-//! weight is taken for true: its copy becomes the filter, and the others end. Copies whose ages are close are thinned, so that those
-//! of a fault are spread evenly over the logarithm of its age: evidence that takes long needs no exact beginning.
+//! weight is taken for true: its copy becomes the filter, and the others end. Of copies whose ages are close, the better one gets the
+//! weight of both, so that those of a fault are spread evenly over the logarithm of its age: evidence that takes long needs no exact
+//! beginning.
 //!
 //! This is a bank of filters for abrupt changes: A. Willsky 1976 (doi:10.1016/0005-1098(76)90041-8); H. Blom, Y. Bar-Shalom 1988
 //! (doi:10.1109/9.1299) treat models that change back and forth. O(F) filters for F faults, no allocation after construction.
 
-use crate::matrix::{at, put};
+mod weights;
+
+use crate::matrix::{Matrix, at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated};
 
 /// A fault that may happen at any time.
@@ -27,12 +30,10 @@ pub enum Fault {
 const MOST_FAULTS: usize = 64;
 /// The most copies for each fault.
 const MOST: usize = 8;
-/// A fault with all but this share of the weight is taken for true.
-const DOUBT: f64 = 0.01;
+/// A copy with a smaller share of the weight adds nothing to a covariance.
+const NEGLIGIBLE: f64 = 1e-15;
 /// The degrees of freedom of the density by which copies are weighted.
 const DEGREES: f64 = 4.0;
-/// A copy with a smaller share of the weight, as a logarithm, ends.
-const LEAST: f64 = -60.0;
 
 /// A copy of the filter.
 #[derive(Clone, Debug)]
@@ -70,34 +71,57 @@ pub struct Hypotheses {
     count: usize,
     /// The time since copies set out last.
     elapsed: f64,
+    /// The time since the last measurement of each sensor, and for how long a sensor bears witness after one; in seconds.
+    silent: Vec<f64>,
+    within: f64,
     estimate: Gaussian,
     stack: Vec<Measurement>,
+    /// Whether the density of the filter is that of a mixture with outliers.
+    knows_outliers: bool,
 }
 
 impl Hypotheses {
-    /// Hypotheses beside a filter over a number of sensors that is all mean and covariance, for 64 faults at most, each of
-    /// which happens about once in `every` seconds.
+    /// Hypotheses beside a filter over a number of sensors whose memory begins with its mean and covariance, for 64 faults at most, each
+    /// of which happens about once in `every` seconds. A sensor bears witness for `within` seconds after a measurement.
     #[must_use]
-    pub fn new(filter: Box<dyn Method>, sensors: usize, mut faults: Vec<Fault>, every: f64) -> Hypotheses {
+    pub fn new(
+        filter: Box<dyn Method>,
+        sensors: usize,
+        mut faults: Vec<Fault>,
+        every: f64,
+        within: f64,
+    ) -> Hypotheses {
         faults.truncate(MOST_FAULTS);
         let mut memory = vec![0.0; filter.memory_len()];
         filter.save(&mut memory);
         let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, noisier: 0 };
         Hypotheses {
             estimate: filter.gaussian().clone(),
+            knows_outliers: filter.knows_outliers(),
             filter,
             copies: vec![first; 1 + faults.len() * (MOST + 1)],
             count: 1,
             elapsed: 0.0,
+            silent: vec![0.0; sensors],
+            within,
             stack: Vec::with_capacity(sensors),
             faults,
             every,
         }
     }
 
+    /// Notes which sensors are measured. Returns whether the others are all silent: what a lone sensor shows is no evidence of its
+    /// faults, but of how little is known of what it measures. A filter with one sensor in all has no better evidence.
+    fn is_alone(&mut self, measurements: &[Measurement]) -> bool {
+        for measurement in measurements {
+            self.silent.get_mut(measurement.sensor).into_iter().for_each(|silent| *silent = 0.0);
+        }
+        self.silent.len() > 1 && self.silent.iter().filter(|silent| **silent <= self.within).count() < 2
+    }
+
     /// A copy sets out for each fault.
     fn set_out(&mut self) {
-        let share = std::mem::take(&mut self.elapsed) / self.every;
+        let share = (std::mem::take(&mut self.elapsed) / self.every).min(1.0);
         for place in 0..self.faults.len() {
             let Some((used, free)) = self.copies.split_at_mut_checked(self.count) else { return };
             let (Some(own), Some(copy)) = (used.first(), free.first_mut()) else { return };
@@ -116,8 +140,14 @@ impl Hypotheses {
         }
     }
 
-    /// Updates a copy.
-    fn update_one(&mut self, place: usize, measurements: &[Measurement], controls: &[f64]) -> Updated {
+    /// Updates a copy, without its weight where the measurements are no evidence.
+    fn update_one(
+        &mut self,
+        place: usize,
+        measurements: &[Measurement],
+        controls: &[f64],
+        is_alone: bool,
+    ) -> Updated {
         let Some(copy) = self.copies.get_mut(place) else { return Updated::NOTHING };
         self.filter.restore(&copy.memory);
         self.stack.clear();
@@ -134,87 +164,16 @@ impl Hypotheses {
         }
         let updated = self.filter.update(&self.stack, controls);
         self.filter.save(&mut copy.memory);
-        copy.weight += evidence(&updated);
+        copy.weight += match self.knows_outliers {
+            _ if is_alone => 0.0,
+            true => updated.log_likelihood,
+            false => evidence(&updated),
+        };
         updated
     }
 
     fn used(&self) -> &[Hypothesis] {
         self.copies.get(..self.count).unwrap_or(&[])
-    }
-
-    /// Sets the largest weight to 1, and takes a fault for true that has nearly all of the weight.
-    fn weigh(&mut self) {
-        let weights = self.copies.iter_mut().take(self.count).map(|copy| &mut copy.weight);
-        weights.filter(|weight| weight.is_nan()).for_each(|weight| *weight = f64::NEG_INFINITY);
-        let greatest = self.used().iter().map(|copy| copy.weight).fold(f64::NEG_INFINITY, f64::max);
-        if !greatest.is_finite() {
-            return self.take_for_true(0);
-        }
-        self.copies.iter_mut().take(self.count).for_each(|copy| copy.weight -= greatest);
-        let all: f64 = self.used().iter().map(|copy| libm::exp(copy.weight)).sum();
-        for fault in 0..self.faults.len() {
-            let of_fault = || self.used().iter().filter(|copy| copy.fault == Some(fault));
-            let sum: f64 = of_fault().map(|copy| libm::exp(copy.weight)).sum();
-            if sum > (1.0 - DOUBT) * all {
-                let best = (0..self.count)
-                    .filter(|at| self.copies.get(*at).is_some_and(|copy| copy.fault == Some(fault)))
-                    .max_by(|one, other| self.weight(*one).total_cmp(&self.weight(*other)));
-                self.take_for_true(best.unwrap_or(0));
-                return;
-            }
-        }
-    }
-
-    fn weight(&self, place: usize) -> f64 {
-        self.copies.get(place).map_or(f64::NEG_INFINITY, |copy| copy.weight)
-    }
-
-    fn take_for_true(&mut self, place: usize) {
-        self.copies.swap(0, place);
-        self.count = 1;
-        if let Some(copy) = self.copies.first_mut() {
-            (copy.weight, copy.fault, copy.age) = (0.0, None, 0.0);
-        }
-    }
-
-    /// Ends copies without weight, and of too many of a fault those that are closest in age.
-    fn thin_out(&mut self) {
-        let mut place = 1;
-        while place < self.count {
-            match self.weight(place) < LEAST {
-                true => self.end(place),
-                false => place += 1,
-            }
-        }
-        for fault in 0..self.faults.len() {
-            while let Some(place) = self.closest(fault) {
-                self.end(place);
-            }
-        }
-    }
-
-    /// Of more than [`MOST`] copies of a fault, which are in the order of their ages, the one whose neighbours are the closest.
-    fn closest(&self, fault: usize) -> Option<usize> {
-        let of_fault =
-            || (0..self.count).filter(|at| self.copies.get(*at).is_some_and(|it| it.fault == Some(fault)));
-        if of_fault().count() <= MOST {
-            return None;
-        }
-        let age = |place: usize| self.copies.get(place).map_or(0.0, |copy| copy.age);
-        let neighbours = of_fault().zip(of_fault().skip(1)).zip(of_fault().skip(2));
-        let ratio = |older: usize, newer: usize| age(older) / age(newer).max(f64::MIN_POSITIVE);
-        neighbours
-            .map(|((older, own), newer)| (own, ratio(older, newer)))
-            .min_by(|one, other| one.1.total_cmp(&other.1))
-            .map(|(own, _)| own)
-    }
-
-    /// Ends a copy; the order of the others stays.
-    fn end(&mut self, place: usize) {
-        if let Some(rest) = self.copies.get_mut(place..self.count) {
-            rest.rotate_left(1);
-            self.count -= 1;
-        }
     }
 
     /// The mean and the covariance of all copies.
@@ -233,11 +192,8 @@ impl Hypotheses {
         for copy in used {
             let share = libm::exp(copy.weight) / all;
             let Some((own, covariance)) = copy.memory.split_at_checked(n) else { continue };
-            let apart =
-                |state: usize| own.get(state).zip(mean.get(state)).map_or(0.0, |(own, mean)| own - mean);
-            for (place, to) in spread.as_mut_slice().iter_mut().enumerate() {
-                let within = covariance.get(place).copied().unwrap_or(0.0);
-                *to += share * (within + apart(place % n) * apart(place / n));
+            if share > NEGLIGIBLE {
+                add_around(spread, mean, own, covariance, share);
             }
         }
     }
@@ -274,6 +230,7 @@ impl Method for Hypotheses {
             return false;
         }
         self.elapsed += dt;
+        self.silent.iter_mut().for_each(|silent| *silent += dt);
         self.copies.iter_mut().take(self.count).for_each(|copy| copy.age += dt);
         self.mix();
         true
@@ -291,15 +248,18 @@ impl Method for Hypotheses {
         if measurements.is_empty() {
             return Updated::NOTHING;
         }
-        if self.elapsed > 0.0 {
+        let is_alone = self.is_alone(measurements);
+        if self.elapsed > 0.0 && !is_alone {
             self.set_out();
         }
-        let updated = self.update_one(0, measurements, controls);
+        let updated = self.update_one(0, measurements, controls, is_alone);
         for place in 1..self.count {
-            self.update_one(place, measurements, controls);
+            self.update_one(place, measurements, controls, is_alone);
         }
-        self.weigh();
-        self.thin_out();
+        if !is_alone {
+            self.weigh();
+            self.thin_out();
+        }
         self.mix();
         updated
     }
@@ -316,16 +276,22 @@ impl Method for Hypotheses {
         false
     }
 
+    fn concludes(&self) -> bool {
+        true
+    }
+
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = &self.estimate;
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
-        2 + self.copies.len() * own + mean.len() + spread.len()
+        2 + self.silent.len() + self.copies.len() * own + mean.len() + spread.len()
     }
 
     fn save(&self, memory: &mut [f64]) {
         let Gaussian { mean, spread } = &self.estimate;
         let head = [self.count as f64, self.elapsed];
-        let Some(rest) = put_first(memory, &head) else { return };
+        let Some(rest) = put_first(memory, &head).and_then(|rest| put_first(rest, &self.silent)) else {
+            return;
+        };
         let Some(rest) = put_first(rest, mean).and_then(|rest| put_first(rest, spread.as_slice())) else {
             return;
         };
@@ -342,6 +308,8 @@ impl Method for Hypotheses {
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
         let Some(([count, elapsed], rest)) = memory.split_first_chunk() else { return };
         (self.count, self.elapsed) = ((*count as usize).clamp(1, self.copies.len()), *elapsed);
+        let Some((silent, rest)) = rest.split_at_checked(self.silent.len()) else { return };
+        self.silent.copy_from_slice(silent);
         let Some((own_mean, rest)) = rest.split_at_checked(mean.len()) else { return };
         let Some((own_spread, rest)) = rest.split_at_checked(spread.len()) else { return };
         mean.copy_from_slice(own_mean);
@@ -352,6 +320,17 @@ impl Method for Hypotheses {
             copy.fault = (*fault >= 0.0).then_some(*fault as usize);
             copy.memory.copy_from_slice(saved);
         }
+    }
+}
+
+/// Adds a share of the covariance of a copy with another mean, around this mean.
+fn add_around(spread: &mut Matrix, mean: &[f64], own: &[f64], covariance: &[f64], share: f64) {
+    let n = mean.len().max(1);
+    let columns = spread.as_mut_slice().chunks_exact_mut(n).zip(covariance.chunks_exact(n));
+    for ((to, within), (own_column, mean_column)) in columns.zip(own.iter().zip(mean)) {
+        let apart = own_column - mean_column;
+        let rows = to.iter_mut().zip(within).zip(own.iter().zip(mean));
+        rows.for_each(|((to, within), (own, mean))| *to += share * (within + (own - mean) * apart));
     }
 }
 

@@ -2,7 +2,9 @@
 #![allow(clippy::unwrap_used, reason = "a test may fail loudly, in its helpers too")]
 
 use shsa_core::time::{Span, Time};
+use shsa_estimate::alternatives::{Alternatives, Outlier, Step};
 use shsa_estimate::average::{Filling, MovingAverage, Window};
+use shsa_estimate::continuous::Continuous;
 use shsa_estimate::direct::{Direct, Faulty, Rule};
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
 use shsa_estimate::fusion::{Fusion, Gate, Options};
@@ -14,6 +16,10 @@ use shsa_estimate::particle::{Particle, Particles};
 use shsa_estimate::unscented::{Points, Unscented};
 
 fn system() -> Formulas {
+    Formulas::new(draft()).unwrap()
+}
+
+fn draft() -> Draft {
     let mut words = Vocabulary::default();
     words.add_number("p");
     words.add_number("v");
@@ -24,13 +30,12 @@ fn system() -> Formulas {
         variance: formula("0.5"),
         turn: None,
     };
-    Formulas::new(Draft {
+    Draft {
         transition: vec![formula("p + v*dt"), formula("v*cos(p/100)")],
         controls: 0,
         noise: vec![formula("0.4*dt^3/3"), formula("0.4*dt^2/2"), formula("0.4*dt")],
         sensors: vec![sensor("p"), sensor("sqrt(1 + v^2)")],
-    })
-    .unwrap()
+    }
 }
 
 #[track_caller]
@@ -62,8 +67,12 @@ fn nothing_is_allocated_per_step() {
         }
         check(Box::new(Unscented::new(system(), &mean, &p, Points::default()).unwrap()), gate);
         let robust = Kalman::new(system(), &mean, &p, Loss::Student(4.0)).unwrap();
+        let (outliers, steps) =
+            (vec![Outlier { sensor: 0, deviation: 100.0 }], vec![Step { state: 1, deviation: 10.0 }]);
+        let model = Continuous::new(draft()).unwrap();
+        let robust = Box::new(Alternatives::new(Box::new(robust), model, outliers, steps, 10.0));
         let faults = vec![Fault::Jump(1, 5.0), Fault::Noisier(0, 10.0)];
-        check(Box::new(Hypotheses::new(Box::new(robust), 2, faults, 10.0)), gate);
+        check(Box::new(Hypotheses::new(robust, 2, faults, 10.0, 1.0)), gate);
         check(Box::new(Particle::new(system(), &mean, &p, Particles::default()).unwrap()), gate);
         let faulty = Faulty { count: 0, deviations: 3.0 };
         let average = MovingAverage::new(&[1.0, 2.0, 1.0], Filling::Partial).unwrap();

@@ -150,6 +150,8 @@ pub struct FusionState {
     pub transition: Formula,
     /// Standard deviation of a jump that may happen at any time, SI; `None`: it does not jump.
     pub jumps: Option<f64>,
+    /// Standard deviation of a step between two moments, SI; `None`: it has only its noise.
+    pub steps: Option<f64>,
 }
 
 /// A measurement of the states.
@@ -165,6 +167,8 @@ pub struct FusionInput {
     pub turn: Option<f64>,
     /// How many times as large its noise may become at any time; `None`: it does not.
     pub noisier: Option<f64>,
+    /// Standard deviation of an outlier, SI; `None`: its values are no outliers.
+    pub outliers: Option<f64>,
 }
 
 /// A prediction of an input from other inputs.
@@ -209,6 +213,8 @@ pub struct FusionSettings {
     pub gate: Option<f64>,
     /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier.
     pub faults_every: Span,
+    /// The mean time between two steps of a state.
+    pub steps_every: Span,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: usize,
     /// The number of values of a moving average or median.

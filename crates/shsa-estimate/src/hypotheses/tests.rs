@@ -38,7 +38,7 @@ fn followed(method: &mut dyn Method, steps: usize, mut fault: impl FnMut(usize, 
 
 fn both(steps: usize, fault: impl Fn(usize, f64) -> f64) -> [(f64, f64); 2] {
     let mut alone = filter();
-    let mut beside = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 10_000.0);
+    let mut beside = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 10_000.0, 10.0);
     [followed(alone.as_mut(), steps, &fault), followed(&mut beside, steps, &fault)]
 }
 
@@ -67,13 +67,29 @@ fn without_faults_the_estimate_is_that_of_the_filter() {
 
 #[test]
 fn a_state_goes_on_where_it_was() {
-    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0);
+    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
     let fault = |step: usize, random: f64| if step % 40 < 20 { 0.0 } else { 1.5 * random };
     followed(&mut one, 130, fault);
     assert!(one.count > 1);
     let mut memory = vec![0.0; one.memory_len()];
     one.save(&mut memory);
-    let mut other = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0);
+    let mut other = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
     other.restore(&memory);
     assert_eq!(followed(&mut one, 130, fault), followed(&mut other, 130, fault));
+}
+
+/// The precise sensor falls silent: what the coarse one shows then is no evidence of faults, and no copy gains or loses weight.
+#[test]
+fn a_lone_sensor_is_no_evidence_of_faults() {
+    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
+    followed(&mut one, 100, |_, _| 0.0);
+    let weights = |method: &Hypotheses| method.used().iter().map(|it| it.weight).collect::<Vec<f64>>();
+    let mut before = None;
+    for step in 0..40 {
+        assert!(one.predict(1.0, &[]));
+        one.update(&[Measurement { sensor: 1, value: f64::from(step), variance: None }], &[]);
+        if step >= 10 {
+            assert_eq!(*before.get_or_insert_with(|| weights(&one)), weights(&one));
+        }
+    }
 }

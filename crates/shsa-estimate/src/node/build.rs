@@ -2,6 +2,7 @@
 
 use super::each::{Each, Sensor};
 use crate::Error;
+use crate::alternatives::{Alternatives, Outlier, Step};
 use crate::average::{Filling, MovingAverage, Window};
 use crate::continuous::Continuous;
 use crate::direct::{Faulty, Rule};
@@ -85,7 +86,8 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         if row == column { deviation * deviation } else { 0.0 }
     });
     let system = || system(knowledge, fusion, false);
-    let kalman = |loss| Ok(with_faults(fusion, Box::new(Kalman::new(system()?, &mean, &spread, loss)?)));
+    let kalman =
+        |loss| with_faults(knowledge, fusion, Box::new(Kalman::new(system()?, &mean, &spread, loss)?));
     let direct = |rule| each(knowledge, fusion, &rule);
     let settings = &fusion.settings;
     let faulty = Faulty { count: settings.faulty, deviations: REACH };
@@ -103,7 +105,7 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
         FusionMethod::Student => kalman(Loss::Student(STUDENT)),
         FusionMethod::UnscentedKalman => {
             let filter = Unscented::new(system()?, &mean, &spread, Points::default())?;
-            Ok(with_faults(fusion, Box::new(filter)))
+            with_faults(knowledge, fusion, Box::new(filter))
         }
         FusionMethod::Particle => {
             let options =
@@ -113,20 +115,47 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
     }
 }
 
-/// The filter with hypotheses of its declared faults, if there are any.
-fn with_faults(fusion: &Fusion, filter: Box<dyn Method>) -> Box<dyn Method> {
+/// The filter with its declared alternatives at each moment and hypotheses of its declared faults, if there are any.
+fn with_faults(
+    knowledge: &KnowledgeBase,
+    fusion: &Fusion,
+    filter: Box<dyn Method>,
+) -> Result<Box<dyn Method>, Error> {
+    let filter = with_alternatives(knowledge, fusion, filter)?;
     let jumps =
         fusion.states.iter().enumerate().filter_map(|(at, state)| Some(Fault::Jump(at, state.jumps?)));
     let inputs = fusion.inputs.iter().enumerate();
-    let noisier = inputs.filter_map(|(at, input)| Some(Fault::Noisier(at, input.noisier?)));
+    let noisier = inputs.filter_map(|(at, input)| Some((at, input.noisier?)));
+    // A sensor that shows nothing any more is noisier than any noise that is expected of it.
+    let noisier =
+        noisier.flat_map(|(at, times)| [Fault::Noisier(at, times), Fault::Noisier(at, times * times)]);
     let faults: Vec<Fault> = jumps.chain(noisier).collect();
-    match faults.is_empty() {
+    Ok(match faults.is_empty() {
         true => filter,
         false => {
             let every = fusion.settings.faults_every.seconds();
-            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, every))
+            let within = fusion.settings.unknown_after.seconds();
+            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, every, within))
         }
+    })
+}
+
+fn with_alternatives(
+    knowledge: &KnowledgeBase,
+    fusion: &Fusion,
+    filter: Box<dyn Method>,
+) -> Result<Box<dyn Method>, Error> {
+    let inputs = fusion.inputs.iter().enumerate();
+    let outliers =
+        inputs.filter_map(|(sensor, input)| Some(Outlier { sensor, deviation: input.outliers? })).collect();
+    let states = fusion.states.iter().enumerate();
+    let steps = states.filter_map(|(state, it)| Some(Step { state, deviation: it.steps? })).collect();
+    let (outliers, steps): (Vec<Outlier>, Vec<Step>) = (outliers, steps);
+    if outliers.is_empty() && steps.is_empty() {
+        return Ok(filter);
     }
+    let (system, every) = (system(knowledge, fusion, false)?, fusion.settings.steps_every.seconds());
+    Ok(Box::new(Alternatives::new(filter, system, outliers, steps, every)))
 }
 
 /// Direct fusion of each state.

@@ -37,6 +37,7 @@ pub(super) fn read(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionDr
         unknown_after: keys.text("unknown_after"),
         gate: keys.text("gate"),
         faults_every: keys.text("faults_every"),
+        steps_every: keys.text("steps_every"),
         witnesses: keys.text("witnesses"),
         faulty: keys.text("faulty"),
         window: keys.text("window"),
@@ -58,6 +59,7 @@ fn state(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionStateDraft {
         noise: keys.text("noise"),
         transition: keys.text("transition"),
         jumps: keys.text("jumps"),
+        steps: keys.text("steps"),
     }
 }
 
@@ -76,6 +78,7 @@ fn input(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionInputDraft {
         measures: keys.text("measures"),
         noise: keys.text("noise"),
         noisier: keys.text("noisier"),
+        outliers: keys.text("outliers"),
     }
 }
 
@@ -110,6 +113,7 @@ pub(super) fn written(fusion: &FusionDraft) -> Tree {
         ("unknown_after", fusion.unknown_after.as_ref().map(text)),
         ("gate", fusion.gate.as_ref().map(text)),
         ("faults_every", fusion.faults_every.as_ref().map(text)),
+        ("steps_every", fusion.steps_every.as_ref().map(text)),
         ("witnesses", fusion.witnesses.as_ref().map(text)),
         ("faulty", fusion.faulty.as_ref().map(text)),
         ("window", fusion.window.as_ref().map(text)),
@@ -132,16 +136,18 @@ fn of_state(state: &FusionStateDraft) -> Tree {
         ("noise", state.noise.as_ref().map(text)),
         ("transition", state.transition.as_ref().map(text)),
         ("jumps", state.jumps.as_ref().map(text)),
+        ("steps", state.steps.as_ref().map(text)),
     ])
 }
 
 fn of_input(input: &FusionInputDraft) -> Tree {
-    match (&input.measures, &input.noise, &input.noisier) {
-        (Some(measures), None, None) => text(measures),
-        (measures, noise, noisier) => keys([
+    match (&input.measures, &input.noise, &input.noisier, &input.outliers) {
+        (Some(measures), None, None, None) => text(measures),
+        (measures, noise, noisier, outliers) => keys([
             ("measures", measures.as_ref().map(text)),
             ("noise", noise.as_ref().map(text)),
             ("noisier", noisier.as_ref().map(text)),
+            ("outliers", outliers.as_ref().map(text)),
         ]),
     }
 }

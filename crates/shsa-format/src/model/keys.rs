@@ -186,7 +186,7 @@ pub const SIGNAL: [Key; 23] = [
 ];
 
 /// The keys of a fusion.
-pub const FUSION: [Key; 15] = [
+pub const FUSION: [Key; 16] = [
     formed(
         "method",
         Form::Choice(|| FusionMethod::NAMES.map(|(name, _)| name).into()),
@@ -207,6 +207,7 @@ pub const FUSION: [Key; 15] = [
     span("unknown_after"),
     text("gate", "a share, or `none`", "99.9 %"),
     span("faults_every"),
+    span("steps_every"),
     formed("witnesses", Form::Choice(|| vec!["all", "none"]), "`all` or `none`", "none"),
     text("faulty", "a number of inputs", "1"),
     text("window", "a number of values", "5"),
@@ -215,20 +216,22 @@ pub const FUSION: [Key; 15] = [
 ];
 
 /// The keys of a state of a fusion.
-pub const FUSION_STATE: [Key; 6] = [
+pub const FUSION_STATE: [Key; 7] = [
     text("unit", "a unit", "m/s"),
     text("initial", "a value", "0"),
     text("spread", "a standard deviation", "10"),
     text("noise", "a standard deviation in a second, or a formula", "0.5"),
     text("transition", "a formula over states, controls and `dt`", "position + speed * dt"),
     text("jumps", "the standard deviation of a jump", "5"),
+    text("steps", "the standard deviation of a step between two moments", "30"),
 ];
 
 /// The keys of an input of a fusion.
-pub const FUSION_INPUT: [Key; 3] = [
+pub const FUSION_INPUT: [Key; 4] = [
     text("measures", "a formula over states and controls", "speed"),
     text("noise", "a standard deviation, or a formula", "0.1"),
     text("noisier", "how many times as large its noise may become", "10"),
+    text("outliers", "the standard deviation of an outlier", "20"),
 ];
 
 /// The keys of an output of a fusion.

@@ -30,6 +30,8 @@ pub struct FusionDraft {
     pub witnesses: Option<Text>,
     /// The mean time between two faults of a kind.
     pub faults_every: Option<Text>,
+    /// The mean time between two steps of a state.
+    pub steps_every: Option<Text>,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: Option<Text>,
     /// The number of values of a moving average or median.
@@ -57,6 +59,8 @@ pub struct FusionStateDraft {
     pub transition: Option<Text>,
     /// Standard deviation of a jump that may happen at any time.
     pub jumps: Option<Text>,
+    /// Standard deviation of a step between two moments.
+    pub steps: Option<Text>,
 }
 
 /// A measurement of the states.
@@ -70,6 +74,8 @@ pub struct FusionInputDraft {
     pub noise: Option<Text>,
     /// How many times as large its noise may become at any time.
     pub noisier: Option<Text>,
+    /// Standard deviation of an outlier.
+    pub outliers: Option<Text>,
 }
 
 /// A new signal.
@@ -99,6 +105,7 @@ impl FusionDraft {
             &mut self.gate,
             &mut self.witnesses,
             &mut self.faults_every,
+            &mut self.steps_every,
             &mut self.faulty,
             &mut self.window,
             &mut self.particles,
@@ -114,13 +121,15 @@ impl FusionDraft {
                 &mut it.noise,
                 &mut it.transition,
                 &mut it.jumps,
+                &mut it.steps,
             ];
             texts.into_iter().flatten().for_each(&mut *each);
         }
         self.controls.iter_mut().flat_map(|(name, signal)| [name, signal]).for_each(&mut *each);
         for it in &mut self.inputs {
             each(&mut it.name);
-            [&mut it.measures, &mut it.noise, &mut it.noisier].into_iter().flatten().for_each(&mut *each);
+            let texts = [&mut it.measures, &mut it.noise, &mut it.noisier, &mut it.outliers];
+            texts.into_iter().flatten().for_each(&mut *each);
         }
         for it in &mut self.outputs {
             each(&mut it.name);

@@ -91,15 +91,17 @@ fn settings(
         ("particles", draft.particles.as_ref(), has_particles, "`particle` uses"),
         ("seed", draft.seed.as_ref(), has_particles, "`particle` uses"),
         ("faults_every", draft.faults_every.as_ref(), has_faults, KALMAN),
+        ("steps_every", draft.steps_every.as_ref(), has_faults, KALMAN),
     ];
-    let jumps = draft.states.iter().map(move |state| ("jumps", state.jumps.as_ref(), has_faults, KALMAN));
-    let noisier =
-        draft.inputs.iter().map(move |input| ("noisier", input.noisier.as_ref(), has_faults, KALMAN));
+    let of_states = draft.states.iter().flat_map(|state| [("jumps", &state.jumps), ("steps", &state.steps)]);
+    let of_inputs =
+        draft.inputs.iter().flat_map(|input| [("noisier", &input.noisier), ("outliers", &input.outliers)]);
+    let unusual = of_states.chain(of_inputs).map(move |(key, text)| (key, text.as_ref(), has_faults, KALMAN));
     let confidences = draft.outputs.iter().map(move |output| {
         let is_used = !method.is_of_intervals();
         ("confidence", output.confidence.as_ref(), is_used, "methods that do not intersect intervals use")
     });
-    of_fusion.into_iter().chain(confidences).chain(jumps).chain(noisier)
+    of_fusion.into_iter().chain(confidences).chain(unusual)
 }
 
 fn diagnostic(severity: Severity, text: &Text, message: &str, help: &str) -> Diagnostic {

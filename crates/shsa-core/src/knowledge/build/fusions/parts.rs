@@ -123,10 +123,11 @@ impl Parts<'_> {
             None => Some(Formula::symbol(expression::Symbol(place as u32), expression::Shape::Scalar)),
             Some(text) => self.checked(problems, text, unit, true),
         };
-        let jumps = match &draft.jumps {
+        let deviation = |problems: &mut Problems, text: &Option<Text>| match text {
             None => Some(None),
             Some(text) => self.deviation(problems, text, unit).map(Some),
         };
+        let (jumps, steps) = (deviation(problems, &draft.jumps), deviation(problems, &draft.steps));
         let of_variable = self.local.model.variables.find(&draft.name.text);
         Some(FusionState {
             name: draft.name.text.clone(),
@@ -137,6 +138,7 @@ impl Parts<'_> {
             noise: noise?,
             transition: transition?,
             jumps: jumps?,
+            steps: steps?,
         })
     }
 
@@ -221,12 +223,17 @@ impl Parts<'_> {
             None => Some(None),
             Some(text) => times(problems, text).map(Some),
         };
+        let outliers = match &draft.outliers {
+            None => Some(None),
+            Some(text) => self.deviation(problems, text, variable.unit.as_ref()).map(Some),
+        };
         Some(FusionInput {
             signal,
             measures: measures?,
             noise: noise?,
             turn: variable.wraps,
             noisier: noisier?,
+            outliers: outliers?,
         })
     }
 

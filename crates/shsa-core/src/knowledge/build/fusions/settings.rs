@@ -14,6 +14,8 @@ const HORIZON: Span = Span::from_millis(500);
 const UNKNOWN_AFTER: Span = Span::from_millis(2_000);
 /// A sensor that fails twice a week is replaced.
 const FAULTS_EVERY: Span = Span::from_millis(100 * 3_600_000);
+/// A load is switched a few times an hour.
+const STEPS_EVERY: Span = Span::from_millis(10 * 60_000);
 /// The share of healthy measurements that the gate accepts by default.
 const GATE: f64 = 0.999;
 const WINDOW: f64 = 5.0;
@@ -37,6 +39,7 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
     };
     let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
     let faults_every = span(problems, &draft.faults_every, FAULTS_EVERY);
+    let steps_every = span(problems, &draft.steps_every, STEPS_EVERY);
     let gate = gate(problems, draft.gate.as_ref());
     let faulty = count(problems, draft.faulty.as_ref(), 1.0, 0.0..=63.0);
     let window = count(problems, draft.window.as_ref(), WINDOW, 1.0..=1_000.0);
@@ -49,6 +52,7 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         unknown_after: unknown_after?,
         gate: gate?,
         faults_every: faults_every?,
+        steps_every: steps_every?,
         faulty: faulty? as usize,
         window: window? as usize,
         particles: particles? as usize,
