@@ -51,7 +51,12 @@ pub(super) fn read(path: &Path) -> anyhow::Result<Vec<Row>> {
 
 /// The first row of the second half of the time.
 pub(super) fn half(rows: &[Row]) -> usize {
+    after(rows, 0.5)
+}
+
+/// The first row after a share of the time.
+pub(super) fn after(rows: &[Row], share: f64) -> usize {
     let ends = rows.first().zip(rows.last());
-    let middle = ends.map_or(0.0, |(first, last)| 0.5 * (first.at_s + last.at_s));
-    rows.partition_point(|row| row.at_s < middle)
+    let from = ends.map_or(0.0, |(first, last)| (1.0 - share) * first.at_s + share * last.at_s);
+    rows.partition_point(|row| row.at_s < from)
 }

@@ -1,0 +1,110 @@
+//! The circuit of models/cell-charge.yaml: a finer curve than the plain circuit's, and two pairs of resistance and capacitance, the slow
+//! one of which has a resistance that depends on the charge.
+
+use super::cell::{Row, half};
+use super::circuit::{kept, weights};
+use crate::table::Errors;
+use anyhow::Context;
+use nalgebra::{DMatrix, DVector};
+
+/// Where the curve has its points, in shares of the capacity.
+const CURVE: [f64; 27] = [
+    0.0, 0.004, 0.008, 0.012, 0.016, 0.024, 0.033, 0.041, 0.05, 0.066, 0.083, 0.1, 0.13, 0.16, 0.2, 0.26,
+    0.33, 0.4, 0.46, 0.53, 0.6, 0.66, 0.73, 0.8, 0.86, 0.93, 1.0,
+];
+/// Where the resistance of the slow pair has its points.
+const SLOW: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+/// The time constants of the pairs, in seconds.
+const BRIEF_S: f64 = 20.0;
+const SLOW_S: f64 = 600.0;
+/// Keeps the solution of the normal equations finite where the data decides nothing.
+const RIDGE: f64 = 1e-6;
+
+/// The circuit, SI but for the charge in Ah.
+pub(super) struct Detailed {
+    capacity_ah: f64,
+    /// The curve's voltages, the resistance, that of the brief pair, and those of the slow pair.
+    solved: Vec<f64>,
+}
+
+/// What the circuit's voltage is linear in, at a row.
+struct Terms {
+    brief: f64,
+    slow: f64,
+    before_s: Option<f64>,
+}
+
+impl Terms {
+    const NONE: Terms = Terms { brief: 0.0, slow: 0.0, before_s: None };
+
+    fn of(&mut self, row: &Row, capacity_ah: f64) -> (DVector<f64>, f64) {
+        let elapsed = row.at_s - self.before_s.replace(row.at_s).unwrap_or(row.at_s);
+        let through = |before: f64, time_s: f64| {
+            let kept = kept(elapsed, time_s);
+            kept * before + (1.0 - kept) * row.current_a
+        };
+        (self.brief, self.slow) = (through(self.brief, BRIEF_S), through(self.slow, SLOW_S));
+        let mut terms = DVector::zeros(CURVE.len() + 2 + SLOW.len());
+        let share = row.charge_ah / capacity_ah;
+        weights(&CURVE, share).into_iter().for_each(|(place, weight)| terms[place] = weight);
+        (terms[CURVE.len()], terms[CURVE.len() + 1]) = (row.current_a, self.brief);
+        weights(&SLOW, share)
+            .into_iter()
+            .for_each(|(place, weight)| terms[CURVE.len() + 2 + place] = weight * self.slow);
+        (terms, elapsed)
+    }
+}
+
+impl Detailed {
+    /// The circuit that fits the first half of a recording best (least squares over time).
+    ///
+    /// # Errors
+    /// The recording does not go from empty to full in its first half.
+    pub(super) fn fit(rows: &[Row]) -> anyhow::Result<Detailed> {
+        let rows = rows.get(..half(rows)).unwrap_or(rows);
+        let capacity_ah = rows.iter().map(|row| row.charge_ah).fold(0.0, f64::max);
+        let size = CURVE.len() + 2 + SLOW.len();
+        let (mut squares, mut products) = (RIDGE * DMatrix::identity(size, size), DVector::zeros(size));
+        let mut at = Terms::NONE;
+        for row in rows {
+            let (terms, elapsed) = at.of(row, capacity_ah);
+            squares += elapsed * &terms * terms.transpose();
+            products += elapsed * row.voltage_v * terms;
+        }
+        let solved = squares.cholesky().map(|factors| factors.solve(&products));
+        let solved = solved.context("the recording does not pass all of the curve")?;
+        Ok(Detailed { capacity_ah, solved: solved.iter().copied().collect() })
+    }
+
+    /// The errors of the voltage above a tenth of the capacity: of the first half, and of the second.
+    pub(super) fn errors(&self, rows: &[Row]) -> [Errors; 2] {
+        let (mut errors, mut at) = ([Errors::default(); 2], Terms::NONE);
+        let (middle, solved) = (half(rows), DVector::from_column_slice(&self.solved));
+        for (place, row) in rows.iter().enumerate() {
+            let (terms, elapsed) = at.of(row, self.capacity_ah);
+            if row.charge_ah > 0.1 * self.capacity_ah {
+                errors[usize::from(place >= middle)].add(row.voltage_v - terms.dot(&solved), elapsed);
+            }
+        }
+        errors
+    }
+
+    /// The points of its two curves and its two resistances, as they stand in the model.
+    pub(super) fn texts(&self) -> Vec<String> {
+        let charge = |share: f64| format!("{} Ah", rounded(share * self.capacity_ah, 3));
+        let (curve, rest) = self.solved.split_at(CURVE.len());
+        let curve =
+            CURVE.iter().zip(curve).map(|(at, it)| format!("[{}, {} V]", charge(*at), rounded(*it, 4)));
+        let slow = SLOW.iter().zip(rest.iter().skip(2));
+        let slow = slow.map(|(at, it)| format!("[{}, {} mV/A]", charge(*at), rounded(1e3 * it, 3)));
+        let [resistance, brief] = [0, 1].map(|at| rounded(1e3 * rest[at], 3));
+        let plain = [format!("initial: {resistance},"), format!("{brief} mV/A * brief")];
+        curve.chain(slow).chain(plain).collect()
+    }
+}
+
+/// A number with so many decimals at most.
+fn rounded(value: f64, decimals: i32) -> f64 {
+    let scale = 10_f64.powi(decimals);
+    (value * scale).round() / scale
+}
