@@ -37,6 +37,9 @@ pub(crate) struct Arguments {
     /// Run the model by its own method only, not also by those that it is compared with.
     #[arg(long, requires = "model")]
     own_method: bool,
+    /// Run the model without a failure and with these only: `--failure bias=3:current`.
+    #[arg(long, value_name = "KIND:SIGNAL", requires = "model")]
+    failure: Vec<String>,
     /// Also run the model with other failures at other times, and over this other recording of the cell.
     #[arg(long, value_name = "FILE", requires = "model")]
     further: Option<PathBuf>,
@@ -84,7 +87,14 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Some(model) => {
             has_circuit(model, &Detailed::fit(&rows)?)?;
             let methods = if arguments.own_method { &modelled::METHODS[..1] } else { &modelled::METHODS };
-            tables.push(modelled::table(model, methods, &arguments.file, &rows, arguments.json)?);
+            tables.push(modelled::table(
+                model,
+                methods,
+                &arguments.failure,
+                &arguments.file,
+                &rows,
+                arguments.json,
+            )?);
         }
         None => notice("SKIPPED: the model in the loop: no --model FILE"),
     }
