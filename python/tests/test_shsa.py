@@ -210,7 +210,8 @@ class Replays(unittest.TestCase):
         drive = shsa.replay(self.tank, columns())
         written = Written(drive._replay)
         drive._replay = written  # type: ignore[assignment]
-        for table in (drive.value_table(), pyarrow.table(drive), drive.event_table()):
+        for made in (drive.value_table, lambda: pyarrow.table(drive), drive.event_table):
+            table = made()
             for name in table.column_names:
                 chunks = table[name].chunks
                 self.assertEqual(len(chunks), 1, name)
