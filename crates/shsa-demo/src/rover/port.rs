@@ -335,6 +335,13 @@ mod tests {
         }
     }
 
+    /// A number over ROS 2 has no width: a reader assumes the greatest that the need of the model may have.
+    #[test]
+    fn the_assumed_width_is_the_greatest_of_the_need() {
+        let width = format!("max_width: {} m", 2.0 * HALF_WIDTH_MAX_M);
+        assert!(crate::rover::model(Encoding::Ros2).contains(&width), "{width}");
+    }
+
     #[test]
     fn messages_say_the_same_in_both_encodings() {
         check(POSE, &[1.5, -2.5, 3.0, 0.25], &[1.5, -2.5, 3.0, 0.25]);
