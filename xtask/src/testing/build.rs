@@ -8,15 +8,12 @@ use serde_json::Value;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
-/// The command that some tests run.
-const COMMAND: &str = "shsa";
-
 /// What cargo says that it has built.
 #[derive(Debug, PartialEq)]
 pub(super) enum Built {
     Test(Program),
-    /// The command that other tests run.
-    Command,
+    /// A program that other tests run, by its name.
+    Command(String),
 }
 
 /// A built test program.
@@ -29,7 +26,7 @@ pub(super) struct Program {
     pub(super) folder: PathBuf,
 }
 
-/// Builds, lints and documents all but the benches, and passes on each test program and the command once they are built. Ends after
+/// Builds, lints and documents all but the benches, and passes on each program once it is built. Ends after
 /// the first unit at which `is_cancelled`.
 ///
 /// # Errors
@@ -45,14 +42,14 @@ pub(super) fn all(is_cancelled: impl Fn() -> bool, mut pass: impl FnMut(Built)) 
     cargo_test(&arguments, |line| command::listen(line, &mut hear))
 }
 
-/// The test program or the command in a message of cargo; `None` for other messages.
+/// The program in a message of cargo; `None` for other messages.
 fn built(message: &str) -> Option<Built> {
     let message: Value = serde_json::from_str(message).ok()?;
     let is_test = message["profile"]["test"].as_bool()?;
     let name = message["target"]["name"].as_str()?;
     let executable = message["executable"].as_str()?;
     if !is_test {
-        return (name == COMMAND && message["target"]["kind"][0] == "bin").then_some(Built::Command);
+        return (message["target"]["kind"][0] == "bin").then(|| Built::Command(name.to_owned()));
     }
     Some(Built::Test(Program {
         name: name.to_owned(),
@@ -105,8 +102,7 @@ mod tests {
             folder: "/w/crates/a".into(),
         };
         assert_eq!(built(&message("live", "test", true)), Some(Built::Test(live)));
-        assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command));
-        assert_eq!(built(&message("shsa-bench", "bin", false)), None);
+        assert_eq!(built(&message("shsa", "bin", false)), Some(Built::Command("shsa".into())));
         assert_eq!(built(&message("own_bus", "example", false)), None);
         assert_eq!(built(r#"{"reason": "build-finished", "success": true}"#), None);
         assert_eq!(built("a line of something else"), None);

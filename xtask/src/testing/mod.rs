@@ -31,8 +31,8 @@ const THREADS: [(&str, &str); 1] = [("live", "3")];
 /// Programs that take longest: they begin before others that could, so that the last one to end is a short one.
 const LONG: [&str; 3] = ["recordings", "live", "chaos"];
 
-/// Crates whose tests run the command, which may not be built yet when they are: they wait for it.
-const LATE: [&str; 2] = ["shsa", "shsa-bench"];
+/// Crates whose tests run a program, which may not be built yet when they are: they wait for it.
+const LATE: [(&str, &str); 3] = [("shsa", "shsa"), ("shsa-bench", "shsa"), ("ratchet", "instructions")];
 
 /// From where random cases are drawn, so that what passed once passes again. `cargo test` draws new ones each time.
 const SEED: (&str, &str) = ("PROPTEST_RNG_SEED", "20190415");
@@ -48,9 +48,10 @@ const GIVING_WAY: [&str; 3] = ["nice", "-n", "10"];
 struct Queue {
     waiting: Vec<Program>,
     computing: Vec<Program>,
-    /// Programs that wait for the command.
+    /// Programs that wait for another one.
     late: Vec<Program>,
-    has_command: bool,
+    /// The names of those that tests run.
+    commands: Vec<String>,
     /// Whether no further program will be added.
     is_complete: bool,
     /// Whether the tests will not run, as something that they need is absent.
@@ -69,7 +70,7 @@ struct Again {
 }
 
 impl Queue {
-    /// Marks the queue as complete. Without the command, because it did not build, the programs that wait for it fail by themselves.
+    /// Marks the queue as complete. Programs that wait for one that did not build fail by themselves.
     fn complete(&mut self) {
         self.is_complete = true;
         self.release();
@@ -79,20 +80,25 @@ impl Queue {
     fn take(&mut self, built: Built) {
         match built {
             Built::Test(program) => self.add(program),
-            Built::Command => self.release(),
+            Built::Command(name) => {
+                self.commands.push(name);
+                self.release();
+            }
         }
     }
 
-    /// Lets the programs run that wait for the command.
+    /// Lets the programs run that wait for nothing any more.
     fn release(&mut self) {
-        self.has_command = true;
         for program in mem::take(&mut self.late) {
             self.add(program);
         }
     }
 
     fn add(&mut self, program: Program) {
-        let list = if !self.has_command && LATE.iter().any(|late| program.folder.ends_with(late)) {
+        let is_awaited = |command: &str| !self.is_complete && !self.commands.iter().any(|it| it == command);
+        let is_late =
+            LATE.iter().any(|(krate, command)| program.folder.ends_with(krate) && is_awaited(command));
+        let list = if is_late {
             &mut self.late
         } else if WAITING.contains(&program.name.as_str()) {
             &mut self.waiting
@@ -295,7 +301,9 @@ mod tests {
             folder: Path::new("/w/crates").join(folder),
         };
         let shared = Shared::default();
-        for (name, folder) in [("live", "shsa"), ("cli", "shsa-bench"), ("all", "shsa-core")] {
+        for (name, folder) in
+            [("live", "shsa"), ("cli", "shsa-bench"), ("ceilings", "ratchet"), ("all", "shsa-core")]
+        {
             let program = program(name, folder);
             shared.change(|queue| queue.take(Built::Test(program)));
         }
@@ -303,9 +311,11 @@ mod tests {
         assert_eq!(next(&shared).as_deref(), Some("all"));
         thread::scope(|scope| {
             let waits = scope.spawn(|| next(&shared));
-            shared.change(|queue| queue.take(Built::Command));
+            shared.change(|queue| queue.take(Built::Command("shsa".into())));
             assert_eq!(waits.join().unwrap().as_deref(), Some("cli"));
         });
+        shared.change(|queue| queue.take(Built::Command("instructions".into())));
+        assert_eq!(next(&shared).as_deref(), Some("ceilings"));
         shared.change(Queue::complete);
         assert_eq!(next(&shared), None);
         assert_eq!(shared.lock().waiting.len(), 1);
@@ -339,7 +349,7 @@ mod tests {
 
     #[test]
     fn long_programs_begin_first() {
-        let mut queue = Queue { has_command: true, ..Queue::default() };
+        let mut queue = Queue { commands: vec!["shsa".into()], ..Queue::default() };
         for name in ["cli", "recordings", "readme"] {
             queue.add(Program { name: name.into(), executable: "/x".into(), folder: "/w/shsa".into() });
         }
