@@ -228,6 +228,7 @@ impl Reception {
 
     /// Delivers what the readers have received.
     fn deliver(&mut self) {
+        let mut early = Vec::new();
         for (subject, inlet) in &self.inlets {
             let (Inlet { reader, bell, .. }, topic) = (inlet, &subject.0);
             if !bell.take() {
@@ -242,7 +243,10 @@ impl Reception {
                     break;
                 }
                 match reader.try_take_one() {
-                    Ok(Some(sample)) => self.hand(subject, inlet, sample),
+                    Ok(Some(sample)) if self.is_known(sample.writer_guid) => {
+                        self.hand(subject, inlet, sample)
+                    }
+                    Ok(Some(sample)) => early.push((subject.clone(), sample)),
                     Ok(None) => break,
                     // Of another encoding: the next one may be read.
                     Err(error) => {
@@ -251,6 +255,21 @@ impl Reception {
                 }
             }
         }
+        if early.is_empty() {
+            return;
+        }
+        // Their publishers have come since the last look.
+        self.discover();
+        for (subject, sample) in early {
+            if let Some(inlet) = self.inlets.get(&subject) {
+                self.hand(&subject, inlet, sample);
+            }
+        }
+    }
+
+    /// Whether this publisher was discovered, so that its type is known.
+    fn is_known(&self, guid: GUID) -> bool {
+        self.is_own(guid) || self.publishers.contains_key(&guid)
     }
 
     /// Hands a message over. RustDDS gives a reader what is published under its topic with another type, too.
