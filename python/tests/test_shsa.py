@@ -192,7 +192,7 @@ class Replays(unittest.TestCase):
         events = drive.event_table().to_pandas()
         self.assertEqual(list(events["kind"]), [event["kind"] for event in drive.events])
 
-    def test_tables_are_what_the_command_writes(self) -> None:
+    def test_tables_are_valid_and_come_back_from_a_file(self) -> None:
         drive = shsa.replay(self.tank, columns())
         for table in (drive.value_table(), drive.event_table()):
             table.validate(full=True)
