@@ -13,8 +13,8 @@
 //! A moment without surprise costs one update, any other (1 + outliers) (1 + steps). No allocation after construction.
 
 use crate::continuous::Continuous;
-use crate::matrix::{Matrix, column, column_mut};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
+use crate::mixture::{Part, mix};
 use crate::system::System;
 
 /// A sensor whose values may be outliers.
@@ -139,21 +139,13 @@ impl Alternatives {
 
     /// The estimate becomes the mixture of the ways. Returns the logarithm of the sum of their weights.
     fn mix(&mut self) -> f64 {
-        let used = self.ways.get(..self.count).unwrap_or(&[]);
-        let greatest = used.iter().map(|way| way.weight).fold(f64::NEG_INFINITY, f64::max);
-        let all: f64 = used.iter().map(|way| libm::exp(way.weight - greatest)).sum();
-        let share = |way: &Way| libm::exp(way.weight - greatest) / all;
-        let Gaussian { mean, spread } = self.filter.gaussian_mut();
-        mean.fill(0.0);
-        spread.fill(0.0);
-        for way in used {
-            mean.iter_mut().zip(&way.estimate.mean).for_each(|(to, own)| *to += share(way) * own);
-        }
-        for way in used {
-            let share = share(way);
-            add_around(spread, mean, &way.estimate, share);
-        }
-        greatest + libm::log(all)
+        let used = self.ways.get(..self.count).unwrap_or(&[]).iter();
+        let parts = used.map(|Way { estimate, weight }| Part {
+            weight: *weight,
+            mean: &estimate.mean,
+            spread: estimate.spread.as_slice(),
+        });
+        mix(self.filter.gaussian_mut(), parts)
     }
 
     /// The next moment sets out from the present estimate.
@@ -241,18 +233,6 @@ impl Method for Alternatives {
 fn set_to(to: &mut Gaussian, from: &Gaussian) {
     to.mean.copy_from_slice(&from.mean);
     to.spread.copy_from(&from.spread);
-}
-
-/// Adds a share of the covariance of an estimate around another mean.
-fn add_around(spread: &mut Matrix, mean: &[f64], estimate: &Gaussian, share: f64) {
-    let apart =
-        |state: usize| estimate.mean.get(state).zip(mean.get(state)).map_or(0.0, |(own, all)| own - all);
-    for j in 0..mean.len() {
-        let own = column(&estimate.spread, j);
-        for (i, (to, own)) in column_mut(spread, j).iter_mut().zip(own).enumerate() {
-            *to += share * (own + apart(i) * apart(j));
-        }
-    }
 }
 
 #[cfg(test)]

@@ -14,8 +14,9 @@
 
 mod weights;
 
-use crate::matrix::{Matrix, at, put};
+use crate::matrix::{at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated};
+use crate::mixture::{Part, mix};
 
 /// A fault that may happen at any time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -30,8 +31,6 @@ pub enum Fault {
 const MOST_FAULTS: usize = 64;
 /// The most copies for each fault.
 const MOST: usize = 8;
-/// A copy with a smaller share of the weight adds nothing to a covariance.
-const NEGLIGIBLE: f64 = 1e-15;
 /// The degrees of freedom of the density by which copies are weighted.
 const DEGREES: f64 = 4.0;
 
@@ -178,24 +177,13 @@ impl Hypotheses {
 
     /// The mean and the covariance of all copies.
     fn mix(&mut self) {
-        let Gaussian { mean, spread } = &mut self.estimate;
-        let n = mean.len();
-        let used = self.copies.get(..self.count).unwrap_or(&[]);
-        let all: f64 = used.iter().map(|copy| libm::exp(copy.weight)).sum();
-        mean.fill(0.0);
-        spread.fill(0.0);
-        for copy in used {
-            let share = libm::exp(copy.weight) / all;
-            let Some((own, _)) = copy.memory.split_at_checked(n) else { continue };
-            mean.iter_mut().zip(own).for_each(|(to, own)| *to += share * own);
-        }
-        for copy in used {
-            let share = libm::exp(copy.weight) / all;
-            let Some((own, covariance)) = copy.memory.split_at_checked(n) else { continue };
-            if share > NEGLIGIBLE {
-                add_around(spread, mean, own, covariance, share);
-            }
-        }
+        let n = self.estimate.mean.len();
+        let used = self.copies.get(..self.count).unwrap_or(&[]).iter();
+        let parts = used.filter_map(|copy| {
+            let (mean, spread) = copy.memory.split_at_checked(n)?;
+            Some(Part { weight: copy.weight, mean, spread })
+        });
+        mix(&mut self.estimate, parts);
     }
 
     /// Changes the filter of each copy.
@@ -320,17 +308,6 @@ impl Method for Hypotheses {
             copy.fault = (*fault >= 0.0).then_some(*fault as usize);
             copy.memory.copy_from_slice(saved);
         }
-    }
-}
-
-/// Adds a share of the covariance of a copy with another mean, around this mean.
-fn add_around(spread: &mut Matrix, mean: &[f64], own: &[f64], covariance: &[f64], share: f64) {
-    let n = mean.len().max(1);
-    let columns = spread.as_mut_slice().chunks_exact_mut(n).zip(covariance.chunks_exact(n));
-    for ((to, within), (own_column, mean_column)) in columns.zip(own.iter().zip(mean)) {
-        let apart = own_column - mean_column;
-        let rows = to.iter_mut().zip(within).zip(own.iter().zip(mean));
-        rows.for_each(|((to, within), (own, mean))| *to += share * (within + (own - mean) * apart));
     }
 }
 

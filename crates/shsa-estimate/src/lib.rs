@@ -27,6 +27,7 @@ pub mod direct;
 pub mod kalman;
 pub mod unscented;
 pub mod particle;
+mod mixture;
 pub mod alternatives;
 pub mod hypotheses;
 pub mod kinematic;

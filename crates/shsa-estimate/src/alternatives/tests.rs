@@ -3,6 +3,7 @@
 use super::*;
 use crate::formulas::{Draft, Sensor, Vocabulary};
 use crate::kalman::{Kalman, Loss};
+use crate::matrix::Matrix;
 use crate::random::Random;
 
 const OUTLIER: Outlier = Outlier { sensor: 0, deviation: 30.0 };
