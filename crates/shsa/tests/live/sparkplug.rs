@@ -182,13 +182,16 @@ fn an_edge_node_dies_and_comes_back() {
     let run = plant.run();
     plant.until("Good");
     plant.script.order(&json!({ "cut": "Plant/Press" }));
-    // Its time-out is 10 s: the death is why.
     plant.until(SUBSTITUTE);
-    let state = run.until("the reason", |state| {
-        let because = &state["models"]["model"]["signals"]["drive"]["unreadable_because"];
-        because.as_str().is_some_and(|because| because.contains("NDEATH"))
+    // Its time-out is 10 s: the death is why.
+    run.until("its death, and the substitute", |state| {
+        let model = &state["models"]["model"];
+        let drive = &model["signals"]["drive"];
+        assert_ne!(drive["symptom"], "silent", "{state}");
+        let because = drive["unreadable_because"].as_str();
+        because.is_some_and(|because| because.contains("NDEATH"))
+            && model["needs"]["speed"]["quality"] == SUBSTITUTE
     });
-    assert_eq!(state["models"]["model"]["needs"]["speed"]["quality"], SUBSTITUTE);
     plant.connect("Press", 1);
     plant.until("Good");
     assert!(run.stop().success());
