@@ -5,8 +5,9 @@
 
 use crate::MessageError;
 use crate::path::{Step, is_text};
-use crate::wire::{Fields, Wire};
+use crate::wire::{Fields, Wire, put_bytes};
 use std::collections::BTreeMap;
+use std::sync::OnceLock;
 
 /// The deepest nesting of types in a path or a descriptor.
 const DEPTH_MAX: usize = 32;
@@ -29,6 +30,9 @@ enum Kind {
     Message(String),
 }
 
+/// The number of a field's descriptor in that of its type.
+const FIELD: u64 = 2;
+
 /// A field of a type.
 #[derive(Clone, Debug, PartialEq, Eq)]
 struct Member {
@@ -38,9 +42,17 @@ struct Member {
     is_list: bool,
 }
 
-/// Types by their full names, without a leading dot.
+/// Types by their full names, without a leading dot. A definition is parsed when its type is first asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Types(BTreeMap<String, Vec<Member>>);
+pub struct Types(BTreeMap<String, Definition>);
+
+/// The definition of a type.
+#[derive(Clone, Debug)]
+struct Definition {
+    /// The descriptors of its fields, each with its length.
+    fields: Vec<u8>,
+    members: OnceLock<Vec<Member>>,
+}
 
 /// A value found in a message.
 #[derive(Clone, Debug, PartialEq)]
@@ -85,27 +97,27 @@ impl Types {
     fn add(&mut self, scope: &str, message: &[u8], depth: usize) {
         let Some(name) = text(message, 1).filter(|_| depth < DEPTH_MAX) else { return };
         let name = if scope.is_empty() { name } else { format!("{scope}.{name}") };
-        let mut members = Vec::new();
+        let mut fields = Vec::new();
         for (number, part) in Fields::of(message) {
             match (number, part) {
-                (2, Wire::Bytes(field)) => members.extend(member(field)),
+                (FIELD, Wire::Bytes(field)) => put_bytes(FIELD, field, &mut fields),
                 (3, Wire::Bytes(nested)) => self.add(&name, nested, depth + 1),
                 _ => {}
             }
         }
-        self.0.insert(name, members);
+        self.0.insert(name, Definition { fields, members: OnceLock::new() });
     }
 
     fn members(&self, name: &str) -> Result<&[Member], MessageError> {
         let unknown = || MessageError::UnknownType { name: name.to_owned(), near: None };
-        self.0.get(name).map(Vec::as_slice).ok_or_else(unknown)
+        self.0.get(name).map(Definition::members).ok_or_else(unknown)
     }
 
     /// Appends the paths of all numbers, texts and lists of them in a type, until there are `at_most`; of a list of messages,
     /// those of the first one.
     pub fn paths(&self, name: &str, from: &str, at_most: usize, paths: &mut Vec<String>) {
         let depth = from.matches('.').count();
-        for member in self.0.get(name).into_iter().flatten() {
+        for member in self.members(name).unwrap_or_default() {
             let dot = if from.is_empty() { "" } else { "." };
             let element = if member.is_list && matches!(member.kind, Kind::Message(_)) { "[0]" } else { "" };
             let path = format!("{from}{dot}{}{element}", member.name);
@@ -116,6 +128,26 @@ impl Types {
                 _ => paths.push(path),
             }
         }
+    }
+}
+
+impl PartialEq for Definition {
+    fn eq(&self, other: &Definition) -> bool {
+        self.members() == other.members()
+    }
+}
+
+impl Eq for Definition {}
+
+impl Definition {
+    fn members(&self) -> &[Member] {
+        self.members.get_or_init(|| {
+            let fields = Fields::of(&self.fields).filter_map(|(_, field)| match field {
+                Wire::Bytes(field) => member(field),
+                Wire::Number(_) => None,
+            });
+            fields.collect()
+        })
     }
 }
 
@@ -247,19 +279,25 @@ impl Plan {
                     (false, _) => Some(Found::Text(texts.into_iter().next_back().unwrap_or_default())),
                 }
             }
+            kind if self.last.is_list => match index {
+                Some(index) => {
+                    let (mut at, mut found) = (0, None);
+                    kind.each(values, &mut |number| {
+                        found = found.or((at == index).then_some(number));
+                        at += 1;
+                    })?;
+                    found.map(Found::Number)
+                }
+                None => {
+                    let mut numbers = Vec::new();
+                    kind.each(values, &mut |number| numbers.push(number))?;
+                    Some(Found::Numbers(numbers))
+                }
+            },
             kind => {
-                let mut numbers = Vec::new();
-                for value in values {
-                    match value {
-                        Wire::Number(number) => numbers.push(kind.number(number)),
-                        Wire::Bytes(packed) => kind.unpack(packed, &mut numbers)?,
-                    }
-                }
-                match (self.last.is_list, index) {
-                    (true, Some(index)) => numbers.get(index).copied().map(Found::Number),
-                    (true, None) => Some(Found::Numbers(numbers)),
-                    (false, _) => Some(Found::Number(numbers.last().copied().unwrap_or(0.0))),
-                }
+                let mut last = 0.0;
+                kind.each(values, &mut |number| last = number)?;
+                Some(Found::Number(last))
             }
         }
     }
@@ -292,8 +330,19 @@ impl Kind {
         }
     }
 
-    /// Appends packed numbers; `None` where they do not end with the bytes.
-    fn unpack(&self, packed: &[u8], numbers: &mut Vec<f64>) -> Option<()> {
+    /// Passes on each number of these values; `None` where packed ones do not end with the bytes.
+    fn each<'a>(&self, values: impl Iterator<Item = Wire<'a>>, pass: &mut impl FnMut(f64)) -> Option<()> {
+        for value in values {
+            match value {
+                Wire::Number(number) => pass(self.number(number)),
+                Wire::Bytes(packed) => self.unpack(packed, pass)?,
+            }
+        }
+        Some(())
+    }
+
+    /// Passes on packed numbers.
+    fn unpack(&self, packed: &[u8], pass: &mut impl FnMut(f64)) -> Option<()> {
         let mut rest = Fields::of(packed);
         while !rest.is_at_end() {
             let wire = match self {
@@ -305,7 +354,7 @@ impl Kind {
                 }
                 _ => rest.varint()?,
             };
-            numbers.push(self.number(wire));
+            pass(self.number(wire));
         }
         Some(())
     }

@@ -41,7 +41,19 @@ impl<'a> Fields<'a> {
     }
 
     /// The next whole number of variable length.
+    #[inline]
     pub(crate) fn varint(&mut self) -> Option<u64> {
+        match self.rest {
+            // Most are short.
+            [byte, rest @ ..] if *byte < 0x80 => {
+                self.rest = rest;
+                Some((*byte).into())
+            }
+            _ => self.long_varint(),
+        }
+    }
+
+    fn long_varint(&mut self) -> Option<u64> {
         let mut number = 0_u64;
         for index in 0..10 {
             let (byte, rest) = self.rest.split_first()?;
@@ -55,12 +67,14 @@ impl<'a> Fields<'a> {
     }
 
     /// The next bytes of this number.
+    #[inline]
     pub(crate) fn bytes(&mut self, length: usize) -> Option<&'a [u8]> {
         let (own, rest) = self.rest.split_at_checked(length)?;
         self.rest = rest;
         Some(own)
     }
 
+    #[inline]
     fn field(&mut self) -> Option<(u64, Wire<'a>)> {
         let tag = self.varint()?;
         let value = match tag & 7 {

@@ -11,11 +11,13 @@ use std::sync::Arc;
 /// # Errors
 /// When a folder or a file in it cannot be read.
 pub(super) fn known(folders: &[PathBuf]) -> Result<Arc<Types>, MessageError> {
-    let mut types = Types::standard();
-    for folder in folders {
-        Arc::make_mut(&mut types).add_folder(folder)?;
+    let standard = Types::standard();
+    if folders.is_empty() {
+        return Ok(standard);
     }
-    Ok(types)
+    let mut types = Types::beside(standard);
+    folders.iter().try_for_each(|folder| types.add_folder(folder))?;
+    Ok(Arc::new(types))
 }
 
 /// The fields of a message type, from its own definition or from the known types.
@@ -23,14 +25,14 @@ pub(super) fn fields(known: &Arc<Types>, name: &str, definition: &str) -> Fields
     let kind = full_name(name).into_owned();
     let mut types = known.clone();
     if !definition.trim().is_empty() {
-        let mut own = Types::clone(known);
+        let mut own = Types::beside(known.clone());
         own.add_recorded(&kind, definition);
         types = Arc::new(own);
     }
-    match types.members(&kind) {
-        Ok(_) => Fields::Ros { types, kind, layout: Layout::Cdr },
-        Err(_) => Fields::Unknown(format!(
-            "the type {kind} is not defined in the file and is no standard one; say where its .msg file is with --messages DIR"
-        )),
+    if types.has(&kind) {
+        return Fields::Ros { types, kind, layout: Layout::Cdr };
     }
+    Fields::Unknown(format!(
+        "the type {kind} is not defined in the file and is no standard one; say where its .msg file is with --messages DIR"
+    ))
 }

@@ -5,16 +5,43 @@ use crate::MessageError;
 use crate::path::Step;
 use shsa_core::unit::nearest;
 use std::borrow::Cow;
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, BTreeSet};
+use std::ops::Range;
 use std::path::Path;
-use std::sync::{Arc, LazyLock};
+use std::sync::{Arc, LazyLock, OnceLock};
 
-/// Types by their full names, such as `sensor_msgs/msg/LaserScan`.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Types(BTreeMap<Arc<str>, Vec<Member>>);
+/// Types by their full names, such as `sensor_msgs/msg/LaserScan`. A definition is parsed when its type is first asked for: a
+/// recording has many types of which nothing is read.
+#[derive(Clone, Debug, Default)]
+pub struct Types {
+    own: BTreeMap<Arc<str>, Definition>,
+    /// The types that are known besides; one of its own counts before one of these.
+    others: Option<Arc<Types>>,
+}
 
 static STANDARD: LazyLock<Arc<Types>> =
     LazyLock::new(|| Arc::new(Types::table(include_str!("standard.txt"))));
+
+/// The definition of one type.
+#[derive(Clone, Debug)]
+struct Definition {
+    language: Language,
+    /// A text, where in it the fields are, and what stands between two of them.
+    text: Arc<str>,
+    at: Range<usize>,
+    between: char,
+    members: OnceLock<Vec<Member>>,
+}
+
+impl Definition {
+    /// The fields of the type, which has this name.
+    fn members(&self, name: &str) -> &[Member] {
+        self.members.get_or_init(|| {
+            let fields = self.text.get(self.at.clone()).unwrap_or_default().split(self.between);
+            fields.filter_map(|field| self.language.member(field, name)).collect()
+        })
+    }
+}
 
 impl Types {
     /// The messages of ROS 2's common interfaces: std, sensor, geometry, nav, diagnostic, trajectory and more.
@@ -23,11 +50,22 @@ impl Types {
         STANDARD.clone()
     }
 
-    /// Parses a table of one type a line: `name: kind field, kind field`.
+    /// No types yet beside others, which are not copied.
+    #[must_use]
+    pub fn beside(others: Arc<Types>) -> Types {
+        Types { own: BTreeMap::new(), others: Some(others) }
+    }
+
+    /// A table of one type a line: `name: kind field, kind field`.
     fn table(text: &str) -> Types {
-        let mut types = Types::default();
-        for (name, fields) in text.lines().filter_map(|line| line.split_once(':')) {
-            types.insert(name, fields.split(','));
+        let (mut types, text) = (Types::default(), Arc::<str>::from(text));
+        let mut begin = 0;
+        for line in text.split('\n') {
+            let end = begin + line.len();
+            if let Some((name, fields)) = line.split_once(':') {
+                types.insert(name.into(), Language::Ros2, &text, end - fields.len()..end, ',');
+            }
+            begin = end + 1;
         }
         types
     }
@@ -54,28 +92,40 @@ impl Types {
                 Language::Ros2 => full_name(name).into(),
             }
         };
-        let mut name = named(root);
-        self.0.insert(name.clone(), Vec::new());
-        for line in definition.lines().map(str::trim) {
-            if let Some(next) = line.strip_prefix("MSG:") {
-                name = named(next.trim());
-                self.0.insert(name.clone(), Vec::new());
-            } else if let (Some(member), Some(members)) =
-                (language.member(line, &name), self.0.get_mut(&name))
-            {
-                members.push(member);
+        let text = Arc::<str>::from(definition);
+        let (mut name, mut begin, mut at) = (named(root), 0, 0);
+        for line in text.split('\n') {
+            let behind = at + line.len() + 1;
+            if let Some(next) = line.trim_start().strip_prefix("MSG:") {
+                self.insert(
+                    std::mem::replace(&mut name, named(next.trim())),
+                    language,
+                    &text,
+                    begin..at,
+                    '\n',
+                );
+                begin = behind;
             }
+            at = behind;
         }
+        self.insert(name, language, &text, begin.min(text.len())..text.len(), '\n');
     }
 
     /// Adds the type of a `.msg` file of ROS 2, or replaces one of the same name. Comments and constants are skipped.
     pub fn add(&mut self, name: &str, definition: &str) {
-        self.insert(&full_name(name), definition.lines());
+        self.insert(full_name(name).into(), Language::Ros2, &definition.into(), 0..definition.len(), '\n');
     }
 
-    fn insert<'a>(&mut self, name: &str, fields: impl Iterator<Item = &'a str>) {
-        let members = fields.filter_map(|line| Language::Ros2.member(line, name)).collect();
-        self.0.insert(name.into(), members);
+    fn insert(
+        &mut self,
+        name: Arc<str>,
+        language: Language,
+        text: &Arc<str>,
+        at: Range<usize>,
+        between: char,
+    ) {
+        let text = text.clone();
+        self.own.insert(name, Definition { language, text, at, between, members: OnceLock::new() });
     }
 
     /// Adds the types of a folder and its subfolders: `PACKAGE/msg/NAME.msg`, as in the `share` folder of a ROS installation or
@@ -107,10 +157,23 @@ impl Types {
     /// # Errors
     /// An unknown type, with the nearest known one.
     pub fn members(&self, name: &str) -> Result<&[Member], MessageError> {
-        self.0.get(name).map(Vec::as_slice).ok_or_else(|| MessageError::UnknownType {
+        self.known(name).ok_or_else(|| MessageError::UnknownType {
             name: name.to_owned(),
             near: nearest(name, self.names()).map(str::to_owned),
         })
+    }
+
+    /// Whether there is a type of this name.
+    #[must_use]
+    pub fn has(&self, name: &str) -> bool {
+        self.own.contains_key(name) || self.others.as_ref().is_some_and(|others| others.has(name))
+    }
+
+    fn known(&self, name: &str) -> Option<&[Member]> {
+        match self.own.get(name) {
+            Some(own) => Some(own.members(name)),
+            None => self.others.as_ref()?.known(name),
+        }
     }
 
     /// The path of the stamp in a leading header; `None` for a type without one.
@@ -152,11 +215,25 @@ impl Types {
         Ok(())
     }
 
-    /// The names of all types.
+    /// The names of all types, in their order.
     pub fn names(&self) -> impl Iterator<Item = &str> {
-        self.0.keys().map(AsRef::as_ref)
+        self.all_names().into_iter()
+    }
+
+    fn all_names(&self) -> BTreeSet<&str> {
+        let mut names = self.others.as_ref().map_or_else(BTreeSet::new, |others| others.all_names());
+        names.extend(self.own.keys().map(AsRef::<str>::as_ref));
+        names
     }
 }
+
+impl PartialEq for Types {
+    fn eq(&self, other: &Types) -> bool {
+        self.names().eq(other.names()) && self.names().all(|name| self.known(name) == other.known(name))
+    }
+}
+
+impl Eq for Types {}
 
 /// Longer paths are not listed, as a type may contain itself.
 const PATH_MAX: usize = 200;
@@ -203,10 +280,10 @@ mod tests {
     fn every_standard_type_is_whole() {
         let types = Types::standard();
         assert_eq!(types.names().count(), include_str!("standard.txt").lines().count());
-        for (name, members) in &types.0 {
-            for member in members {
+        for name in types.names() {
+            for member in types.members(name).unwrap() {
                 if let Kind::Message(inner) = &member.kind {
-                    assert!(types.0.contains_key(inner), "{name}: {inner}");
+                    assert!(types.members(inner).is_ok(), "{name}: {inner}");
                 }
             }
         }
