@@ -1,14 +1,14 @@
 //! From messages to samples: which topics and fields are wanted, and which stamp counts.
 
+use super::extract::{Extract, Message, Naming, Oddities, conditions_of};
 use super::fields::{Locator, Unlocated};
 use super::files::without_packing;
 use super::gathered::Gathered;
 use super::members::Members;
-use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
-use super::{Place, RecordingError, Want, names, stamp};
-use shsa_core::time::{Span, Time};
+use super::topic::{Body, Fields, Listener, Row, Rows, Times, Topic, TopicId};
+use super::{Place, RecordingError, Want, names};
+use shsa_core::time::Time;
 use shsa_message::path::is_text;
-use shsa_message::span::time_unit;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
@@ -28,52 +28,24 @@ pub(super) struct Extraction<'a, 'g> {
 /// A reported topic.
 struct Reported<'a> {
     extracts: Vec<Extract<'a>>,
+    /// The places of the stamp in its messages, the best first; none where no signal takes it.
+    stamps: Vec<Locator>,
     /// The members of its messages that are looked for, where these are JSON.
     members: Option<Members>,
 }
 
-/// How sources name a topic of the format.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(super) enum Naming {
-    /// By the topic's name.
-    Topic,
-    /// By the file's name: the file is the only topic.
-    File,
-    /// By the signal's name, or by the source as a whole.
-    Signal,
-}
-
-/// One wanted field of a topic.
-struct Extract<'a> {
-    want: &'a Want<'a>,
-    value: Locator,
-    clock: Clock,
-    conditions: Vec<(Locator, &'a str)>,
-    /// The number of messages so far.
-    count: i64,
-    oddities: Oddities,
-}
-
-/// Cells of a table that are no numbers.
-#[derive(Default)]
-struct Oddities {
-    /// The field.
-    field: String,
-    empty: usize,
-    not_numbers: usize,
-    first: Option<String>,
-}
-
-/// The clock that stamps a message.
-enum Clock {
-    Received,
-    Published,
-    /// The stamp of the format, else the first of these fields that the message has, else the time of reception.
-    Own(Vec<Locator>),
-    /// A field, with the length of one step.
-    Field(Locator, Option<Span>),
-    /// The number of the message, with the length of one step.
-    Row(Span),
+impl<'a> Reported<'a> {
+    fn new(topic: &Topic<'_>, mut extracts: Vec<Extract<'a>>, naming: Naming) -> Reported<'a> {
+        let has_stamp = naming != Naming::Signal && extracts.iter().any(Extract::takes_own_stamp);
+        let mut stamps = if has_stamp { topic.fields.header_stamp().unwrap_or_default() } else { Vec::new() };
+        let is_json = matches!(topic.fields, Fields::Json) && !extracts.is_empty();
+        let mut members = is_json.then(Members::default);
+        if let Some(members) = &mut members {
+            extracts.iter_mut().for_each(|extract| extract.join(members));
+            stamps.iter_mut().for_each(|stamp| stamp.join(members));
+        }
+        Reported { extracts, stamps, members }
+    }
 }
 
 impl<'a, 'g> Extraction<'a, 'g> {
@@ -111,39 +83,6 @@ impl<'a, 'g> Extraction<'a, 'g> {
     }
 }
 
-/// The extraction of a signal from a topic; `None` where the signal's own time is in a missing field.
-fn extract<'a>(
-    want: &'a Want<'a>,
-    topic: &Topic<'_>,
-    field: &str,
-    naming: Naming,
-) -> Result<Extract<'a>, Unlocated> {
-    let value = topic.fields.locate(field)?;
-    if !value.can_be_number() {
-        return Err(format!("'{field}' is neither a number nor a list of numbers").into());
-    }
-    let mut conditions = Vec::new();
-    for (name, asked) in conditions_of(want, naming).iter().filter(|(name, _)| tag(topic, name).is_none()) {
-        let locator = topic.fields.locate(name)?;
-        if !locator.can_be_compared() {
-            return Err(format!("'{name}' is no number and no text: nothing can be compared with it").into());
-        }
-        conditions.push((locator, asked.as_str()));
-    }
-    let clock = if naming == Naming::Signal { Clock::Own(Vec::new()) } else { clock_of(want, topic)? };
-    let field = match (&topic.fields, &value) {
-        (Fields::Named(fields), Locator::Named(at, _)) => fields.get(*at).map(|field| field.name.clone()),
-        _ => None,
-    };
-    let oddities = Oddities { field: field.unwrap_or_default(), ..Oddities::default() };
-    Ok(Extract { want, value, clock, conditions, count: 0, oddities })
-}
-
-/// The filters of a source; none for a signal that is named as a whole.
-fn conditions_of<'w>(want: &'w Want<'_>, naming: Naming) -> &'w [(String, String)] {
-    if naming == Naming::Signal { &[] } else { &want.source.filters }
-}
-
 /// Reports which cells of a table were taken as missing.
 fn report_oddities(topics: &[Reported<'_>], gathered: &mut Gathered) {
     let mut reported: Vec<String> = Vec::new();
@@ -160,10 +99,6 @@ fn report_oddities(topics: &[Reported<'_>], gathered: &mut Gathered) {
     }
 }
 
-fn tag<'t>(topic: &Topic<'t>, name: &str) -> Option<&'t str> {
-    topic.tags.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
-}
-
 /// Whether a source fits this topic, by its name and tags.
 fn is_meant(want: &Want<'_>, topic: &Topic<'_>, file: &Path, naming: Naming) -> bool {
     let is_named = match naming {
@@ -175,33 +110,8 @@ fn is_meant(want: &Want<'_>, topic: &Topic<'_>, file: &Path, naming: Naming) -> 
         Naming::Signal => names::bare(want.signal) == names::bare(topic.name) || want.text == topic.name,
     };
     let is_tagged =
-        |(name, asked): &(String, String)| tag(topic, name).is_none_or(|value| is_text(value, asked));
+        |(name, asked): &(String, String)| topic.tag(name).is_none_or(|value| is_text(value, asked));
     is_named && conditions_of(want, naming).iter().all(is_tagged)
-}
-
-fn clock_of(want: &Want<'_>, topic: &Topic<'_>) -> Result<Clock, Unlocated> {
-    let Some(time) = &want.source.time else {
-        return Ok(Clock::Own(topic.fields.header_stamp().unwrap_or_default()));
-    };
-    Ok(match time.path.as_str() {
-        "received" => Clock::Received,
-        "published" => Clock::Published,
-        path => match (topic.fields.locate(path), time.step) {
-            (Ok(locator), step) => {
-                let step = step.or_else(|| unit_of_time(&topic.fields, &locator));
-                Clock::Field(locator, step)
-            }
-            (Err(_), step) if path == "row" => Clock::Row(step.unwrap_or(Span::from_millis(1_000))),
-            (Err(problem), _) => return Err(problem),
-        },
-    })
-}
-
-/// The unit of time in a column's header.
-fn unit_of_time(fields: &Fields, locator: &Locator) -> Option<Span> {
-    let (Fields::Named(fields), Locator::Named(at, _)) = (fields, locator) else { return None };
-    let field = fields.get(*at)?;
-    stamp::unit_of(&field.name).or_else(|| time_unit(field.unit.as_deref()?))
 }
 
 impl<'a> Extraction<'a, '_> {
@@ -261,7 +171,7 @@ impl Listener for Extraction<'_, '_> {
                 Naming::File => &want.source.field,
                 Naming::Signal => "value",
             };
-            match extract(want, &topic, field, self.naming) {
+            match Extract::new(want, &topic, field, self.naming) {
                 Ok(extract) => {
                     let choices = self.choices.entry(want.index).or_default();
                     let choice = topic.choice();
@@ -282,12 +192,7 @@ impl Listener for Extraction<'_, '_> {
                 Err(wrong) => self.unlocated(want, &topic, field, wrong),
             }
         }
-        let is_json = matches!(topic.fields, Fields::Json) && !extracts.is_empty();
-        let mut members = is_json.then(Members::default);
-        if let Some(members) = &mut members {
-            extracts.iter_mut().for_each(|extract| extract.join(members));
-        }
-        self.topics.push(Reported { extracts, members });
+        self.topics.push(Reported::new(&topic, extracts, self.naming));
         TopicId(self.topics.len() - 1)
     }
 
@@ -296,30 +201,37 @@ impl Listener for Extraction<'_, '_> {
     }
 
     fn is_field_wanted(&self, topic: TopicId, field: usize) -> bool {
-        let is_it = |locator: &Locator| matches!(locator, Locator::Named(at, _) if *at == field);
-        let reads = |extract: &Extract<'_>| {
-            let clock = match &extract.clock {
-                Clock::Field(locator, _) => is_it(locator),
-                _ => false,
-            };
-            clock || is_it(&extract.value) || extract.conditions.iter().any(|(locator, _)| is_it(locator))
-        };
-        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(reads))
+        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(|it| it.reads(field)))
     }
 
     fn needs_time(&self, topic: TopicId) -> bool {
-        let is_own = |clock: &Clock| !matches!(clock, Clock::Field(..) | Clock::Row(_));
-        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(|it| is_own(&it.clock)))
+        self.topics.get(topic.0).is_some_and(|topic| topic.extracts.iter().any(Extract::needs_time))
     }
 
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>) {
-        let Some(Reported { extracts, members }) = self.topics.get_mut(topic.0) else { return };
+        let Some(Reported { extracts, stamps, members }) = self.topics.get_mut(topic.0) else { return };
         let body = match (members, body) {
             (Some(members), Body::Bytes(bytes)) => Body::Members(members.find(bytes)),
             (_, body) => body,
         };
+        // All signals of a message have the same stamp, which is looked for once.
+        let in_header = || stamps.iter().find_map(|stamp| stamp.stamp(body, None));
+        let own = times.stamp.filter(|stamp| stamp.0 != 0).or_else(in_header);
         for extract in extracts {
-            extract.deliver(times, body, self.naming, self.gathered);
+            extract.deliver(Message { times, own, body }, self.gathered);
+        }
+    }
+
+    fn rows(&mut self, topic: TopicId, times: &[Time], rows: &dyn Rows) {
+        let Some(Reported { extracts, .. }) = self.topics.get_mut(topic.0) else { return };
+        for extract in &mut *extracts {
+            let Some(column) = extract.column() else { return self.each_row(topic, times, rows) };
+            extract.load(rows, column);
+        }
+        for (at, time) in times.iter().enumerate() {
+            for extract in &mut *extracts {
+                extract.deliver_row(Row { rows, at }, *time, self.gathered);
+            }
         }
     }
 
@@ -329,70 +241,5 @@ impl Listener for Extraction<'_, '_> {
 
     fn note(&mut self, place: Place, what: String) {
         self.gathered.warn(place, what);
-    }
-}
-
-impl Extract<'_> {
-    /// Has the fields of a JSON value found in one pass.
-    fn join(&mut self, members: &mut Members) {
-        self.value.join(members);
-        self.conditions.iter_mut().for_each(|(locator, _)| locator.join(members));
-        match &mut self.clock {
-            Clock::Own(locators) => locators.iter_mut().for_each(|locator| locator.join(members)),
-            Clock::Field(locator, _) => locator.join(members),
-            Clock::Received | Clock::Published | Clock::Row(_) => {}
-        }
-    }
-
-    fn deliver(&mut self, times: Times, body: Body<'_>, naming: Naming, gathered: &mut Gathered) {
-        let row = self.count;
-        self.count += 1;
-        let mut chosen = None;
-        for (locator, asked) in &self.conditions {
-            let Some(found) = locator.find(body, asked) else { return };
-            chosen = found.or(chosen);
-        }
-        let Some(value) = self.value.value(body, chosen) else {
-            if naming == Naming::File {
-                self.oddities.see(self.value.text(body));
-            }
-            return gathered.missing(self.want.index);
-        };
-        let stamp = self.clock.stamp(times, body, row);
-        // In a table the time that the source names is the only one.
-        let own = stamp.filter(|_| naming == Naming::File);
-        if own.is_none() && naming == Naming::File && matches!(self.clock, Clock::Field(..)) {
-            return gathered.missing(self.want.index);
-        }
-        let received = own.unwrap_or(times.received);
-        gathered.sample(self.want.index, stamp.unwrap_or(received), received, value);
-    }
-}
-
-impl Oddities {
-    /// Counts a cell that is no number; `None` is an empty cell.
-    fn see(&mut self, text: Option<String>) {
-        match text {
-            None => self.empty += 1,
-            Some(text) => {
-                self.not_numbers += 1;
-                self.first.get_or_insert_with(|| text.chars().take(40).collect());
-            }
-        }
-    }
-}
-
-impl Clock {
-    fn stamp(&self, times: Times, body: Body<'_>, row: i64) -> Option<Time> {
-        match self {
-            Clock::Received => None,
-            Clock::Published => times.published,
-            Clock::Own(locators) => {
-                let own = || locators.iter().find_map(|locator| locator.stamp(body, None));
-                times.stamp.filter(|stamp| stamp.0 != 0).or_else(own)
-            }
-            Clock::Field(locator, step) => locator.stamp(body, *step),
-            Clock::Row(step) => Some(Time(step.0.saturating_mul(row))),
-        }
     }
 }

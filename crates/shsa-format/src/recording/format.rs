@@ -2,7 +2,7 @@
 //! read.
 
 use super::can::{asc, blf, candump};
-use super::extraction::Naming;
+use super::extract::Naming;
 use super::{dataflash, influx, mcap, mdf, nmea, parquet, rosbag, signalk, sqlite, ulog};
 use std::path::Path;
 

@@ -39,6 +39,11 @@ impl<'a> Topic<'a> {
         Topic { name, full: name, tags: &[], kind, fields }
     }
 
+    /// The value of a tag; `None` where the topic has none of this name.
+    pub(super) fn tag(&self, name: &str) -> Option<&'a str> {
+        self.tags.iter().find(|(known, _)| *known == name).map(|(_, value)| *value)
+    }
+
     /// The source text that fits this topic only: `room[sensor=T1]`.
     pub(super) fn choice(&self) -> String {
         let tags = self.tags.iter().map(|(name, value)| format!("[{name}={value}]"));
@@ -117,6 +122,34 @@ pub(super) trait Columns {
     fn value(&self, column: usize) -> Value<'_>;
 }
 
+/// Rows of a table, one after the other.
+pub(super) trait Rows {
+    /// The number of columns.
+    fn count(&self) -> usize;
+    /// The value in a column of a row; missing behind the last of either.
+    fn value(&self, row: usize, column: usize) -> Value<'_>;
+    /// Appends what each row has in a column where that is a number, else `None`.
+    fn numbers(&self, column: usize, to: &mut Vec<Option<f64>>);
+}
+
+/// One of several rows.
+#[derive(Clone, Copy)]
+pub(super) struct Row<'a> {
+    pub(super) rows: &'a dyn Rows,
+    /// Its index among them.
+    pub(super) at: usize,
+}
+
+impl Columns for Row<'_> {
+    fn count(&self) -> usize {
+        self.rows.count()
+    }
+
+    fn value(&self, column: usize) -> Value<'_> {
+        self.rows.value(self.at, column)
+    }
+}
+
 /// The content of a message.
 #[derive(Clone, Copy)]
 pub(super) enum Body<'a> {
@@ -184,6 +217,16 @@ pub(super) trait Listener {
     fn has_undated(&mut self, _place: Place, _problem: String) {}
     /// One message.
     fn message(&mut self, topic: TopicId, times: Times, body: Body<'_>);
+    /// Rows of a table, each with its time. They mean what their messages mean, and need not be taken one by one.
+    fn rows(&mut self, topic: TopicId, times: &[Time], rows: &dyn Rows) {
+        self.each_row(topic, times, rows);
+    }
+    /// Takes rows of a table one by one, as messages.
+    fn each_row(&mut self, topic: TopicId, times: &[Time], rows: &dyn Rows) {
+        for (at, time) in times.iter().enumerate() {
+            self.message(topic, Times::at(*time), Body::Columns(&Row { rows, at }));
+        }
+    }
     /// A part of the file is lost.
     fn damaged(&mut self, place: Place, problem: String);
     /// An observation that is no damage.

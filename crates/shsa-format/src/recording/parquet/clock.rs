@@ -6,7 +6,7 @@ use super::super::table::layout::{Layout, Separator};
 use super::super::{ReadOptions, names};
 use super::description::{Description, Meaning, Physical};
 use super::{Columns, Value};
-use crate::recording::topic::Columns as _;
+use crate::recording::topic::Rows as _;
 use shsa_core::time::{Span, Time};
 use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;
@@ -64,7 +64,7 @@ pub(super) fn candidates(description: &Description, options: &ReadOptions) -> Ve
 /// The columns whose first cells tell where the time is; none where the names and kinds of the columns tell it alone.
 pub(super) fn deciding(description: &Description, options: &ReadOptions) -> Vec<usize> {
     let headers = headers(description);
-    let candidates = candidates(description, options);
+    let (candidates, may_be_apart) = (candidates(description, options), text::may_be_apart(&headers));
     let kind = |at: usize| description.columns.get(at).map(|column| (column.physical, column.meaning));
     let is_text =
         |at: usize| matches!(kind(at), Some((Physical::Bytes | Physical::Fixed(_), Meaning::Plain)));
@@ -76,10 +76,10 @@ pub(super) fn deciding(description: &Description, options: &ReadOptions) -> Vec<
     let moments = candidates.iter().filter(|at| matches!(kind(**at), Some((_, Meaning::Moment { .. }))));
     match (moments.count(), candidates.as_slice()) {
         (1, _) => Vec::new(),
-        (0, [only]) if is_certain(*only) && !text::may_be_apart(&headers) => Vec::new(),
+        (0, [only]) if is_certain(*only) && !may_be_apart => Vec::new(),
         (0, _) => {
             let all = 0..headers.len();
-            all.filter(|at| is_text(*at) || candidates.contains(at) || text::may_be_apart(&headers)).collect()
+            all.filter(|at| is_text(*at) || candidates.contains(at) || may_be_apart).collect()
         }
         _ => candidates,
     }
@@ -141,20 +141,21 @@ impl Clock {
     }
 
     /// The time of a row; `None` where its cells have none.
-    pub(super) fn moment(&mut self, columns: &Columns<'_>, zone: &Zone) -> Option<Time> {
+    #[inline]
+    pub(super) fn moment(&mut self, columns: &Columns<'_>, row: usize, zone: &Zone) -> Option<Time> {
         match &self.kind {
             Kind::Moments(column, is_utc) => {
-                let Value::Whole(since) = columns.value(*column) else { return None };
+                let Value::Whole(since) = columns.value(row, *column) else { return None };
                 if *is_utc {
                     return Some(Time(since));
                 }
                 self.is_zone_missing = true;
                 Some(self.doubts.settle(&Moment::shown(Time(since), zone)))
             }
-            Kind::Text(TextClock::Number(column, step)) => number(columns.value(*column), *step),
+            Kind::Text(TextClock::Number(column, step)) => number(columns.value(row, *column), *step),
             Kind::Text(clock) => {
                 let shown: Vec<(usize, Cow<'_, str>)> =
-                    clock.columns().into_iter().map(|at| (at, columns.shown(at))).collect();
+                    clock.columns().into_iter().map(|at| (at, columns.shown(row, at))).collect();
                 let cell = |at: usize| shown.iter().find(|(of, _)| *of == at).map(|(_, text)| text.trim());
                 let moment = clock.moment(cell, zone)?;
                 self.is_zone_missing = !moment.has_zone;

@@ -5,6 +5,7 @@
 use super::bytes::Bytes;
 use super::cells::{Cell, Cells, Runs};
 use super::description::{Column, Meaning, Physical};
+use std::ops::Range;
 
 /// The days from the Julian epoch to 1970.
 const JULIAN_1970: i64 = 2_440_588;
@@ -101,6 +102,26 @@ pub(super) fn plain_numbers(
     }
 }
 
+/// Appends so many values that are stored one after the other in the same number of bytes each; fewer where the bytes end before.
+pub(super) fn plain_cells(bytes: &[u8], column: &Column, count: usize, cells: &mut Vec<Cell>) {
+    let mut push = |cell| {
+        cells.push(cell);
+        Some(())
+    };
+    // A page has as many bytes as its values take.
+    let _all = plain_numbers(&mut Bytes(bytes), column, count, &mut push);
+}
+
+/// The bytes of each value of a column; `None` where these differ, or are fewer than one.
+pub(super) fn width(column: &Column) -> Option<usize> {
+    match column.physical {
+        Physical::I32 | Physical::F32 => Some(4),
+        Physical::I64 | Physical::F64 => Some(8),
+        Physical::I96 => Some(12),
+        Physical::Bool | Physical::Bytes | Physical::Fixed(_) => None,
+    }
+}
+
 /// The next so many words.
 fn words<'a, const WIDTH: usize>(bytes: &mut Bytes<'a>, count: usize) -> Option<&'a [[u8; WIDTH]]> {
     Some(bytes.take(count.checked_mul(WIDTH)?)?.as_chunks().0)
@@ -151,8 +172,11 @@ pub(super) fn numbers(bytes: &mut Bytes<'_>, dictionary: usize, count: usize) ->
     let mut numbers = Vec::with_capacity(count);
     if count > 0 {
         let width = bytes.byte()?;
-        each_run(bytes, width, count, &mut |number, times| {
-            numbers.resize(numbers.len() + times, number);
+        each_run(bytes, width, count, &mut |run| {
+            match run {
+                Run::Same(number, times) => numbers.resize(numbers.len() + times, number),
+                Run::Packed(packed) => numbers.extend(packed.map(|number| number as u32)),
+            }
             Some(())
         })?;
     }
@@ -163,19 +187,33 @@ pub(super) fn numbers(bytes: &mut Bytes<'_>, dictionary: usize, count: usize) ->
 /// Reads small numbers in runs of one number, or packed in `width` bits each.
 pub(super) fn runs(bytes: &mut Bytes<'_>, width: u8, count: usize) -> Option<Runs<u32>> {
     let mut numbers = Runs::default();
-    each_run(bytes, width, count, &mut |number, times| {
-        numbers.push(number, times);
-        (numbers.list.len() <= RUNS_MAX).then_some(())
+    each_run(bytes, width, count, &mut |run| {
+        let mut push = |number, times| {
+            numbers.push(number, times);
+            (numbers.list.len() <= RUNS_MAX).then_some(())
+        };
+        match run {
+            Run::Same(number, times) => push(number, times),
+            Run::Packed(mut packed) => packed.try_for_each(|number| push(number as u32, 1)),
+        }
     })?;
     Some(numbers)
 }
 
-/// Passes on small numbers as [`runs`] reads them, and how often each follows itself.
+/// Small numbers that are stored together.
+enum Run<'a> {
+    /// A number, and how often it follows itself.
+    Same(u32, usize),
+    /// Different numbers.
+    Packed(Unpacked<'a>),
+}
+
+/// Passes on small numbers as [`runs`] reads them.
 fn each_run(
     bytes: &mut Bytes<'_>,
     width: u8,
     count: usize,
-    pass: &mut impl FnMut(u32, usize) -> Option<()>,
+    pass: &mut impl FnMut(Run<'_>) -> Option<()>,
 ) -> Option<()> {
     if width > 32 {
         return None;
@@ -188,36 +226,57 @@ fn each_run(
         let times = if is_packed { length.saturating_mul(8) } else { length }.min(left);
         left -= times;
         if width == 0 {
-            pass(0, times)?;
+            pass(Run::Same(0, times))?;
         } else if is_packed {
             let packed = length.checked_mul(usize::from(width))?;
             // The last run may be shorter than stated where no more values follow.
             let taken = bytes.take(packed.min(bytes.0.len()))?;
-            unpacked(taken, width.into(), times)?.try_for_each(|number| pass(number as u32, 1))?;
+            pass(Run::Packed(Unpacked::of(taken, width.into(), times)?))?;
         } else {
             let value = bytes.take(usize::from(width).div_ceil(8))?;
             let value = value.iter().rev().fold(0, |value, byte| value << 8 | u32::from(*byte));
-            pass(value, times)?;
+            pass(Run::Same(value, times))?;
         }
     }
     Some(())
 }
 
-/// Reads numbers packed in `width` bits each, at most 64, the lowest bit first.
-fn unpacked(bytes: &[u8], width: usize, count: usize) -> Option<impl Iterator<Item = u64>> {
-    if width.checked_mul(count)?.div_ceil(8) > bytes.len() {
-        return None;
-    }
-    let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
-    let number = move |at: usize| {
-        let (first, shift) = (at * width / 8, at * width % 8);
-        let rest = bytes.get(first..).unwrap_or_default();
-        match rest.first_chunk() {
-            Some(word) if width + shift <= 64 => u64::from_le_bytes(*word) >> shift & mask,
-            _ => (wide(rest) >> shift) as u64 & mask,
+/// Numbers packed in `width` bits each, at most 64, the lowest bit first.
+struct Unpacked<'a> {
+    bytes: &'a [u8],
+    width: usize,
+    mask: u64,
+    places: Range<usize>,
+}
+
+impl<'a> Unpacked<'a> {
+    /// So many numbers; `None` where the bytes are too few.
+    fn of(bytes: &'a [u8], width: usize, count: usize) -> Option<Unpacked<'a>> {
+        if width.checked_mul(count)?.div_ceil(8) > bytes.len() {
+            return None;
         }
-    };
-    Some((0..count).map(number))
+        let mask = if width >= 64 { u64::MAX } else { (1 << width) - 1 };
+        Some(Unpacked { bytes, width, mask, places: 0..count })
+    }
+}
+
+impl Iterator for Unpacked<'_> {
+    type Item = u64;
+
+    #[inline]
+    fn next(&mut self) -> Option<u64> {
+        let bit = self.places.next()? * self.width;
+        let (first, shift) = (bit / 8, bit % 8);
+        let rest = self.bytes.get(first..).unwrap_or_default();
+        Some(match rest.first_chunk() {
+            Some(word) if self.width + shift <= 64 => u64::from_le_bytes(*word) >> shift & self.mask,
+            _ => (wide(rest) >> shift) as u64 & self.mask,
+        })
+    }
+
+    fn size_hint(&self) -> (usize, Option<usize>) {
+        self.places.size_hint()
+    }
 }
 
 /// The first nine bytes, or as many as there are, as a number.
@@ -257,7 +316,7 @@ pub(super) fn differences(bytes: &mut Bytes<'_>, most: usize) -> Option<Vec<i64>
                 return None;
             }
             let packed = bytes.take((width * part).div_ceil(8).min(bytes.0.len()))?;
-            for above in unpacked(packed, width, part.min(left))? {
+            for above in Unpacked::of(packed, width, part.min(left))? {
                 last = last.wrapping_add(least).wrapping_add(above.cast_signed());
                 numbers.push(last);
             }

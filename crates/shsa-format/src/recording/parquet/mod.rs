@@ -18,12 +18,14 @@ mod pages;
 mod clock;
 
 use super::files::without_packing;
-use super::topic::{self, Body, Columns as _, Field, Fields, Input, Listener, Times, Topic, TopicId, Value};
+use super::topic::{
+    self, Body, Field, Fields, Input, Listener, Row, Rows as _, Times, Topic, TopicId, Value,
+};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use cells::Cell;
 use clock::Clock;
 use description::{Column, Description, Group, Meaning};
-use pages::{Entry, Pages};
+use pages::Pages;
 use shsa_core::time::Time;
 use source::{AT_ONCE, Source, bytes_at};
 use std::borrow::Cow;
@@ -37,6 +39,10 @@ const DESCRIPTION_MAX: u64 = 1 << 28;
 
 /// What may be read ahead of all columns together, bytes.
 const AHEAD: u64 = 1 << 22;
+
+/// The most rows that are taken at once, and the most cells of them together.
+const ROWS_MAX: usize = 1 << 10;
+const CELLS_MAX: usize = 1 << 16;
 
 /// The most damages of a row group that are reported.
 const DAMAGES_MAX: usize = 20;
@@ -62,7 +68,16 @@ pub(super) fn read(
     if !listener.is_wanted(topic) {
         return Ok(());
     }
-    let mut table = Table { description: &description, topic, count: 0, last: Time(0), clock: None, options };
+    let mut table = Table {
+        description: &description,
+        topic,
+        count: 0,
+        last: Time(0),
+        clock: None,
+        options,
+        times: Vec::new(),
+        undated: Vec::new(),
+    };
     let found = first_rows(&mut Source::new(input, length), &description, options)
         .map(|rows| clock::find(&description, &rows, options));
     match found {
@@ -131,12 +146,12 @@ fn first_rows(
     let mut columns = Columns::new(description, group, |at| deciding.contains(&at));
     let mut rows = Vec::new();
     for _ in 0..group.rows.min(clock::ROWS_LOOKED_AT) {
-        columns.turn(source)?;
-        let is_empty = |at: &usize| matches!(columns.value(*at), Value::Missing);
+        columns.turn(source, 1)?;
+        let is_empty = |at: &usize| matches!(columns.value(0, *at), Value::Missing);
         if !clocks.is_empty() && clocks.iter().all(is_empty) {
             continue;
         }
-        rows.push((0..description.columns.len()).map(|at| columns.shown(at).into_owned()).collect());
+        rows.push((0..description.columns.len()).map(|at| columns.shown(0, at).into_owned()).collect());
         if rows.len() == clock::ROWS {
             break;
         }
@@ -155,8 +170,10 @@ struct Columns<'d> {
 /// A column that is read.
 struct Reading<'d> {
     pages: Pages<'d>,
-    /// The entry for the current row.
-    entry: Entry,
+    /// What the current rows have.
+    cells: Vec<Cell>,
+    /// The list that the current row has.
+    list: Option<Vec<f64>>,
 }
 
 impl<'d> Columns<'d> {
@@ -170,8 +187,8 @@ impl<'d> Columns<'d> {
                 (description.columns.get(at), chunk, columns.places.get_mut(at))
             {
                 *place = Some(columns.read.len());
-                let (pages, entry) = (Pages::new(column, *chunk, ahead), Entry::Cell(Cell::Missing));
-                columns.read.push(Reading { pages, entry });
+                let pages = Pages::new(column, *chunk, ahead);
+                columns.read.push(Reading { pages, cells: Vec::new(), list: None });
             }
         }
         columns
@@ -181,19 +198,33 @@ impl<'d> Columns<'d> {
         self.read.get((*self.places.get(at)?)?)
     }
 
-    /// Goes to the next row; returns whether any column has an entry for it.
-    fn turn(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
+    /// Goes to the next rows, at most so many, up to the end of a page of any column; returns how many there are. A row in which a
+    /// column has a list comes alone.
+    fn turn(&mut self, source: &mut Source<'_>, most: usize) -> io::Result<usize> {
         // A row takes a step for each column, whether that is read or not.
-        source.take(self.places.len())?;
-        let mut is_any = false;
-        for Reading { pages, entry } in &mut self.read {
-            is_any |= pages.turn(source, entry)?;
+        let steps = self.places.len();
+        source.take(steps)?;
+        let (mut most, mut are_any) = (most.min(CELLS_MAX / self.read.len().max(1)), false);
+        for Reading { pages, .. } in &mut self.read {
+            if pages.more(source)? {
+                are_any = true;
+                most = most.min(if pages.are_listed() { 1 } else { pages.left() });
+            }
         }
-        Ok(is_any)
+        if !are_any {
+            most = 1;
+        }
+        let affordable = source.budget.left() / steps.max(1) as u64;
+        let more = most.saturating_sub(1).min(usize::try_from(affordable).unwrap_or(usize::MAX));
+        source.take(more * steps)?;
+        for reading in &mut self.read {
+            reading.turn(source, more + 1)?;
+        }
+        Ok(if are_any { more + 1 } else { 0 })
     }
 
-    fn shown(&self, at: usize) -> Cow<'_, str> {
-        match self.value(at) {
+    fn shown(&self, row: usize, at: usize) -> Cow<'_, str> {
+        match self.value(row, at) {
             Value::Number(number) => number.to_string().into(),
             Value::Whole(whole) => whole.to_string().into(),
             Value::Text(text) => text.into(),
@@ -214,20 +245,43 @@ impl<'d> Columns<'d> {
     }
 }
 
-impl topic::Columns for Columns<'_> {
+impl Reading<'_> {
+    /// Goes to the next so many rows; after the last value they have none.
+    fn turn(&mut self, source: &mut Source<'_>, count: usize) -> io::Result<()> {
+        self.cells.clear();
+        self.list = None;
+        match self.pages.left() {
+            0 => self.cells.resize(count, Cell::Missing),
+            _ if self.pages.are_listed() => self.list = self.pages.list(source, &mut self.cells)?,
+            _ => self.pages.pass(count, &mut self.cells),
+        }
+        Ok(())
+    }
+}
+
+impl topic::Rows for Columns<'_> {
     fn count(&self) -> usize {
         self.places.len()
     }
 
-    fn value(&self, at: usize) -> Value<'_> {
-        let Some(Reading { pages, entry }) = self.of(at) else { return Value::Missing };
-        match entry {
-            Entry::List(list) => Value::List(list),
-            Entry::Cell(Cell::Number(number)) => Value::Number(*number),
-            Entry::Cell(Cell::Whole(whole)) => Value::Whole(*whole),
-            Entry::Cell(Cell::Text(number)) => pages.text(*number).map_or(Value::Missing, Value::Text),
-            Entry::Cell(Cell::Missing) => Value::Missing,
+    fn value(&self, row: usize, at: usize) -> Value<'_> {
+        let Some(Reading { pages, cells, list }) = self.of(at) else { return Value::Missing };
+        match (list, cells.get(row)) {
+            (Some(list), _) => Value::List(list),
+            (None, Some(Cell::Number(number))) => Value::Number(*number),
+            (None, Some(Cell::Whole(whole))) => Value::Whole(*whole),
+            (None, Some(Cell::Text(number))) => pages.text(*number).map_or(Value::Missing, Value::Text),
+            (None, Some(Cell::Missing) | None) => Value::Missing,
         }
+    }
+
+    fn numbers(&self, at: usize, to: &mut Vec<Option<f64>>) {
+        let Some(Reading { cells, list: None, .. }) = self.of(at) else { return };
+        to.extend(cells.iter().map(|cell| match cell {
+            Cell::Number(number) => Some(*number),
+            Cell::Whole(whole) => Some(*whole as f64),
+            Cell::Text(_) | Cell::Missing => None,
+        }));
     }
 }
 
@@ -240,6 +294,10 @@ struct Table<'a> {
     last: Time,
     clock: Option<Clock>,
     options: &'a ReadOptions,
+    /// The times of the current rows; those without one have that of the row above.
+    times: Vec<Time>,
+    /// The current rows without a time, in their order.
+    undated: Vec<usize>,
 }
 
 impl Table<'_> {
@@ -257,17 +315,16 @@ impl Table<'_> {
         let needs_time = listener.needs_time(self.topic);
         let mut columns = Columns::new(self.description, group, is_read);
         let (mut rows, mut undated) = (0, 0_u64);
-        while rows < group.rows && columns.turn(source)? {
-            rows += 1;
-            let time = self.time(&columns, listener);
-            if time.is_none() {
-                undated += 1;
-                if needs_time {
-                    continue;
-                }
-                listener.undated(self.topic);
+        while rows < group.rows {
+            let most = usize::try_from(group.rows - rows).unwrap_or(usize::MAX).min(ROWS_MAX);
+            let count = columns.turn(source, most)?;
+            if count == 0 {
+                break;
             }
-            listener.message(self.topic, Times::at(time.unwrap_or(self.last)), Body::Columns(&columns));
+            rows += count as u64;
+            self.date(&columns, count, listener);
+            undated += self.undated.len() as u64;
+            self.report(&columns, needs_time, listener);
         }
         columns.report_damages(listener);
         match undated {
@@ -283,16 +340,46 @@ impl Table<'_> {
         Ok(())
     }
 
-    /// The time of a row; `None` where it is unknown.
-    fn time(&mut self, columns: &Columns<'_>, listener: &mut dyn Listener) -> Option<Time> {
-        let number = self.count;
-        self.count += 1;
-        let Some(clock) = &mut self.clock else { return Some(Time(number)) };
-        self.last = clock.moment(columns, &self.options.zone)?;
-        if let Some(note) = clock.note(&self.options.zone) {
-            listener.note(Place::Whole, note);
+    /// Finds the times of the current rows.
+    fn date(&mut self, columns: &Columns<'_>, count: usize, listener: &mut dyn Listener) {
+        self.times.clear();
+        self.undated.clear();
+        let Some(clock) = &mut self.clock else {
+            self.times.extend((self.count..).take(count).map(Time));
+            self.count += count as i64;
+            return;
+        };
+        for row in 0..count {
+            match clock.moment(columns, row, &self.options.zone) {
+                Some(time) => {
+                    self.last = time;
+                    if let Some(note) = clock.note(&self.options.zone) {
+                        listener.note(Place::Whole, note);
+                    }
+                }
+                None => self.undated.push(row),
+            }
+            self.times.push(self.last);
         }
-        Some(self.last)
+    }
+
+    /// Reports the current rows: all of them, or those that have a time.
+    fn report(&self, columns: &Columns<'_>, needs_time: bool, listener: &mut dyn Listener) {
+        if self.undated.is_empty() {
+            return listener.rows(self.topic, &self.times, columns);
+        }
+        let mut undated = self.undated.iter().copied().peekable();
+        for (at, time) in self.times.iter().enumerate() {
+            let is_undated = undated.next_if_eq(&at).is_some();
+            if is_undated && needs_time {
+                continue;
+            }
+            if is_undated {
+                listener.undated(self.topic);
+            }
+            let row = Row { rows: columns, at };
+            listener.message(self.topic, Times::at(*time), Body::Columns(&row));
+        }
     }
 }
 

@@ -1,6 +1,9 @@
 //! The values of a page, one after the other.
 
 use super::cells::{Cell, Runs};
+use super::description::Column;
+use super::encoding::plain_cells;
+use std::iter::repeat_n;
 
 /// The values of a page that are left.
 #[derive(Default)]
@@ -20,6 +23,8 @@ enum Content {
     Runs { values: Runs<Cell>, run: usize, passed: u32 },
     /// The numbers of values in the dictionary, which has all of them.
     Numbers(Vec<u32>),
+    /// So many values as they are stored, all of the same width.
+    Plain { bytes: Vec<u8>, width: usize, count: usize },
 }
 
 impl Default for Content {
@@ -47,18 +52,25 @@ impl Page {
         Page { content: Content::Numbers(numbers), ..Page::default() }
     }
 
+    /// A page of values that are stored one after the other, each in as many bytes.
+    pub(super) fn of_plain(bytes: Vec<u8>, width: usize) -> Page {
+        let count = bytes.len() / width.max(1);
+        Page { content: Content::Plain { bytes, width, count }, ..Page::default() }
+    }
+
     /// The texts of its own.
     pub(super) fn texts(&self) -> Option<&[Box<str>]> {
         self.texts.as_deref()
     }
 
-    /// Whether all values have passed.
-    pub(super) fn is_over(&self) -> bool {
+    /// The number of values that have not passed.
+    pub(super) fn left(&self) -> usize {
         let count = match &self.content {
             Content::Runs { values, .. } => values.count,
             Content::Numbers(numbers) => numbers.len(),
+            Content::Plain { count, .. } => *count,
         };
-        self.next >= count
+        count.saturating_sub(self.next)
     }
 
     /// The repetition level of the next value.
@@ -66,22 +78,29 @@ impl Page {
         self.repeats.get(self.next).copied().unwrap_or(0)
     }
 
-    /// The next value; missing at the end.
-    pub(super) fn next(&mut self, dictionary: &[Cell]) -> Cell {
+    /// Appends the next so many values, of which there are as many.
+    pub(super) fn pass(&mut self, count: usize, column: &Column, dictionary: &[Cell], cells: &mut Vec<Cell>) {
         let at = self.next;
-        self.next += 1;
+        self.next += count;
         match &mut self.content {
             Content::Numbers(numbers) => {
-                let number = numbers.get(at).and_then(|number| dictionary.get(*number as usize));
-                number.copied().unwrap_or(Cell::Missing)
+                let known = |number: &u32| dictionary.get(*number as usize).copied().unwrap_or(Cell::Missing);
+                cells.extend(numbers.iter().skip(at).take(count).map(known));
+            }
+            Content::Plain { bytes, width, .. } => {
+                plain_cells(bytes.get(at * *width..).unwrap_or_default(), column, count, cells);
             }
             Content::Runs { values, run, passed } => {
-                let (cell, times) = values.list.get(*run).copied().unwrap_or((Cell::Missing, 1));
-                *passed += 1;
-                if *passed >= times {
-                    (*run, *passed) = (*run + 1, 0);
+                let mut missing = count;
+                while let Some((cell, times)) = values.list.get(*run).filter(|_| missing > 0) {
+                    let taken = (times - *passed).min(u32::try_from(missing).unwrap_or(u32::MAX));
+                    cells.extend(repeat_n(*cell, taken as usize));
+                    missing -= taken as usize;
+                    *passed += taken;
+                    if *passed >= *times {
+                        (*run, *passed) = (*run + 1, 0);
+                    }
                 }
-                cell
             }
         }
     }

@@ -9,7 +9,6 @@ use super::head::Head;
 use super::page::Page;
 use super::snappy;
 use super::source::{Source, Window};
-use super::thrift::Struct;
 use std::borrow::Cow;
 use std::io;
 use std::iter::repeat_n;
@@ -33,13 +32,6 @@ const NUMBERED_MAX: usize = 1 << 16;
 
 /// What a value of a list takes besides itself, bytes: its repetition level, and its place in the list.
 const OF_LIST: usize = 12;
-
-/// The next entry of a column.
-#[derive(Clone, Debug, PartialEq)]
-pub(super) enum Entry {
-    Cell(Cell),
-    List(Vec<f64>),
-}
 
 /// The values of a column in a row group. Memory: a page and the dictionary, which are counted in the budget of the source.
 pub(super) struct Pages<'d> {
@@ -71,34 +63,45 @@ impl<'d> Pages<'d> {
         }
     }
 
-    /// Sets the entry of the column for the next row, missing after the last one; returns whether there is one.
+    /// Whether a row may have several values of the column.
+    pub(super) fn are_listed(&self) -> bool {
+        self.column.repeated > 0
+    }
+
+    /// The number of values that are left in the page.
+    pub(super) fn left(&self) -> usize {
+        self.page.left()
+    }
+
+    /// Appends the next so many values, of which the page has as many.
+    pub(super) fn pass(&mut self, count: usize, cells: &mut Vec<Cell>) {
+        self.page.pass(count, self.column, &self.dictionary, cells);
+    }
+
+    /// Reads the list that comes next, for which `cells` are used; an empty one is a missing cell.
     ///
     /// # Errors
     /// Those of the file, and when its budget is spent.
-    pub(super) fn turn(&mut self, source: &mut Source<'_>, entry: &mut Entry) -> io::Result<bool> {
-        if self.page.is_over() && !self.more(source)? {
-            *entry = Entry::Cell(Cell::Missing);
-            return Ok(false);
-        }
-        let first = self.page.next(&self.dictionary);
-        *entry = if self.column.repeated == 0 { Entry::Cell(first) } else { self.list(first, source)? };
-        Ok(true)
-    }
-
-    /// The list that begins with this item.
-    fn list(&mut self, first: Cell, source: &mut Source<'_>) -> io::Result<Entry> {
-        let mut list = vec![number(first)];
-        while (!self.page.is_over() || self.more(source)?) && self.page.level() > 0 {
-            list.push(number(self.page.next(&self.dictionary)));
+    pub(super) fn list(
+        &mut self,
+        source: &mut Source<'_>,
+        cells: &mut Vec<Cell>,
+    ) -> io::Result<Option<Vec<f64>>> {
+        self.pass(1, cells);
+        while self.more(source)? && self.page.level() > 0 {
+            self.pass(1, cells);
         }
         // An empty list is stored as one missing value.
-        let is_empty = list.len() == 1 && first == Cell::Missing;
-        Ok(if is_empty { Entry::Cell(Cell::Missing) } else { Entry::List(list) })
+        let is_empty = cells.as_slice() == [Cell::Missing];
+        Ok((!is_empty).then(|| cells.iter().copied().map(number).collect()))
     }
 
-    /// Goes to the next page with values; returns whether there is one.
-    fn more(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
-        while self.page.is_over() {
+    /// Goes to the next page with values once all of the current one have passed; returns whether there are more.
+    ///
+    /// # Errors
+    /// Those of the file, and when its budget is spent.
+    pub(super) fn more(&mut self, source: &mut Source<'_>) -> io::Result<bool> {
+        while self.page.left() == 0 {
             if !self.read(source)? {
                 return Ok(false);
             }
@@ -157,7 +160,7 @@ impl<'d> Pages<'d> {
         for most in [HEAD_USUAL, HEAD_MAX] {
             let bytes = self.window.bytes(source, begin, most.min(self.chunk.end - begin))?;
             let mut rest = Bytes(&bytes);
-            if let Some(head) = Struct::read(&mut rest).and_then(|page| Head::of(&page)) {
+            if let Some(head) = Head::read(&mut rest) {
                 return Ok(Some((head, begin + (bytes.len() - rest.0.len()) as u64)));
             }
         }
@@ -246,6 +249,11 @@ impl<'d> Pages<'d> {
         if is_numbered && is_whole && column.repeated == 0 && count <= NUMBERED_MAX {
             cells.take(count * size_of::<u32>())?;
             return encoding::numbers(bytes, self.dictionary.len(), count).map(Page::of_dictionary);
+        }
+        if let (0, true, 0, Some(width)) = (head.encoding, is_whole, column.repeated, encoding::width(column))
+        {
+            // What the page unpacks to is counted.
+            return Some(Page::of_plain(bytes.take(count.checked_mul(width)?)?.to_vec(), width));
         }
         if is_whole {
             self.values(head, bytes, count, cells)?;

@@ -123,3 +123,110 @@ fn item<'a>(bytes: &mut Bytes<'a>, kind: u8, depth: usize) -> Option<Item<'a>> {
         _ => return None,
     })
 }
+
+/// Passes over a structure, of which nothing is kept: its whole numbers and truths and those of the structures directly in it go to
+/// `see`, each with the field of the structure that it is in, 0 for the outer one, and its own field. `None` where the bytes are no
+/// structure.
+pub(super) fn pass(bytes: &mut Bytes<'_>, see: &mut dyn FnMut(i64, i64, i64)) -> Option<()> {
+    pass_fields(bytes, 0, 0, see)
+}
+
+fn pass_fields(
+    bytes: &mut Bytes<'_>,
+    within: i64,
+    depth: usize,
+    see: &mut dyn FnMut(i64, i64, i64),
+) -> Option<()> {
+    if depth > DEPTH_MAX {
+        return None;
+    }
+    let mut number = 0_i64;
+    loop {
+        let head = bytes.byte()?;
+        if head == 0 {
+            return Some(());
+        }
+        number = match i64::from(head >> 4) {
+            0 => bytes.zigzag()?,
+            step => number.checked_add(step)?,
+        };
+        let value = match head & 0x0f {
+            kind @ (1 | 2) => Some(i64::from(kind == 1)),
+            3 => Some(i64::from(bytes.byte()?.cast_signed())),
+            4..=6 => Some(bytes.zigzag()?),
+            12 if depth == 0 => {
+                pass_fields(bytes, number, 1, see)?;
+                None
+            }
+            kind => {
+                pass_item(bytes, kind, depth + 1)?;
+                None
+            }
+        };
+        if let Some(value) = value.filter(|_| depth <= 1) {
+            see(within, number, value);
+        }
+    }
+}
+
+/// Passes over an item as [`item`] reads it.
+fn pass_item(bytes: &mut Bytes<'_>, kind: u8, depth: usize) -> Option<()> {
+    match kind {
+        1..=3 => drop(bytes.byte()?),
+        4..=6 => drop(bytes.zigzag()?),
+        7 => drop(bytes.take(8)?),
+        8 => {
+            let length = usize::try_from(bytes.varint()?).ok()?;
+            bytes.take(length)?;
+        }
+        9 | 10 => {
+            let head = bytes.byte()?;
+            let count = match head >> 4 {
+                15 => bytes.varint()?,
+                few => u64::from(few),
+            };
+            (0..count).try_for_each(|_| pass_item(bytes, head & 0x0f, depth))?;
+        }
+        12 => pass_fields(bytes, 0, depth, &mut |_, _, _| {})?,
+        _ => return None,
+    }
+    Some(())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn what_is_passed_over_is_what_is_read(
+            bytes in prop::collection::vec(prop_oneof![any::<u8>(), 0x10_u8..0x20, Just(0x1c), Just(0)], 0..40),
+        ) {
+            let (mut one, mut other) = (Bytes(&bytes), Bytes(&bytes));
+            let mut seen = Vec::new();
+            let passed = pass(&mut one, &mut |within, field, value| seen.push((within, field, value)));
+            let read = Struct::read(&mut other);
+            prop_assert_eq!(passed.is_some(), read.is_some());
+            let Some(read) = read else { return Ok(()) };
+            prop_assert_eq!(one.0, other.0);
+            let mut expected = Vec::new();
+            let mut expect = |within: i64, fields: &Struct<'_>| {
+                for (field, item) in &fields.0 {
+                    match item {
+                        Item::Bool(is_so) => expected.push((within, *field, i64::from(*is_so))),
+                        Item::Whole(whole) => expected.push((within, *field, *whole)),
+                        _ => {}
+                    }
+                }
+            };
+            for (field, item) in &read.0 {
+                match item {
+                    Item::Struct(inner) => expect(*field, inner),
+                    other => expect(0, &Struct(vec![(*field, other.clone())])),
+                }
+            }
+            prop_assert_eq!(seen, expected);
+        }
+    }
+}
