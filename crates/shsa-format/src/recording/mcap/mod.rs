@@ -25,6 +25,8 @@ use std::io::{self, Read, SeekFrom};
 pub(super) const MAGIC: &[u8] = b"\x89MCAP0\r\n";
 /// Larger records are skipped, bytes.
 const RECORD_MAX: u64 = 1 << 28;
+/// The longest part of a file for which there is room before it is read, bytes.
+const AT_ONCE: u64 = 1 << 20;
 /// The step of the search after damage.
 const SEARCH_BLOCK: u64 = 1 << 16;
 
@@ -78,9 +80,10 @@ impl Reader<'_> {
 
     /// Up to `length` bytes from an offset, fewer at the end of the file.
     fn bytes(&mut self, offset: u64, length: u64) -> io::Result<Vec<u8>> {
-        let mut bytes = Vec::new();
-        self.input.seek(SeekFrom::Start(offset))?;
         // The buffer grows with the bytes that are there, whatever the length says.
+        let there = length.min(self.length.saturating_sub(offset)).min(AT_ONCE);
+        let mut bytes = Vec::with_capacity(usize::try_from(there).unwrap_or(0));
+        self.input.seek(SeekFrom::Start(offset))?;
         Read::take(&mut *self.input, length).read_to_end(&mut bytes)?;
         Ok(bytes)
     }

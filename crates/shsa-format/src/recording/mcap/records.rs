@@ -142,46 +142,9 @@ impl ChunkHead {
     }
 }
 
-/// CRC-32 of IEEE 802.3, eight bytes at a time.
+/// CRC-32 of IEEE 802.3.
 pub(super) fn crc32(bytes: &[u8]) -> u32 {
-    const TABLES: [[u32; 256]; 8] = tables();
-    let mut crc = !0_u32;
-    let mut blocks = bytes.chunks_exact(8);
-    let of = |table: usize, byte: u32| TABLES[table][(byte & 0xff) as usize];
-    for block in &mut blocks {
-        let Some((low, high)) = block.split_first_chunk::<4>() else { continue };
-        let Some(high) = high.first_chunk::<4>() else { continue };
-        let (low, high) = (crc ^ u32::from_le_bytes(*low), u32::from_le_bytes(*high));
-        crc = of(7, low) ^ of(6, low >> 8) ^ of(5, low >> 16) ^ of(4, low >> 24);
-        crc ^= of(3, high) ^ of(2, high >> 8) ^ of(1, high >> 16) ^ of(0, high >> 24);
-    }
-    !blocks.remainder().iter().fold(crc, |crc, byte| crc >> 8 ^ of(0, crc ^ u32::from(*byte)))
-}
-
-const fn tables() -> [[u32; 256]; 8] {
-    let mut tables = [[0; 256]; 8];
-    let mut byte = 0;
-    while byte < 256 {
-        let mut crc = byte as u32;
-        let mut bit = 0;
-        while bit < 8 {
-            crc = crc >> 1 ^ if crc & 1 == 1 { 0xedb8_8320 } else { 0 };
-            bit += 1;
-        }
-        tables[0][byte] = crc;
-        byte += 1;
-    }
-    let mut table = 1;
-    while table < 8 {
-        let mut byte = 0;
-        while byte < 256 {
-            let before: u32 = tables[table - 1][byte];
-            tables[table][byte] = before >> 8 ^ tables[0][(before & 0xff) as usize];
-            byte += 1;
-        }
-        table += 1;
-    }
-    tables
+    crc32fast::hash(bytes)
 }
 
 #[cfg(test)]

@@ -6,8 +6,10 @@ use crate::recording::topic::{Fields, Topic};
 use shsa_message::MessageError;
 use shsa_message::protobuf;
 use shsa_message::ros::{Layout, Types};
+use std::borrow::Cow;
 use std::collections::BTreeMap;
 use std::path::PathBuf;
+use std::str;
 use std::sync::Arc;
 
 /// The schemas of a file.
@@ -29,13 +31,13 @@ impl Schemas {
         Ok(Schemas { known: BTreeMap::new(), types: ros2::known(folders)? })
     }
 
+    /// Adds a schema; of two with the same number the first counts.
     pub(super) fn add(&mut self, schema: &Schema<'_>) {
-        let known = Known {
+        self.known.entry(schema.id).or_insert_with(|| Known {
             name: schema.name.to_owned(),
             encoding: schema.encoding.to_owned(),
             data: schema.data.to_vec(),
-        };
-        self.known.entry(schema.id).or_insert(known);
+        });
     }
 
     pub(super) fn topic<'t>(&'t self, channel: &Channel<'t>) -> Topic<'t> {
@@ -50,10 +52,10 @@ impl Schemas {
         match (encoding, language) {
             ("json", _) => Fields::Json,
             ("ros1", _) | (_, "ros1msg") => {
-                let types = Arc::new(Types::of_bag(name, &String::from_utf8_lossy(data)));
+                let types = Arc::new(Types::of_bag(name, &text(data)));
                 Fields::Ros { types, kind: name.to_owned(), layout: Layout::Packed }
             }
-            ("cdr", "ros2msg") => ros2::fields(&self.types, name, &String::from_utf8_lossy(data)),
+            ("cdr", "ros2msg") => ros2::fields(&self.types, name, &text(data)),
             ("cdr", "ros2idl" | "") => ros2::fields(&self.types, name, ""),
             ("protobuf", _) => {
                 Fields::Protobuf(Arc::new(protobuf::Types::of_descriptors(data)), name.to_owned())
@@ -63,4 +65,9 @@ impl Schemas {
             )),
         }
     }
+}
+
+/// A definition as a text. Nearly all of them are one, which is quicker to find out than to repair.
+fn text(data: &[u8]) -> Cow<'_, str> {
+    str::from_utf8(data).map_or_else(|_| String::from_utf8_lossy(data), Cow::Borrowed)
 }
