@@ -11,7 +11,7 @@ pub(super) struct Row {
     /// Positive: charging.
     pub(super) current_a: f64,
     pub(super) voltage_v: f64,
-    /// Charge above empty by the cycler's own count; the recording begins empty.
+    /// Charge by the cycler's own count, from the begin of the recording, at which the cell is taken as empty.
     pub(super) charge_ah: f64,
 }
 

@@ -14,7 +14,7 @@ use super::unpack::{Budget, UNPACKED_MAX, Unpacker};
 use super::{Place, ReadOptions, RecordingError};
 use records::{
     CHANNEL, CHUNK, Channel, ChunkHead, Cursor, DATA_END, FOOTER, HEAD, LAST, MESSAGE, Message, SCHEMA,
-    Schema, crc32,
+    Schema,
 };
 use schemas::Schemas;
 use shsa_core::time::Time;
@@ -196,7 +196,7 @@ impl Reader<'_> {
             }
         };
         let is_whole = !is_cut && bytes.len() as u64 == head.unpacked;
-        if is_whole && head.crc != 0 && crc32(&bytes) != head.crc {
+        if is_whole && head.crc != 0 && crc32fast::hash(&bytes) != head.crc {
             return listener.damaged(place, "the checksum of this chunk is wrong; left out".into());
         }
         if !is_whole && !is_cut {

@@ -141,20 +141,3 @@ impl ChunkHead {
         (start <= end).then_some(ChunkHead { unpacked, crc, method, packed, size })
     }
 }
-
-/// CRC-32 of IEEE 802.3.
-pub(super) fn crc32(bytes: &[u8]) -> u32 {
-    crc32fast::hash(bytes)
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn checksums_are_those_of_the_standard() {
-        assert_eq!(crc32(b"123456789"), 0xcbf4_3926);
-        assert_eq!(crc32(b""), 0);
-        assert_eq!(crc32(b"The quick brown fox jumps over the lazy dog"), 0x414f_a339);
-    }
-}
