@@ -44,7 +44,7 @@ pub use question::{Question, Server, Taker};
 
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
-use shsa_core::time::{Span, Time};
+use shsa_core::time::Time;
 use shsa_core::unit::Unit;
 use std::fmt;
 use std::sync::Arc;
@@ -138,8 +138,9 @@ pub struct Outgoing<'a> {
     pub provenance: Option<&'a Provenance>,
     /// Whether later subscribers get it, too: MQTT's retained messages. Other transports do not keep messages.
     pub retain: bool,
-    /// The message is useless after this time: a broker of MQTT 5 does not deliver it then (in whole seconds).
-    pub expires: Option<Span>,
+    /// The message is useless from this time of the bridge's clock on: it is not sent then, and a broker of MQTT 5 does not deliver it
+    /// (in whole seconds).
+    pub expires: Option<Time>,
 }
 
 impl<'a> Outgoing<'a> {

@@ -15,7 +15,7 @@ use shsa_bridge::mqtt::{MqttBridge, Options, Presence, Version};
 use shsa_bridge::{Admission, Bridge, BridgeError, Inbox, Link, Outgoing, Payload, Provenance, Quality};
 use shsa_core::assurance::Ground;
 use shsa_core::observation::RawValue;
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use std::path::Path;
 use std::process::Command;
 use std::time::Duration;
@@ -200,6 +200,26 @@ fn what_is_published_without_a_broker_waits_the_newest_of_each_topic() {
         assert_eq!(contract::until_payload(&mut sink, "a", "98").pop().as_deref(), Some("98"));
         assert_eq!(contract::until_payload(&mut sink, "b", "99").pop().as_deref(), Some("99"));
         assert!(source.troubles().is_empty());
+    }
+}
+
+#[test]
+fn what_has_expired_is_not_sent() {
+    for version in VERSIONS {
+        let broker = Broker::start(&[]);
+        let mut source = open(&versioned(&broker, "source", version));
+        let mut sink = open(&versioned(&broker, "sink", version));
+        contract::join_up(&mut source, &mut sink, "a");
+        let now = source.inbox().clock().now();
+        let of = |text: &str, expires| {
+            let message = Outgoing::new("a", now, Payload::Bytes(text.to_owned().into()));
+            Outgoing { expires: Some(expires), ..message }
+        };
+        source.publish(of("over", now)).unwrap();
+        source.publish(of("in time", now + Span::from_millis(60_000))).unwrap();
+        source.flush();
+        let got = contract::until_payload(&mut sink, "a", "in time");
+        assert!(!got.iter().any(|text| text == "over"), "{version:?}: {got:?}");
     }
 }
 

@@ -236,13 +236,14 @@ impl Outlet {
         stamp: Time,
         bridge: &mut dyn Bridge,
     ) -> Result<(), BridgeError> {
-        // The process may have been suspended since the value was computed.
+        let payload = self.payload(publication, stamp, bridge);
+        // The process may have been suspended since the value was computed, or may be while the value is sent.
         let is_fresh = self.is_fresh(publication.time, bridge.inbox().clock().now());
-        let sent = match self.payload(publication, stamp, bridge) {
+        let sent = match payload {
             Ok(Some(_)) if !is_fresh => return Ok(()),
             Ok(Some(payload)) => {
                 let message = Outgoing::new(&self.topic, stamp, payload);
-                let (provenance, expires) = (Some(&self.provenance), Some(self.max_age));
+                let (provenance, expires) = (Some(&self.provenance), Some(publication.time + self.max_age));
                 bridge.publish(Outgoing { provenance, expires, ..message })
             }
             Ok(None) => return Ok(()),

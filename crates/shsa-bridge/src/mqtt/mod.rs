@@ -38,7 +38,7 @@ use outbox::Publication;
 use profile::Profile;
 use served::{Served, Words};
 use shared::Shared;
-use shsa_core::time::Span;
+use shsa_core::time::Time;
 use std::collections::BTreeMap;
 use std::sync::Arc;
 use std::thread::JoinHandle;
@@ -120,6 +120,13 @@ impl MqttBridge {
 }
 
 impl MqttBridge {
+    /// When a message that expires then is over; `None`: never. A suspension of the process in between makes this earlier, not later.
+    fn until(&self, expires: Option<Time>) -> Option<Uptime> {
+        let now = Uptime::now();
+        let left = expires? - self.shared.inbox.clock().now();
+        now.checked_add(Duration::from_nanos(u64::try_from(left.0).unwrap_or(0)))
+    }
+
     /// The topic and the provenance, shared with earlier messages that have the same.
     fn names(&mut self, topic: &str, provenance: Option<&Provenance>) -> (Arc<str>, Option<Arc<Provenance>>) {
         let known =
@@ -166,6 +173,7 @@ impl Bridge for MqttBridge {
     }
 
     fn publish(&mut self, message: Outgoing<'_>) -> Result<(), BridgeError> {
+        let until = self.until(message.expires);
         check_topic(message.topic)?;
         let payload = match message.payload {
             Payload::Bytes(bytes) => bytes,
@@ -176,7 +184,7 @@ impl Bridge for MqttBridge {
         self.shared.publish(Publication {
             retain: message.retain,
             provenance,
-            until: expiry(message.expires),
+            until,
             ..Publication::new(topic, payload, message.stamp)
         })
     }
@@ -248,12 +256,6 @@ impl Bridge for MqttBridge {
     fn troubles(&mut self) -> Vec<BridgeError> {
         self.shared.troubles()
     }
-}
-
-/// When a message that is useless after this time expires; `None`: never.
-fn expiry(after: Option<Span>) -> Option<Uptime> {
-    let after = Duration::from_nanos(u64::try_from(after?.0).unwrap_or(0));
-    Uptime::now().checked_add(after)
 }
 
 /// Names are exact: no wildcards, only characters that every broker accepts.

@@ -30,7 +30,7 @@ pub(super) struct Publication {
 
 impl Publication {
     /// Whether its time has passed.
-    fn is_over(&self, now: Uptime) -> bool {
+    pub(super) fn is_over(&self, now: Uptime) -> bool {
         self.until.is_some_and(|until| until <= now)
     }
 

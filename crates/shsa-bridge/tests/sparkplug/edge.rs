@@ -23,8 +23,8 @@ fn open(plant: &mut Plant) {
 fn publish(plant: &mut Plant, value: RawValue, quality: Quality) {
     let provenance = Provenance::new(quality, "sonar");
     let message = Outgoing::new("/stop/dmin", Time(1_700_000_000_123_000_000), Payload::Value(value));
-    let expires = Some(Span::from_millis(60_000));
     let bridge = plant.bridge();
+    let expires = Some(bridge.inbox().clock().now() + Span::from_millis(60_000));
     bridge.publish(Outgoing { provenance: Some(&provenance), expires, ..message }).unwrap();
     bridge.flush();
 }

@@ -17,6 +17,9 @@ const ATTEMPTS_MAX: u32 = 3;
 
 impl State {
     pub(super) fn publish(&mut self, publication: Publication) {
+        if publication.is_over(Uptime::now()) {
+            return;
+        }
         let is_next = self.outbox.is_empty() && self.ahead.is_empty();
         let sends_at_once = |sender: &Sender| is_next && sender.publish(&publication);
         if self.sender.as_ref().is_some_and(sends_at_once) {

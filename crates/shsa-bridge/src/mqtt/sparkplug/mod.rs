@@ -17,7 +17,7 @@ mod options;
 pub use name::NodeName;
 pub use options::Options;
 
-use super::{Companion, MqttBridge, expiry};
+use super::{Companion, MqttBridge};
 use crate::{
     Answer, Bridge, BridgeError, Inbox, Link, Message, Offered, Outage, Outgoing, PublisherId, Quality,
     Server,
@@ -103,7 +103,7 @@ impl Bridge for SparkplugBridge {
         if message.topic.starts_with(ORDINARY) {
             return self.mqtt.publish(message);
         }
-        self.node()?.publish(&message, expiry(message.expires))?;
+        self.node()?.publish(&message, self.mqtt.until(message.expires))?;
         self.mqtt.has_published = true;
         Ok(())
     }
