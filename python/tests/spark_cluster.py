@@ -163,15 +163,13 @@ def as_one(healed: DataFrame) -> list[tuple[Any, ...]]:
 
 
 class Spark(unittest.TestCase):
+    """Tests by the cores of this machine share one session, and so its processes of Python."""
+
     spark: SparkSession
 
     @classmethod
     def setUpClass(cls) -> None:
         cls.spark = session("local[2]")
-
-    @classmethod
-    def tearDownClass(cls) -> None:
-        cls.spark.stop()
 
 
 class Recordings(Spark):
@@ -313,10 +311,10 @@ class Guide(Spark):
 
 class Workers(unittest.TestCase):
     def test_a_killed_worker_changes_nothing_in_the_output(self) -> None:
+        spark = session("local[2]")
         if not (FOLDER / "undisturbed").exists():
-            spark = session("local[2]")
             undisturbed(spark)
-            spark.stop()
+        spark.stop()
         with standalone.Cluster(FOLDER / "cluster", workers=2) as cluster:
             spark = session(cluster.master, **{"spark.executor.memory": "512m", "spark.executor.cores": "1"})
             try:

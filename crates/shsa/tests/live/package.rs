@@ -8,14 +8,21 @@ use std::fs;
 use std::os::unix::fs::PermissionsExt;
 use std::path::{Path, PathBuf};
 use std::process::{Child, Command, Output, Stdio};
+use std::sync::OnceLock;
 use std::time::{Duration, Instant};
 
 const ROOT: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
 const MODEL: &str = include_str!("../../models/rover.yaml");
 
-/// Builds the package of the program under test.
-fn package(folder: &Folder) -> PathBuf {
-    let (out, cargo) = (folder.path("package"), std::env::var("CARGO").unwrap_or_else(|_| "cargo".into()));
+/// The package of the program under test, which the first test that asks builds for all.
+fn package() -> &'static Path {
+    static PACKAGE: OnceLock<PathBuf> = OnceLock::new();
+    PACKAGE.get_or_init(|| package_in(Path::new(env!("CARGO_TARGET_TMPDIR")).join("package")))
+}
+
+/// Builds the package of the program under test in a folder.
+fn package_in(out: PathBuf) -> PathBuf {
+    let cargo = std::env::var("CARGO").unwrap_or_else(|_| "cargo".into());
     let line = [
         "--locked",
         "xtask",
@@ -116,12 +123,12 @@ fn health(port: u16) -> Value {
 #[test]
 fn the_package_is_built_installed_started_and_removed() {
     let folder = Folder::new();
-    let package = package(&folder);
+    let package = package();
     let machine = match Machine::begin(&folder.path("machine")) {
         Ok(machine) => machine,
         Err(why) => return eprintln!("SKIPPED: the package is built, but not installed: {why}"),
     };
-    fs::copy(&package, machine.path("shsa.deb")).unwrap();
+    fs::copy(package, machine.path("shsa.deb")).unwrap();
     // Without triggers: those of other packages bring all manual pages of the machine into an index.
     machine.done(&["dpkg", "--no-triggers", "--install", "/shsa.deb"]);
     assert!(machine.done(&["/usr/bin/shsa", "--version"]).starts_with("shsa "));
@@ -177,15 +184,17 @@ fn commands() -> Vec<String> {
 #[test]
 fn the_page_about_the_package_is_right() {
     let folder = Folder::new();
-    let package = package(&folder);
-    let bytes = fs::read(&package).unwrap();
-    assert!(bytes == fs::read(self::package(&folder)).unwrap(), "the package differs when it is built again");
+    let (package, again) = (package(), package_in(folder.path("package")));
+    assert!(
+        fs::read(package).unwrap() == fs::read(again).unwrap(),
+        "the package differs when it is built again"
+    );
     let machine = match Machine::begin(&folder.path("machine")) {
         Ok(machine) => machine,
         Err(why) => return eprintln!("SKIPPED: the commands of the page are not run: {why}"),
     };
     fs::create_dir_all(machine.path("target/package")).unwrap();
-    fs::copy(&package, machine.path("target/package/shsa.deb")).unwrap();
+    fs::copy(package, machine.path("target/package/shsa.deb")).unwrap();
     fs::write(machine.path("car.yaml"), MODEL).unwrap();
     fs::create_dir_all(machine.path("var/backups")).unwrap();
     let commands = commands();
@@ -291,7 +300,7 @@ fn the_container_is_built_and_runs() {
         Ok(builder) => builder,
         Err(why) => return eprintln!("SKIPPED: no container is built: {why}"),
     };
-    let package = package(&folder);
+    let package = package();
     let model = folder.path("model.yaml");
     fs::write(&model, MODEL).unwrap();
     // Buildah's containers have the network of this machine, where the port may be taken.
