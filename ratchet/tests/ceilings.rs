@@ -27,14 +27,8 @@ const WORTH_LOWERING: f64 = 0.95;
 /// Systems whose observations are counted.
 const SYSTEMS: [&str; 5] = ["car", "climber", "generic", "plant", "rover"];
 /// Searches that are counted without contracts and under contract: a model, and how many substitutions are wanted.
-const SEARCHES: [&str; 6] = [
-    "drivetrain 1",
-    "tree-170 1",
-    "tree-170 10",
-    "tree-10922 32",
-    "shared-1000 1",
-    "shared-10000 1",
-];
+const SEARCHES: [&str; 6] =
+    ["drivetrain 1", "tree-170 1", "tree-170 10", "tree-10922 32", "shared-1000 1", "shared-10000 1"];
 /// The largest permitted multiple of a search's instructions where all that it finds is admissible under contract.
 const MOST_UNDER_CONTRACT: f64 = 1.2;
 /// How many instructions more a search may take, whatever its size: those that find whether there are contracts. Alone, in a model

@@ -1,5 +1,5 @@
-//! Called by cargo in the place of rustc: each unit of the workspace is compiled, then linted and documented with what it was
-//! compiled with.
+//! Called by cargo in the place of rustc: each unit of the workspace is compiled, then linted and, if it is a library, documented with
+//! what it was compiled with.
 //!
 //! `cargo clippy` and `cargo doc` would have every dependency checked again, the second with features of its own for some: a tenth of
 //! the processor time of all of CI.
@@ -26,6 +26,8 @@ const OF_DOCUMENTATION: [&str; 6] = ["-L", "--cap-lints", "--cfg", "--check-cfg"
 /// Crates whose tests are optimised more than a level less than their library: those of the largest crate compile three times as quickly
 /// without any, and take 30 s more to run.
 const LEVELS_LESS: [(&str, u8); 1] = [("shsa-core", 2)];
+/// The crate whose program has its instructions counted.
+const COUNTED: &str = "shsa-ratchet";
 /// How rustc is to optimise.
 const LEVEL: &str = "opt-level=";
 /// Cargo takes an announced artifact for the one that it waits for: only the compiler announces its own.
@@ -56,9 +58,9 @@ pub(crate) fn is_called(arguments: &[String]) -> bool {
 pub(crate) fn run(arguments: &[String]) -> Result<bool> {
     let (rustc, arguments) = arguments.split_first().context("the path of rustc is missing")?;
     let parsed = parsed(arguments);
-    let lines = match is_test(&parsed) {
-        // Nothing waits for a test, so clippy compiles it, too.
-        true => vec![("clippy-driver", tested(arguments, levels_less()))],
+    let lines = match is_last(&parsed) {
+        // Nothing waits for a test or a program, so clippy compiles it, too.
+        true => vec![("clippy-driver", compiled(arguments, levels_less(&parsed)))],
         // Compiled first, as units that use this one wait for its metadata only.
         false => [
             ("rustc", Some(arguments.to_vec())),
@@ -99,15 +101,30 @@ fn is_test(parsed: &[Argument<'_>]) -> bool {
     parsed.iter().any(|it| it[0] == "--test")
 }
 
-/// How many levels less than its library the tests of this crate are optimised, as cargo names it to the compiler.
-fn levels_less() -> u8 {
-    let is_named = |krate: &str| env::var("CARGO_PKG_NAME").is_ok_and(|name| name == krate);
-    LEVELS_LESS.into_iter().find(|it| is_named(it.0)).map_or(1, |it| it.1)
+/// Whether no other unit uses this one. A program whose instructions are counted is compiled by rustc: clippy optimises otherwise.
+fn is_last(parsed: &[Argument<'_>]) -> bool {
+    is_test(parsed) || (value(parsed, "--crate-type") == Some("bin") && !is_of(COUNTED))
 }
 
-/// The arguments with which clippy compiles a test: optimised less than the library that it tests. Most tests run for less time than a
-/// further level takes to compile.
-fn tested(arguments: &[String], levels_less: u8) -> Vec<String> {
+/// Whether cargo names this crate to the compiler.
+fn is_of(krate: &str) -> bool {
+    env::var("CARGO_PKG_NAME").is_ok_and(|name| name == krate)
+}
+
+/// How many levels less than its crate a unit is optimised. Most tests run for less time than a further level takes to compile, and
+/// nothing runs the benches.
+fn levels_less(parsed: &[Argument<'_>]) -> u8 {
+    if parsed.iter().any(|it| it[0].starts_with("benches/") || it[0].contains("/benches/")) {
+        return u8::MAX;
+    }
+    match is_test(parsed) {
+        true => LEVELS_LESS.into_iter().find(|it| is_of(it.0)).map_or(1, |it| it.1),
+        false => 0,
+    }
+}
+
+/// The arguments with which clippy compiles a unit, optimised less than it would be.
+fn compiled(arguments: &[String], levels_less: u8) -> Vec<String> {
     let less = |it: &String| match it.strip_prefix(LEVEL).and_then(|level| level.parse::<u8>().ok()) {
         Some(level) => format!("{LEVEL}{}", level.saturating_sub(levels_less)),
         _ => it.clone(),
@@ -135,21 +152,18 @@ fn linted(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
     finished(parsed, kept, &["--emit=metadata"])
 }
 
-/// The arguments with which rustdoc documents a library or a program; `None` for tests, and what [`linted`] has none for.
+/// The arguments with which rustdoc documents a library; `None` for tests, for programs, whose documentation nobody but their authors
+/// reads, and where cargo only asks what the compiler can do.
 fn documented(parsed: &[Argument<'_>]) -> Option<Vec<String>> {
-    if is_test(parsed) || value(parsed, "--crate-name") == Some("build_script_build") {
+    if is_test(parsed) || matches!(value(parsed, "--crate-type"), None | Some("bin")) {
         return None;
     }
     let kept = parsed.iter().filter(|it| {
         let is_of_source = it[0].ends_with(".rs") || it[0].starts_with("--edition=");
         is_of_source || it[0].starts_with("--error-format=") || OF_DOCUMENTATION.contains(&it[0].as_str())
     });
-    // A library of any kind has the same documentation; nobody but its authors reads that of a program.
-    let kind: &[&str] = match value(parsed, "--crate-type")? {
-        "bin" => &["--crate-type", "bin", "--document-private-items"],
-        _ => &["--crate-type", "lib"],
-    };
-    finished(parsed, kept, kind)
+    // A library of any kind has the same documentation.
+    finished(parsed, kept, &["--crate-type", "lib"])
 }
 
 /// The kept arguments and some more, with warnings as errors and what comes out apart from the results of the compiler.
@@ -201,20 +215,30 @@ mod tests {
     }
 
     #[test]
-    fn a_program_is_documented_with_what_is_private_and_a_test_not_at_all() {
-        let program = arguments(&LIBRARY.replace("cdylib --crate-type rlib", "bin"));
-        assert!(documented(&parsed(&program)).unwrap().contains(&"--document-private-items".to_owned()));
+    fn a_program_and_a_test_are_linted_and_not_documented() {
+        let program =
+            arguments(&LIBRARY.replace("--crate-type cdylib --crate-type rlib", "--crate-type bin"));
+        assert!(linted(&parsed(&program)).is_some());
+        assert_eq!(documented(&parsed(&program)), None);
         let test = arguments(&LIBRARY.replace("--crate-type cdylib --crate-type rlib", "--test"));
         assert_eq!(documented(&parsed(&test)), None);
         assert!(linted(&parsed(&test)).unwrap().contains(&"--test".to_owned()));
     }
 
     #[test]
+    fn benches_are_not_optimised_and_programs_as_they_are_to_be() {
+        let of = |line: &str| levels_less(&parsed(&arguments(line)));
+        assert_eq!((of("benches/a.rs --crate-type bin"), of("src/main.rs --crate-type bin")), (u8::MAX, 0));
+        assert!(is_last(&parsed(&arguments("src/main.rs --crate-type bin"))));
+        assert!(!is_last(&parsed(&arguments("src/lib.rs --crate-type lib"))));
+    }
+
+    #[test]
     fn tests_are_optimised_less() {
-        let line = tested(&arguments("--test -C opt-level=2 -C lto=off"), 1);
+        let line = compiled(&arguments("--test -C opt-level=2 -C lto=off"), 1);
         assert_eq!(line.join(" "), "--test -C opt-level=1 -C lto=off -D warnings");
         for unchanged in ["--test -C opt-level=s", "--test -C opt-level=0"] {
-            let line = tested(&arguments(unchanged), 2);
+            let line = compiled(&arguments(unchanged), 2);
             assert_eq!(line.join(" "), format!("{unchanged} -D warnings"));
         }
     }
