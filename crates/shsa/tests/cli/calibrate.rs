@@ -22,6 +22,9 @@ needs:
   speed: { max_age: 1 s }
 ";
 
+/// So many alarms are accepted that minutes of surrogate recordings are enough, where hours add nothing to what a test looks at.
+const QUICK: &str = "--false-alarms 20";
+
 /// Oscillating speeds: `b` is 3.6 km/h too high, `c` is 0.4 s late, and all have reproducible noise.
 fn drive(rows: usize) -> String {
     let mut text = "t [s],a,b,c,d\n".to_owned();
@@ -148,9 +151,9 @@ fn a_relation_that_does_not_hold_is_reported() {
     // The relation's error is so wide that it accuses nobody.
     let wrong = MODEL.replace("derivative(way, 2 s)", "3 * derivative(way, 20 s)");
     folder.write("wrong.yaml", wrong.replace("error: 5 m/s", "error: 80 m/s"));
-    let output = folder.ends("calibrate wrong.yaml drive.csv", 0).stdout;
+    let output = folder.ends(&format!("calibrate wrong.yaml drive.csv {QUICK}"), 0).stdout;
     assert!(output.contains("going of d and a: not shown to hold"), "{output}");
-    let output = folder.ends("calibrate m.yaml drive.csv", 0).stdout;
+    let output = folder.ends(&format!("calibrate m.yaml drive.csv {QUICK}"), 0).stdout;
     assert!(!output.contains("not shown to hold"), "{output}");
     assert!(output.contains("of the spread is left"), "{output}");
     assert!(output.contains(" h that were not fitted"), "{output}");
@@ -160,9 +163,9 @@ fn a_relation_that_does_not_hold_is_reported() {
 fn a_later_fault_is_the_answer_no_unless_it_is_left_out() {
     let folder = tank::folder();
     // The level's sensor is faulty from 30 s on, so the test part is not healthy.
-    let report = folder.json("calibrate tank.yaml run.csv", 1);
+    let report = folder.json(&format!("calibrate tank.yaml run.csv {QUICK}"), 1);
     assert_eq!(report["after"]["failed"], 1);
-    folder.ends("calibrate tank.yaml run.csv --skip 30s..70s --split 15s", 0);
+    folder.ends(&format!("calibrate tank.yaml run.csv --skip 30s..70s --split 15s {QUICK}"), 0);
 }
 
 /// Two sensors agree in the fitted half, and differ in the other one by an amount that the given model allows.
@@ -184,7 +187,7 @@ fn numbers_that_do_worse_than_the_model_are_not_written() {
     let model = "shsa: 1\nvariables: { x: {} }\nsignals:\n  a: { variable: x, rate: 1 Hz, value_error: 3 }\n  \
                  b: { variable: x, rate: 1 Hz, value_error: 3 }\n";
     let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("run.csv", text.as_bytes())]);
-    let report = folder.json("calibrate m.yaml run.csv --patch tuned.yaml", 1);
+    let report = folder.json(&format!("calibrate m.yaml run.csv --patch tuned.yaml {QUICK}"), 1);
     assert!(report["refused"].as_str().unwrap().contains("in the part that it has not seen"), "{report}");
     assert_eq!(report["before"]["suspected"], 0);
     assert!(!folder.path("tuned.yaml").exists());
@@ -203,7 +206,7 @@ fn a_stretch_that_is_left_out_makes_no_time_out() {
     let model = "shsa: 1\nvariables: { x: {} }\nsignals:\n  a: { variable: x, rate: 1 Hz, value_error: 3, timeout: 2 s }\n  \
                  b: { variable: x, rate: 1 Hz, value_error: 3, timeout: 2 s }\n";
     let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("run.csv", text.as_bytes())]);
-    folder.json("calibrate m.yaml run.csv --skip 50s..90s --patch tuned.yaml", 0);
+    folder.json(&format!("calibrate m.yaml run.csv --skip 50s..90s --patch tuned.yaml {QUICK}"), 0);
     let patch = folder.read("tuned.yaml");
     assert!(patch.contains("timeout: 2 s") && !patch.contains("timeout: 8"), "{patch}");
 }
@@ -250,7 +253,7 @@ needs: { h: { signal: /h, max_age: 5 s } }
         recording.push_str(&line);
     }
     let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("r.csv", recording.as_bytes())]);
-    let found = folder.json("calibrate m.yaml r.csv", 0);
+    let found = folder.json(&format!("calibrate m.yaml r.csv {QUICK}"), 0);
     for fitted in found["fitted"].as_array().unwrap() {
         let of = |key: &str| fitted[key].as_f64().unwrap_or(f64::INFINITY);
         assert!((0.8..1.4).contains(&of("noise")), "{fitted}");

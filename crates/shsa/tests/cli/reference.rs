@@ -111,7 +111,7 @@ fn fields_of_what_is_simulated() {
 fn fields_of_what_is_found_out_from_recordings() {
     let folder = Folder::new();
     let car = "PROJECT/examples/car.yaml PROJECT/examples/tuesday";
-    check("calibrate", &objects(&folder, &format!("calibrate {car} --faults")));
+    check("calibrate", &objects(&folder, &format!("calibrate {car} --faults --false-alarms 20")));
     let learned = [
         "learn PROJECT/examples/tuesday",
         "learn PROJECT/examples/tuesday --model PROJECT/examples/car.yaml",
