@@ -1,6 +1,7 @@
 //! What happens to the battery half-way.
 
 use super::battery::Battery;
+use super::model::CELLS;
 use super::sensors::Place;
 
 /// What happens half-way, to the end.
@@ -18,6 +19,8 @@ pub enum Fault {
     CellWrong,
     /// The weakest cell gets weaker: no sensor is wrong.
     CellWeak,
+    /// The voltage of the weakest cell's module is shown 2 V too high.
+    ModuleWrong,
     /// The thermometer of the hottest module falls silent.
     TemperatureLost,
     /// The thermometer of the hottest module shows 20 K too much.
@@ -30,13 +33,14 @@ pub enum Fault {
 
 impl Fault {
     /// All of them.
-    pub const ALL: [Fault; 10] = [
+    pub const ALL: [Fault; 11] = [
         Fault::Nothing,
         Fault::CurrentLost,
         Fault::CurrentWrong,
         Fault::CellLost,
         Fault::CellWrong,
         Fault::CellWeak,
+        Fault::ModuleWrong,
         Fault::TemperatureLost,
         Fault::TemperatureWrong,
         Fault::VoltageLost,
@@ -53,6 +57,7 @@ impl Fault {
             Fault::CellLost => "the weakest cell is not measured any more",
             Fault::CellWrong => "the weakest cell is shown 0.2 V too high",
             Fault::CellWeak => "the weakest cell gets weaker: no sensor is wrong",
+            Fault::ModuleWrong => "a module's voltage is shown 2 V too high",
             Fault::TemperatureLost => "the hottest module's thermometer falls silent",
             Fault::TemperatureWrong => "the hottest module is shown 20 K too hot",
             Fault::VoltageLost => "the battery's voltage is not measured any more",
@@ -72,6 +77,7 @@ impl Fault {
             Fault::Nothing | Fault::CellWeak => None,
             Fault::CurrentLost | Fault::CurrentWrong => Some(Place::Shunt),
             Fault::CellLost | Fault::CellWrong => Some(Place::Cell(battery.weakest)),
+            Fault::ModuleWrong => Some(Place::Module(battery.weakest / CELLS)),
             Fault::TemperatureLost | Fault::TemperatureWrong => Some(Place::Temperature(battery.hottest())),
             Fault::VoltageLost | Fault::VoltageWrong => Some(Place::Voltage),
         }
@@ -83,6 +89,7 @@ impl Fault {
             Fault::Nothing | Fault::CellWeak => Some(value),
             Fault::CurrentWrong => Some(value - 25.0),
             Fault::CellWrong => Some(value + 0.2),
+            Fault::ModuleWrong => Some(value + 2.0),
             Fault::TemperatureWrong => Some(value + 20.0),
             Fault::VoltageWrong => Some(value + 8.0),
             Fault::CurrentLost | Fault::CellLost | Fault::TemperatureLost | Fault::VoltageLost => None,

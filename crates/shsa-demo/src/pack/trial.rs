@@ -195,9 +195,9 @@ mod tests {
         trial.finish()
     }
 
-    /// Twenty seeds with a fault each.
+    /// Two seeds for each fault.
     fn drives() -> impl Iterator<Item = (u64, Fault)> {
-        (1..=20).zip(Fault::ALL.into_iter().cycle())
+        (1..=22).zip(Fault::ALL.into_iter().cycle())
     }
 
     #[track_caller]
