@@ -29,7 +29,8 @@ usage: cargo xtask COMMAND
              sequences of faults for a handful of seeds, or those that SHSA_SEEDS=1..100 names)
   screenshots  takes pictures of the live page at three widths, light and dark, in target/screenshots
   package    builds target/package/shsa.deb, and image.tar for deploy/Containerfile; `--program FILE` packs one that is built already, `--out
-             FOLDER` writes there, `--twice` builds in two folders and compares (not in CI: two builds of 10 minutes)";
+             FOLDER` writes there, `--twice` builds in two folders and compares (not in CI: two builds of 10 minutes),
+             `--static` builds the program alone, without libraries: target/package/shsa (not in CI, either)";
 
 fn main() -> ExitCode {
     let arguments: Vec<String> = env::args().skip(1).collect();

@@ -3,6 +3,7 @@
 //! The same sources give the same bytes, in whichever folder they are built: no time of the build is in the package, and the compilers
 //! write no path of the machine into the program. Beside the package lie the files of a container's image.
 
+mod alone;
 mod image;
 mod twice;
 
@@ -43,24 +44,28 @@ struct Arguments {
     out: PathBuf,
     /// Two builds are compared.
     twice: bool,
+    /// The program alone is built, without libraries of the machine.
+    is_static: bool,
 }
 
 impl Arguments {
     fn read(mut words: impl Iterator<Item = String>) -> Result<Arguments> {
-        let mut arguments = Arguments { program: None, out: OUT.into(), twice: false };
+        let mut arguments = Arguments { program: None, out: OUT.into(), twice: false, is_static: false };
         while let Some(word) = words.next() {
-            if word == "--twice" {
-                arguments.twice = true;
-                continue;
-            }
-            let value = words.next().with_context(|| format!("{word} wants a path"))?;
+            let mut path = || words.next().with_context(|| format!("{word} wants a path"));
             match &*word {
-                "--program" => arguments.program = Some(value.into()),
-                "--out" => arguments.out = value.into(),
-                _ => bail!("no option `{word}`: --program FILE, --out FOLDER, --twice"),
+                "--program" => arguments.program = Some(path()?.into()),
+                "--out" => arguments.out = path()?.into(),
+                "--twice" => arguments.twice = true,
+                "--static" => arguments.is_static = true,
+                _ => bail!("no option `{word}`: --program FILE, --out FOLDER, --twice, --static"),
             }
         }
-        ensure!(!(arguments.twice && arguments.program.is_some()), "--twice builds the program itself");
+        let kinds = [arguments.program.is_some(), arguments.twice, arguments.is_static];
+        ensure!(
+            kinds.into_iter().filter(|it| *it).count() < 2,
+            "--twice and --static build the program themselves, each alone"
+        );
         Ok(arguments)
     }
 }
@@ -70,11 +75,14 @@ impl Arguments {
 /// # Errors
 /// When the program does not build, or the package cannot be written.
 pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
-    let Arguments { program, out, twice } = Arguments::read(words)?;
+    let Arguments { program, out, twice, is_static } = Arguments::read(words)?;
     if twice {
         return twice::check(&out);
     }
-    let program = program.map_or_else(built, Ok)?;
+    if is_static {
+        return alone::write(&out);
+    }
+    let program = program.map_or_else(|| built(None), Ok)?;
     let stage = out.join("stage");
     if stage.exists() {
         fs::remove_dir_all(&stage).context("clearing the folder of an earlier package")?;
@@ -109,8 +117,9 @@ pub(crate) fn write(words: impl Iterator<Item = String>) -> Result<()> {
     Ok(())
 }
 
-/// Builds the command, apart from other builds: with other options of the compiler everything is built anew.
-fn built() -> Result<PathBuf> {
+/// Builds the command, for another target than the machine's own if it is given; apart from other builds, as with other options of the
+/// compiler everything is built anew.
+fn built(other: Option<&str>) -> Result<PathBuf> {
     let target = env::var_os("CARGO_TARGET_DIR").map_or_else(|| PathBuf::from("target"), PathBuf::from);
     let target = target.join("packaged");
     command::run(&["cargo", "fetch", "--locked"])?;
@@ -127,8 +136,9 @@ fn built() -> Result<PathBuf> {
     let settings = ["--config", &options, "--target-dir", &target_dir];
     // Options of the environment would count in the place of these.
     let begin = ["env", "--unset=RUSTFLAGS", "--unset=CARGO_ENCODED_RUSTFLAGS", &c];
-    command::run(&[&begin[..], &line, &settings].concat())?;
-    Ok(target.join("release/shsa"))
+    let other: Vec<&str> = other.into_iter().flat_map(|other| ["--target", other]).collect();
+    command::run(&[&begin[..], &line, &settings, &other].concat())?;
+    Ok(other.last().map_or(target.clone(), |other| target.join(other)).join("release/shsa"))
 }
 
 /// Folders of this machine that the compiler would write into the program, and what it writes instead. The last one that fits counts.
@@ -229,6 +239,7 @@ mod tests {
         assert_eq!((arguments.out, arguments.program), ("a".into(), Some("b".into())));
         assert_eq!(read(&[]).unwrap().out, Path::new(OUT));
         assert!(read(&["--out"]).is_err() && read(&["--other", "a"]).is_err());
-        assert!(read(&["--twice"]).unwrap().twice && read(&["--twice", "--program", "b"]).is_err());
+        assert!(read(&["--twice"]).unwrap().twice && read(&["--static"]).unwrap().is_static);
+        assert!(read(&["--twice", "--program", "b"]).is_err() && read(&["--twice", "--static"]).is_err());
     }
 }
