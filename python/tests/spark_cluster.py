@@ -80,6 +80,8 @@ def session(master: str, **settings: str) -> SparkSession:
         "spark.executor.extraJavaOptions": JAVA,
         "spark.ui.showConsoleProgress": "false",
         "spark.sql.shuffle.partitions": "2",
+        # Snappy, the usual one, loads no library where musl is installed beside the machine's own C library.
+        "spark.sql.parquet.compression.codec": "gzip",
         "spark.sql.session.timeZone": "America/New_York",
         "spark.sql.streaming.stateStore.maintenanceInterval": "5s",
         "spark.local.dir": str(FOLDER / "local"),
@@ -100,7 +102,7 @@ def written(rows: pandas.DataFrame, folder: pathlib.Path, files: int) -> pathlib
         path = folder / f"{number:04}.parquet"
         part = rows.iloc[number * size : (number + 1) * size]
         pyarrow.parquet.write_table(
-            pyarrow.Table.from_pandas(part, preserve_index=False), path, coerce_timestamps="us"
+            pyarrow.Table.from_pandas(part, preserve_index=False), path, compression="gzip", coerce_timestamps="us"
         )
         os.utime(path, (1_700_000_000 + number,) * 2)
     return folder

@@ -101,9 +101,11 @@ fn is_test(parsed: &[Argument<'_>]) -> bool {
     parsed.iter().any(|it| it[0] == "--test")
 }
 
-/// Whether no other unit uses this one. A program whose instructions are counted is compiled by rustc: clippy optimises otherwise.
+/// Whether this is a unit that no other one uses. A program whose instructions are counted is compiled by rustc: clippy optimises
+/// otherwise.
 fn is_last(parsed: &[Argument<'_>]) -> bool {
-    is_test(parsed) || (value(parsed, "--crate-type") == Some("bin") && !is_of(COUNTED))
+    let is_program = value(parsed, "--crate-type") == Some("bin") && value(parsed, "--out-dir").is_some();
+    is_test(parsed) || (is_program && !is_of(COUNTED))
 }
 
 /// Whether cargo names this crate to the compiler.
@@ -229,7 +231,7 @@ mod tests {
     fn benches_are_not_optimised_and_programs_as_they_are_to_be() {
         let of = |line: &str| levels_less(&parsed(&arguments(line)));
         assert_eq!((of("benches/a.rs --crate-type bin"), of("src/main.rs --crate-type bin")), (u8::MAX, 0));
-        assert!(is_last(&parsed(&arguments("src/main.rs --crate-type bin"))));
+        assert!(is_last(&parsed(&arguments("src/main.rs --crate-type bin --out-dir /t"))));
         assert!(!is_last(&parsed(&arguments("src/lib.rs --crate-type lib"))));
     }
 
@@ -248,6 +250,7 @@ mod tests {
         for question in ["-vV", "- --crate-name ___ --print=file-names --crate-type bin"] {
             let line = arguments(question);
             assert_eq!((linted(&parsed(&line)), documented(&parsed(&line))), (None, None));
+            assert!(!is_last(&parsed(&line)));
         }
         assert!(is_called(&arguments("/opt/bin/rustc -vV")));
         assert!(!is_called(&arguments("test")) && !is_called(&[]));

@@ -1,7 +1,8 @@
 //! The Debian package: the command with its manual pages, completions, unit, monitoring files, and bill of materials.
 //!
 //! The same sources give the same bytes, in whichever folder they are built: no time of the build is in the package, and the compilers
-//! write no path of the machine into the program. Beside the package lie the files of a container's image.
+//! write no path of the machine into the program. Beside the package lie the files of a container's image. The
+//! program alone is built without a package.
 
 mod alone;
 mod image;

@@ -13,7 +13,7 @@ const SYSTEM: &str = "unknown-linux-musl";
 ///
 /// # Errors
 /// When the target or its compiler of C is absent, the program does not build, is not alone, or does not start.
-pub(crate) fn write(out: &Path) -> Result<()> {
+pub(super) fn write(out: &Path) -> Result<()> {
     let target = target(&command::output(&["rustc", "--version", "--verbose"])?)?;
     if !command::succeeds(&["musl-gcc", "--version"]) {
         bail!("a compiler of C for musl is absent: `apt-get install musl-tools`");
