@@ -1,5 +1,5 @@
 //! Hypotheses of sudden faults beside a filter: a state that has jumped, such as the offset of a sensor, or an input that has become
-//! noisier.
+//! noisier, or repeats its last value.
 //!
 //! A filter that expects an offset to change slowly explains a sudden fault by its other states, and takes long to return. So with
 //! each moment a copy of the filter sets out for each fault as if it had happened since the moment before: with the variance of the
@@ -12,11 +12,13 @@
 //! This is a bank of filters for abrupt changes: A. Willsky 1976 (doi:10.1016/0005-1098(76)90041-8); H. Blom, Y. Bar-Shalom 1988
 //! (doi:10.1109/9.1299) treat models that change back and forth. O(F) filters for F faults, no allocation after construction.
 
+mod stuck;
 mod weights;
 
 use crate::matrix::{at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated};
 use crate::mixture::{Part, mix};
+use stuck::Last;
 
 /// A fault that may happen at any time.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -25,6 +27,8 @@ pub enum Fault {
     Jump(usize, f64),
     /// The standard deviation of a sensor's noise is so many times as large from now on, or again as declared.
     Noisier(usize, f64),
+    /// A sensor repeats its last value, whatever it should show, or works again.
+    Stuck(usize),
 }
 
 /// The most faults: each has a bit.
@@ -44,8 +48,8 @@ struct Hypothesis {
     fault: Option<usize>,
     /// How long ago its fault began, in seconds.
     age: f64,
-    /// The sensors that are noisier, as bits by the places of the faults.
-    noisier: u64,
+    /// The sensors that are noisier or stuck, as bits by the places of the faults.
+    faulty: u64,
 }
 
 impl Hypothesis {
@@ -54,8 +58,12 @@ impl Hypothesis {
 
     fn becomes(&mut self, other: &Hypothesis) {
         self.memory.copy_from_slice(&other.memory);
-        (self.weight, self.fault, self.age, self.noisier) =
-            (other.weight, other.fault, other.age, other.noisier);
+        (self.weight, self.fault, self.age, self.faulty) =
+            (other.weight, other.fault, other.age, other.faulty);
+    }
+
+    fn has(&self, fault: usize) -> bool {
+        self.faulty >> fault & 1 == 1
     }
 }
 
@@ -73,6 +81,7 @@ pub struct Hypotheses {
     /// The time since the last measurement of each sensor, and for how long a sensor bears witness after one; in seconds.
     silent: Vec<f64>,
     within: f64,
+    last: Vec<Last>,
     estimate: Gaussian,
     stack: Vec<Measurement>,
     /// Whether the density of the filter is that of a mixture with outliers.
@@ -93,7 +102,7 @@ impl Hypotheses {
         faults.truncate(MOST_FAULTS);
         let mut memory = vec![0.0; filter.memory_len()];
         filter.save(&mut memory);
-        let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, noisier: 0 };
+        let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, faulty: 0 };
         Hypotheses {
             estimate: filter.gaussian().clone(),
             knows_outliers: filter.knows_outliers(),
@@ -103,6 +112,7 @@ impl Hypotheses {
             elapsed: 0.0,
             silent: vec![0.0; sensors],
             within,
+            last: vec![Last::NONE; sensors],
             stack: Vec::with_capacity(sensors),
             faults,
             every,
@@ -122,6 +132,9 @@ impl Hypotheses {
     fn set_out(&mut self) {
         let share = (std::mem::take(&mut self.elapsed) / self.every).min(1.0);
         for place in 0..self.faults.len() {
+            if !self.may_happen(place) {
+                continue;
+            }
             let Some((used, free)) = self.copies.split_at_mut_checked(self.count) else { return };
             let (Some(own), Some(copy)) = (used.first(), free.first_mut()) else { return };
             copy.becomes(own);
@@ -133,7 +146,7 @@ impl Hypotheses {
                     put(spread, *state, *state, at(spread, *state, *state) + size * size);
                     self.filter.save(&mut copy.memory);
                 }
-                _ => copy.noisier ^= 1 << place,
+                _ => copy.faulty ^= 1 << place,
             }
             self.count += 1;
         }
@@ -147,28 +160,47 @@ impl Hypotheses {
         controls: &[f64],
         is_alone: bool,
     ) -> Updated {
+        let left_out = self.stack_for(place, measurements, controls);
+        let updated = self.filter.update(&self.stack, controls);
+        let density = self.evidence(&together(&updated, &left_out));
         let Some(copy) = self.copies.get_mut(place) else { return Updated::NOTHING };
-        self.filter.restore(&copy.memory);
+        self.filter.save(&mut copy.memory);
+        copy.weight += if is_alone { 0.0 } else { density };
+        updated
+    }
+
+    /// Restores the filter of a copy, and stacks the measurements as the copy takes them. Returns what counts for those that it leaves out.
+    fn stack_for(&mut self, place: usize, measurements: &[Measurement], controls: &[f64]) -> Updated {
         self.stack.clear();
+        let mut left_out = Updated::NOTHING;
+        let Some(copy) = self.copies.get(place) else { return left_out };
+        self.filter.restore(&copy.memory);
         for measurement in measurements {
+            if let Some(own) = self.left_out(place, measurement.sensor) {
+                left_out = together(&left_out, &own);
+                continue;
+            }
             let mut measurement = *measurement;
-            for (fault, bit) in self.faults.iter().zip(0..) {
-                let Fault::Noisier(sensor, times) = fault else { continue };
-                if *sensor == measurement.sensor && copy.noisier >> bit & 1 == 1 {
+            for (fault, it) in self.faults.iter().enumerate() {
+                let Fault::Noisier(sensor, times) = it else { continue };
+                if *sensor == measurement.sensor && copy.has(fault) {
                     let known = self.filter.innovation(&measurement, controls).map(|it| it.noise);
                     measurement.variance = known.map(|own| own * times * times).or(measurement.variance);
                 }
             }
             self.stack.push(measurement);
         }
-        let updated = self.filter.update(&self.stack, controls);
-        self.filter.save(&mut copy.memory);
-        copy.weight += match self.knows_outliers {
-            _ if is_alone => 0.0,
-            true => updated.log_likelihood,
-            false => evidence(&updated),
-        };
-        updated
+        left_out
+    }
+
+    /// The logarithm of the density of the innovations of a moment. Where the filter does not know outliers it is that of Student's t with
+    /// [`DEGREES`] instead of the normal one: an outlier, which all copies have alike, is no evidence for a fault.
+    fn evidence(&self, updated: &Updated) -> f64 {
+        if self.knows_outliers {
+            return updated.log_likelihood;
+        }
+        let (square, used) = (updated.normalized_square, updated.used as f64);
+        updated.log_likelihood + 0.5 * square - 0.5 * (DEGREES + used) * libm::log1p(square / DEGREES)
     }
 
     fn used(&self) -> &[Hypothesis] {
@@ -237,9 +269,11 @@ impl Method for Hypotheses {
             return Updated::NOTHING;
         }
         let is_alone = self.is_alone(measurements);
+        self.compare(measurements);
         if self.elapsed > 0.0 && !is_alone {
             self.set_out();
         }
+        self.expect_repeated(measurements, controls);
         let updated = self.update_one(0, measurements, controls, is_alone);
         for place in 1..self.count {
             self.update_one(place, measurements, controls, is_alone);
@@ -271,7 +305,7 @@ impl Method for Hypotheses {
     fn memory_len(&self) -> usize {
         let Gaussian { mean, spread } = &self.estimate;
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
-        2 + self.silent.len() + self.copies.len() * own + mean.len() + spread.len()
+        2 + self.silent.len() + self.last.len() + self.copies.len() * own + mean.len() + spread.len()
     }
 
     fn save(&self, memory: &mut [f64]) {
@@ -280,13 +314,15 @@ impl Method for Hypotheses {
         let Some(rest) = put_first(memory, &head).and_then(|rest| put_first(rest, &self.silent)) else {
             return;
         };
+        let Some((values, rest)) = rest.split_at_mut_checked(self.last.len()) else { return };
+        values.iter_mut().zip(&self.last).for_each(|(to, last)| *to = last.value);
         let Some(rest) = put_first(rest, mean).and_then(|rest| put_first(rest, spread.as_slice())) else {
             return;
         };
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
         for (to, copy) in rest.chunks_exact_mut(own).zip(self.used()) {
             let fault = copy.fault.map_or(-1.0, |fault| fault as f64);
-            let beside = [copy.weight, fault, copy.age, f64::from_bits(copy.noisier)];
+            let beside = [copy.weight, fault, copy.age, f64::from_bits(copy.faulty)];
             put_first(to, &beside).and_then(|to| put_first(to, &copy.memory));
         }
     }
@@ -298,24 +334,32 @@ impl Method for Hypotheses {
         (self.count, self.elapsed) = ((*count as usize).clamp(1, self.copies.len()), *elapsed);
         let Some((silent, rest)) = rest.split_at_checked(self.silent.len()) else { return };
         self.silent.copy_from_slice(silent);
+        let Some((values, rest)) = rest.split_at_checked(self.last.len()) else { return };
+        self.last
+            .iter_mut()
+            .zip(values)
+            .for_each(|(last, value)| *last = Last { value: *value, ..Last::NONE });
         let Some((own_mean, rest)) = rest.split_at_checked(mean.len()) else { return };
         let Some((own_spread, rest)) = rest.split_at_checked(spread.len()) else { return };
         mean.copy_from_slice(own_mean);
         spread.as_mut_slice().copy_from_slice(own_spread);
         for (from, copy) in rest.chunks_exact(own).zip(self.copies.iter_mut().take(self.count)) {
-            let Some(([weight, fault, age, noisier], saved)) = from.split_first_chunk() else { return };
-            (copy.weight, copy.age, copy.noisier) = (*weight, *age, noisier.to_bits());
+            let Some(([weight, fault, age, faulty], saved)) = from.split_first_chunk() else { return };
+            (copy.weight, copy.age, copy.faulty) = (*weight, *age, faulty.to_bits());
             copy.fault = (*fault >= 0.0).then_some(*fault as usize);
             copy.memory.copy_from_slice(saved);
         }
     }
 }
 
-/// The logarithm of the density of the innovations of a moment, as that of Student's t with [`DEGREES`] instead of the normal one: an
-/// outlier, which all copies have alike, is no evidence for a fault.
-fn evidence(updated: &Updated) -> f64 {
-    let (square, used) = (updated.normalized_square, updated.used as f64);
-    updated.log_likelihood + 0.5 * square - 0.5 * (DEGREES + used) * libm::log1p(square / DEGREES)
+/// The innovations of two updates as those of one.
+fn together(one: &Updated, other: &Updated) -> Updated {
+    Updated {
+        used: one.used + other.used,
+        normalized_square: one.normalized_square + other.normalized_square,
+        log_likelihood: one.log_likelihood + other.log_likelihood,
+        healed: one.healed || other.healed,
+    }
 }
 
 /// Copies numbers to the begin of a memory; returns the rest.

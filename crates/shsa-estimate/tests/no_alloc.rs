@@ -71,7 +71,7 @@ fn nothing_is_allocated_per_step() {
             (vec![Outlier { sensor: 0, deviation: 100.0 }], vec![Step { state: 1, deviation: 10.0 }]);
         let model = Continuous::new(draft()).unwrap();
         let robust = Box::new(Alternatives::new(Box::new(robust), model, outliers, steps, 10.0));
-        let faults = vec![Fault::Jump(1, 5.0), Fault::Noisier(0, 10.0)];
+        let faults = vec![Fault::Jump(1, 5.0), Fault::Noisier(0, 10.0), Fault::Stuck(0)];
         check(Box::new(Hypotheses::new(robust, 2, faults, 10.0, 1.0)), gate);
         check(Box::new(Particle::new(system(), &mean, &p, Particles::default()).unwrap()), gate);
         let faulty = Faulty { count: 0, deviations: 3.0 };

@@ -13,7 +13,7 @@ mod further;
 use crate::table::{Errors, Table, write_document};
 use crate::{Outcome, notice};
 use anyhow::{Context, bail};
-use cell::Row;
+use cell::{Recording, Row};
 use circuit::Circuit;
 use detailed::Detailed;
 use methods::{Method, Scenario, run_method};
@@ -37,7 +37,7 @@ pub(crate) struct Arguments {
     /// Run the model by its own method only, not also by those that it is compared with.
     #[arg(long, requires = "model")]
     own_method: bool,
-    /// Run the model without a failure and with these only: `--failure bias=3:current`.
+    /// Run the model without a failure and with these only: `--failure bias=3:current`. `--further` then only adds the other recording.
     #[arg(long, value_name = "KIND:SIGNAL", requires = "model")]
     failure: Vec<String>,
     /// Also run the model with other failures at other times, and over this other recording of the cell.
@@ -62,13 +62,14 @@ struct Result {
 
 /// Runs all methods in all scenarios.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let rows = cell::read(&arguments.file)?;
-    let half = cell::half(&rows);
-    let circuit = Circuit::fit(rows.get(..half).unwrap_or(&rows))?;
+    let recording = Recording::new(&arguments.file)?;
+    let rows = &recording.rows;
+    let half = cell::half(rows);
+    let circuit = Circuit::fit(rows.get(..half).unwrap_or(rows))?;
     let mut results = Vec::new();
     for scenario in Scenario::ALL {
         for method in Method::ALL {
-            results.push(measure(method, scenario, &circuit, &rows)?);
+            results.push(measure(method, scenario, &circuit, rows)?);
         }
     }
     for result in results.iter().filter(|_| arguments.json) {
@@ -84,22 +85,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     }
     let mut tables = vec![table(&results)];
     match &arguments.model {
-        Some(model) => {
-            has_circuit(model, &Detailed::fit(&rows)?)?;
-            let methods = if arguments.own_method { &modelled::METHODS[..1] } else { &modelled::METHODS };
-            tables.push(modelled::table(
-                model,
-                methods,
-                &arguments.failure,
-                &arguments.file,
-                &rows,
-                arguments.json,
-            )?);
-        }
+        Some(model) => tables.extend(in_the_loop(model, &recording, arguments)?),
         None => notice("SKIPPED: the model in the loop: no --model FILE"),
-    }
-    if let Some((model, other)) = arguments.model.as_ref().zip(arguments.further.as_ref()) {
-        tables.push(further::table(model, &arguments.file, other)?);
     }
     if !arguments.json {
         tables.iter().try_for_each(|table| writeln!(stdout().lock(), "{table}"))?;
@@ -109,19 +96,47 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
             folder,
             "charge",
             "State of charge",
-            &introduction(&circuit, &Detailed::fit(&rows)?.errors(&rows)),
+            &introduction(&circuit, &Detailed::fit(rows)?.errors(rows)),
             &tables,
         )?;
     }
     Ok(Outcome::Done)
 }
 
+/// The tables of a model in the loop: over its recording with the failures that it knows, and, where it is asked for, with others, and over
+/// another recording.
+fn in_the_loop(model: &Path, recording: &Recording, arguments: &Arguments) -> anyhow::Result<Vec<Table>> {
+    let text = fs::read_to_string(model).with_context(|| format!("cannot read {}", model.display()))?;
+    has_circuit(model, &text, &Detailed::fit(&recording.rows)?)?;
+    let methods = if arguments.own_method { &modelled::METHODS[..1] } else { &modelled::METHODS };
+    let failures = modelled::wanted(&arguments.failure);
+    let runs = modelled::runs(&text, methods, &failures, recording, arguments.json)?;
+    let title = "In the loop: what the needs of models/cell-charge.yaml are served with";
+    let mut tables = vec![modelled::table(title, modelled::NOTE, &runs, &failures)];
+    if let Some(other) = &arguments.further {
+        if arguments.failure.is_empty() {
+            tables.push(further::table(&text, recording, arguments.json)?);
+        }
+        let other = Recording::as_full_as(other, recording)?;
+        let text = text.replace(&format!("{}#", recording.name()?), &format!("{}#", other.name()?));
+        let runs = modelled::runs(&text, &modelled::METHODS[..1], &failures, &other, arguments.json)?;
+        tables.push(modelled::table("Another recording of the cell", PULSES, &runs, &failures));
+    }
+    Ok(tables)
+}
+
+const PULSES: &str = "\
+Discharges of 3 Ah with pulses between them (`hppc_25c.csv`, of the same cell), to which nothing is fitted. Its charge is counted from where \
+the charger finds the cell full, as that of the other recording. Failures begin half-way. Here the charge is not within 2 % even while all is well: \
+the circuit, fitted to hours of constant current, is up to 20 mV off in the half minute of a pulse, in which the cell shows 1.5 of the 2.1 milliohm, \
+and 17 mV while the cell is charged with 10 A. The filter takes these errors for faults of the current. Besides, sensors that are well show one \
+value for longer than the model allows (10 A for 2.9 h, one voltage at rest for 34 min), so they are accused as frozen.";
+
 /// Checks that what a model says of the cell is what the first half of the recording gives.
 ///
 /// # Errors
-/// It is not, or the model cannot be read.
-fn has_circuit(model: &Path, circuit: &Detailed) -> anyhow::Result<()> {
-    let text = fs::read_to_string(model).with_context(|| format!("cannot read {}", model.display()))?;
+/// It is not.
+fn has_circuit(model: &Path, text: &str, circuit: &Detailed) -> anyhow::Result<()> {
     match circuit.texts().into_iter().find(|part| !text.contains(part)) {
         None => Ok(()),
         Some(part) => bail!("{} has not the circuit that fits: no `{part}`", model.display()),

@@ -1,12 +1,10 @@
 //! The charge that a model of the cell serves in the whole loop, with one sensor failing half-way.
 
-use super::cell::{Row, after};
+use super::cell::{Recording, Row, after};
 use crate::in_loop::{Recorded, Served, Shown};
 use crate::table::{Errors, Table};
-use anyhow::Context;
 use serde_json::json;
 use std::io::{Write, stdout};
-use std::path::Path;
 
 /// The first one is that of the model.
 pub(super) const METHODS: [&str; 3] = ["extended_kalman", "unscented_kalman", "student"];
@@ -41,6 +39,8 @@ const NEEDS: [&str; 2] = ["/cell/charge", "/cell/voltage"];
 pub(super) struct Run {
     method: &'static str,
     failure: Option<Failure>,
+    /// The share of the recording after which the failure begins.
+    begins: f64,
     capacity_ah: f64,
     /// Of the charge, in ampere-hours.
     pub(super) charge: Errors,
@@ -57,47 +57,52 @@ impl Run {
     pub(super) fn share(&self, charge_ah: f64) -> f64 {
         charge_ah / self.capacity_ah
     }
+
+    /// Prints what `--json` shows of it.
+    pub(super) fn print(&self, recording: &Recording) -> anyhow::Result<()> {
+        let line = json!({
+            "recording": recording.name()?, "begins": self.begins, "model": self.method, "sensor": self.failure.map(|it| it.0), "failure": self.failure.map(|it| it.1),
+            "rms": self.share(self.charge.rms()), "greatest": self.share(self.charge.greatest()),
+            "voltage_rms_v": self.voltage.rms(), "voltage_greatest_v": self.voltage.greatest(),
+            "charge_gap_s": self.gaps_s[0], "voltage_gap_s": self.gaps_s[1],
+            "accused": self.accused.as_ref().map(|it| &it.1), "accused_after_s": self.accused.as_ref().map(|it| it.0),
+        });
+        Ok(writeln!(stdout().lock(), "{line}")?)
+    }
 }
 
-/// Runs a model with each of the methods and each failure, or with some of the failures only, and prints an object for each run where `is_json`.
+/// Runs a model with each of the methods, without a failure and with each of those that are wanted half-way, and prints an object for each
+/// run where `is_json`.
 ///
 /// # Errors
-/// The model cannot be read, is wrong, or has no fusion by the first method.
-pub(super) fn table(
-    model: &Path,
+/// The model is wrong, or has no fusion by the first method.
+pub(super) fn runs(
+    model: &str,
     methods: &[&'static str],
-    only: &[String],
-    recording: &Path,
-    rows: &[Row],
+    failures: &[Failure],
+    recording: &Recording,
     is_json: bool,
-) -> anyhow::Result<Table> {
-    let text = std::fs::read_to_string(model).with_context(|| format!("cannot read {}", model.display()))?;
+) -> anyhow::Result<Vec<Run>> {
     let word = format!("method: {}", METHODS[0]);
-    anyhow::ensure!(text.contains(&word), "{} has no `{word}`", model.display());
+    anyhow::ensure!(model.contains(&word), "the model has no `{word}`");
+    let mut runs = Vec::new();
+    for method in methods {
+        let text = model.replace(&word, &format!("method: {method}"));
+        let recorded = Recorded::new(&text, &recording.file)?;
+        for failure in std::iter::once(None).chain(failures.iter().copied().map(Some)) {
+            runs.push(run(&recorded, method, failure, &recording.rows, 0.5)?);
+            runs.last().filter(|_| is_json).map_or(Ok(()), |run| run.print(recording))?;
+        }
+    }
+    Ok(runs)
+}
+
+/// The failures that are asked for by kind and sensor; all without any.
+pub(super) fn wanted(only: &[String]) -> Vec<Failure> {
     let is_wanted = |failure: &Failure| {
         only.is_empty() || only.iter().any(|it| *it == format!("{}:{}", failure.2, failure.0))
     };
-    let failures: Vec<Failure> = FAILURES.into_iter().filter(is_wanted).collect();
-    let mut runs = Vec::new();
-    for method in methods {
-        let recorded = Recorded::new(&text.replace(&word, &format!("method: {method}")), recording)?;
-        for failure in std::iter::once(None).chain(failures.iter().copied().map(Some)) {
-            runs.push(run(&recorded, method, failure, rows, 0.5)?);
-        }
-    }
-    for run in runs.iter().filter(|_| is_json) {
-        writeln!(
-            stdout().lock(),
-            "{}",
-            json!({
-                "model": run.method, "sensor": run.failure.map(|it| it.0), "failure": run.failure.map(|it| it.1), "rms": run.share(run.charge.rms()), "greatest": run.share(run.charge.greatest()),
-                "voltage_rms_v": run.voltage.rms(), "voltage_greatest_v": run.voltage.greatest(),
-                "charge_gap_s": run.gaps_s[0], "voltage_gap_s": run.gaps_s[1],
-                "accused": run.accused.as_ref().map(|it| &it.1), "accused_after_s": run.accused.as_ref().map(|it| it.0),
-            })
-        )?;
-    }
-    Ok(shown(&runs, &failures))
+    FAILURES.into_iter().filter(is_wanted).collect()
 }
 
 /// A run in which a sensor fails after a share of the recording.
@@ -137,7 +142,7 @@ pub(super) fn run(
     };
     let gaps_s = [gap(&served[0]), gap(&served[1])];
     let accused = accused.map(|(at, how)| (first_s + (at - begin).seconds() - fails_s, how));
-    Ok(Run { method, failure, capacity_ah, charge, voltage, gaps_s, accused })
+    Ok(Run { method, failure, begins: share, capacity_ah, charge, voltage, gaps_s, accused })
 }
 
 /// A recorded quantity at a time, between two rows on the straight line.
@@ -149,7 +154,7 @@ fn true_value(rows: &[Row], at_s: f64, of: fn(&Row) -> f64) -> f64 {
 }
 
 /// A row for each failure, with the errors of all methods; the rest is of the first one.
-fn shown(runs: &[Run], failures: &[Failure]) -> Table {
+pub(super) fn table(title: &str, note: &str, runs: &[Run], failures: &[Failure]) -> Table {
     let of = |failure: Option<Failure>| runs.iter().filter(move |run| run.failure == failure);
     let row = |failure: Option<Failure>| {
         let (sensor, how, _) = failure.unwrap_or(("", "all is well", ""));
@@ -178,14 +183,14 @@ fn shown(runs: &[Run], failures: &[Failure]) -> Table {
         "first accused",
     ]);
     Table {
-        title: "In the loop: what the needs of models/cell-charge.yaml are served with".to_owned(),
-        note: NOTE.to_owned(),
+        title: title.to_owned(),
+        note: note.to_owned(),
         head: head.map(str::to_owned).collect(),
         rows: std::iter::once(None).chain(failures.iter().copied().map(Some)).map(row).collect(),
     }
 }
 
-const NOTE: &str = "\
+pub(super) const NOTE: &str = "\
 The model's `fusion:` is the only source of the charge that knows the voltage, and the only source of the voltage without the \
 faults of its sensor. A sensor fails from the middle of the \
 recording on, for good. The columns of the methods give the error of the charge in percent of the capacity, as the root of its \
@@ -197,7 +202,7 @@ before is taken back. A sensor that lies \
 otherwise is not accused: current and voltage make one equation over the charge, and what contradicts it may be either, or \
 the curve. `shsa analyze models/cell-charge.yaml` has both among the faults that nothing shows, and one more sensor of \
 the charge, the voltage or the current among what would help most: with it they could be told. But the filter follows what each fault \
-would lead to: that a sensor has become off, by an amount or by a share, drifts, or has become noisy (`jumps` and `noisier`), or that one \
+would lead to: that a sensor has become off, by an amount or by a share, drifts, or has become noisy or stuck (`jumps`, `noisier`, `stuck`), or that one \
 value is an outlier (`outliers`). What decides between them is how exactly the circuit is known, and that a load rests between its \
 changes (`steps`): a current of which the sensor shows 3 A more at once, and the voltage nothing, has not changed. The model before, with a circuit \
 that was 3.6 mV off, offsets that walk and a current of any course, was 2.7 % off (9.1 % at most) with an offset of 3 A, and 2.6 % (8.2 %) with \

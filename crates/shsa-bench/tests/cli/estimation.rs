@@ -109,12 +109,12 @@ fn check_methods(lines: &[Value]) {
 fn the_model_serves_charge_and_voltage_with_one_sensor_failing() {
     let Some(file) = recorded("battery/discharge_1c.csv") else { return };
     let model = concat!(env!("CARGO_MANIFEST_DIR"), "/../../models/cell-charge.yaml");
-    let failures = ["bias=3:current", "stuck:voltage"];
+    let failures = ["bias=3:current", "stuck:current", "stuck:voltage"];
     let failures = failures.map(|it| format!("--failure {it}")).join(" ");
     let lines = lines(&format!("charge {} --model {model} --own-method {failures}", file.display()));
     check_methods(&lines);
     let runs: Vec<&Value> = lines.iter().filter(|line| line["model"] == "extended_kalman").collect();
-    assert_eq!(runs.len(), 3);
+    assert_eq!(runs.len(), 4);
     for run in runs {
         let limit = if run["failure"].is_null() { 0.005 } else { 0.01 };
         assert!(run["rms"].as_f64().unwrap() < limit, "{run}");

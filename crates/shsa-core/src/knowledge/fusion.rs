@@ -169,6 +169,8 @@ pub struct FusionInput {
     pub noisier: Option<f64>,
     /// Standard deviation of an outlier, SI; `None`: its values are no outliers.
     pub outliers: Option<f64>,
+    /// Whether it may at any time repeat one value, whatever it should show.
+    pub stuck: bool,
 }
 
 /// A prediction of an input from other inputs.
@@ -211,7 +213,7 @@ pub struct FusionSettings {
     pub unknown_after: Span,
     /// The share of healthy measurements that count; `None` takes all.
     pub gate: Option<f64>,
-    /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier.
+    /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier or stuck.
     pub faults_every: Span,
     /// The mean time between two steps of a state.
     pub steps_every: Span,

@@ -78,6 +78,50 @@ fn a_state_goes_on_where_it_was() {
     assert_eq!(followed(&mut one, 130, fault), followed(&mut other, 130, fault));
 }
 
+/// The precise sensor shows one value for a hundred steps while the level goes on.
+#[test]
+fn a_sensor_that_is_stuck_is_left_out_until_its_value_changes() {
+    let run = |faults: Vec<Fault>| {
+        let mut method = Hypotheses::new(filter(), 2, faults, 10_000.0, 10.0);
+        let (mut random, mut level, mut shown, mut sums) = (Random::new(7), 0.0, 0.0, [0.0; 2]);
+        for step in 0..400 {
+            level += if (100..300).contains(&step) { 0.1 } else { 0.0 };
+            if !(100..200).contains(&step) {
+                shown = level + 0.1 * random.normal();
+            }
+            assert!(method.predict(1.0, &[]));
+            let values = [shown, level + random.normal()];
+            let all = values.iter().enumerate();
+            let all: Vec<Measurement> =
+                all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
+            method.update(&all, &[]);
+            let place = usize::from(step >= 210);
+            sums[place] += if step >= 150 { (method.mean()[0] - level).powi(2) } else { 0.0 };
+        }
+        [(sums[0] / 60.0).sqrt(), (sums[1] / 190.0).sqrt()]
+    };
+    let ([during, after], [unknown, _]) = (run(vec![Fault::Stuck(0)]), run(vec![JUMP]));
+    // The coarse sensor alone follows what rises that fast 1.2 behind.
+    assert!(during < 1.5 && after < 0.2, "{during} {after}");
+    assert!(unknown > 2.0 * during, "{unknown} {during}");
+}
+
+/// A steady quantity makes a sensor repeat itself: that is no evidence.
+#[test]
+fn a_value_that_repeats_itself_is_no_evidence() {
+    let mut method = Hypotheses::new(filter(), 2, vec![Fault::Stuck(0)], 10_000.0, 10.0);
+    let mut random = Random::new(3);
+    for step in 0..2_000 {
+        assert!(method.predict(1.0, &[]));
+        let values = [1.0, 1.0 + random.normal()];
+        let all = values.iter().enumerate();
+        let all: Vec<Measurement> =
+            all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
+        method.update(&all, &[]);
+        assert!(step < 10 || (method.mean()[0] - 1.0).abs() < 0.3, "{step}: {:?}", method.mean());
+    }
+}
+
 /// The precise sensor falls silent: what the coarse one shows then is no evidence of faults, and no copy gains or loses weight.
 #[test]
 fn a_lone_sensor_is_no_evidence_of_faults() {

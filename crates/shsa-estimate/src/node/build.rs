@@ -129,7 +129,9 @@ fn with_faults(
     // A sensor that shows nothing any more is noisier than any noise that is expected of it.
     let noisier =
         noisier.flat_map(|(at, times)| [Fault::Noisier(at, times), Fault::Noisier(at, times * times)]);
-    let faults: Vec<Fault> = jumps.chain(noisier).collect();
+    let inputs = fusion.inputs.iter().enumerate();
+    let stuck = inputs.filter(|(_, input)| input.stuck).map(|(at, _)| Fault::Stuck(at));
+    let faults: Vec<Fault> = jumps.chain(noisier).chain(stuck).collect();
     Ok(match faults.is_empty() {
         true => filter,
         false => {

@@ -79,6 +79,7 @@ fn input(reader: &mut Reader, (name, node): &(Text, Node)) -> FusionInputDraft {
         noise: keys.text("noise"),
         noisier: keys.text("noisier"),
         outliers: keys.text("outliers"),
+        stuck: keys.text("stuck"),
     }
 }
 
@@ -141,13 +142,15 @@ fn of_state(state: &FusionStateDraft) -> Tree {
 }
 
 fn of_input(input: &FusionInputDraft) -> Tree {
-    match (&input.measures, &input.noise, &input.noisier, &input.outliers) {
-        (Some(measures), None, None, None) => text(measures),
-        (measures, noise, noisier, outliers) => keys([
+    let FusionInputDraft { name: _, measures, noise, noisier, outliers, stuck } = input;
+    match measures {
+        Some(measures) if [noise, noisier, outliers, stuck].iter().all(|it| it.is_none()) => text(measures),
+        _ => keys([
             ("measures", measures.as_ref().map(text)),
             ("noise", noise.as_ref().map(text)),
             ("noisier", noisier.as_ref().map(text)),
             ("outliers", outliers.as_ref().map(text)),
+            ("stuck", stuck.as_ref().map(text)),
         ]),
     }
 }

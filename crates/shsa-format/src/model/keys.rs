@@ -227,11 +227,12 @@ pub const FUSION_STATE: [Key; 7] = [
 ];
 
 /// The keys of an input of a fusion.
-pub const FUSION_INPUT: [Key; 4] = [
+pub const FUSION_INPUT: [Key; 5] = [
     text("measures", "a formula over states and controls", "speed"),
     text("noise", "a standard deviation, or a formula", "0.1"),
     text("noisier", "how many times as large its noise may become", "10"),
     text("outliers", "the standard deviation of an outlier", "20"),
+    formed("stuck", Form::Flag, "`true` or `false`", "true"),
 ];
 
 /// The keys of an output of a fusion.

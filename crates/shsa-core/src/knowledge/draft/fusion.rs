@@ -76,6 +76,8 @@ pub struct FusionInputDraft {
     pub noisier: Option<Text>,
     /// Standard deviation of an outlier.
     pub outliers: Option<Text>,
+    /// Whether it may at any time repeat one value.
+    pub stuck: Option<Text>,
 }
 
 /// A new signal.
@@ -128,7 +130,7 @@ impl FusionDraft {
         self.controls.iter_mut().flat_map(|(name, signal)| [name, signal]).for_each(&mut *each);
         for it in &mut self.inputs {
             each(&mut it.name);
-            let texts = [&mut it.measures, &mut it.noise, &mut it.noisier, &mut it.outliers];
+            let texts = [&mut it.measures, &mut it.noise, &mut it.noisier, &mut it.outliers, &mut it.stuck];
             texts.into_iter().flatten().for_each(&mut *each);
         }
         for it in &mut self.outputs {

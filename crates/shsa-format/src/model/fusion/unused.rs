@@ -94,8 +94,9 @@ fn settings(
         ("steps_every", draft.steps_every.as_ref(), has_faults, KALMAN),
     ];
     let of_states = draft.states.iter().flat_map(|state| [("jumps", &state.jumps), ("steps", &state.steps)]);
-    let of_inputs =
-        draft.inputs.iter().flat_map(|input| [("noisier", &input.noisier), ("outliers", &input.outliers)]);
+    let of_inputs = draft.inputs.iter().flat_map(|input| {
+        [("noisier", &input.noisier), ("outliers", &input.outliers), ("stuck", &input.stuck)]
+    });
     let unusual = of_states.chain(of_inputs).map(move |(key, text)| (key, text.as_ref(), has_faults, KALMAN));
     let confidences = draft.outputs.iter().map(move |output| {
         let is_used = !method.is_of_intervals();

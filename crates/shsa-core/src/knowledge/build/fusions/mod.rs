@@ -69,10 +69,13 @@ fn fusion(
     let mut settings = settings::settings(problems, draft)?;
     let (method, controls, states, (inputs, places)) = (method?, controls?, states?, inputs?);
     let faults = states.iter().filter(|it| it.jumps.is_some()).count()
-        + 2 * inputs.iter().filter(|it| it.noisier.is_some()).count();
+        + inputs
+            .iter()
+            .map(|it| 2 * usize::from(it.noisier.is_some()) + usize::from(it.stuck))
+            .sum::<usize>();
     if faults > MOST_FAULTS {
         let message = format!(
-            "{faults} faults are considered, `jumps` and twice `noisier`, and a fusion may have {MOST_FAULTS}"
+            "{faults} faults are considered, `jumps`, `stuck` and twice `noisier`, and a fusion may have {MOST_FAULTS}"
         );
         problems.error(&draft.name, message, "keep those of the sensors that fail most often");
         return None;

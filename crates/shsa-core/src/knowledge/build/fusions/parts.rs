@@ -227,6 +227,7 @@ impl Parts<'_> {
             None => Some(None),
             Some(text) => self.deviation(problems, text, variable.unit.as_ref()).map(Some),
         };
+        let stuck = draft.stuck.as_ref().map_or(Some(false), |text| flag(problems, text, "stuck"));
         Some(FusionInput {
             signal,
             measures: measures?,
@@ -234,6 +235,7 @@ impl Parts<'_> {
             turn: variable.wraps,
             noisier: noisier?,
             outliers: outliers?,
+            stuck: stuck?,
         })
     }
 
@@ -334,4 +336,17 @@ impl Parts<'_> {
 
 fn number(value: f64) -> Formula {
     Formula::constant(Constant { value, bounds: Interval::point(value) })
+}
+
+/// Reads `true` or `false`.
+fn flag(problems: &mut Problems, text: &Text, key: &str) -> Option<bool> {
+    match text.text.as_str() {
+        "true" => Some(true),
+        "false" => Some(false),
+        other => {
+            let message = format!("`{other}` is neither `true` nor `false`");
+            problems.error(text, message, format!("write `{key}: true`, or leave it away"));
+            None
+        }
+    }
 }

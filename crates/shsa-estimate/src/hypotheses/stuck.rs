@@ -1,0 +1,100 @@
+//! Sensors that repeat their last value.
+//!
+//! A steady quantity makes a sensor that is well repeat itself, too: that it does is no evidence. So a copy for which a sensor is stuck
+//! leaves the repeated value out, and gets for it the density that the most probable copy for which the sensor is well gives to it. What decides is how
+//! each copy expects the values of the other sensors. A value that changes shows that its sensor is not stuck.
+
+use super::{Fault, Hypotheses};
+use crate::method::{Measurement, Updated};
+
+/// The last value of a sensor.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Last {
+    /// Not-a-number before the first one.
+    pub(super) value: f64,
+    /// Whether the present moment repeats it.
+    pub(super) is_repeated: bool,
+    /// What a copy for which the sensor is well makes of a repeated value.
+    pub(super) expected: Updated,
+}
+
+impl Last {
+    pub(super) const NONE: Last = Last { value: f64::NAN, is_repeated: false, expected: Updated::NOTHING };
+}
+
+impl Hypotheses {
+    /// Notes which sensors repeat their values. Those that do not are stuck no more.
+    pub(super) fn compare(&mut self, measurements: &[Measurement]) {
+        self.last.iter_mut().for_each(|last| last.is_repeated = false);
+        for measurement in measurements {
+            let Some(last) = self.last.get_mut(measurement.sensor) else { continue };
+            last.is_repeated = last.value.to_bits() == measurement.value.to_bits();
+            last.value = measurement.value;
+            if !last.is_repeated {
+                self.frees(measurement.sensor);
+            }
+        }
+    }
+
+    /// A sensor is not stuck: copies that set out because it were end.
+    fn frees(&mut self, sensor: usize) {
+        for fault in 0..self.faults.len() {
+            if self.faults.get(fault) != Some(&Fault::Stuck(sensor)) {
+                continue;
+            }
+            for (place, copy) in self.copies.iter_mut().enumerate().take(self.count) {
+                if copy.has(fault) && copy.fault == Some(fault) && place > 0 {
+                    copy.weight = f64::NEG_INFINITY;
+                }
+                copy.faulty &= !(1 << fault);
+            }
+        }
+    }
+
+    /// Whether a fault may begin, or end, at this moment. A filter with one working sensor only asks whether the stuck ones work again.
+    pub(super) fn may_happen(&self, fault: usize) -> bool {
+        let own = self.copies.first().is_some_and(|copy| copy.has(fault));
+        match self.faults.get(fault) {
+            Some(Fault::Stuck(sensor)) => self.is_repeated(*sensor) && (own || self.working() > 1),
+            _ => self.working() > 1 || self.last.len() < 2,
+        }
+    }
+
+    /// The number of sensors that are not silent, nor stuck for the copy without a fault since it began.
+    fn working(&self) -> usize {
+        let is_stuck = |sensor: usize| {
+            let mut faults = self.faults.iter().enumerate();
+            let own = self.copies.first();
+            faults.any(|(at, it)| *it == Fault::Stuck(sensor) && own.is_some_and(|copy| copy.has(at)))
+        };
+        let silent = self.silent.iter().enumerate();
+        silent.filter(|(sensor, silent)| **silent <= self.within && !is_stuck(*sensor)).count()
+    }
+
+    fn is_repeated(&self, sensor: usize) -> bool {
+        self.last.get(sensor).is_some_and(|last| last.is_repeated)
+    }
+
+    /// Notes how the most probable copies for which their sensors are well expect the repeated values.
+    pub(super) fn expect_repeated(&mut self, measurements: &[Measurement], controls: &[f64]) {
+        for fault in 0..self.faults.len() {
+            let Some(Fault::Stuck(sensor)) = self.faults.get(fault).copied() else { continue };
+            let measurement = measurements.iter().find(|it| it.sensor == sensor);
+            let Some(measurement) = measurement.filter(|_| self.is_repeated(sensor)) else { continue };
+            let well = self.used().iter().enumerate().filter(|(_, copy)| !copy.has(fault));
+            let best = well.max_by(|(_, one), (_, other)| one.weight.total_cmp(&other.weight));
+            let place = best.map_or(0, |(place, _)| place);
+            self.stack_for(place, std::slice::from_ref(measurement), controls);
+            let expected = self.filter.update(&self.stack, controls);
+            self.last.get_mut(sensor).into_iter().for_each(|last| last.expected = expected);
+        }
+    }
+
+    /// What counts for a value that a copy leaves out because its sensor is stuck; `None`: it does not.
+    pub(super) fn left_out(&self, place: usize, sensor: usize) -> Option<Updated> {
+        let copy = self.copies.get(place)?;
+        let mut faults = self.faults.iter().enumerate();
+        let is_stuck = faults.any(|(fault, it)| *it == Fault::Stuck(sensor) && copy.has(fault));
+        self.last.get(sensor).filter(|_| is_stuck).map(|last| last.expected)
+    }
+}
