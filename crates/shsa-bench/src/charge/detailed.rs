@@ -1,4 +1,4 @@
-//! The circuit of models/cell-charge.yaml: a finer curve than the plain circuit's, and two pairs of resistance and capacitance, the slow
+//! The circuit of models/cell-charge.yaml and models/cell-pulses.yaml: a finer curve than the plain circuit's, and two pairs of resistance and capacitance, the slow
 //! one of which has a resistance that depends on the charge.
 
 use super::cell::{Row, half};
@@ -14,6 +14,8 @@ const CURVE: [f64; 27] = [
 ];
 /// Where the resistance of the slow pair has its points.
 const SLOW: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+/// Where it has one resistance only.
+const ALIKE: [f64; 1] = [0.0];
 /// The time constants of the pairs, in seconds.
 const BRIEF_S: f64 = 20.0;
 const SLOW_S: f64 = 600.0;
@@ -23,6 +25,7 @@ const RIDGE: f64 = 1e-6;
 /// The circuit, SI but for the charge in Ah.
 pub(super) struct Detailed {
     capacity_ah: f64,
+    slow_places: &'static [f64],
     /// The curve's voltages, the resistance, that of the brief pair, and those of the slow pair.
     solved: Vec<f64>,
 }
@@ -37,20 +40,23 @@ struct Terms {
 impl Terms {
     const NONE: Terms = Terms { brief: 0.0, slow: 0.0, before_s: None };
 
-    fn of(&mut self, row: &Row, capacity_ah: f64) -> (DVector<f64>, f64) {
+    fn of(&mut self, row: &Row, capacity_ah: f64, slow_places: &[f64]) -> (DVector<f64>, f64) {
         let elapsed = row.at_s - self.before_s.replace(row.at_s).unwrap_or(row.at_s);
         let through = |before: f64, time_s: f64| {
             let kept = kept(elapsed, time_s);
             kept * before + (1.0 - kept) * row.current_a
         };
         (self.brief, self.slow) = (through(self.brief, BRIEF_S), through(self.slow, SLOW_S));
-        let mut terms = DVector::zeros(CURVE.len() + 2 + SLOW.len());
+        let mut terms = DVector::zeros(CURVE.len() + 2 + slow_places.len());
         let share = row.charge_ah / capacity_ah;
         weights(&CURVE, share).into_iter().for_each(|(place, weight)| terms[place] = weight);
         (terms[CURVE.len()], terms[CURVE.len() + 1]) = (row.current_a, self.brief);
-        weights(&SLOW, share)
-            .into_iter()
-            .for_each(|(place, weight)| terms[CURVE.len() + 2 + place] = weight * self.slow);
+        if slow_places.len() == 1 {
+            terms[CURVE.len() + 2] = self.slow;
+        } else {
+            let slow = weights(slow_places, share).into_iter();
+            slow.for_each(|(place, weight)| terms[CURVE.len() + 2 + place] = weight * self.slow);
+        }
         (terms, elapsed)
     }
 }
@@ -63,17 +69,18 @@ impl Detailed {
     pub(super) fn fit(rows: &[Row]) -> anyhow::Result<Detailed> {
         let rows = rows.get(..half(rows)).unwrap_or(rows);
         let capacity_ah = rows.iter().map(|row| row.charge_ah).fold(0.0, f64::max);
-        let size = CURVE.len() + 2 + SLOW.len();
+        let slow_places = slow_places(rows, capacity_ah);
+        let size = CURVE.len() + 2 + slow_places.len();
         let (mut squares, mut products) = (RIDGE * DMatrix::identity(size, size), DVector::zeros(size));
         let mut at = Terms::NONE;
         for row in rows {
-            let (terms, elapsed) = at.of(row, capacity_ah);
+            let (terms, elapsed) = at.of(row, capacity_ah, slow_places);
             squares += elapsed * &terms * terms.transpose();
             products += elapsed * row.voltage_v * terms;
         }
         let solved = squares.cholesky().map(|factors| factors.solve(&products));
         let solved = solved.context("the recording does not pass all of the curve")?;
-        Ok(Detailed { capacity_ah, solved: solved.iter().copied().collect() })
+        Ok(Detailed { capacity_ah, slow_places, solved: solved.iter().copied().collect() })
     }
 
     /// The errors of the voltage above a tenth of the capacity: of the first half, and of the second.
@@ -81,7 +88,7 @@ impl Detailed {
         let (mut errors, mut at) = ([Errors::default(); 2], Terms::NONE);
         let (middle, solved) = (half(rows), DVector::from_column_slice(&self.solved));
         for (place, row) in rows.iter().enumerate() {
-            let (terms, elapsed) = at.of(row, self.capacity_ah);
+            let (terms, elapsed) = at.of(row, self.capacity_ah, self.slow_places);
             if row.charge_ah > 0.1 * self.capacity_ah {
                 errors[usize::from(place >= middle)].add(row.voltage_v - terms.dot(&solved), elapsed);
             }
@@ -95,12 +102,22 @@ impl Detailed {
         let (curve, rest) = self.solved.split_at(CURVE.len());
         let curve =
             CURVE.iter().zip(curve).map(|(at, it)| format!("[{}, {} V]", charge(*at), rounded(*it, 4)));
-        let slow = SLOW.iter().zip(rest.iter().skip(2));
-        let slow = slow.map(|(at, it)| format!("[{}, {} mV/A]", charge(*at), rounded(1e3 * it, 3)));
+        let slow = self.slow_places.iter().zip(rest.iter().skip(2));
+        let slow = slow.map(|(at, it)| match self.slow_places.len() {
+            1 => format!("{} mV/A * lasting", rounded(1e3 * it, 3)),
+            _ => format!("[{}, {} mV/A]", charge(*at), rounded(1e3 * it, 3)),
+        });
         let [resistance, brief] = [0, 1].map(|at| rounded(1e3 * rest[at], 3));
         let plain = [format!("initial: {resistance},"), format!("{brief} mV/A * brief")];
         curve.chain(slow).chain(plain).collect()
     }
+}
+
+/// Where the resistance of the slow pair has its points: a recording that is not emptied again does not tell how it depends on the charge.
+fn slow_places(rows: &[Row], capacity_ah: f64) -> &'static [f64] {
+    let full = rows.iter().position(|row| row.charge_ah > 0.9 * capacity_ah).unwrap_or(0);
+    let is_emptied = rows.iter().skip(full).any(|row| row.charge_ah < 0.1 * capacity_ah);
+    if is_emptied { &SLOW } else { &ALIKE }
 }
 
 /// A number with so many decimals at most.

@@ -1,11 +1,12 @@
 //! Sensors that repeat their last value.
 //!
 //! A steady quantity makes a sensor that is well repeat itself, too: that it does is no evidence. So a copy for which a sensor is stuck
-//! leaves the repeated value out, and gets for it the density that the most probable copy for which the sensor is well gives to it. What decides is how
-//! each copy expects the values of the other sensors. A value that changes shows that its sensor is not stuck.
+//! leaves the repeated value out, and gets for it the greatest density that the most probable copy for which the sensor is well gives to
+//! any value: as much as where that copy expects just this value. What decides is how surprised each copy is, by this value and by those
+//! of the other sensors. A value that changes shows that its sensor is not stuck.
 
 use super::{Fault, Hypotheses};
-use crate::method::{Measurement, Updated};
+use crate::method::{Measurement, Tally, Updated};
 
 /// The last value of a sensor.
 #[derive(Clone, Copy, Debug)]
@@ -14,7 +15,7 @@ pub(super) struct Last {
     pub(super) value: f64,
     /// Whether the present moment repeats it.
     pub(super) is_repeated: bool,
-    /// What a copy for which the sensor is well makes of a repeated value.
+    /// What counts for a repeated value that is left out.
     pub(super) expected: Updated,
 }
 
@@ -75,7 +76,7 @@ impl Hypotheses {
         self.last.get(sensor).is_some_and(|last| last.is_repeated)
     }
 
-    /// Notes how the most probable copies for which their sensors are well expect the repeated values.
+    /// Notes what counts for the repeated values where they are left out.
     pub(super) fn expect_repeated(&mut self, measurements: &[Measurement], controls: &[f64]) {
         for fault in 0..self.faults.len() {
             let Some(Fault::Stuck(sensor)) = self.faults.get(fault).copied() else { continue };
@@ -85,7 +86,13 @@ impl Hypotheses {
             let best = well.max_by(|(_, one), (_, other)| one.weight.total_cmp(&other.weight));
             let place = best.map_or(0, |(place, _)| place);
             self.stack_for(place, std::slice::from_ref(measurement), controls);
-            let expected = self.filter.update(&self.stack, controls);
+            let stacked = self.stack.first().copied();
+            let innovation = stacked.and_then(|it| self.filter.innovation(&it, controls));
+            let expected = innovation.map_or(Updated::NOTHING, |it| {
+                let mut tally = Tally::NOTHING;
+                tally.count(0.0, it.variance);
+                tally.updated(false)
+            });
             self.last.get_mut(sensor).into_iter().for_each(|last| last.expected = expected);
         }
     }
