@@ -69,5 +69,7 @@ fn shown(run: &Run) -> String {
 
 const NOTE: &str = "\
 The kinds and sizes of the failures above, and their time, were known when the model was made. Here the same failures begin after \
-75 % of the recording, and 24 failures have other sizes; the model was not changed for them afterwards. Where a need is not met for longer \
+75 % of the recording, and 24 failures have other sizes; the model was not changed for them afterwards. \
+Two are beyond it: an offset of 500 mV at 75 %, where it takes the current for wrong until the voltage is excluded, and a current of the wrong sign. \
+Where a need is not met for longer \
 than 150 s, the gap is given.";

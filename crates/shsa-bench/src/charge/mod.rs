@@ -157,9 +157,10 @@ fn own_note(errors: &[Errors; 2]) -> String {
         "The circuit is fitted to the first half of this recording: one charge with 10 A and three discharges of 3 Ah with their pulses. \
          It is {:.1} mV off there (root of the mean square, above a tenth of the capacity), and {:.1} mV (at most {:.0}) on the second half, \
          in which the sensors fail. Its begin is taken as empty. As the test holds 10 A for 2.9 h, and a rest one voltage for 34 min, a sensor is \
-         only found frozen by the time alone after 4 h and 1 h: what is stuck is found by the filter (`stuck`). That a load has just changed makes \
-         the circuit less exact; how much so (0.05 and 0.1 mV/A of the change, in both models) was chosen on both recordings. An offset of 1 A is \
-         beyond the model: while the cell is discharged along an even part of the curve, that looks like a voltage that drifts by 15 mV/h.",
+         only found frozen by the time alone after 4 h and 1 h: what is stuck is found by the filter (`stuck`). Just after \
+         a change of the load the circuit is less exact: how much so (0.05 and 0.1 mV/A of the change) was chosen on this recording, with five of \
+         these failures. An offset of 1 A is beyond the model: while the cell is discharged along an even part of the curve, that looks like a \
+         voltage that drifts by 15 mV/h. Of other sizes, so are a current of the wrong sign, one that drifts by -0.7 A/h, and noise of 10 A.",
         1e3 * errors[0].rms(),
         1e3 * errors[1].rms(),
         1e3 * errors[1].greatest(),

@@ -202,7 +202,7 @@ before is taken back. A sensor that lies \
 otherwise is not accused: current and voltage make one equation over the charge, and what contradicts it may be either, or \
 the curve. `shsa analyze models/cell-charge.yaml` has both among the faults that nothing shows, and one more sensor of \
 the charge, the voltage or the current among what would help most: with it they could be told. But the filter follows what each fault \
-would lead to: that a sensor has become off, by an amount or by a share, drifts, or has become noisy or stuck (`jumps`, `noisier`, `stuck`), or that one \
+would lead to: that a sensor has become off, by an amount or by a share, drifts, or has become noisy (`jumps` and `noisier`), or that one \
 value is an outlier (`outliers`). What decides between them is how exactly the circuit is known, and that a load rests between its \
 changes (`steps`): a current of which the sensor shows 3 A more at once, and the voltage nothing, has not changed. The model before, with a circuit \
 that was 3.6 mV off, offsets that walk and a current of any course, was 2.7 % off (9.1 % at most) with an offset of 3 A, and 2.6 % (8.2 %) with \
