@@ -1,5 +1,5 @@
-//! The circuit of models/cell-charge.yaml and models/cell-pulses.yaml: a finer curve than the plain circuit's, and two pairs of resistance and capacitance, the slow
-//! one of which has a resistance that depends on the charge.
+//! The circuit of models/cell-charge.yaml and models/cell-pulses.yaml: a finer curve than the plain circuit's, and two pairs of
+//! resistance and capacitance, the slow one of which has a resistance that depends on the charge where the recording tells how.
 
 use super::cell::{Row, half};
 use super::circuit::{kept, weights};

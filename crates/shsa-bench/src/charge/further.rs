@@ -43,7 +43,9 @@ pub(super) fn table(model: &str, recording: &Recording, is_json: bool) -> anyhow
     let mut rows = Vec::new();
     for (failure, share) in later.chain(SIZES.into_iter().map(|failure| (failure, 0.5))) {
         let run = run(&recorded, METHODS[0], Some(failure), &recording.rows, share)?;
-        Some(&run).filter(|_| is_json).map_or(Ok(()), |run| run.print(recording))?;
+        if is_json {
+            run.print(recording)?;
+        }
         let (sensor, how, _) = failure;
         rows.push(vec![sensor.to_owned(), how.to_owned(), format!("{:.0} %", 100.0 * share), shown(&run)]);
     }

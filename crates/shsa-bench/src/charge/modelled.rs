@@ -90,8 +90,11 @@ pub(super) fn runs(
         let text = model.replace(&word, &format!("method: {method}"));
         let recorded = Recorded::new(&text, &recording.file)?;
         for failure in std::iter::once(None).chain(failures.iter().copied().map(Some)) {
-            runs.push(run(&recorded, method, failure, &recording.rows, 0.5)?);
-            runs.last().filter(|_| is_json).map_or(Ok(()), |run| run.print(recording))?;
+            let run = run(&recorded, method, failure, &recording.rows, 0.5)?;
+            if is_json {
+                run.print(recording)?;
+            }
+            runs.push(run);
         }
     }
     Ok(runs)

@@ -32,13 +32,13 @@ impl Hypotheses {
             last.is_repeated = last.value.to_bits() == measurement.value.to_bits();
             last.value = measurement.value;
             if !last.is_repeated {
-                self.frees(measurement.sensor);
+                self.clear(measurement.sensor);
             }
         }
     }
 
-    /// A sensor is not stuck: copies that set out because it were end.
-    fn frees(&mut self, sensor: usize) {
+    /// A sensor is not stuck: the copies of this fault end, and no other one takes it for stuck.
+    fn clear(&mut self, sensor: usize) {
         for fault in 0..self.faults.len() {
             if self.faults.get(fault) != Some(&Fault::Stuck(sensor)) {
                 continue;

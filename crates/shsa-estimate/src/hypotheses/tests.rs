@@ -18,6 +18,11 @@ fn filter() -> Box<dyn Method> {
     Box::new(Kalman::new(system, &[0.0, 0.0], &diagonal([1.0, 0.01]), Loss::Student(4.0)).unwrap())
 }
 
+/// The values of both sensors as measurements.
+fn measured(values: [f64; 2]) -> [Measurement; 2] {
+    [0, 1].map(|sensor| Measurement { sensor, value: values[sensor], variance: None })
+}
+
 /// Follows the level for so many steps; the sensors are off by what `fault` makes of the step and a random number. Returns the root
 /// mean square error of the level over the last hundred steps, and the last offset.
 fn followed(method: &mut dyn Method, steps: usize, mut fault: impl FnMut(usize, f64) -> f64) -> (f64, f64) {
@@ -26,10 +31,7 @@ fn followed(method: &mut dyn Method, steps: usize, mut fault: impl FnMut(usize, 
         level += 0.1 * random.normal();
         assert!(method.predict(1.0, &[]));
         let values = [level + 0.1 * random.normal() + fault(step, random.normal()), level + random.normal()];
-        let all = values.iter().enumerate();
-        let all: Vec<Measurement> =
-            all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
-        method.update(&all, &[]);
+        method.update(&measured(values), &[]);
         let error = method.mean()[0] - level;
         sum += if step + 100 >= steps { error * error } else { 0.0 };
     }
@@ -91,10 +93,7 @@ fn a_sensor_that_is_stuck_is_left_out_until_its_value_changes() {
             }
             assert!(method.predict(1.0, &[]));
             let values = [shown, level + random.normal()];
-            let all = values.iter().enumerate();
-            let all: Vec<Measurement> =
-                all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
-            method.update(&all, &[]);
+            method.update(&measured(values), &[]);
             let place = usize::from(step >= 210);
             sums[place] += if step >= 150 { (method.mean()[0] - level).powi(2) } else { 0.0 };
         }
@@ -114,10 +113,7 @@ fn a_value_that_repeats_itself_is_no_evidence() {
     for step in 0..2_000 {
         assert!(method.predict(1.0, &[]));
         let values = [1.0, 1.0 + random.normal()];
-        let all = values.iter().enumerate();
-        let all: Vec<Measurement> =
-            all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
-        method.update(&all, &[]);
+        method.update(&measured(values), &[]);
         assert!(step < 10 || (method.mean()[0] - 1.0).abs() < 0.3, "{step}: {:?}", method.mean());
     }
 }
