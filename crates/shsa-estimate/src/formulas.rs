@@ -34,9 +34,10 @@ impl Vocabulary {
     /// The text with its first problem.
     pub fn formula(&self, what: &str, text: &str) -> Result<Formula, Error> {
         let wrong = |reason: String| Error::Formula { what: what.to_owned(), reason };
-        let expression = parse_expression(text).map_err(|problem| wrong(format!("`{text}`: {problem}")))?;
+        let expression =
+            parse_expression(text).map_err(|problem| wrong(format!("`{text}`: {}", problem.message)))?;
         let Checked { formula, problems, .. } = check(&expression, self);
-        let first = || problems.first().map_or_else(String::new, ToString::to_string);
+        let first = || problems.first().map_or_else(String::new, |problem| problem.message.clone());
         formula.ok_or_else(|| wrong(format!("`{text}`: {}", first())))
     }
 }

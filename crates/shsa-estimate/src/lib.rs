@@ -33,6 +33,7 @@ pub mod hypotheses;
 pub mod kinematic;
 pub mod fusion;
 pub mod extrapolation;
+pub mod association;
 pub mod node;
 mod error;
 

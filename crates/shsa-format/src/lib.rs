@@ -16,6 +16,7 @@ pub mod model;
 pub mod order;
 pub mod table;
 pub mod arrow;
+pub mod association;
 pub mod parquet;
 pub mod recording;
 pub mod state;

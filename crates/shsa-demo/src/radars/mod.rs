@@ -5,14 +5,14 @@
 
 mod traffic;
 mod radar;
-mod assignment;
-mod handover;
 mod faults;
+mod road;
+mod border;
 mod score;
 mod trial;
 
-pub use assignment::assign;
 pub use faults::Fault;
+pub use road::Road;
 pub use score::{Errors, Score};
 pub use trial::Trial;
 

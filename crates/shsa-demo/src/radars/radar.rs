@@ -9,14 +9,14 @@ use rand_chacha::ChaCha8Rng;
 
 /// Radars: one every 100 m.
 pub(super) const RADARS: usize = 4;
-pub(super) const SPACING_M: f64 = 100.0;
+const SPACING_M: f64 = 100.0;
 /// Where they stand beside the road, m.
-pub(super) const SIDE_M: f64 = -3.0;
-pub(super) const RANGE_M: f64 = 200.0;
-pub(super) const ANGLE: f64 = 40.0 * std::f64::consts::PI / 180.0;
+const SIDE_M: f64 = -3.0;
+const RANGE_M: f64 = 200.0;
+const ANGLE: f64 = 40.0 * std::f64::consts::PI / 180.0;
 /// The largest errors of position along and across, m, and of speed, m/s: three standard deviations.
-pub(super) const ALONG_M: f64 = 1.2;
-pub(super) const ACROSS_M: f64 = 0.6;
+const ALONG_M: f64 = 1.2;
+const ACROSS_M: f64 = 0.6;
 const SPEED: f64 = 0.6;
 /// The share of vehicles that a scan misses.
 const MISSED: f64 = 0.05;
@@ -32,15 +32,8 @@ pub(super) struct Track {
     pub(super) of: u32,
 }
 
-impl Track {
-    /// Where the vehicle will be, going on at this speed.
-    pub(super) fn ahead(self, at_s: f64) -> Track {
-        Track { at_s, x: self.x + self.speed * (at_s - self.at_s), ..self }
-    }
-}
-
 /// Whether a point lies in the field of a radar.
-pub(super) fn sees(radar: usize, x: f64, y: f64) -> bool {
+fn sees(radar: usize, x: f64, y: f64) -> bool {
     let along = x - SPACING_M * radar as f64;
     along <= RANGE_M * (ANGLE / 2.0).cos() && (y - SIDE_M).abs() <= along * (ANGLE / 2.0).tan()
 }

@@ -1,28 +1,20 @@
 //! A trial: traffic under four radars, one of which is faulty from half-way on, with the engine or without, measured against the truth.
 
 use super::MODEL;
+use super::border::{Border, Counts, Seen};
 use super::faults::Fault;
-use super::handover::{Counts, Handover, Seen};
-use super::radar::{RADARS, Track, bell, scan};
+use super::radar::Track;
+use super::road::{Road, STEP};
 use super::score::Score;
-use super::traffic::{Traffic, Vehicle};
 use crate::DemoError;
 use crate::healer::{Healed, Healer, middle, scalar};
 use crate::trial::{Happening, Provision};
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
 use shsa_core::engine::{Options, Publication};
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use std::collections::{BTreeMap, VecDeque};
 
-/// A step of the simulation: half of the time between two scans.
-const STEP: Span = Span::from_millis(50);
-/// Steps between two messages of a vehicle.
-const TELLS_STEPS: u64 = 10;
-/// The largest error of the position that a vehicle tells, along and across, m.
-const TOLD_M: (f64, f64) = (1.0, 0.5);
 /// A position that is older is not known.
 const FRESH: Span = Span::from_millis(500);
 /// For how long what was true is remembered.
@@ -48,20 +40,15 @@ pub struct Trial {
     step: u64,
     steps: u64,
     fault: Fault,
-    random: ChaCha8Rng,
-    traffic: Traffic,
-    /// What was, step by step, for a radar that is late.
-    past: VecDeque<Vec<Vehicle>>,
-    scans: Vec<Vec<Track>>,
-    told: BTreeMap<u32, Track>,
-    borders: Vec<Border>,
+    road: Road,
+    borders: Vec<Place>,
     healer: Option<Healer>,
     score: Score,
 }
 
 /// A border with its signals.
-struct Border {
-    handover: Handover,
+struct Place {
+    border: Border,
     signals: BTreeMap<&'static str, SignalId>,
     need: Option<NeedId>,
     /// What was true of the vehicle at the border, and when.
@@ -69,8 +56,8 @@ struct Border {
     known: Time,
 }
 
-impl Border {
-    fn new(radar: usize, healer: Option<&Healer>) -> Border {
+impl Place {
+    fn new(radar: usize, border: Border, healer: Option<&Healer>) -> Place {
         let name = |what: &str| match what.split_once('/') {
             Some(("vehicles", what)) => format!("/vehicles/{}/{what}", radar + 1),
             Some(("entering", _)) => format!("/radar/{}/{what}", radar + 2),
@@ -81,8 +68,8 @@ impl Border {
             sources.find(|(_, source)| *source == name(what)).map(|(id, _)| (what, id))
         };
         let variable = format!("x_{}", radar + 1);
-        Border {
-            handover: Handover::new(radar),
+        Place {
+            border,
             signals: SAID.into_iter().filter_map(id).collect(),
             need: healer
                 .and_then(|healer| healer.needs().find(|(_, name)| *name == variable).map(|(id, _)| id)),
@@ -129,21 +116,17 @@ impl Trial {
     /// # Errors
     /// [`DemoError::Model`] when the model has errors, which tests exclude.
     pub fn new(seed: u64, fault: Fault, provision: Provision, seconds: u64) -> Result<Trial, DemoError> {
-        let mut random = ChaCha8Rng::seed_from_u64(seed);
         let healer = match provision {
             Provision::Healed => Some(Healer::new(MODEL, "models/radars.yaml", Options::default())?),
             Provision::SensorsAlone => None,
         };
+        let borders = Border::all()?.into_iter().enumerate();
         Ok(Trial {
             step: 0,
             steps: seconds * 1_000_000_000 / STEP.0 as u64,
             fault,
-            traffic: Traffic::new(&mut random),
-            random,
-            past: VecDeque::new(),
-            scans: vec![Vec::new(); RADARS],
-            told: BTreeMap::new(),
-            borders: (0..RADARS - 1).map(|radar| Border::new(radar, healer.as_ref())).collect(),
+            road: Road::new(seed),
+            borders: borders.map(|(radar, border)| Place::new(radar, border, healer.as_ref())).collect(),
             healer,
             score: Score::default(),
         })
@@ -167,21 +150,13 @@ impl Trial {
         let mut happened = Vec::new();
         if self.step == self.steps / 2 {
             self.score.fault = Some((self.fault, self.now()));
+            self.road.set_fault(self.fault);
             happened.push(Happening::FaultBegins(self.fault));
         }
-        self.traffic.pass(STEP.seconds(), &mut self.random);
-        self.past.push_back(self.traffic.vehicles().cloned().collect());
-        if self.past.len() > MEMORY {
-            self.past.pop_front();
-        }
-        self.tell();
-        for radar in 0..RADARS {
-            // Neighbours scan by turns.
-            if (self.step + radar as u64).is_multiple_of(2) {
-                self.scan(radar);
-                if let Some(border) = radar.checked_sub(1) {
-                    self.hand_over(border);
-                }
+        self.road.step();
+        for border in 0..self.borders.len() {
+            if self.road.is_scanning(border + 1) {
+                self.hand_over(border);
             }
         }
         happened.extend(self.heal());
@@ -195,45 +170,17 @@ impl Trial {
         self.score
     }
 
-    /// Vehicles tell where they are.
-    fn tell(&mut self) {
-        let (now_s, step) = (self.now().seconds(), self.step);
-        let is_due =
-            |vehicle: &&Vehicle| vehicle.tells && (step + u64::from(vehicle.id)).is_multiple_of(TELLS_STEPS);
-        for vehicle in self.traffic.vehicles().filter(is_due) {
-            let (x, y) = (TOLD_M.0 * bell(&mut self.random), TOLD_M.1 * bell(&mut self.random));
-            let (x, y, speed) = (vehicle.x + x, vehicle.y + y, vehicle.speed);
-            self.told.insert(vehicle.id, Track { at_s: now_s, x, y, speed, of: vehicle.id });
-        }
-        self.told.retain(|_, track| now_s - track.at_s < 1.0);
-    }
-
-    fn scan(&mut self, radar: usize) {
-        let is_faulty = self.score.fault.is_some() && self.fault.radar() == Some(radar);
-        let age = if is_faulty { (self.fault.age_s() / STEP.seconds()).round() as usize } else { 0 };
-        let Some(vehicles) = self.past.iter().rev().nth(age) else { return };
-        let tracks = scan(radar, self.step as f64 * STEP.seconds(), vehicles.iter(), &mut self.random);
-        if let Some(scan) = self.scans.get_mut(radar) {
-            *scan = if is_faulty { self.fault.said(tracks) } else { tracks };
-        }
-    }
-
     fn hand_over(&mut self, index: usize) {
         let now = self.now();
-        let told: Vec<Track> = self.told.values().copied().collect();
-        let (Some(border), [left, entered]) =
-            (self.borders.get_mut(index), [index, index + 1].map(|it| self.scans.get(it)))
-        else {
-            return;
-        };
-        let (Some(left), Some(entered)) = (left, entered) else { return };
-        let (seen, counts) = border.handover.take(left, entered, &told, now.seconds());
+        let told: Vec<Track> = self.road.told().collect();
+        let [left, entered] = [index, index + 1].map(|radar| self.road.tracks(radar));
+        let Some(border) = self.borders.get_mut(index) else { return };
+        let (seen, counts) = border.border.take(left, entered, &told, now.seconds());
         if let Some((one, other)) = seen.left.zip(seen.entered) {
             self.score.pairs += 1;
             self.score.wrong_pairs += u32::from(one.of != other.of);
         }
-        let truth = self.traffic.vehicles().find(|vehicle| Some(vehicle.id) == seen.of());
-        if let Some(vehicle) = truth {
+        if let Some(vehicle) = self.road.vehicle(seen.of()) {
             border.truth.push_back((now, vehicle.x));
         }
         if border.truth.len() > MEMORY {

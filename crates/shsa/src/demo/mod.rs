@@ -65,7 +65,7 @@ pub(crate) enum System {
 /// Runs a simulated machine that breaks and heals.
 #[derive(Clone, Debug, Args)]
 #[command(
-    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo rover --processes --bus mqtt://127.0.0.1\n  shsa demo rover --processes --bus ros2-dds\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
+    after_help = "Example: shsa demo --list\n  shsa demo rover --fast --seed 3\n  shsa demo rover --processes --bus mqtt://127.0.0.1\n  shsa demo rover --processes --bus ros2-dds\n  shsa demo radars --part road --bus mqtt://127.0.0.1\n  shsa demo stop --report stop.html\n  shsa demo platoon --live"
 )]
 pub(crate) struct DemoArgs {
     /// The simulated system
@@ -97,7 +97,7 @@ pub(crate) struct DemoArgs {
     #[arg(long, conflicts_with_all = ["fast", "page", "report", "live"])]
     processes: bool,
     /// One program of the rover on a bus: world, lidar, sonar, depth, odometry, stop, teleoperation, attacker, or display, the
-    /// operator's picture
+    /// operator's picture; of the radars: road, which gives the tracks of all radars
     #[arg(long, value_name = "NAME", conflicts_with_all = ["processes", "fast", "page", "report", "live"])]
     part: Option<String>,
     /// Each act of --processes as soon as the effect of the one before was seen
@@ -128,6 +128,12 @@ pub(crate) fn run(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let is_rover = name == System::Rover;
     if let Some(part) = args.part.as_deref().filter(|_| is_rover) {
         return processes::part(args, part);
+    }
+    if args.part.as_deref() == Some("road") && name == System::Radars {
+        return radars::publish(args);
+    }
+    if args.part.is_some() {
+        bail!("the rover has parts, and the radars have the part `road`");
     }
     if args.processes && is_rover {
         return processes::run(args);

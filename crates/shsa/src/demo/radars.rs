@@ -1,13 +1,24 @@
 //! The radars along a road: each fault as a trial of its own, with shsa and without, and a table of the errors.
 
+use super::DemoArgs;
 use super::terminal::{Ink, Terminal};
 use crate::outcome::Outcome;
+use crate::run::stop_on_signals;
+use anyhow::bail;
+use shsa_bridge::memory::MemoryBus;
+use shsa_bridge::{Address, Clock, Inbox, Outgoing, Payload};
 use shsa_core::engine::EventKind;
-use shsa_core::time::Span;
-use shsa_demo::radars::{Errors, Fault, Score, Trial};
+use shsa_core::time::{Span, Time};
+use shsa_demo::radars::{Errors, Fault, Road, Score, Trial};
 use shsa_demo::{Decision, Happening, Provision};
 use shsa_format::text;
+use std::sync::atomic::Ordering;
+use std::time::Duration;
 
+/// The road fills first.
+const FILLED: Time = Time(40_000_000_000);
+/// How long the road is as it is before the next fault, when it is on a bus.
+const SPELL: Span = Span::from_millis(150_000);
 /// The most moments of a trial that are shown.
 const MOST_SHOWN: usize = 2;
 
@@ -40,6 +51,46 @@ pub(super) fn run(seed: u64) -> anyhow::Result<Outcome> {
          {pairs} pairs of tracks associated, {wrong_pairs} of them of two vehicles\n"
     ))?;
     Ok(if is_good { Outcome::Done } else { Outcome::No })
+}
+
+/// Publishes what the radars and the vehicles say, until it is interrupted: 2.5 minutes without a fault, then as long with each in turn.
+///
+/// # Errors
+/// When the bus cannot be used, or standard output is closed.
+pub(super) fn publish(args: &DemoArgs) -> anyhow::Result<Outcome> {
+    if args.bus.bus == Address::Memory {
+        bail!("this needs a bus: add --bus mqtt://127.0.0.1, or the address of a Zenoh router");
+    }
+    let clock = Clock::running();
+    let inbox = Inbox::new(args.bus.queue, clock.clone());
+    let stop = stop_on_signals(inbox.clone())?;
+    let mut bus = args.bus.options().open("road", inbox.clone(), &MemoryBus::new(clock.clone()))?;
+    let mut terminal = Terminal::new(false, args.json);
+    let mut road = Road::new(args.seed);
+    // The road is full when it begins.
+    while road.now() < FILLED {
+        road.step();
+    }
+    let (began, mut faults) = (clock.now(), Fault::ALL.iter().cycle().zip(0..));
+    let mut next = road.now();
+    while !stop.load(Ordering::Acquire) {
+        if road.now() >= next {
+            let Some((fault, _)) = faults.next() else { break };
+            road.set_fault(*fault);
+            terminal.event(road.now(), "now", Ink::Strong, fault.describe())?;
+            next = next + SPELL;
+        }
+        road.step();
+        let due = began + (road.now() - FILLED);
+        while clock.now() < due && !stop.load(Ordering::Acquire) {
+            inbox.wait(Duration::from_nanos(u64::try_from((due - clock.now()).0).unwrap_or(0)));
+        }
+        let stamp = clock.by_wall(due);
+        for (topic, text) in road.messages(stamp.seconds() - road.now().seconds()) {
+            bus.publish(Outgoing::new(&topic, stamp, Payload::Bytes(text.into_bytes().into())))?;
+        }
+    }
+    Ok(Outcome::Done)
 }
 
 /// One trial, with the first moments at which somebody is named.

@@ -2,20 +2,25 @@
 //!
 //! ```text
 //! bus -> ports (latest values) -> formulas -> outlets -> bus
+//!     -> tracks of sensors -> association ->
 //! ```
 
 mod outlet;
 mod ports;
 mod program;
-mod session;
 mod stdio;
 mod timing;
+mod tracks;
+mod work;
+mod association;
+mod session;
 
 use crate::bus::BusArguments;
 use crate::log::{Log, LogArguments};
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::run::stop_on_signals;
 use crate::show;
+use association::Working;
 use outlet::Outlet;
 use ports::Ports;
 use program::Formulas;
@@ -24,11 +29,14 @@ use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Bridge, Clock, Inbox, Provenance, Quality};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time, Validity};
+use shsa_format::association::Associations;
 use shsa_message::span::parse_span;
 use shsa_runtime::FEWEST_EXECUTIONS;
+use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
 use stdio::Pipes;
 use timing::{Figures, Pace};
+use work::{Computation, Work};
 
 /// The longest time for trials before the start.
 const TRIALS_TAKE: Duration = Duration::from_millis(500);
@@ -43,17 +51,22 @@ models, without units: + - * / ^, if, min, max, sqrt, either, previous, derivati
 missing or too old has no value, and neither has a result that needs it. A bus that cannot be reached is reported at once, and tried \
 again for the time of --patience.
 
+With --associate the service finds out which tracks of several sensors, such as radars, are of one object (docs/association.md).
+
 Exit status: 0 after a signal or the end of its life; 2 bad usage; 4 the bus could not be reached for longer than --patience."
 )]
 pub(crate) struct Arguments {
+    /// Instead of inputs, formulas and outputs: associate the tracks of sensors, as this file says.
+    #[arg(long, value_name = "FILE", conflicts_with_all = ["input", "program", "output", "period", "complete", "max_age", "vector"])]
+    associate: Option<PathBuf>,
     /// The inputs, as TOPIC#FIELD, in their order: several at once, or one after the other.
     #[arg(short, long = "input", value_name = "TOPIC#FIELD", num_args = 1..)]
     input: Vec<String>,
     /// The computation: `y = x[0] + x[1]`; several statements with `;` or several times.
-    #[arg(short, long, value_name = "FORMULA", required = true)]
+    #[arg(short, long, value_name = "FORMULA", required_unless_present = "associate")]
     program: Vec<String>,
     /// The outputs, as TOPIC or TOPIC#FIELD, in their order: several at once, or one after the other.
-    #[arg(short, long = "output", value_name = "TOPIC#FIELD", num_args = 1.., required = true)]
+    #[arg(short, long = "output", value_name = "TOPIC#FIELD", num_args = 1.., required_unless_present = "associate")]
     output: Vec<String>,
     /// Compute in this period, as `100 ms`, on the latest values; else with each new value, when all inputs are known.
     #[arg(long, value_name = "TIME", value_parser = parse_span, conflicts_with = "complete")]
@@ -95,6 +108,45 @@ pub(crate) struct Arguments {
 /// When the arguments are invalid, or the bus cannot be used or refuses something.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Log::begin(&arguments.log);
+    let (work, pace) = match &arguments.associate {
+        Some(file) => (association(file)?, Pace::Any),
+        None => computation(arguments)?,
+    };
+    let clock = Clock::running();
+    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
+    let stop = stop_on_signals(inbox.clone())?;
+    let topics = work.topics();
+    let mut bridge: Box<dyn Bridge> = match arguments.stdio {
+        true => Box::new(Pipes::open(inbox, stop.clone(), topics.clone())?),
+        false => arguments.bus.options().open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
+    };
+    for topic in &topics {
+        bridge.subscribe(topic, None)?;
+    }
+    let session = Session {
+        bridge,
+        work,
+        pace,
+        figures: Figures::new()?,
+        stop,
+        until: arguments.duration.map(|duration| clock.now() + duration),
+        bus: arguments.bus.bus.clone(),
+        patience: arguments.patience,
+        stats: arguments.stats,
+        watch: Watch::default(),
+    };
+    session.run()
+}
+
+fn association(file: &Path) -> anyhow::Result<Box<dyn Work>> {
+    let read = Associations::load(file).map_err(|report| {
+        show::print_report(&report);
+        AlreadyReported
+    })?;
+    Ok(Box::new(Working::new(read)?))
+}
+
+fn computation(arguments: &Arguments) -> anyhow::Result<(Box<dyn Work>, Pace)> {
     let outlets =
         arguments.output.iter().map(|text| Outlet::new(text)).collect::<anyhow::Result<Vec<_>>>()?;
     let counts = (arguments.input.len(), outlets.len());
@@ -104,45 +156,20 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if counts.0 == 0 && arguments.period.is_none() {
         anyhow::bail!("a service without inputs computes nothing on its own: give it a --period");
     }
-    let formulas =
+    let mut formulas =
         Formulas::read(&arguments.program, counts.0, counts.1, &arguments.vector).map_err(|problems| {
             show::notice(problems.trim_end());
             AlreadyReported
         })?;
-    let mut formulas = formulas;
     let pace = match (arguments.period, arguments.complete) {
         (Some(period), _) => Pace::Every(fit_period(period, &mut formulas, arguments)?),
         (None, true) => Pace::All,
         (None, false) => Pace::Any,
     };
     let ports = Ports::new(&arguments.input, &arguments.max_age)?;
-    let clock = Clock::running();
-    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
-    let stop = stop_on_signals(inbox.clone())?;
-    let mut bridge: Box<dyn Bridge> = match arguments.stdio {
-        true => Box::new(Pipes::open(inbox, stop.clone(), ports.topics().cloned().collect())?),
-        false => arguments.bus.options().open(&arguments.name, inbox, &MemoryBus::new(clock.clone()))?,
-    };
-    for topic in ports.topics() {
-        bridge.subscribe(topic, None)?;
-    }
     let source = format!("{} by {}", arguments.input.join(", "), arguments.program.join("; "));
-    let session = Session {
-        bridge,
-        ports,
-        formulas,
-        outlets,
-        pace,
-        figures: Figures::new()?,
-        provenance: Provenance::new(Quality::Good, source),
-        stop,
-        until: arguments.duration.map(|duration| clock.now() + duration),
-        bus: arguments.bus.bus.clone(),
-        patience: arguments.patience,
-        stats: arguments.stats,
-        watch: Watch::default(),
-    };
-    session.run()
+    let provenance = Provenance::new(Quality::Good, source);
+    Ok((Box::new(Computation { ports, formulas, outlets, provenance }), pace))
 }
 
 /// Checks that the program can be evaluated within a period, and warns where it takes longer now and then; what is overdue is

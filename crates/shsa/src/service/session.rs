@@ -1,13 +1,11 @@
-//! The loop of a service: values in, the program, values out.
+//! The loop of a service: messages in, its work, messages out.
 
-use super::outlet::Outlet;
-use super::ports::Ports;
-use super::program::Formulas;
 use super::timing::{Beat, Figures, Pace};
+use super::work::Work;
 use crate::outcome::Outcome;
 use crate::show;
-use shsa_bridge::{Address, Bridge, Clock, Link, Provenance};
-use shsa_core::time::{Span, Time, Validity};
+use shsa_bridge::{Address, Bridge, Clock, Link};
+use shsa_core::time::{Span, Time};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -18,13 +16,9 @@ const LONGEST_REST: Span = Span::from_millis(100);
 /// A running service.
 pub(super) struct Session {
     pub(super) bridge: Box<dyn Bridge>,
-    pub(super) ports: Ports,
-    pub(super) formulas: Formulas,
-    pub(super) outlets: Vec<Outlet>,
+    pub(super) work: Box<dyn Work>,
     pub(super) pace: Pace,
     pub(super) figures: Figures,
-    /// The provenance of its outputs.
-    pub(super) provenance: Provenance,
     pub(super) stop: Arc<AtomicBool>,
     /// The time at which the service ends by itself.
     pub(super) until: Option<Time>,
@@ -105,14 +99,10 @@ impl Session {
         // Only messages that wait now, so that a flood cannot delay the check of the time.
         for _ in 0..self.bridge.inbox().len() {
             let Some(message) = self.bridge.receive() else { break };
-            let Some(stamp) = self.ports.receive(&message, &clock) else { continue };
+            let Some(stamp) = self.work.receive(&message, &clock) else { continue };
             let at = self.watch.at.map_or(stamp, |before| before.max(stamp));
             self.watch.at = Some(at);
-            let is_due = match self.pace {
-                Pace::Any => self.ports.are_known(),
-                Pace::All => self.ports.are_new(),
-                Pace::Every(_) => false,
-            };
+            let is_due = !matches!(self.pace, Pace::Every(_)) && self.work.is_due(self.pace);
             if is_due {
                 self.compute(at)?;
             }
@@ -131,7 +121,7 @@ impl Session {
                 "not every period was kept (worst observed execution time {worst:.3} ms): what is overdue is left out"
             ));
         }
-        if self.ports.are_known() {
+        if self.work.is_due(self.pace) {
             self.compute(now)?;
         }
         Ok(())
@@ -140,19 +130,7 @@ impl Session {
     fn compute(&mut self, at: Time) -> anyhow::Result<()> {
         let clock = self.clock();
         let began = Instant::now();
-        let values = self.ports.values(clock.now());
-        let outputs = self.formulas.evaluate(&values, Validity { from: at, to: at });
-        self.ports.use_up();
-        self.provenance.quality = self.ports.quality();
-        for (outlet, value) in self.outlets.iter().zip(outputs) {
-            match value {
-                Some(value) => {
-                    outlet.send(&value, clock.by_wall(at), &self.provenance, self.bridge.as_mut())?;
-                    self.figures.published += 1;
-                }
-                None => self.figures.without += 1,
-            }
-        }
+        self.work.compute(at, &clock, self.bridge.as_mut(), &mut self.figures)?;
         self.figures.took(began.elapsed());
         Ok(())
     }
@@ -188,9 +166,9 @@ impl Session {
     }
 
     fn report_figures(&mut self) {
-        let unreadable = match (&self.ports.because, self.ports.unreadable) {
-            (Some(because), count) => format!("; unreadable {count}, the last one: {because}"),
-            (None, _) => String::new(),
+        let unreadable = match self.work.unreadable() {
+            (count, Some(because)) => format!("; unreadable {count}, the last one: {because}"),
+            (_, None) => String::new(),
         };
         let dropped = self.bridge.inbox().dropped();
         let troubles: String = self.bridge.troubles().iter().map(|trouble| format!("; {trouble}")).collect();

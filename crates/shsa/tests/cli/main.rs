@@ -36,6 +36,7 @@ mod report;
 mod ros_package;
 mod scan;
 mod service;
+mod association;
 mod sessions;
 mod streams;
 mod structures;

@@ -7,14 +7,14 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use std::time::{Duration, Instant};
 
 /// A running service.
-struct Service {
+pub(crate) struct Service {
     child: Child,
     input: Option<ChildStdin>,
     output: BufReader<ChildStdout>,
 }
 
 impl Service {
-    fn start(arguments: &[&str]) -> Service {
+    pub(crate) fn start(arguments: &[&str]) -> Service {
         let mut command = Command::new(env!("CARGO_BIN_EXE_shsa"));
         command.args(["service", "--stdio"]).args(arguments);
         command.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped());
@@ -23,7 +23,7 @@ impl Service {
         Service { child, input, output }
     }
 
-    fn say(&mut self, topic: &str, payload: Value, stamp_s: f64) {
+    pub(crate) fn say(&mut self, topic: &str, payload: Value, stamp_s: f64) {
         let stamp_ns = (stamp_s * 1e9) as i64;
         let line = json!({ "topic": topic, "payload": payload, "stamp_ns": stamp_ns });
         writeln!(self.input.as_mut().unwrap(), "{line}").unwrap();
@@ -36,7 +36,7 @@ impl Service {
     }
 
     /// Closes its input; returns its output until its end, its exit status, and its standard error.
-    fn end(mut self) -> (Vec<Value>, i32, String) {
+    pub(crate) fn end(mut self) -> (Vec<Value>, i32, String) {
         drop(self.input.take());
         let rest: Vec<String> = (&mut self.output).lines().map(Result::unwrap).collect();
         let output = self.child.wait_with_output().unwrap();

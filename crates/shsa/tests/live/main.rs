@@ -24,6 +24,7 @@ mod package;
 mod page;
 mod platoon;
 mod prometheus;
+mod radars;
 mod record;
 mod reference;
 mod roles;

@@ -2,6 +2,7 @@
 
 mod document;
 
+mod association;
 mod events;
 mod formulas;
 mod grammar;
