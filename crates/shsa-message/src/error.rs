@@ -36,6 +36,12 @@ pub enum MessageError {
         /// The whole path.
         path: String,
     },
+    /// The path is like `a[].b[].c`.
+    #[error("`{path}` asks for lists in a list, and a value is one list; name an element, as in a[0]")]
+    ListOfLists {
+        /// The path.
+        path: String,
+    },
     /// The path names no field.
     #[error("names no field")]
     NoField,
@@ -61,7 +67,7 @@ pub enum MessageError {
     #[error("{0} is no list")]
     NoList(String),
     /// A part is requested of a list as a whole.
-    #[error("'{0}' is a list; say which element: {0}[0]")]
+    #[error("'{0}' is a list; say which element, {0}[0], or take all of them, {0}[]")]
     List(String),
     /// A part is requested of a field that is no message.
     #[error("'{0}' has no parts")]

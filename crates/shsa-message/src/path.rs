@@ -12,6 +12,8 @@ pub enum Step {
     Key(String),
     /// The element of a list, counted from 0.
     Index(usize),
+    /// All elements of a list: what follows is read of each.
+    Each,
 }
 
 /// A condition on a message, or the selection of a list's element: `[NAME=TEXT]`.
@@ -31,6 +33,7 @@ pub struct Condition {
 /// | `twist.linear.x` | members by name |
 /// | `/twist/linear/x`, `/list/0` | the same as a JSON pointer (RFC 6901), for names with dots, brackets or blanks |
 /// | `position[1]`, `position.1` | the second element |
+/// | `tracks[].x` | the member `x` of each element of the list `tracks`: a list |
 /// | `position[name=left]` | where `name` is a list: the element of `position` at which `name` has this text |
 /// | `value[id=3]` | where `id` is a number or a text: only of messages in which it is this one |
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -48,7 +51,12 @@ impl Path {
     /// The part that does not follow the grammar.
     pub fn parse(text: &str) -> Result<Path, MessageError> {
         let (base, conditions) = split_conditions(text.trim());
-        let steps = if base == "data" { Vec::new() } else { steps(base)? };
+        let mut steps = if base == "data" { Vec::new() } else { steps(base)? };
+        // All elements of a list, without a member, are the list.
+        steps.pop_if(|step| *step == Step::Each);
+        if steps.iter().filter(|step| **step == Step::Each).count() > 1 {
+            return Err(MessageError::ListOfLists { path: text.to_owned() });
+        }
         let conditions = conditions
             .into_iter()
             .map(|(name, text)| Ok(Condition { steps: steps_of_condition(name)?, text: text.to_owned() }));
@@ -58,6 +66,13 @@ impl Path {
 
 fn steps_of_condition(name: &str) -> Result<Vec<Step>, MessageError> {
     if name.is_empty() { Err(MessageError::NamelessCondition) } else { steps(name) }
+}
+
+/// The steps to a list, and those within each of its elements; `None` where the path is that of one value.
+#[must_use]
+pub fn split_each(steps: &[Step]) -> Option<(&[Step], &[Step])> {
+    let at = steps.iter().position(|step| *step == Step::Each)?;
+    Some((steps.get(..at)?, steps.get(at + 1..)?))
 }
 
 /// Splits `[NAME=TEXT]` off the end, in order; brackets without `=` belong to the name: `speed [m/s]`, `position[1]`.
@@ -96,8 +111,10 @@ fn push_part(part: &str, path: &str, steps: &mut Vec<Step>) -> Result<(), Messag
     }
     while !indexes.is_empty() {
         let (index, rest) = indexes.split_once(']').unwrap_or((indexes, "?"));
-        let index = index.trim().parse().map_err(|_| not_an_index(index, name, path))?;
-        steps.push(Step::Index(index));
+        steps.push(match index.trim() {
+            "" => Step::Each,
+            number => Step::Index(number.parse().map_err(|_| not_an_index(index, name, path))?),
+        });
         indexes = match rest.strip_prefix('[') {
             None if rest.is_empty() => rest,
             None => return Err(not_an_index(rest, name, path)),
@@ -134,6 +151,7 @@ mod tests {
             let step = |step: &Step| match step {
                 Step::Key(key) => format!("<{key}>"),
                 Step::Index(index) => format!("#{index}"),
+                Step::Each => "*".to_owned(),
             };
             steps.iter().map(step).collect()
         };
@@ -157,6 +175,9 @@ mod tests {
         check("/speed [m~1s]", "<speed [m/s]>");
         check("list[1]", "<list>#1");
         check("[0].x[1][2]", "#0<x>#1#2");
+        check("tracks[].pose.x", "<tracks>*<pose><x>");
+        check("[].x[1]", "*<x>#1");
+        check("list[]", "<list>");
         check("position[name=left_wheel]", "<position> where <name>=left_wheel");
         check("value[id=3][header.frame=a b]", "<value> where <id>=3 where <header><frame>=a b");
         check("[id=3]", " where <id>=3");
@@ -168,6 +189,10 @@ mod tests {
         let advice = "or begin with a slash, then brackets belong to the name";
         check("a[b]", &format!("error: `[b` in `a[b]` is no index, write it like a[0]; {advice}"));
         check("a[1]b", &format!("error: `[b` in `a[1]b` is no index, write it like a[0]; {advice}"));
+        check(
+            "a[].b[].c",
+            "error: `a[].b[].c` asks for lists in a list, and a value is one list; name an element, as in a[0]",
+        );
         check("a[1", &format!("error: `[?` in `a[1` is no index, write it like a[0]; {advice}"));
         check("a[=3]", "error: a condition names no field; write it like [name=left]");
         check(

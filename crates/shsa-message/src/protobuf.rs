@@ -3,32 +3,17 @@
 //! Format: <https://protobuf.dev/programming-guides/encoding>; the descriptors are messages of `descriptor.proto`. Only the
 //! fields on the path to the wanted one are read; nothing is built.
 
+mod kind;
+
 use crate::MessageError;
 use crate::path::{Step, is_text};
 use crate::wire::{Fields, Wire, put_bytes};
+use kind::Kind;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
 
 /// The deepest nesting of types in a path or a descriptor.
 const DEPTH_MAX: usize = 32;
-
-/// The kind of a field, or of its elements.
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Kind {
-    Double,
-    Float,
-    /// Whole numbers of variable length: signed, unsigned, zigzag, and truth values.
-    Signed,
-    Unsigned,
-    Folded,
-    Fixed32,
-    Fixed64,
-    SignedFixed32,
-    SignedFixed64,
-    Text,
-    Bytes,
-    Message(String),
-}
 
 /// The number of a field's descriptor in that of its type.
 const FIELD: u64 = 2;
@@ -75,6 +60,8 @@ pub struct Plan {
     /// For each step the field's number, and the wanted element.
     steps: Vec<(u64, Option<usize>)>,
     last: Member,
+    /// The path to the field within each element of the list to which the steps lead.
+    each: Option<Box<Plan>>,
 }
 
 impl Types {
@@ -209,6 +196,17 @@ impl Plan {
             }
             steps.push((member.number, index));
             match (&member.kind, path.peek()) {
+                (_, Some(Step::Each)) if !member.is_list || index.is_some() => {
+                    return Err(MessageError::NoList(format!("'{name}'")));
+                }
+                (Kind::Message(inner), Some(Step::Each)) => {
+                    let rest: Vec<Step> = path.skip(1).cloned().collect();
+                    let each = Plan::new(types, inner, &rest)?;
+                    if each.last.is_list && each.steps.last().is_some_and(|(_, index)| index.is_none()) {
+                        return Err(MessageError::List(each.last.name));
+                    }
+                    return Ok(Plan { steps, last: member.clone(), each: Some(Box::new(each)) });
+                }
                 (Kind::Message(_), Some(_)) if member.is_list && index.is_none() => {
                     return Err(MessageError::List(name.clone()));
                 }
@@ -217,12 +215,15 @@ impl Plan {
                 (_, None) => last = Some(member.clone()),
             }
         }
-        Ok(Plan { steps, last: last.ok_or(MessageError::NoField)? })
+        Ok(Plan { steps, last: last.ok_or(MessageError::NoField)?, each: None })
     }
 
     /// Whether the field is a number or a time.
     #[must_use]
     pub fn is_number(&self) -> bool {
+        if let Some(each) = &self.each {
+            return each.is_number();
+        }
         match &self.last.kind {
             Kind::Message(name) => is_time(name),
             Kind::Text | Kind::Bytes => false,
@@ -253,6 +254,9 @@ impl Plan {
     }
 
     fn of_last<'a>(&self, values: impl Iterator<Item = Wire<'a>>, index: Option<usize>) -> Option<Found> {
+        if let Some(each) = &self.each {
+            return each.of_each(values);
+        }
         match &self.last.kind {
             Kind::Bytes => None,
             Kind::Message(name) if is_time(name) => match values.last()? {
@@ -301,6 +305,24 @@ impl Plan {
             }
         }
     }
+
+    /// The field of each element of a list; a number that is missing in one of them has no value.
+    fn of_each<'a>(&self, elements: impl Iterator<Item = Wire<'a>>) -> Option<Found> {
+        let found = elements.map(|element| match element {
+            Wire::Bytes(message) => self.find(message),
+            Wire::Number(_) => None,
+        });
+        if self.last.kind == Kind::Text {
+            let text = |found| if let Some(Found::Text(text)) = found { text } else { String::new() };
+            return Some(Found::Texts(found.map(text).collect()));
+        }
+        let number = |found| match found {
+            Some(Found::Number(number)) => number,
+            Some(Found::Time(seconds, nanoseconds)) => seconds as f64 + nanoseconds as f64 * 1e-9,
+            _ => f64::NAN,
+        };
+        Some(Found::Numbers(found.map(number).collect()))
+    }
 }
 
 impl Found {
@@ -317,49 +339,6 @@ impl Found {
     }
 }
 
-impl Kind {
-    /// The number of a wire value.
-    fn number(&self, wire: u64) -> f64 {
-        match self {
-            Kind::Double => f64::from_bits(wire),
-            Kind::Float => f64::from(f32::from_bits(wire as u32)),
-            Kind::Signed | Kind::SignedFixed64 => wire as i64 as f64,
-            Kind::SignedFixed32 => f64::from(wire as u32 as i32),
-            Kind::Folded => ((wire >> 1) as i64 ^ -((wire & 1) as i64)) as f64,
-            _ => wire as f64,
-        }
-    }
-
-    /// Passes on each number of these values; `None` where packed ones do not end with the bytes.
-    fn each<'a>(&self, values: impl Iterator<Item = Wire<'a>>, pass: &mut impl FnMut(f64)) -> Option<()> {
-        for value in values {
-            match value {
-                Wire::Number(number) => pass(self.number(number)),
-                Wire::Bytes(packed) => self.unpack(packed, pass)?,
-            }
-        }
-        Some(())
-    }
-
-    /// Passes on packed numbers.
-    fn unpack(&self, packed: &[u8], pass: &mut impl FnMut(f64)) -> Option<()> {
-        let mut rest = Fields::of(packed);
-        while !rest.is_at_end() {
-            let wire = match self {
-                Kind::Double | Kind::Fixed64 | Kind::SignedFixed64 => {
-                    u64::from_le_bytes(*rest.bytes(8)?.first_chunk()?)
-                }
-                Kind::Float | Kind::Fixed32 | Kind::SignedFixed32 => {
-                    u32::from_le_bytes(*rest.bytes(4)?.first_chunk()?).into()
-                }
-                _ => rest.varint()?,
-            };
-            pass(self.number(wire));
-        }
-        Some(())
-    }
-}
-
 /// Whether a type is a point in time or a duration.
 fn is_time(name: &str) -> bool {
     matches!(name, "google.protobuf.Timestamp" | "google.protobuf.Duration")
@@ -370,6 +349,7 @@ fn index(step: &Step) -> Option<usize> {
     match step {
         Step::Index(index) => Some(*index),
         Step::Key(key) => key.parse().ok(),
+        Step::Each => None,
     }
 }
 

@@ -7,7 +7,7 @@ use crate::payload::Unreadable;
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_message::path::{Path, Step};
+use shsa_message::path::{Path, Step, split_each};
 use shsa_message::ros::{Count, Kind, Member, Primitive, Target, Types, full_name};
 
 /// The content of a field.
@@ -71,6 +71,7 @@ fn rank(step: &Step) -> (&str, usize) {
     match step {
         Step::Key(key) => (key, 0),
         Step::Index(index) => ("", *index),
+        Step::Each => ("", usize::MAX),
     }
 }
 
@@ -87,7 +88,7 @@ fn checked_path(
         Content::Text(_) => ("text", is_text && plan.count == Count::One),
         Content::Value(_) => ("number", !is_text),
     };
-    if !fits || !path.conditions.is_empty() {
+    if !fits || split_each(&path.steps).is_some() || !path.conditions.is_empty() {
         let problem = format!("`{}` of {message_type} is no {what} that could be written", field.path);
         return Err(BridgeError::Configuration(problem));
     }
@@ -156,6 +157,7 @@ fn index_of(step: &Step) -> Option<usize> {
     match step {
         Step::Index(index) => Some(*index),
         Step::Key(key) => key.parse().ok(),
+        Step::Each => None,
     }
 }
 

@@ -77,6 +77,25 @@ fn fields_are_read_by_path_in_both_byte_orders() {
 }
 
 #[test]
+fn a_field_of_each_element_is_a_list() {
+    let of = |index: usize, x: f64| (format!("transforms[{index}].transform.translation.x"), x);
+    let fields: Vec<(String, f64)> = vec![of(0, 1.5), of(1, -2.5), of(2, 0.25)];
+    let values: Vec<RawValue> = fields.iter().map(|(_, x)| RawValue::Number(*x)).collect();
+    let contents: Vec<FieldContent<'_>> = fields
+        .iter()
+        .zip(&values)
+        .map(|((path, _), value)| FieldContent { path, content: Content::Value(value) })
+        .collect();
+    let message = compose("tf2_msgs/TFMessage", &contents, Time(5), &Types::standard()).unwrap();
+    let paths = ["transforms[].transform.translation.x", "transforms[].transform.rotation.w"];
+    let readings = read("tf2_msgs/TFMessage", &paths, &message);
+    let values: Vec<RawValue> = readings.into_iter().map(|reading| reading.unwrap().value).collect();
+    assert_eq!(values, [RawValue::Vector(vec![1.5, -2.5, 0.25]), RawValue::Vector(vec![1.0; 3])]);
+    let written = Writer::new("tf2_msgs/TFMessage", paths[0], Types::standard());
+    assert!(written.unwrap_err().to_string().contains("is no number that could be written"));
+}
+
+#[test]
 fn what_cannot_be_read_says_why() {
     let check = |bytes: &[u8], expected: &str| {
         let reading = read("sensor_msgs/JointState", &["effort[0]"], bytes).remove(0);

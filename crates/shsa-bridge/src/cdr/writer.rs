@@ -8,7 +8,7 @@ use crate::payload::Unreadable;
 use bytes::Bytes;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_message::path::{Path, Step};
+use shsa_message::path::{Path, Step, split_each};
 use shsa_message::ros::{Body, Count, Plan, Target, Types, full_name};
 use std::sync::Arc;
 
@@ -31,7 +31,8 @@ impl Writer {
         let message_type = full_name(message_type).into_owned();
         let parsed = Path::parse(path)?;
         let value = plan(&parsed.steps, &message_type, &types)?;
-        if value.target == Target::Text || !parsed.conditions.is_empty() {
+        let is_one = split_each(&parsed.steps).is_none() && parsed.conditions.is_empty();
+        if value.target == Target::Text || !is_one {
             let problem = format!("`{path}` of {message_type} is no number that could be written");
             return Err(BridgeError::Configuration(problem));
         }

@@ -9,6 +9,7 @@ mod unreadable;
 mod wanted;
 mod typed;
 mod scalar;
+mod lists;
 mod metrics;
 mod reader;
 mod writer;

@@ -1,6 +1,7 @@
 //! Reads fields of a message as values: one walk over the payload for all fields of its topic.
 
 use super::Unreadable;
+use super::lists::{Foreign, numbers};
 use super::metrics::{Metrics, is_metrics};
 use super::scalar::{scalar, shown};
 use super::typed::{Typed, is_message_type, text_in};
@@ -9,7 +10,7 @@ use crate::{BridgeError, Message, Payload};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::json::{self, Broken, Kind, Place};
-use shsa_message::path::{Path, Step, is_text};
+use shsa_message::path::{Path, Step, is_text, split_each};
 use shsa_message::ros::Types;
 use shsa_message::source::{Field, StampField};
 use shsa_message::stamp::{self, Notation};
@@ -53,6 +54,8 @@ pub struct Reader {
 struct Asked {
     path: String,
     node: Node,
+    /// What is read of each element, where the node is a list of which all elements are asked.
+    each: Option<Vec<Step>>,
     conditions: Vec<(Node, String)>,
     stamp: Option<(Node, StampField)>,
 }
@@ -174,7 +177,11 @@ impl From<Broken> for Unreadable {
 impl Asked {
     fn of(field: &Field, wanted: &mut Wanted) -> Result<Asked, BridgeError> {
         let path = Path::parse(&field.path)?;
-        let node = wanted.add(ROOT, &path.steps);
+        let (steps, each) = match split_each(&path.steps) {
+            Some((list, each)) => (list, Some(each.to_vec())),
+            None => (path.steps.as_slice(), None),
+        };
+        let node = wanted.add(ROOT, steps);
         let names = ["lo", "hi", "value", "stamp_ns"];
         let at_root = (node == ROOT).then_some("data");
         add_members(wanted, node, names.into_iter().chain(at_root));
@@ -183,12 +190,12 @@ impl Asked {
         }
         let conditions = path.conditions.into_iter().map(|c| (wanted.add(ROOT, &c.steps), c.text)).collect();
         let stamp = field.stamp.as_ref().map(|field| stamp_node(field, wanted)).transpose()?;
-        Ok(Asked { path: field.path.clone(), node, conditions, stamp })
+        Ok(Asked { path: field.path.clone(), node, each, conditions, stamp })
     }
 
     /// The reading of a value without encoding.
     fn of_value(&self, value: &RawValue) -> Result<Reading, Unreadable> {
-        if self.node == ROOT && self.conditions.is_empty() {
+        if self.node == ROOT && self.each.is_none() && self.conditions.is_empty() {
             Ok(Reading { value: value.clone(), stamp: None })
         } else {
             Err(Unreadable::Absent { field: quoted(&self.path) })
@@ -260,7 +267,9 @@ impl Found<'_> {
             found = (at == index).then_some(element);
             found.is_none()
         });
-        found.map(|place| Some(ValuePlace { node: None, place })).ok_or_else(absent)
+        let each = self.asked.each.as_deref().unwrap_or_default();
+        let place = found.and_then(|place| json::descend(self.text, place, each)).ok_or_else(absent)?;
+        Ok(Some(ValuePlace { node: None, place }))
     }
 
     /// Follows objects to the value: `value` within an object, `data` at the root.
@@ -304,6 +313,7 @@ impl Found<'_> {
     fn value(&self, node: Option<Node>, place: Place) -> Result<RawValue, Unreadable> {
         match place.kind {
             Kind::List => self.vector(place),
+            _ if self.asked.each.is_some() && node.is_some() => Err(self.wrong(place, "list")),
             Kind::Object => {
                 let bounds = node.and_then(|node| self.interval(node));
                 let (lo, hi) = bounds.ok_or_else(|| self.wrong(place, "number; name one of its members"))?;
@@ -315,25 +325,15 @@ impl Found<'_> {
         }
     }
 
+    /// A list of numbers, or the numbers at a path within each element of a list.
     fn vector(&self, list: Place) -> Result<RawValue, Unreadable> {
-        let mut values = Vec::new();
-        let mut wrong = None;
-        json::elements(self.text, list, |index, place| {
-            let value = if place.kind == Kind::Null { Some(f64::NAN) } else { scalar(place, self.text) };
-            match value {
-                Some(value) => values.push(value),
-                None => wrong = Some((index, place)),
-            }
-            wrong.is_none()
-        });
-        match wrong {
-            None => Ok(RawValue::Vector(values)),
-            Some((index, place)) => Err(Unreadable::Kind {
-                field: format!("element {index} of {}", quoted(&self.asked.path)),
-                found: shown(place, self.text),
-                wanted: "number",
-            }),
-        }
+        let each = self.asked.each.as_deref().unwrap_or_default();
+        let numbers = numbers(self.text, list, each);
+        numbers.map(RawValue::Vector).map_err(|Foreign { index, place }| Unreadable::Kind {
+            field: format!("element {index} of {}", quoted(&self.asked.path)),
+            found: shown(place, self.text),
+            wanted: "number",
+        })
     }
 
     /// The places of `lo` and `hi` of an object, unless they are null.

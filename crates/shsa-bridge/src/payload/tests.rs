@@ -1,5 +1,7 @@
 //! Reading and writing of payloads, one case a line; and arbitrary bytes, compared with the JSON of `serde_json`.
 
+mod lists;
+
 use super::*;
 use crate::{Message, Payload, Provenance, Quality};
 use proptest::prelude::*;

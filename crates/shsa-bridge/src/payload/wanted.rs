@@ -46,6 +46,7 @@ impl Wanted {
         let index = match step {
             Step::Index(index) => Some(*index),
             Step::Key(key) => key.parse().ok(),
+            Step::Each => None,
         };
         self.branches.push(Branch { step: step.clone(), index, children: Vec::new() });
         self.branches[from.0].children.push(node);

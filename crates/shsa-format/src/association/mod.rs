@@ -40,9 +40,8 @@ pub const ASSOCIATION: [Key; 9] = [
 ];
 
 /// The keys of a sensor.
-pub const SENSOR: [Key; 11] = [
+pub const SENSOR: [Key; 10] = [
     ("tracks", "a topic", ""),
-    ("each", "a path", "the fields are lists"),
     ("x", "a path", ""),
     ("y", "a path", ""),
     ("speed_x", "a path", "the objects rest along x"),
@@ -81,8 +80,6 @@ pub struct TrackSensor {
     pub name: String,
     /// The topic of its messages.
     pub topic: String,
-    /// The path of the list of objects that have the fields; `None`: the fields are lists, or numbers of one track.
-    pub each: Option<String>,
     /// The fields of its messages.
     pub fields: Vec<(Part, String)>,
     /// The place of the time.

@@ -88,7 +88,6 @@ fn sensor(reader: &mut Reader, name: &Text, node: &Node) -> Option<(TrackSensor,
         keys.reader.note(name.place, &message, &format!("write it like `{OF_SENSORS}`"));
     }
     let topic = keys.text("tracks", "a topic", "/radar/1/tracks");
-    let each = path(&mut keys, "each");
     let fields =
         Part::ALL.into_iter().filter_map(|(key, part)| Some((part, path(&mut keys, key)?))).collect();
     let time = time(&mut keys);
@@ -96,7 +95,7 @@ fn sensor(reader: &mut Reader, name: &Text, node: &Node) -> Option<(TrackSensor,
     let output = keys.text("output", "the beginning of topics", "/radar/1/leaving").map(|text| text.text);
     let error = numbers(keys.reader, &keys.fields, "error", "[1.2, 0.6]")?;
     let topic = topic?.text;
-    let sensor = TrackSensor { name: name.text.clone(), topic, each, fields, time, max_age, output };
+    let sensor = TrackSensor { name: name.text.clone(), topic, fields, time, max_age, output };
     Some((sensor, Sensor { error }))
 }
 

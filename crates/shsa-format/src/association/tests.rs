@@ -9,7 +9,7 @@ associations:
   border:
     sensors:
       entering:
-        { tracks: /radar/2, each: tracks, x: pose.x, y: pose.y, speed_x: v, error: [1.2, 0.6], time: t*1ms, output: /entering }
+        { tracks: /radar/2, x: 'tracks[].x', y: 'tracks[].y', speed_x: 'tracks[].v', error: [1.2, 0.6], time: t*1ms, output: /entering }
       told: { tracks: /vehicles, id: id, x: x, y: y, speed_y: v, max_age: 600 ms, error: [1, 0.5] }
     misplaced: [3, 0.7]
     gate: 0.99
@@ -30,11 +30,11 @@ fn an_association_is_read() {
     let path = |text: &str| text.to_owned();
     assert_eq!(
         entering.fields,
-        [(Part::X, path("pose.x")), (Part::Y, path("pose.y")), (Part::SpeedX, path("v"))]
+        [(Part::X, path("tracks[].x")), (Part::Y, path("tracks[].y")), (Part::SpeedX, path("tracks[].v"))]
     );
     let step = Some(Span::from_millis(1));
     assert_eq!(entering.time, Some(StampField { path: "t".into(), step }));
-    assert_eq!((entering.each.as_deref(), entering.max_age), (Some("tracks"), Span::from_millis(1_000)));
+    assert_eq!(entering.max_age, Span::from_millis(1_000));
     assert_eq!((vehicles.max_age, &vehicles.output), (Span::from_millis(600), &None));
     assert!(vehicles.fields.contains(&(Part::Id, path("id"))));
     let track = |x: f64| Track { at: Time(0), position: [x, 0.0], velocity: [0.0, 0.0] };
@@ -63,7 +63,7 @@ fn what_is_wrong_is_reported_with_its_place() {
     check_wrong("associations: { a: {} }", "1:17 `a` has no sensors; write them like");
     check_wrong("associations: { a: { sensors: {} } }", "1:31 from 1 to 16 sensors are expected, found 0");
     check_wrong(&with("near:", "nearby:"), "12:5 unknown key `nearby`; did you mean `near`?");
-    check_wrong(&with("each:", "every:"), "6:29 unknown key `every`; ");
+    check_wrong(&with("time:", "tim:"), "6:");
     check_wrong(
         &with("error: [1, 0.5]", "error: [1 m, 0.5]"),
         "7:91 `1 m` is no number; numbers have no units",
@@ -80,5 +80,5 @@ fn what_is_wrong_is_reported_with_its_place() {
         "10:13 the formula of a region `a > 1`: `a` is not defined",
     );
     check_wrong(&with("pause: 400 ms", "pause: 400"), "14:12 '400' has no unit of time");
-    check_wrong(&with("x: pose.x", "x: a..b"), "6:46 `a..b` names nothing between two dots");
+    check_wrong(&with("x: x", "x: a..b"), "7:45 `a..b` names nothing between two dots");
 }

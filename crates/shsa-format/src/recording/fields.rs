@@ -1,15 +1,16 @@
 //! One field of a topic's messages: its path is resolved once, then the field is read in each message.
 
+use super::json_value;
 use super::members::Members;
 use super::names::{self, Fit};
 use super::topic::{Body, Field, Fields, Value};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::MessageError;
-use shsa_message::json::{Kind, Place, elements, unescaped};
+use shsa_message::json::{Kind, Place, unescaped};
 use shsa_message::moment::{DateOrder, moment};
 use shsa_message::number::float;
-use shsa_message::path::{Path as FieldPath, Step, is_number, is_text};
+use shsa_message::path::{Path as FieldPath, Step, is_number, is_text, split_each};
 use shsa_message::protobuf::{self, Found};
 use shsa_message::ros::{Body as RosBody, Count, Layout, Plan, Target};
 use shsa_message::stamp;
@@ -41,6 +42,8 @@ pub(super) enum Locator {
     Json(Vec<Step>),
     /// A member of this number among those of [`Body::Members`].
     Member(usize),
+    /// What is at these steps within each element of a JSON list.
+    Each(Box<Locator>, Vec<Step>),
     /// A field of a ROS message.
     Ros(Layout, Plan),
     /// A field of a Protocol Buffers message.
@@ -55,7 +58,15 @@ impl Fields {
     pub(super) fn locate(&self, path: &str) -> Result<Locator, Unlocated> {
         match self {
             Fields::Named(fields) => named(fields, path).map(|(at, element)| Locator::Named(at, element)),
-            Fields::Json => Ok(Locator::Json(FieldPath::parse(path).map_err(said)?.steps)),
+            Fields::Json => {
+                let steps = FieldPath::parse(path).map_err(said)?.steps;
+                Ok(match split_each(&steps) {
+                    Some((list, each)) => {
+                        Locator::Each(Box::new(Locator::Json(list.to_vec())), each.to_vec())
+                    }
+                    None => Locator::Json(steps),
+                })
+            }
             Fields::Ros { types, kind, layout } => {
                 let path = FieldPath::parse(path).map_err(said)?;
                 Ok(Locator::Ros(*layout, Plan::new(types, *layout, kind, &path.steps).map_err(said)?))
@@ -138,7 +149,7 @@ impl Locator {
         match self {
             Locator::Ros(_, plan) => matches!(plan.target, Target::Primitive(_) | Target::Time),
             Locator::Protobuf(plan) => plan.is_number(),
-            Locator::Named(..) | Locator::Json(_) | Locator::Member(_) => true,
+            Locator::Named(..) | Locator::Json(_) | Locator::Member(_) | Locator::Each(..) => true,
         }
     }
 
@@ -150,6 +161,7 @@ impl Locator {
                 Target::Text => true,
                 Target::Message => false,
             },
+            Locator::Each(..) => false,
             Locator::Named(..) | Locator::Json(_) | Locator::Member(_) | Locator::Protobuf(_) => true,
         }
     }
@@ -160,7 +172,11 @@ impl Locator {
             (Locator::Named(at, own), _) => of_named(body.value(*at), element.or(*own)),
             (Locator::Json(_) | Locator::Member(_), _) => {
                 let (text, place) = self.json(body)?;
-                of_json(text, place, element)
+                json_value::value(text, place, element)
+            }
+            (Locator::Each(list, steps), _) => {
+                let (text, place) = list.json(body)?;
+                json_value::of_each(text, place, steps, element)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.value(of_ros(*layout, bytes)?, element),
             (Locator::Protobuf(plan), Body::Bytes(bytes)) => of_protobuf(plan.find(bytes)?, element),
@@ -202,7 +218,7 @@ impl Locator {
             },
             (Locator::Json(_) | Locator::Member(_), _) => {
                 let (text, place) = self.json(body)?;
-                json_stamp(text, place, step)?
+                json_value::stamp(text, place, step)?
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => {
                 plan.stamp(of_ros(*layout, bytes)?, step.unwrap_or(Span::from_millis(1_000)))?
@@ -236,7 +252,7 @@ impl Locator {
             },
             (Locator::Json(_) | Locator::Member(_), _) => {
                 let (text, place) = self.json(body)?;
-                json_find(text, place, asked)
+                json_value::find(text, place, asked)
             }
             (Locator::Ros(layout, plan), Body::Bytes(bytes)) => plan.find(of_ros(*layout, bytes)?, asked),
             (Locator::Protobuf(plan), Body::Bytes(bytes)) => plan.find(bytes)?.says(asked),
@@ -248,10 +264,14 @@ impl Locator {
 impl Locator {
     /// Has a JSON value found in one pass with the other members that are looked for.
     pub(super) fn join(&mut self, members: &mut Members) {
-        if let Locator::Json(steps) = self
-            && let Some(member) = members.add(steps)
-        {
-            *self = Locator::Member(member);
+        match self {
+            Locator::Json(steps) => {
+                if let Some(member) = members.add(steps) {
+                    *self = Locator::Member(member);
+                }
+            }
+            Locator::Each(list, _) => list.join(members),
+            _ => {}
         }
     }
 
@@ -259,10 +279,12 @@ impl Locator {
     fn json<'a>(&self, body: Body<'a>) -> Option<(&'a str, Place)> {
         match (self, body) {
             (Locator::Member(member), Body::Members(found)) => Some((found.text, found.place(*member)?)),
-            (Locator::Json(steps), Body::Members(found)) => Some((found.text, json_at(found.text, steps)?)),
+            (Locator::Json(steps), Body::Members(found)) => {
+                Some((found.text, json_value::at(found.text, steps)?))
+            }
             (Locator::Json(steps), Body::Bytes(bytes)) => {
                 let text = std::str::from_utf8(bytes).ok()?;
-                Some((text, json_at(text, steps)?))
+                Some((text, json_value::at(text, steps)?))
             }
             _ => None,
         }
@@ -304,75 +326,4 @@ fn of_named(value: Value<'_>, element: Option<usize>) -> Option<RawValue> {
         (Value::List(items), Some(index)) => items.get(index).copied().map(RawValue::Number),
         _ => None,
     }
-}
-
-/// The place of the member at these steps in a JSON text.
-fn json_at(text: &str, steps: &[Step]) -> Option<Place> {
-    let mut members = Members::default();
-    let member = members.add(steps)?;
-    members.find(text.as_bytes()).place(member)
-}
-
-fn of_json(text: &str, place: Place, element: Option<usize>) -> Option<RawValue> {
-    let mut items: Vec<Option<f64>> = Vec::new();
-    match (place.kind, element) {
-        (Kind::List, _) => elements(text, place, |_, item| {
-            // JSON writes not-a-number as null.
-            items.push(if item.kind == Kind::Null { Some(f64::NAN) } else { json_number(text, item) });
-            true
-        }),
-        (_, None) => return json_number(text, place).map(RawValue::Number),
-        _ => return None,
-    }
-    match element {
-        Some(index) => items.get(index).copied().flatten().map(RawValue::Number),
-        None => items.into_iter().collect::<Option<_>>().map(RawValue::Vector),
-    }
-}
-
-fn json_number(text: &str, place: Place) -> Option<f64> {
-    match place.kind {
-        Kind::Number | Kind::Text => float(place.of(text)).or_else(|| float(place.of(text).trim())),
-        Kind::True => Some(1.0),
-        Kind::False => Some(0.0),
-        Kind::Null | Kind::List | Kind::Object => None,
-    }
-}
-
-/// A stamp from a number, a text, or an object of seconds and nanoseconds.
-fn json_stamp(text: &str, place: Place, step: Option<Span>) -> Option<Time> {
-    let member = |names: &[&str]| {
-        let found = names.iter().find_map(|name| {
-            json_at(place.of(text), &[Step::Key((*name).to_owned())])
-                .map(|found| found.of(place.of(text)).parse::<i64>().ok())
-        });
-        found.flatten()
-    };
-    match place.kind {
-        Kind::Number => stamp::number(place.of(text), step).map(|(time, _)| time),
-        Kind::Text => stamp::text(place.of(text), step).map(|(time, _)| time),
-        Kind::Object => {
-            let seconds = member(&["sec", "secs", "seconds"])?;
-            let nanoseconds = member(&["nsec", "nanosec", "nsecs", "nanos"])?;
-            seconds.checked_mul(1_000_000_000)?.checked_add(nanoseconds).map(Time)
-        }
-        _ => None,
-    }
-}
-
-fn json_find(text: &str, place: Place, asked: &str) -> Option<Option<usize>> {
-    let says = |place: Place| match place.kind {
-        Kind::Text => is_text(&unescaped(place.of(text)), asked),
-        Kind::List | Kind::Object => false,
-        _ => is_text(place.of(text), asked),
-    };
-    if place.kind != Kind::List {
-        return says(place).then_some(None);
-    }
-    let mut found = None;
-    elements(text, place, |index, item| {
-        found = says(item).then_some(index);
-        found.is_none()
-    });
-    found.map(Some)
 }

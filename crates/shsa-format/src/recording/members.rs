@@ -76,6 +76,7 @@ fn index(step: &Step) -> Option<usize> {
     match step {
         Step::Index(index) => Some(*index),
         Step::Key(key) => key.parse().ok(),
+        Step::Each => None,
     }
 }
 
@@ -85,7 +86,7 @@ impl Visitor for Members {
     fn member(&mut self, of: usize, name: &str) -> Option<usize> {
         let is_it = |step: &Step| match step {
             Step::Key(key) => key == name || name.contains('\\') && *key == unescaped(name),
-            Step::Index(_) => false,
+            Step::Index(_) | Step::Each => false,
         };
         self.nodes.get(of)?.next.iter().find(|(step, _)| is_it(step)).map(|(_, node)| *node)
     }

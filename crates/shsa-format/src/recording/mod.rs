@@ -20,6 +20,7 @@ mod lines;
 mod wanted;
 mod names;
 mod members;
+mod json_value;
 mod topic;
 mod fields;
 mod extract;

@@ -4,6 +4,8 @@
 //! them: such a value of a sensor is readable, and invalid.
 
 use super::scanner::{Flaw, Scanner};
+use super::text::unescaped;
+use crate::path::Step;
 use std::ops::Range;
 
 /// Deeper nesting is refused: it would cost stack.
@@ -219,6 +221,43 @@ impl<V: Visitor> Walker<'_, V> {
         let read = self.scanner.number();
         read.map(|()| Kind::Number).map_err(|flaw| self.flawed(flaw))
     }
+}
+
+/// The place of the value at a path within another; `None` where there is none. Of members of the same name, the last one counts.
+#[must_use]
+pub fn descend(text: &str, from: Place, steps: &[Step]) -> Option<Place> {
+    /// How many steps lead to a value, and its place.
+    struct Way<'s>(&'s [Step], Option<Place>);
+    impl Visitor for Way<'_> {
+        /// The number of steps that lead here.
+        type Node = usize;
+        fn member(&mut self, of: usize, name: &str) -> Option<usize> {
+            let Step::Key(key) = self.0.get(of)? else { return None };
+            (key == name || name.contains('\\') && *key == unescaped(name)).then_some(of + 1)
+        }
+        fn element(&mut self, of: usize, index: usize) -> Option<usize> {
+            let asked = match self.0.get(of)? {
+                Step::Index(asked) => Some(*asked),
+                Step::Key(key) => key.parse().ok(),
+                Step::Each => None,
+            };
+            (asked == Some(index)).then_some(of + 1)
+        }
+        fn enter(&mut self, node: usize) {
+            if node < self.0.len() {
+                self.1 = None;
+            }
+        }
+        fn leave(&mut self, node: usize, place: Place) {
+            if node == self.0.len() {
+                self.1 = Some(place);
+            }
+        }
+    }
+    let mut way = Way(steps, None);
+    // What is within a valid text is valid, so the pass cannot fail.
+    let _walked = walk(from.of(text), 0, &mut way);
+    way.1.map(|place| Place { kind: place.kind, from: place.from + from.from, to: place.to + from.from })
 }
 
 /// Passes the places of a list's elements to `each`, which returns whether to go on.

@@ -87,11 +87,16 @@ fn fields_are_found() {
     check("parts[1].wear", "Some(Number(0.5))");
     check("parts[0].turns", "Some(Number(-2.0))");
     check("parts.1.turns", "Some(Number(2.0))");
+    check("parts[].wear", "Some(Numbers([0.25, 0.5]))");
+    check("parts[].name", "Some(Texts([\"left\", \"left\"]))");
+    check("parts[].bulk", "no field 'bulk' in bot.Robot.Part (there is: wear, name, turns)");
+    check("speed[].x", "'speed' is no list");
+    check("parts[0][].x", "'parts' is no list");
     check("parts[0].name", "Some(Text(\"left\"))");
     check("stamp", "Some(Time(12, 500))");
     check("names", "Some(Texts([\"left\", \"right\"]))");
     check("sped", "no field 'sped' in bot.Robot; is it speed?");
-    check("parts.wear", "'parts' is a list; say which element: parts[0]");
+    check("parts.wear", "'parts' is a list; say which element, parts[0], or take all of them, parts[]");
     check("speed.x", "'speed' has no parts");
     assert_eq!(Found::Texts(vec!["left".into(), "right".into()]).says("right"), Some(Some(1)));
     let mut paths = Vec::new();
@@ -104,7 +109,7 @@ proptest! {
     fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
         let types = Types::of_descriptors(&bytes);
         let _plan = Plan::new(&types, "a", &[Step::Key("a".into())]);
-        for path in ["speed", "ranges", "parts[1].wear", "stamp", "names"] {
+        for path in ["speed", "ranges", "parts[1].wear", "parts[].turns", "stamp", "names"] {
             let plan = Plan::new(&self::types(), "bot.Robot", &Path::parse(path).unwrap().steps).unwrap();
             let _found = plan.find(&bytes);
         }

@@ -5,7 +5,7 @@ use super::layout::{Body, Layout};
 use super::steps::{Step, Steps, run};
 use super::types::Types;
 use crate::MessageError;
-use crate::path::Step as PathStep;
+use crate::path::{Step as PathStep, split_each};
 
 /// The largest number of fields visited for one plan: nested definitions can grow exponentially.
 const WORK_MAX: usize = 100_000;
@@ -42,6 +42,17 @@ pub struct Plan {
     pub target: Target,
     /// The number of its elements.
     pub count: Count,
+    /// Where the field is in each element of a list of messages; then the steps lead to this list.
+    pub(super) each: Option<Each>,
+}
+
+/// A field of each element of a list of messages.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub(super) struct Each {
+    /// The steps over an element.
+    pub(super) element: Vec<Step>,
+    /// The steps from the start of an element to the field.
+    pub(super) inner: Vec<Step>,
 }
 
 impl Plan {
@@ -74,9 +85,30 @@ impl Plan {
         }
     }
 
-    /// The place of the field; `None` when the message is too short or a list has no such element. At most `O(message)`.
+    /// Where the field is in each element of the list; `None` when the message is too short, or the field is not of each
+    /// element. At most `O(message)`.
+    pub(super) fn places(&self, body: Body<'_>) -> Option<Vec<usize>> {
+        let each = self.each.as_ref()?;
+        let (count, mut at) = self.count.read(body, run(&self.steps, body, 0)?)?;
+        // An element takes at least a byte, or all of them are alike and empty.
+        if count > body.bytes.len() {
+            return None;
+        }
+        let place = |_| {
+            let place = run(&each.inner, body, at)?;
+            at = run(&each.element, body, at)?;
+            Some(place)
+        };
+        (0..count).map(place).collect()
+    }
+
+    /// The place of the field; `None` when the message is too short or a list has no such element, and for a field of each
+    /// element of a list, which has many places. At most `O(message)`.
     #[must_use]
     pub fn locate(&self, body: Body<'_>) -> Option<Place> {
+        if self.each.is_some() {
+            return None;
+        }
         let at = run(&self.steps, body, 0)?;
         let size = match self.target {
             Target::Primitive(primitive) => primitive.size(),
@@ -109,7 +141,14 @@ fn compile<'t>(
     let path = if path.is_empty() { &data } else { path };
     let mut steps = Steps::default();
     let mut compiler = Compiler { types, layout, work_left: WORK_MAX };
-    let (kind, count) = compiler.descend(message_type, path, &mut steps)?;
+    let (list, rest) = split_each(path).map_or((path, None), |(list, rest)| (list, Some(rest)));
+    let (mut kind, mut count) = compiler.descend(message_type, list, &mut steps)?;
+    let list = rest.map(|rest| compiler.of_each(kind, count, list, rest)).transpose()?;
+    let of_list = list.map(|list| {
+        let outer = std::mem::replace(&mut steps, list.inner);
+        (kind, count) = (list.kind, Count::One);
+        (outer, list.element, list.count)
+    });
     let is_one = count == Count::One;
     let target = match kind {
         Kind::Primitive(Primitive::Time) if is_one => Target::Time,
@@ -127,7 +166,25 @@ fn compile<'t>(
         Kind::Message(_) => Target::Message,
         Kind::WideText => return Err(MessageError::WideText),
     };
-    Ok((Plan { steps: steps.list, target, count }, kind))
+    let plan = match of_list {
+        Some((outer, element, count)) => {
+            Plan { steps: outer.list, target, count, each: Some(Each { element, inner: steps.list }) }
+        }
+        None => Plan { steps: steps.list, target, count, each: None },
+    };
+    Ok((plan, kind))
+}
+
+/// The way to a field of each element of a list.
+struct OfEach<'t> {
+    /// The kind of the field.
+    kind: &'t Kind,
+    /// The number of the list's elements.
+    count: Count,
+    /// The steps over an element.
+    element: Vec<Step>,
+    /// The steps from the start of an element to the field, up to its alignment.
+    inner: Steps,
 }
 
 /// Whether a type is a point in time or a duration of ROS 2.
@@ -139,7 +196,7 @@ fn is_message(types: &Types, name: &str, path: &[PathStep]) -> MessageError {
     let members = types.members(name).unwrap_or_default();
     let last = path.iter().rev().find_map(|step| match step {
         PathStep::Key(key) => Some(key.clone()),
-        PathStep::Index(_) => None,
+        PathStep::Index(_) | PathStep::Each => None,
     });
     MessageError::IsMessage {
         field: last.unwrap_or_default(),
@@ -183,6 +240,28 @@ impl<'t> Compiler<'t> {
             }
         }
         Err(MessageError::NoField)
+    }
+
+    /// The way to the field at a path within each element of a list.
+    fn of_each(
+        &mut self,
+        kind: &'t Kind,
+        count: Count,
+        list: &[PathStep],
+        rest: &[PathStep],
+    ) -> Result<OfEach<'t>, MessageError> {
+        let name = || list.iter().rev().find_map(key).unwrap_or_default();
+        let Kind::Message(message) = kind else { return Err(MessageError::NoParts(name())) };
+        if count == Count::One {
+            return Err(MessageError::NoList(format!("'{}'", name())));
+        }
+        let element = self.element(&Member { name: name(), kind: kind.clone(), count }, 0)?;
+        let mut inner = Steps::anywhere();
+        let (kind, of_field) = self.descend(message, rest, &mut inner)?;
+        if of_field != Count::One {
+            return Err(MessageError::List(rest.iter().rev().find_map(key).unwrap_or_default()));
+        }
+        Ok(OfEach { kind, count, element, inner })
     }
 
     /// Skips the fields before the named one.
@@ -300,90 +379,17 @@ fn index(step: &PathStep) -> Option<usize> {
     match step {
         PathStep::Index(index) => Some(*index),
         PathStep::Key(key) => key.parse().ok(),
+        PathStep::Each => None,
+    }
+}
+
+/// The name of a step.
+fn key(step: &PathStep) -> Option<String> {
+    match step {
+        PathStep::Key(key) => Some(key.clone()),
+        PathStep::Index(_) | PathStep::Each => None,
     }
 }
 
 #[cfg(test)]
-mod tests {
-    use super::*;
-    use crate::path::Path;
-
-    fn plan(types: &Types, message_type: &str, path: &str) -> Result<Plan, MessageError> {
-        Plan::of_value(types, Layout::Cdr, message_type, &Path::parse(path).unwrap().steps)
-    }
-
-    #[track_caller]
-    fn check(message_type: &str, path: &str, expected: &str) {
-        let shown = match plan(&Types::standard(), message_type, path) {
-            Ok(plan) => format!("{:?} {:?} {:?}", plan.steps, plan.target, plan.count),
-            Err(problem) => problem.to_string(),
-        };
-        assert_eq!(shown, expected);
-    }
-
-    #[test]
-    fn plans_are_short() {
-        check("std_msgs/msg/Float64", "", "[] Primitive(F64) One");
-        check(
-            "nav_msgs/msg/Odometry",
-            "twist.twist.linear.x",
-            "[Skip(8), Text, Text, Align(8), Skip(344)] Primitive(F64) One",
-        );
-        let skips = "[Skip(8), Text, Align(4), Skip(28)] Primitive(F32) Free(None)";
-        check("sensor_msgs/msg/LaserScan", "ranges", skips);
-        check("sensor_msgs/msg/NavSatFix", "header.stamp", "[] Time One");
-        check(
-            "tf2_msgs/msg/TFMessage",
-            "transforms[2].transform.translation.z",
-            "[Enter { count: Free(None), index: 2, element: [Align(4), Skip(8), Text, Text, Align(8), Skip(56)] }, \
-             Align(4), Skip(8), Text, Text, Align(8), Skip(16)] Primitive(F64) One",
-        );
-    }
-
-    #[test]
-    fn what_is_not_there_is_said() {
-        check(
-            "nav_msgs/msg/Odometry",
-            "twist.linear.x",
-            "no field 'linear' in geometry_msgs/msg/TwistWithCovariance (there is: twist, covariance)",
-        );
-        check("nav_msgs/msg/Odometry", "twits", "no field 'twits' in nav_msgs/msg/Odometry; is it twist?");
-        check(
-            "nav_msgs/msg/Odometry",
-            "pose.pose.position",
-            "'position' is a geometry_msgs/msg/Point; name one of its fields: x, y, z",
-        );
-        check("nav_msgs/msg/Odometry", "child_frame_id.x", "'child_frame_id' has no parts");
-        check(
-            "tf2_msgs/msg/TFMessage",
-            "transforms.transform",
-            "'transforms' is a list; say which element: transforms[0]",
-        );
-        check("std_msgs/msg/Float64", "data[0]", "'data' is no list");
-        check("bot/msg/None", "x", "the message type bot/msg/None is not known");
-    }
-
-    #[test]
-    fn malicious_definitions_end() {
-        let mut types = Types::default();
-        types.add("m/A", "A again\nint8 last");
-        assert_eq!(plan(&types, "m/msg/A", "last"), Err(MessageError::TooDeep));
-        for level in 0..9 {
-            types.add(&format!("m/L{level}"), &format!("L{} x\n", level + 1).repeat(100));
-        }
-        types.add("m/L9", "string x");
-        types.add("m/Deep", "L0 x\nint8 last");
-        assert_eq!(plan(&types, "m/msg/Deep", "last"), Err(MessageError::TooLarge));
-        types.add("m/Wide", "Big[4294967295] a\nint8 last");
-        types.add("m/Big", "Bigger[4294967295] a");
-        types.add("m/Bigger", "int64[4294967295] a");
-        assert_eq!(plan(&types, "m/msg/Wide", "last"), Err(MessageError::TooLarge));
-        types.add("m/Void", "");
-        types.add("m/Voids", "Void[] a\nint8 last");
-        let voids = plan(&types, "m/msg/Voids", "last").unwrap();
-        let body = Body::cdr(&[0, 1, 0, 0, 255, 255, 255, 255, 0, 5]).unwrap();
-        assert_eq!(voids.locate(body), None);
-        let body = Body::cdr(&[0, 1, 0, 0, 1, 0, 0, 0, 0, 5]).unwrap();
-        assert_eq!(voids.locate(body), Some(Place { at: 5, count: 1 }));
-    }
-}
+mod tests;

@@ -104,7 +104,7 @@ fn each(count: usize, element: &[Step], body: Body<'_>, at: usize) -> Option<usi
 }
 
 impl Count {
-    fn read(self, body: Body<'_>, at: usize) -> Option<(usize, usize)> {
+    pub(super) fn read(self, body: Body<'_>, at: usize) -> Option<(usize, usize)> {
         match self {
             Count::One => Some((1, at)),
             Count::Fixed(count) => Some((count, at)),

@@ -106,12 +106,37 @@ fn fields_are_read_by_path() {
 }
 
 #[test]
+fn a_field_of_each_element_is_a_list() {
+    let of_each = |path: &str, message: &[u8]| {
+        let plan = plan(&Types::of_bag("bot/Robot", ROBOT), "bot/Robot", path).unwrap();
+        let body = Body::packed(message);
+        assert_eq!(plan.locate(body), None);
+        format!("{:?} {:?}", plan.value(body, None), plan.value(body, Some(1)))
+    };
+    assert_eq!(of_each("parts[].size", &message()), "Some(Vector([-4.0, 9.0])) Some(Number(9.0))");
+    assert_eq!(of_each("parts[].label", &message()), "None None");
+    for length in 0..message().len() {
+        let cut = of_each("parts[].size", &message()[..length]);
+        assert!(
+            ["None None", "Some(Vector([-4.0, 9.0])) Some(Number(9.0))"].contains(&cut.as_str()),
+            "{cut}"
+        );
+    }
+    check("flag[].set", "error: 'flag' is no list");
+    check("names[].x", "error: 'names' has no parts");
+    check("parts[].sise", "error: no field 'sise' in bot/Part; is it size?");
+}
+
+#[test]
 fn what_is_not_there_is_nothing_or_an_error() {
     check("ranges[2]", "nothing");
     check("parts[9].size", "nothing");
     check("names", "Texts([\"a\", \"bcd\"])");
     check("parts", "nothing");
-    check("parts.size", "error: 'parts' is a list; say which element: parts[0]");
+    check(
+        "parts.size",
+        "error: 'parts' is a list; say which element, parts[0], or take all of them, parts[]",
+    );
     check("flag.sett", "error: no field 'sett' in other/Flag; is it set?");
     check("lag.secs", "error: 'lag' has no parts");
     check("flag[0]", "error: 'flag' is no list");

@@ -12,6 +12,13 @@ impl Plan {
     /// field is no number and no list of numbers, or has no such element.
     #[must_use]
     pub fn value(&self, body: Body<'_>, element: Option<usize>) -> Option<RawValue> {
+        if let Some(places) = self.places(body) {
+            let numbers: Option<Vec<f64>> = places.into_iter().map(|at| self.number(body, at)).collect();
+            return Some(match element {
+                Some(element) => RawValue::Number(*numbers?.get(element)?),
+                None => RawValue::Vector(numbers?),
+            });
+        }
         let place = self.locate(body)?;
         match (self.target, element) {
             (Target::Time, None) => body.time(place.at).map(|time| RawValue::Number(time.seconds())),
@@ -22,9 +29,18 @@ impl Plan {
             }
             (Target::Primitive(primitive), _) => {
                 let at = self.element(primitive, place, element)?;
-                body.number(primitive, at).map(RawValue::Number)
+                self.number(body, at).map(RawValue::Number)
             }
             _ => None,
+        }
+    }
+
+    /// The number at a place.
+    fn number(&self, body: Body<'_>, at: usize) -> Option<f64> {
+        match self.target {
+            Target::Primitive(primitive) => body.number(primitive, at),
+            Target::Time => body.time(at).map(Time::seconds),
+            Target::Text | Target::Message => None,
         }
     }
 

@@ -1,8 +1,7 @@
 //! The tracks of a sensor, as its messages bring them.
 
-use serde_json::{Map, Value};
 use shsa_bridge::payload::{Reader, SIZE_LIMIT};
-use shsa_bridge::{Clock, Message, Payload};
+use shsa_bridge::{Clock, Message};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_estimate::association::{TRACKS_MAX, Track};
@@ -31,11 +30,7 @@ impl Tracks {
     /// # Errors
     /// When a field cannot be read.
     pub(super) fn new(sensor: TrackSensor) -> anyhow::Result<Tracks> {
-        let path = |field: &str| match &sensor.each {
-            Some(each) => format!("{each}.{field}"),
-            None => field.to_owned(),
-        };
-        let field = |(_, field): &(Part, String)| Field { path: path(field), stamp: sensor.time.clone() };
+        let field = |(_, path): &(Part, String)| Field { path: path.clone(), stamp: sensor.time.clone() };
         let fields: Vec<Field> = sensor.fields.iter().map(field).collect();
         let reader = Reader::new(&fields, SIZE_LIMIT)?;
         let topic = sensor.topic.as_str().into();
@@ -134,14 +129,6 @@ impl Tracks {
     }
 
     fn read(&mut self, message: &Message, clock: &Clock) -> Result<Read, String> {
-        let transposed = match (&self.sensor.each, &message.payload) {
-            (Some(each), Payload::Bytes(bytes)) => {
-                let payload = transposed(bytes, each, &self.sensor.fields)?;
-                Some(Message { payload: Payload::Bytes(payload.into()), ..message.clone() })
-            }
-            _ => None,
-        };
-        let message = transposed.as_ref().unwrap_or(message);
         let (mut parts, mut stamp, mut wrong) = (Vec::new(), None, None);
         let fields = &self.sensor.fields;
         self.reader.read(message, |field, reading| match (fields.get(field), reading) {
@@ -170,63 +157,5 @@ fn numbers(value: RawValue) -> Vec<f64> {
         RawValue::Number(number) => vec![number],
         RawValue::Interval { lo, hi } => vec![lo.midpoint(hi)],
         RawValue::Vector(list) => list.to_vec(),
-    }
-}
-
-/// The payload with a list of objects replaced by an object of lists, as far as its fields are wanted: `{"tracks": [{"x": 1}, {"x": 2}]}`
-/// becomes `{"tracks": {"x": [1, 2]}}`.
-fn transposed(bytes: &[u8], each: &str, fields: &[(Part, String)]) -> Result<Vec<u8>, String> {
-    if bytes.len() > SIZE_LIMIT {
-        return Err(format!("{} bytes, and at most {SIZE_LIMIT} are read", bytes.len()));
-    }
-    let mut root: Value = serde_json::from_slice(bytes).map_err(|error| format!("no JSON: {error}"))?;
-    let pointer = |path: &str| format!("/{}", path.replace('.', "/"));
-    let list = root.pointer_mut(&pointer(each)).ok_or_else(|| format!("`{each}` is absent"))?;
-    let Value::Array(elements) = &*list else { return Err(format!("`{each}` is no list")) };
-    let mut lists = Value::Object(Map::new());
-    for (_, field) in fields {
-        let of = |element: &Value| element.pointer(&pointer(field)).cloned().unwrap_or(Value::Null);
-        let values = elements.iter().map(of).collect();
-        let steps: Vec<&str> = field.split('.').collect();
-        put(&mut lists, &steps, Value::Array(values));
-    }
-    *list = lists;
-    Ok(root.to_string().into_bytes())
-}
-
-fn put(object: &mut Value, steps: &[&str], value: Value) {
-    let (Value::Object(members), Some((first, rest))) = (object, steps.split_first()) else { return };
-    if rest.is_empty() {
-        members.insert((*first).to_owned(), value);
-        return;
-    }
-    let inner = members.entry((*first).to_owned()).or_insert_with(|| Value::Object(Map::new()));
-    put(inner, rest, value);
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[track_caller]
-    fn check(payload: &str, expected: &str) {
-        let fields = [(Part::X, "pose.x".to_owned()), (Part::Y, "pose.y".to_owned())];
-        let shown = match transposed(payload.as_bytes(), "scan.tracks", &fields) {
-            Ok(bytes) => String::from_utf8(bytes).unwrap(),
-            Err(why) => why,
-        };
-        assert_eq!(shown, expected);
-    }
-
-    #[test]
-    fn a_list_of_objects_becomes_an_object_of_lists() {
-        check(
-            r#"{"t":1,"scan":{"tracks":[{"pose":{"x":1,"y":2}},{"pose":{"x":3}}]}}"#,
-            r#"{"t":1,"scan":{"tracks":{"pose":{"x":[1,3],"y":[2,null]}}}}"#,
-        );
-        check(r#"{"scan":{"tracks":[]}}"#, r#"{"scan":{"tracks":{"pose":{"x":[],"y":[]}}}}"#);
-        check(r#"{"scan":{"tracks":5}}"#, "`scan.tracks` is no list");
-        check(r#"{"scan":{}}"#, "`scan.tracks` is absent");
-        check("x", "no JSON: expected value at line 1 column 1");
     }
 }

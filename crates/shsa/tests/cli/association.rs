@@ -80,7 +80,7 @@ fn what_is_wrong_with_the_file_is_reported_with_its_place() {
     std::fs::write(folder.path("border.yaml"), reference().replace("near:", "nearby:")).unwrap();
     let ended = folder.run("service --associate border.yaml --stdio");
     assert_eq!(ended.status, 2, "{}", ended.stderr);
-    assert!(ended.stderr.contains("border.yaml:34:5"), "{}", ended.stderr);
+    assert!(ended.stderr.contains("border.yaml:33:5"), "{}", ended.stderr);
     assert!(ended.stderr.contains("did you mean `near`?"), "{}", ended.stderr);
     let ended = folder.run("service --associate absent.yaml --stdio");
     assert_eq!(ended.status, 2, "{}", ended.stderr);
