@@ -35,6 +35,8 @@ pub(super) struct History<N> {
     start: usize,
     room: usize,
     spacing: Span,
+    /// How many samples were before the window of the last evaluation: mostly there is one more now, or none.
+    before: usize,
     /// The integral so far.
     sum: N,
     /// What a condition over time needs of the past.
@@ -87,6 +89,7 @@ impl<N: Number> History<N> {
             start: 0,
             room,
             spacing: Span(window.0 / (room as i64 - 2)),
+            before: 0,
             sum: N::MISSING,
             seen: temporal::Memory::default(),
         }
@@ -95,6 +98,7 @@ impl<N: Number> History<N> {
     pub(super) fn clear(&mut self) {
         self.samples.clear();
         self.start = 0;
+        self.before = 0;
         self.sum = N::MISSING;
         self.seen = temporal::Memory::default();
     }
@@ -130,6 +134,7 @@ impl<N: Number> History<N> {
         } else if let Some(oldest) = self.samples.get_mut(self.start) {
             *oldest = sample;
             self.start = (self.start + 1) % self.room;
+            self.before = self.before.saturating_sub(1);
         }
     }
 
@@ -148,13 +153,39 @@ impl<N: Number> History<N> {
         older.iter().chain(newer)
     }
 
-    /// How many of the oldest samples meet a condition that no sample meets after one that does not. Complexity: O(log samples).
-    fn first_ones(&self, is_so: impl Fn(&Sample<N>) -> bool) -> usize {
-        let (older, newer) = self.parts();
-        match older.partition_point(&is_so) {
-            count if count < older.len() => count,
-            count => count + newer.partition_point(&is_so),
+    /// How many of the oldest samples meet a condition that no sample meets after one that does not. Complexity: O(log d), d
+    /// samples from the guess.
+    fn first_ones(&self, guess: usize, is_so: impl Fn(&Sample<N>) -> bool) -> usize {
+        let count = self.samples.len();
+        let is_so = |number: usize| self.numbered(number).is_some_and(&is_so);
+        let guess = guess.min(count);
+        // The answer is at least `from` and at most `to`.
+        let (mut from, mut to, mut step) = (0, guess, 1);
+        if is_so(guess) {
+            from = guess + 1;
+            loop {
+                let next = from + step - 1;
+                if !is_so(next) {
+                    to = next.min(count);
+                    break;
+                }
+                (from, step) = (next + 1, step * 2);
+            }
+        } else {
+            while to > 0 {
+                let next = to.saturating_sub(step);
+                if is_so(next) {
+                    from = next + 1;
+                    break;
+                }
+                (to, step) = (next, step * 2);
+            }
         }
+        while from < to {
+            let middle = from.midpoint(to);
+            if is_so(middle) { from = middle + 1 } else { to = middle }
+        }
+        from
     }
 
     /// How many samples are before a time: mostly all of them.
@@ -162,7 +193,9 @@ impl<N: Number> History<N> {
         let count = self.samples.len();
         let newest = count.checked_sub(1).and_then(|number| self.numbered(number));
         match newest {
-            Some(newest) if middle(newest.at) >= time => self.first_ones(|sample| middle(sample.at) < time),
+            Some(newest) if middle(newest.at) >= time => {
+                self.first_ones(count, |sample| middle(sample.at) < time)
+            }
             _ => count,
         }
     }
@@ -193,11 +226,12 @@ impl<N: Number> History<N> {
     }
 
     /// The mean rate of change since the sample whose age is nearest to the window, and at least half of it.
-    fn derivative(&self, value: N, at: Validity, window: Span) -> Recalled<N> {
+    fn derivative(&mut self, value: N, at: Validity, window: Span) -> Recalled<N> {
         let now = middle(at);
         let age = |sample: &Sample<N>| now - middle(sample.at);
         let is_old = |sample: &&Sample<N>| age(sample) > Span::ZERO && age(sample) >= Span(window.0 / 2);
-        let older = self.first_ones(|sample| age(sample) >= window);
+        let older = self.first_ones(self.before, |sample| age(sample) >= window);
+        self.before = older;
         let candidates = [older.checked_sub(1), Some(older)];
         let candidates = candidates.into_iter().flatten().filter_map(|number| self.numbered(number));
         let old = candidates.filter(is_old).min_by_key(|sample| (age(sample) - window).abs());
@@ -212,14 +246,15 @@ impl<N: Number> History<N> {
     }
 
     /// The value a span ago: interpolated between the samples before and after that time.
-    fn delay(&self, value: N, at: Validity, span: Span) -> N {
+    fn delay(&mut self, value: N, at: Validity, span: Span) -> N {
+        self.before = self.first_ones(self.before, |sample| middle(sample.at) <= at.from - span);
         let now = Sample { at, value };
         let kept = self.count_before(middle(at));
         let count = kept + usize::from(!value.is_missing());
         // The present sample comes after the kept ones.
         let numbered = |number: usize| if number < kept { self.numbered(number) } else { Some(&now) };
         let (earliest, moment, latest) = (at.from - span, middle(at) - span, at.to - span);
-        let found = match self.first_ones(|sample| middle(sample.at) <= earliest) {
+        let found = match self.before {
             older if older < kept => older,
             _ if count > kept && middle(at) <= earliest => count,
             _ => kept,
@@ -242,13 +277,14 @@ impl<N: Number> History<N> {
 
     /// The mean of the values within the window, including the present one; missing before the first window is over, and where
     /// values of its begin are. Complexity: O(samples within the window).
-    fn moving_mean(&self, value: N, at: Validity, window: Span) -> N {
+    fn moving_mean(&mut self, value: N, at: Validity, window: Span) -> N {
         let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
         let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
         if value.is_missing() || !is_over {
             return N::MISSING;
         }
-        let (from, to) = (self.first_ones(|sample| age(sample) >= window), self.count_before(middle(at)));
+        self.before = self.first_ones(self.before, |sample| age(sample) >= window);
+        let (from, to) = (self.before, self.count_before(middle(at)));
         let first = self.numbered(from).filter(|_| from < to).map_or(Span::ZERO, age);
         let missing = window - first;
         if missing > Span(window.0 / 4) && self.is_gap(missing, middle(at)) {
@@ -293,5 +329,32 @@ impl<N: Number> History<N> {
             self.samples.clear();
         }
         self.sum.binary(Binary::Add, at_end)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use proptest::prelude::*;
+
+    proptest! {
+        #[test]
+        fn the_first_ones_are_found_from_any_guess(
+            kept in 0..40_usize,
+            guess in 0..50_usize,
+            asked in -1..45_i64,
+        ) {
+            let window = Span(10);
+            let mut history = History::<f64>::new(Operation::Delay(window), 0.0);
+            history.room = 20;
+            history.spacing = Span(0);
+            for time in 0..kept {
+                history.keep(Sample { at: Validity::at(Time(time as i64)), value: 0.0 });
+            }
+            let is_so = |sample: &Sample<f64>| middle(sample.at) <= Time(asked);
+            let (older, newer) = history.parts();
+            let expected = older.iter().chain(newer).take_while(|sample| is_so(sample)).count();
+            prop_assert_eq!(history.first_ones(guess, is_so), expected);
+        }
     }
 }
