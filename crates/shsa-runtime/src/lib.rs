@@ -36,6 +36,7 @@ mod options;
 mod healer;
 mod federation;
 mod explained;
+mod profile;
 mod view;
 mod bands;
 mod diagnostics;

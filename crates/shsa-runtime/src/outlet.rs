@@ -56,6 +56,8 @@ pub(super) struct Outlet {
     unwritten: Option<String>,
     /// The latest value of a scalar, whoever has sent it, SI.
     value: Option<Interval>,
+    /// The elements of the latest vector, whoever has sent it, SI.
+    elements: Vec<Interval>,
 }
 
 impl Outlet {
@@ -102,6 +104,7 @@ impl Outlet {
             last: None,
             unwritten: None,
             value: None,
+            elements: Vec::new(),
         })
     }
 
@@ -117,6 +120,7 @@ impl Outlet {
             is_settled: before.is_settled,
             last: before.last,
             value: before.value,
+            elements: before.elements.clone(),
             ..self.clone()
         }
     }
@@ -326,6 +330,18 @@ impl Outlet {
     /// The latest value of a scalar, SI.
     pub(super) fn value(&self) -> Option<Interval> {
         self.value
+    }
+
+    /// Keeps a vector that was served: it is moved here, not copied.
+    pub(super) fn keep(&mut self, value: PublishedValue) {
+        if let PublishedValue::Vector(elements) = value {
+            self.elements = elements;
+        }
+    }
+
+    /// The elements of the latest vector, SI; none for a scalar.
+    pub(super) fn elements(&self) -> &[Interval] {
+        &self.elements
     }
 
     /// When the latest value went out.

@@ -179,12 +179,13 @@ impl Session {
                     Effect::Served(publication) => {
                         let is_ours =
                             |need: &str| ownership.as_ref().is_none_or(|ownership| ownership.is_ours(need));
-                        let Served { is_news, failed } = healer.serve(&publication, is_ours, bridge.as_mut());
+                        let time = publication.time;
+                        let Served { is_news, failed } = healer.serve(publication, is_ours, bridge.as_mut());
                         if is_news {
                             reported.doubt = Time::MIN;
                         }
                         if failed.is_empty() {
-                            figures.served(bridge.inbox().clock().now() - publication.time);
+                            figures.served(bridge.inbox().clock().now() - time);
                         }
                         for (name, error) in failed {
                             log.undelivered(&name, &error, bridge.as_mut());

@@ -6,12 +6,13 @@
 
 use crate::healer::Healer;
 use crate::outlet::Outlet;
+use crate::profile;
 use serde_json::{Map, Value, json};
 use shsa_bridge::Clock;
 use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Order, Subject};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, Shape, Signal, SignalId};
+use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, Relation, Shape, Signal, SignalId, VariableId};
 use shsa_core::monitor::{ResidualState, Symptom, WatchedWay};
 use shsa_core::reason::ServedBy;
 use shsa_core::time::Time;
@@ -33,6 +34,8 @@ pub(super) struct Look {
     pub(super) since: Option<u64>,
     /// The first signal of this look.
     pub(super) from: usize,
+    /// The number of this look: vectors take turns.
+    pub(super) turn: u64,
 }
 
 /// The view of one model.
@@ -53,10 +56,12 @@ pub(super) fn of(healer: &Healer, look: Look, news: &[Value], now: Time, clock: 
     ];
     let learned = learned::json(healer.engine());
     tables.extend((!learned.is_empty()).then_some(("learned", learned)));
+    tables.extend(profile::tables(healer, look.turn, now));
     if is_news {
         tables.push(("lost", lost(healer)));
         tables.push(("ahead", ahead(healer)));
         tables.push(("orders", orders(healer)));
+        tables.push(("derived", derived(healer)));
     }
     let tables = tables.into_iter().map(|(name, rows)| (name.to_owned(), Value::Object(rows)));
     json!({
@@ -162,6 +167,27 @@ fn ahead(healer: &Healer) -> Map<String, Value> {
         (outlet.key().to_owned(), Value::Array(ways.collect()))
     };
     healer.outlets().map(row).collect()
+}
+
+/// The vectors from each of which alone a relation computes a need, whether or not they serve it now.
+fn derived(healer: &Healer) -> Map<String, Value> {
+    let knowledge = healer.engine().knowledge();
+    let is_vector = |id: &VariableId| knowledge.variables()[*id].shape == Shape::Vector;
+    // What a relation computes may be among the variables that it reads in its other directions.
+    let relations = knowledge.relations().iter().filter(|it| it.inputs.len() <= 2);
+    let relations: Vec<&Relation> = relations.filter(|it| it.inputs.iter().any(is_vector)).collect();
+    let row = |(need, outlet): (NeedId, &Outlet)| {
+        let variable = knowledge.needs()[need].variable;
+        let relations = relations.iter().filter(|it| it.outputs.contains(&variable));
+        let vectors = relations.filter_map(|it| {
+            let mut inputs = it.inputs.iter().filter(|input| **input != variable);
+            let vector = inputs.next().filter(|input| is_vector(input) && inputs.next().is_none())?;
+            Some(&*knowledge.variables()[*vector].name)
+        });
+        let vectors: Vec<&str> = vectors.collect();
+        (!vectors.is_empty()).then(|| (outlet.key().to_owned(), json!(vectors)))
+    };
+    healer.outlets().filter_map(row).collect()
 }
 
 /// The orders that are in force, by number.

@@ -1,6 +1,7 @@
 // The needs: value, width, quality, source, age, the remaining sources, and the last minute of each.
 
-import { age, arrange, drawn, made, number, quality, setText, signed } from "./words.js";
+import { Drawing, Scale, words } from "./profile.js";
+import { age, arrange, drawn, made, number, quality, setText, signed, spread } from "./words.js";
 
 /** The length of the past that is drawn, nanoseconds. */
 const PAST = 60e9;
@@ -45,7 +46,10 @@ class Card {
     this.line = drawn("path", { class: "line" });
     this.switches = drawn("path", { class: "switch" });
     this.spark = drawn("svg", { class: "spark", viewBox: "0 0 600 100", preserveAspectRatio: "none", role: "img" });
-    this.spark.append(this.band, this.switches, this.line);
+    // Of a vector, the latest elements are drawn in place of the last minute.
+    this.profile = new Drawing();
+    this.extremes = new Scale();
+    this.spark.append(this.band, this.switches, this.line, ...this.profile.elements);
     [this.high, this.low] = [made("span"), made("span")];
     const scale = made("div", { className: "scale", children: [this.high, this.low] });
     scale.setAttribute("aria-hidden", "true");
@@ -62,7 +66,7 @@ class Card {
     this.isSeen = true;
   }
 
-  show(need, value, tolerance, now) {
+  show({ need, value, tolerance, profile }, now) {
     const served = quality(need.quality);
     this.variable = need.variable;
     this.element.className = `card ${served}`;
@@ -72,8 +76,10 @@ class Card {
     const width = hi - lo;
     const isServed = served !== "unserved" && lo != null;
     const unit = need.unit ?? "";
-    setText(this.number, isServed ? number((lo + hi) / 2, width) : "–");
-    setText(this.width, isServed ? `± ${number(width / 2, width)} ${unit}` : published && lo == null ? "a list of values" : "no value");
+    const isVector = profile?.known > 0;
+    setText(this.number, isVector ? spread(profile.min[0], profile.max[0], "") : isServed ? number((lo + hi) / 2, width) : "–");
+    const what = profile ? `${unit}, ${profile.count} elements` : published && lo == null ? "a list of values" : "no value";
+    setText(this.width, isServed ? `± ${number(width / 2, width)} ${unit}` : what);
     setText(this.facts.source, served === "unserved" ? "✗ nothing" : need.source + (need.forced ? ", by order" : ""));
     for (const element of [this.facts.level, this.facts.level.previousSibling]) element.hidden = !need.assurance;
     setText(this.facts.level, need.assurance ? level(need.assurance) : "");
@@ -82,10 +88,19 @@ class Card {
     setText(this.facts.left, left(tolerance));
     setText(this.facts.published, need.signal);
     setText(this.facts.gap, `${need.longest_gap_s.toFixed(2)} s`);
-    if (this.isSeen) this.draw(now, unit);
+    if (profile) this.extremes.keep(profile, now);
+    if (this.isSeen) this.draw(profile, now, unit);
   }
 
-  draw(now, unit) {
+  draw(profile, now, unit) {
+    const { low, high } = this.extremes.range();
+    this.profile.show(profile, (share) => 600 * share, (value) => 100 * (1 - (value - low) / (high - low)), 2, 98);
+    if (!profile) return this.drawPast(now, unit);
+    for (const path of [this.band, this.line, this.switches]) path.setAttribute("d", "");
+    this.label(low, high, `the latest elements: ${words(profile, unit)}`);
+  }
+
+  drawPast(now, unit) {
     const { points } = this.past;
     const known = points.filter((point) => !point.isGap && point.lo != null);
     const low = Math.min(...known.map((point) => point.lo));
@@ -103,10 +118,14 @@ class Card {
     this.band.setAttribute("d", areas.map(area).join(""));
     this.line.setAttribute("d", areas.map((piece) => `M${joined(piece, (it) => (it.lo + it.hi) / 2)}`).join(""));
     this.switches.setAttribute("d", points.filter((point) => point.isSwitch).map((point) => `M${x(point)} 0V100`).join(""));
-    setText(this.high, known.length ? number(high, high - low) : "");
-    setText(this.low, known.length ? number(low, high - low) : "");
-    const words = known.length ? `last minute: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last minute: no value";
-    if (this.spark.getAttribute("aria-label") !== words) this.spark.setAttribute("aria-label", words);
+    this.label(low, high, known.length ? `last minute: from ${number(low, high - low)} to ${number(high, high - low)} ${unit}` : "last minute: no value");
+  }
+
+  /** Writes the ends of the scale beside the drawing, and what it shows. */
+  label(low, high, told) {
+    setText(this.high, low <= high ? number(high, high - low) : "");
+    setText(this.low, low <= high ? number(low, high - low) : "");
+    if (this.spark.getAttribute("aria-label") !== told) this.spark.setAttribute("aria-label", told);
   }
 }
 
@@ -146,7 +165,7 @@ export class Needs {
     this.list.replaceChildren();
   }
 
-  show({ needs = {}, values = {}, tolerance = {} }, now, isVisible) {
+  show({ needs = {}, values = {}, tolerance = {}, need_profiles: profiles = {} }, now, isVisible) {
     const names = Object.keys(needs);
     if (names.length && this.cards.size === 0) this.list.replaceChildren();
     arrange(this.list, this.cards, names.slice(0, MOST), (name) => {
@@ -158,7 +177,7 @@ export class Needs {
     for (const [name, card] of this.cards) {
       const value = values[name] ?? [null, null, null, 0];
       card.past.keep(needs[name], value, now);
-      if (isVisible) card.show(needs[name], value, tolerance[name], now);
+      if (isVisible) card.show({ need: needs[name], value, tolerance: tolerance[name], profile: profiles[name] }, now);
     }
     setText(this.more, names.length > MOST ? `and ${names.length - MOST} more` : "");
   }

@@ -27,7 +27,7 @@ const SCRIPT: &str = "text/javascript; charset=utf-8";
 const IMAGE: &str = "image/svg+xml";
 
 /// Every file of the page; the first is the page itself.
-pub const FILES: [File; 14] = [
+pub const FILES: [File; 15] = [
     File { path: "/", kind: HTML, bytes: include_bytes!("../assets/index.html") },
     File { path: "/web/page.css", kind: STYLE, bytes: include_bytes!("../assets/page.css") },
     File { path: "/web/icon.svg", kind: IMAGE, bytes: include_bytes!("../assets/icon.svg") },
@@ -35,6 +35,7 @@ pub const FILES: [File; 14] = [
     File { path: "/web/stream.js", kind: SCRIPT, bytes: include_bytes!("../assets/stream.js") },
     File { path: "/web/words.js", kind: SCRIPT, bytes: include_bytes!("../assets/words.js") },
     File { path: "/web/needs.js", kind: SCRIPT, bytes: include_bytes!("../assets/needs.js") },
+    File { path: "/web/profile.js", kind: SCRIPT, bytes: include_bytes!("../assets/profile.js") },
     File { path: "/web/signals.js", kind: SCRIPT, bytes: include_bytes!("../assets/signals.js") },
     File { path: "/web/learned.js", kind: SCRIPT, bytes: include_bytes!("../assets/learned.js") },
     File { path: "/web/timeline.js", kind: SCRIPT, bytes: include_bytes!("../assets/timeline.js") },

@@ -35,7 +35,7 @@ impl Healer {
     /// Sends a value of a need if this instance serves the need.
     pub(in super::super) fn serve(
         &mut self,
-        publication: &Publication,
+        publication: Publication,
         is_ours: impl Fn(&str) -> bool,
         bridge: &mut dyn Bridge,
     ) -> Served {
@@ -49,7 +49,7 @@ impl Healer {
             let source = self.engine.need_status(publication.need).source;
             outlet.follow(EventKind::Restored, source.as_ref());
         }
-        let is_isolated = self.workers.as_ref().is_some_and(|workers| workers.is_isolated(publication));
+        let is_isolated = self.workers.as_ref().is_some_and(|workers| workers.is_isolated(&publication));
         outlet.place(match (publication.delegated, is_isolated) {
             (true, _) => ", in a process of its own",
             (false, true) => ", in the engine for now",
@@ -58,19 +58,21 @@ impl Healer {
         let time = publication.time;
         let standing = |outlet: &Outlet| (outlet.quality(time), outlet.admitted(time), outlet.ability(time));
         let before = standing(outlet);
-        outlet.note(publication, quality);
+        outlet.note(&publication, quality);
         outlet.certify(publication.admitted, self.engine.knowledge().contracts().scales());
         let is_ours = is_ours(outlet.topic());
         // The process may have been suspended since the value was computed.
         let is_fresh = outlet.is_fresh(time, bridge.inbox().clock().now());
         self.withheld[publication.need] = (!is_ours).then(|| publication.clone());
         let failed = if is_fresh && is_ours {
-            self.send(publication, None, bridge)
+            self.send(&publication, None, bridge)
         } else {
             self.outlets[publication.need].leave();
             Vec::new()
         };
-        let after = standing(&self.outlets[publication.need]);
+        let outlet = &mut self.outlets[publication.need];
+        let after = standing(outlet);
+        outlet.keep(publication.value);
         Served { is_news: after != before, failed }
     }
 

@@ -2,8 +2,9 @@
 
 use crate::broker::Broker;
 use crate::real::{PATIENCE, Script, eventually, free_port, python};
-use crate::running::{Running, TOKEN};
+use crate::running::{Folder, Running, TOKEN};
 use serde_json::{Value, json};
+use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};
 use std::net::TcpStream;
 use std::path::Path;
@@ -97,6 +98,32 @@ fn the_stream_tells_everything_once_and_then_what_changes() {
 }
 
 #[test]
+fn vectors_of_signals_and_needs_are_streamed_as_profiles() {
+    let folder = Folder::new();
+    let model = folder.path("rover.yaml");
+    let need = "\nneeds:\n  v_2D: { signal: /scan/healed, max_age: 5 s }";
+    fs::write(&model, fs::read_to_string(ROVER).unwrap().replace("\nneeds:", need)).unwrap();
+    let run = Running::start([model.to_str().unwrap()]);
+    run.until("the need is served", |state| {
+        state["models"]["rover"]["needs"]["v_2D"]["published"].as_u64() > Some(3)
+    });
+    let first = Parts::of(&run).next("state");
+    let rover = &first["models"]["rover"];
+    for (table, name, count, bins) in [
+        ("signal_profiles", "/lidar/scan", 121, 121),
+        ("signal_profiles", "/sonar/ranges", 12, 12),
+        ("signal_profiles", "/depth/image", 480, 181),
+        ("need_profiles", "v_2D", 121, 121),
+    ] {
+        let profile = &rover[table][name];
+        assert_eq!((&profile["count"], &profile["known"]), (&json!(count), &json!(count)), "{name}: {rover}");
+        assert_eq!(profile["bins"].as_array().unwrap().len(), bins, "{profile}");
+        assert!(profile["min"][0].as_f64() < profile["max"][0].as_f64(), "{profile}");
+    }
+    assert_eq!(rover["signal_profiles"].as_object().unwrap().len(), 3, "{rover}");
+}
+
+#[test]
 fn what_would_be_lost_is_reported_before_it_is() {
     let run = Running::start([]);
     run.until("a model is there", |state| state["models"]["rover"].is_object());
@@ -134,7 +161,11 @@ fn an_accusation_has_its_evidence_and_the_page_leads_to_other_instances() {
     // A decision about a need accuses nobody.
     let substituted = run.decision("substituted");
     assert_eq!(run.get(&format!("/evidence?number={}", substituted["number"])), (200, Value::Null));
-    assert_eq!(Parts::of(&run).next("state")["head"]["others"], json!([["truck", "http://10.0.0.2:7410/"]]));
+    let state = Parts::of(&run).next("state");
+    assert_eq!(state["head"]["others"], json!([["truck", "http://10.0.0.2:7410/"]]));
+    // A vector of a silent signal is not drawn.
+    let profiles = state["models"]["rover"]["signal_profiles"].as_object().unwrap();
+    assert_eq!(profiles.keys().collect::<Vec<_>>(), ["/depth/image", "/sonar/ranges"]);
     let ended = Running::ended(["--other-page", "truck=javascript:alert(1)"]);
     assert_eq!(ended.status.code(), Some(2), "{ended:?}");
 }

@@ -6,6 +6,7 @@ on; and {"seen": WHAT} when everything was as it should be.
 """
 
 import json
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -74,6 +75,35 @@ class Page:
         expect(line).to_contain_text(BROKEN)
         expect(line).to_contain_text("○ silent")
         return delay
+
+    def a_profile_opens(self, name):
+        """By keys: the row below that of a vector; returns it."""
+        button = self.page.get_by_role("button", name=f"profile of {name}")
+        button.focus()
+        if button.get_attribute("aria-expanded") == "false":
+            self.page.keyboard.press("Enter")
+        expect(button).to_have_attribute("aria-expanded", "true")
+        return self.page.locator("#signals-list tr", has=button).locator("xpath=following-sibling::tr[1]").locator(".profile-large")
+
+    def a_silent_scan_is_gone(self):
+        self.turn_to("signals")
+        scan = self.a_profile_opens(BROKEN)
+        expect(scan).to_contain_text("No vector: the signal is silent.")
+        expect(scan.locator(".line")).to_have_attribute("d", "")
+        sonar = self.a_profile_opens("/sonar/ranges")
+        expect(sonar.locator("p")).to_have_text(re.compile(r"^12 elements with a value; minimum [\d.]+ m at element \d+, maximum .*"))
+        expect(sonar.locator(".line")).to_have_attribute("d", re.compile("^M[^M]+$"))
+        expect(self.page.get_by_role("button", name="profile of /odom/speed")).to_have_count(0)
+
+    def the_lie_collapses_the_scan(self):
+        self.turn_to("signals")
+        scan = self.a_profile_opens(BROKEN)
+        expect(scan.locator("p")).to_have_text(re.compile(r"^121 elements with a value; each 3 m\. Dashed: v_dmin is served as [\d.]+ ± [\d.]+ m\.$"))
+        # The scale is that of the scans before, so the scan is a flat line, above that of the need.
+        self.page.wait_for_function("""(scan) => {
+            const [band, line] = [".band", ".served"].map((part) => scan.querySelector(part)?.getBBox());
+            return scan.textContent.includes("each 3 m") && band.height < 60 && line.y > band.y;
+        }""", arg=scan.element_handle())
 
     def the_timeline_is_filtered(self):
         self.turn_to("timeline")
@@ -256,11 +286,13 @@ def main(address, token=None, axe=None, screenshots=None):
             page.screenshots(Path(screenshots))
             return say(seen="the screenshots")
         delay = page.the_switch_is_shown()
+        page.a_silent_scan_is_gone()
         page.the_timeline_is_filtered()
         page.orders_need_the_token(token)
         page.the_keyboard_is_enough()
         page.it_comes_back_after_a_restart()
         page.the_blamed_band_is_marked()
+        page.the_lie_collapses_the_scan()
         page.the_timeline_says_why()
         page.the_graph_shows_the_way_in_use()
         page.what_nothing_heals_is_told()

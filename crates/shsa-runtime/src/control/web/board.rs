@@ -1,6 +1,7 @@
 //! The rows that the pages show, each with the number of the look that has changed it. A reader gets the rows that have changed
 //! since its last look.
 
+use crate::profile;
 use crate::view::{Look, SIGNALS};
 use serde_json::{Map, Value, json};
 use std::collections::{BTreeMap, VecDeque};
@@ -11,7 +12,7 @@ use tokio::time::Instant;
 const EVENTS: usize = 200;
 
 /// The tables of which a look updates only some rows.
-const IN_TURN: [&str; 2] = ["signals", "readings"];
+const IN_TURN: [&str; 4] = ["signals", "readings", profile::TABLES[0], profile::TABLES[1]];
 
 /// A table of a model.
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord)]
@@ -46,6 +47,8 @@ pub(super) struct Board {
     since: Option<u64>,
     /// The first signal of the next look.
     from: usize,
+    /// How many looks there were.
+    looks: u64,
 }
 
 impl Board {
@@ -61,7 +64,7 @@ impl Board {
 
     /// The next look at the run.
     pub(super) fn look(&self) -> Look {
-        Look { since: self.since, from: self.from }
+        Look { since: self.since, from: self.from, turn: self.looks }
     }
 
     /// The names of the models.
@@ -79,6 +82,7 @@ impl Board {
         let Value::Object(mut head) = seen else { return false };
         self.looked = Some(Instant::now());
         self.number += 1;
+        self.looks += 1;
         let next = head.remove("next_event").and_then(|next| next.as_u64());
         let has_news = std::mem::replace(&mut self.since, next) != next;
         if let Some(Value::Array(events)) = head.remove("events") {
