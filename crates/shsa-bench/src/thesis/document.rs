@@ -15,7 +15,7 @@ relations are usable towards the root only, and variables are provided as in `ex
 `drivetrain` are the models in `models/`, without the signal of the steering angle. All searches run over the same graphs.
 
 Times are for one core, with other work on the machine, so compare them within a row only. They do not include reading a model
-and preparing its graph. A search that takes less than a second is run several times, and the fastest run counts.";
+and preparing its graph. A search that takes less than 0.1 s is run several times, and the fastest run counts.";
 
 const PUBLIC: &str = "\
 *public*: the thesis's own programs, [github.com/dratasich/shsa](https://github.com/dratasich/shsa), with Python 3.11 on two shared cores. Their figures are medians over graphs of their own generators, measured in an earlier run.

@@ -213,7 +213,7 @@ fn all(groups: &[Group]) -> Table {
     };
     Table {
         title: "All answers",
-        note: "Time until all substitutions are found and sorted, median / worst over the first five graphs of a kind. \"n stopped\": the limit ended n searches; their times are those until that end.",
+        note: "Time until all substitutions are found and sorted, median / worst over the graphs. \"n stopped\": the limit ended n searches; their times are those until that end.",
         head: vec![
             "graph",
             "graphs",
