@@ -2,6 +2,7 @@
 
 use crate::broker::Broker;
 use crate::running::Running;
+use serde_json::Value;
 use std::process::{Child, Command, Stdio};
 
 /// A program that is ended when this is dropped.
@@ -33,14 +34,15 @@ fn tracks_of_radars_are_associated_and_compared_over_mqtt() {
     let _association =
         Program::start(&["service", "--associate", "models/tracks/radars.yaml", "--bus", &bus]);
     let _road = Program::start(&["demo", "radars", "--part", "road", "--bus", &bus]);
-    // The slowest border is the one whose next vehicle is the furthest away.
+    // Between two vehicles a need is served by whoever has spoken last.
+    let is_served = |need: &Value, qualities: &[&str]| {
+        let is_good = need["quality"].as_str().is_some_and(|quality| qualities.contains(&quality));
+        is_good && need["published"].as_u64() > Some(3)
+    };
     for border in 1..=3 {
         run.until("positions and counts at the border come", |state| {
-            let of = |what: &str| {
-                let need = &state["models"]["radars"]["needs"][format!("{what}_{border}")];
-                need["quality"] == "Good" && need["published"].as_u64() > Some(3)
-            };
-            of("x") && of("count")
+            let need = |what: &str| &state["models"]["radars"]["needs"][format!("{what}_{border}")];
+            is_served(need("x"), &["Good", "UncertainSubstituteValue"]) && is_served(need("count"), &["Good"])
         });
     }
 }
