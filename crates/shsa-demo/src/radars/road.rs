@@ -31,7 +31,10 @@ pub struct Road {
 }
 
 impl Road {
-    /// An empty road: it fills within 40 s.
+    /// When the road is full.
+    pub const FILLED: Time = Time(40_000_000_000);
+
+    /// An empty road, which is full at [`Road::FILLED`].
     #[must_use]
     pub fn new(seed: u64) -> Road {
         let mut random = ChaCha8Rng::seed_from_u64(seed);

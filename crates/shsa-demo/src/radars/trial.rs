@@ -19,8 +19,6 @@ use std::collections::{BTreeMap, VecDeque};
 const FRESH: Span = Span::from_millis(500);
 /// For how long what was true is remembered.
 const MEMORY: usize = 40;
-/// The road fills first, and each need finds its source: nothing is scored before.
-const FILLED: Time = Time(40_000_000_000);
 
 /// A trial. The same arguments give the same trial.
 ///
@@ -232,7 +230,7 @@ impl Trial {
         let Some(border) = self.borders.get_mut(border) else { return };
         border.known = border.known.max(at);
         let truth = border.truth.iter().rev().find(|(time, _)| *time == at);
-        if let Some((_, truth)) = truth.filter(|_| at >= FILLED) {
+        if let Some((_, truth)) = truth.filter(|_| at >= Road::FILLED) {
             self.score.errors().erred(x - truth);
         }
     }
@@ -240,7 +238,7 @@ impl Trial {
     /// Counts for how long positions are not known, while there is a vehicle.
     fn watch(&mut self) {
         let now = self.now();
-        if now < FILLED {
+        if now < Road::FILLED {
             return;
         }
         for border in &self.borders {

@@ -254,6 +254,10 @@ pub fn descend(text: &str, from: Place, steps: &[Step]) -> Option<Place> {
             }
         }
     }
+    // What is within the quotes of a text is no JSON of its own.
+    if steps.is_empty() || !matches!(from.kind, Kind::Object | Kind::List) {
+        return steps.is_empty().then_some(from);
+    }
     let mut way = Way(steps, None);
     // What is within a valid text is valid, so the pass cannot fail.
     let _walked = walk(from.of(text), 0, &mut way);

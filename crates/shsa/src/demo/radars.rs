@@ -8,15 +8,13 @@ use anyhow::bail;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox, Outgoing, Payload};
 use shsa_core::engine::EventKind;
-use shsa_core::time::{Span, Time};
+use shsa_core::time::Span;
 use shsa_demo::radars::{Errors, Fault, Road, Score, Trial};
 use shsa_demo::{Decision, Happening, Provision};
 use shsa_format::text;
 use std::sync::atomic::Ordering;
 use std::time::Duration;
 
-/// The road fills first.
-const FILLED: Time = Time(40_000_000_000);
 /// How long the road is as it is before the next fault, when it is on a bus.
 const SPELL: Span = Span::from_millis(150_000);
 /// The most moments of a trial that are shown.
@@ -68,20 +66,20 @@ pub(super) fn publish(args: &DemoArgs) -> anyhow::Result<Outcome> {
     let mut terminal = Terminal::new(false, args.json);
     let mut road = Road::new(args.seed);
     // The road is full when it begins.
-    while road.now() < FILLED {
+    while road.now() < Road::FILLED {
         road.step();
     }
-    let (began, mut faults) = (clock.now(), Fault::ALL.iter().cycle().zip(0..));
+    let (began, mut faults) = (clock.now(), Fault::ALL.into_iter().cycle());
     let mut next = road.now();
     while !stop.load(Ordering::Acquire) {
         if road.now() >= next {
-            let Some((fault, _)) = faults.next() else { break };
-            road.set_fault(*fault);
+            let Some(fault) = faults.next() else { break };
+            road.set_fault(fault);
             terminal.event(road.now(), "now", Ink::Strong, fault.describe())?;
             next = next + SPELL;
         }
         road.step();
-        let due = began + (road.now() - FILLED);
+        let due = began + (road.now() - Road::FILLED);
         while clock.now() < due && !stop.load(Ordering::Acquire) {
             inbox.wait(Duration::from_nanos(u64::try_from((due - clock.now()).0).unwrap_or(0)));
         }

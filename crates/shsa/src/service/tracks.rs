@@ -71,7 +71,8 @@ impl Tracks {
         self.newest.map(|_| self.tracks.as_slice())
     }
 
-    /// Takes a message in; returns its time by our clock, or `None` when it is of another topic or older than the latest.
+    /// Takes a message in; returns its time by our clock, or `None` when it is of another topic, does not meet a condition of the
+    /// fields, or is older than the latest.
     ///
     /// # Errors
     /// Why its tracks cannot be read.
@@ -80,7 +81,8 @@ impl Tracks {
             return Ok(None);
         }
         let Read { parts, stamp } = self.read(message, clock)?;
-        if self.is_whole() && self.newest.is_some_and(|newest| newest > stamp) {
+        let is_late = self.is_whole() && self.newest.is_some_and(|newest| newest > stamp);
+        if is_late || parts.len() < self.sensor.fields.len() {
             return Ok(None);
         }
         // The moment of such a message would make the tracks of all others too old.

@@ -85,3 +85,16 @@ fn what_is_wrong_with_the_file_is_reported_with_its_place() {
     let ended = folder.run("service --associate absent.yaml --stdio");
     assert_eq!(ended.status, 2, "{}", ended.stderr);
 }
+
+#[test]
+fn a_message_about_something_else_changes_nothing() {
+    let folder = Folder::new();
+    let file = "associations: { yard: { sensors: { camera: { tracks: /seen, x: 'x[kind=car]', y: 'y[kind=car]', time: t, \
+                error: [1, 1], output: /yard } } } }";
+    folder.write("yard.yaml", file);
+    let mut service = Service::start(&["--associate", folder.path("yard.yaml").to_str().unwrap()]);
+    service.say("/seen", json!({ "t": 1.0, "kind": "car", "x": [5], "y": [2] }), 1.0);
+    service.say("/seen", json!({ "t": 1.1, "kind": "dog", "x": [9], "y": [9] }), 1.1);
+    let (said, ..) = service.end();
+    assert_eq!((of(&said, "/yard/x"), of(&said, "/yard/count")), (vec![&json!(5)], vec![&json!(1)]));
+}
