@@ -92,13 +92,19 @@ fn parsed(mut arguments: &[String]) -> Vec<Argument<'_>> {
     parsed
 }
 
-/// The value of an option; `None` where it is absent.
-fn value<'a>(parsed: &[Argument<'a>], option: &str) -> Option<&'a str> {
-    parsed.iter().find(|it| it[0] == option).and_then(|it| it.get(1)).map(String::as_str)
+/// The values of an option.
+fn values<'a>(parsed: &[Argument<'a>], option: &str) -> impl Iterator<Item = &'a str> {
+    parsed.iter().filter(move |it| it[0] == option).filter_map(|it| it.get(1)).map(String::as_str)
 }
 
+/// The first value of an option; `None` where it is absent.
+fn value<'a>(parsed: &[Argument<'a>], option: &str) -> Option<&'a str> {
+    values(parsed, option).next()
+}
+
+/// Whether this is a unit of tests or benches; those with a main function of their own only have the configuration of tests.
 fn is_test(parsed: &[Argument<'_>]) -> bool {
-    parsed.iter().any(|it| it[0] == "--test")
+    parsed.iter().any(|it| it[0] == "--test") || values(parsed, "--cfg").any(|it| it == "test")
 }
 
 /// Whether this is a unit that no other one uses. A program whose instructions are counted is compiled by rustc: clippy optimises
@@ -232,6 +238,9 @@ mod tests {
         let of = |line: &str| levels_less(&parsed(&arguments(line)));
         assert_eq!((of("benches/a.rs --crate-type bin"), of("src/main.rs --crate-type bin")), (u8::MAX, 0));
         assert!(is_last(&parsed(&arguments("src/main.rs --crate-type bin --out-dir /t"))));
+        assert!(is_last(&parsed(&arguments(
+            "benches/a.rs --emit=dep-info,link --cfg feature=\"a\" --cfg test"
+        ))));
         assert!(!is_last(&parsed(&arguments("src/lib.rs --crate-type lib"))));
     }
 
