@@ -1,6 +1,7 @@
 //! `shsa analyze`: which faults a model can detect, isolate and heal, before anything runs.
 
 use crate::outcome::Outcome;
+use crate::replay::written;
 use crate::show;
 use crate::watch::Watching;
 use anyhow::Context;
@@ -45,6 +46,8 @@ pub(crate) struct Arguments {
 
 /// Analyses a model; the answer is no if nothing serves a need even while all signals are present.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let read: Vec<&PathBuf> = arguments.relations.iter().chain([&arguments.model]).collect();
+    written::ensure_free(arguments.html.as_deref(), &read)?;
     let (knowledge, left_out) = part(&arguments.model, arguments.signals)?;
     let watch = arguments.watching.budget();
     let mut options = Options { only_runnable: arguments.only_runnable, watch, ..Options::default() };

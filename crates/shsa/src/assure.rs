@@ -2,6 +2,7 @@
 //! not at a higher one.
 
 use crate::outcome::{AlreadyReported, Outcome};
+use crate::replay::written::ensure_free;
 use crate::replay::{SourceArguments, recorded};
 use crate::show;
 use anyhow::{Context, bail};
@@ -77,6 +78,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let format = if arguments.json { Format::Json } else { arguments.format };
     let moment = arguments.with.as_deref().map(read_moment).transpose()?;
     let [first, ..] = arguments.models.as_slice() else { bail!("name a model") };
+    // A folder may have to be made.
+    let is_there = arguments.out.as_deref().filter(|path| path.exists());
+    ensure_free(is_there, &arguments.models.iter().chain(&arguments.over).collect::<Vec<_>>())?;
     let text = read(first)?;
     if !arguments.over.is_empty() {
         return over(arguments, format, first);

@@ -105,15 +105,15 @@ fn above_zero(text: &str) -> Result<f64, String> {
 
 /// Calibrates; the answer is no if the fitted model does worse than the given one, or a healthy signal fails.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
+    let files = [&arguments.patch, &arguments.output, &arguments.html];
+    written::ensure_free(files.into_iter().filter_map(|file| file.as_deref()), &read)?;
     let live = show::load_live(&arguments.model)?;
     let knowledge = live.knowledge();
     let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     show::recording(&recording);
     let skip: Vec<(Span, Span)> = arguments.skip.iter().map(|it| (it.from, it.to)).collect();
     let parted = Parted::of(&recording, arguments.split, &skip)?;
-    let read: Vec<&PathBuf> = arguments.recordings.iter().chain([&arguments.model]).collect();
-    let mut files = arguments.patch.iter().chain(&arguments.output).chain(&arguments.html);
-    files.try_for_each(|path| written::ensure_free(path, &read))?;
     let bar = bar(calibration::STEPS, "{bar:40} {percent:>3} %  calibrating  {elapsed}");
     let wanted = Options {
         alarms_per_hour: arguments.false_alarms,

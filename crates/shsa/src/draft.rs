@@ -3,6 +3,7 @@
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
 use crate::progress::Search;
+use crate::replay::written;
 use anyhow::bail;
 use shsa_format::model::load;
 use shsa_lab::drafting::{draft, model_text};
@@ -33,6 +34,8 @@ pub(crate) struct Arguments {
 /// # Errors
 /// When a recording cannot be read, or nothing in it can be a signal.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    let recordings: Vec<&PathBuf> = arguments.columns.recordings.iter().collect();
+    written::ensure_free([arguments.output.as_path()], &recordings)?;
     let read = arguments.columns.read()?;
     let drafted = draft(&read.columns, &Search::default())?;
     if drafted.groups.is_empty() {

@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
 /// When a file cannot be read or written, or the recordings have no signal that changes.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let read: Vec<&PathBuf> = arguments.columns.recordings.iter().chain(&arguments.model).collect();
-    arguments.patch.iter().try_for_each(|path| written::ensure_free(path, &read))?;
+    written::ensure_free(arguments.patch.as_deref(), &read)?;
     let subject = match &arguments.model {
         Some(model) => of_model(model, &arguments.columns)?,
         None => of_draft(&arguments.columns)?,

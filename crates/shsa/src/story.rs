@@ -27,7 +27,7 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.report {
         let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
-        written::ensure_free(path, &[story])?;
+        written::ensure_free([path.as_path()], &[story])?;
         let bytes = std::fs::read(story).with_context(|| format!("cannot read {}", story.display()))?;
         return run_story(&load(story)?, Some((path, &provenance(story, &bytes))));
     }

@@ -13,47 +13,51 @@ pub(crate) fn open<const N: usize>(
     paths: [Option<&Path>; N],
     read: &[&PathBuf],
 ) -> anyhow::Result<[Option<BufWriter<File>>; N]> {
-    let mut taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    ensure_free(paths.into_iter().flatten(), read)?;
     let mut made = Vec::new();
     let mut files = [const { None }; N];
     for (file, path) in files.iter_mut().zip(paths) {
         let Some(path) = path else { continue };
         let is_new = !path.exists();
-        let opened = open_one(path, &mut taken);
+        let opened = OpenOptions::new().write(true).create(true).truncate(false).open(path);
         if is_new && opened.is_ok() {
             made.push(path);
         }
         if opened.is_err() {
             made.iter().for_each(|path| drop(std::fs::remove_file(path)));
         }
-        *file = Some(opened?);
+        *file = Some(opened.with_context(|| format!("{} cannot be written", path.display()))?);
     }
     files.iter().flatten().try_for_each(empty)?;
     Ok(files.map(|file| file.map(BufWriter::new)))
 }
 
-/// Checks, before any work, that a later output file is not among those that are `read`.
+/// Checks, before any work, that later output files can be told apart from each other and from those that are `read`, and that their
+/// folders are there.
 ///
 /// # Errors
-/// When the file is among them.
-pub(crate) fn ensure_free(path: &Path, read: &[&PathBuf]) -> anyhow::Result<()> {
-    let taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
-    ensure_none_of(path, &taken)
-}
-
-fn ensure_none_of(path: &Path, taken: &[PathBuf]) -> anyhow::Result<()> {
-    if path.canonicalize().is_ok_and(|path| taken.contains(&path)) {
-        bail!("{} is in use by this run already; name another file to write to", path.display());
+/// When a file is named twice, is among those that are read, or is in no folder.
+pub(crate) fn ensure_free<'p>(
+    paths: impl IntoIterator<Item = &'p Path>,
+    read: &[&PathBuf],
+) -> anyhow::Result<()> {
+    let mut taken: Vec<PathBuf> = read.iter().filter_map(|path| path.canonicalize().ok()).collect();
+    for path in paths {
+        let place = place(path).with_context(|| format!("{} cannot be written", path.display()))?;
+        if taken.contains(&place) {
+            bail!("{} is in use by this run already; name another file to write to", path.display());
+        }
+        taken.push(place);
     }
     Ok(())
 }
 
-fn open_one(path: &Path, taken: &mut Vec<PathBuf>) -> anyhow::Result<File> {
-    ensure_none_of(path, taken)?;
-    let options = OpenOptions::new().write(true).create(true).truncate(false).open(path);
-    let file = options.with_context(|| format!("{} cannot be written", path.display()))?;
-    taken.extend(path.canonicalize());
-    Ok(file)
+/// The path, without links, of a file that is there or that is to be made.
+fn place(path: &Path) -> std::io::Result<PathBuf> {
+    path.canonicalize().or_else(|_| {
+        let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."));
+        Ok(folder.canonicalize()?.join(path.file_name().unwrap_or_default()))
+    })
 }
 
 /// Only regular files have a length to set: `/dev/stdout` has none.

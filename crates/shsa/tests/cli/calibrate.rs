@@ -142,7 +142,12 @@ fn the_calibrated_model_is_the_model_with_the_patch() {
     assert_ne!(patched, folder.read("m.yaml"));
     let refused = folder.ends("calibrate m.yaml drive.csv --output m.yaml", 2);
     assert!(refused.stderr.contains("m.yaml"), "{}", refused.stderr);
-    folder.ends("calibrate m.yaml drive.csv --patch twice.yaml --output twice.yaml", 2);
+    // Before any work: there is not even a recording.
+    let twice = ["twice.yaml is in use by this run already"];
+    folder.refuses("calibrate m.yaml missing.csv --patch twice.yaml --output ./twice.yaml", &twice);
+    folder
+        .refuses("calibrate m.yaml missing.csv --html missing/a.html", &["missing/a.html cannot be written"]);
+    assert!(!folder.path("twice.yaml").exists());
 }
 
 #[test]

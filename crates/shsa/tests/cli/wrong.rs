@@ -74,6 +74,24 @@ fn files_to_write_are_opened_before_anything_is_done() {
 }
 
 #[test]
+fn what_is_read_is_not_written_over() {
+    let folder = tank::folder();
+    let words = "is in use by this run already; name another file to write to";
+    for arguments in [
+        "analyze tank.yaml --html tank.yaml",
+        "assure tank.yaml -o ./tank.yaml",
+        "assure tank.yaml --over run.csv -o run.csv",
+        "draft run.csv -o run.csv",
+        "learn run.csv --patch run.csv",
+        "replay tank.yaml run.csv --report run.csv",
+    ] {
+        folder.refuses(arguments, &[words]);
+    }
+    folder.refuses("draft run.csv -o missing/model.yaml", &["missing/model.yaml cannot be written"]);
+    assert_eq!(folder.read("run.csv"), tank::csv());
+}
+
+#[test]
 fn a_journal_of_another_model_is_refused() {
     let folder = tank::folder();
     folder.ends("replay tank.yaml run.csv --journal j.jsonl", 0);
