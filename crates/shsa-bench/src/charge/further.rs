@@ -33,11 +33,18 @@ const SIZES: [Failure; 24] = [
     ("voltage", "outliers of -3 V", "spike=-3"),
 ];
 
-/// Runs the model by its own method over its recording, and prints an object for each run where `is_json`.
+/// Runs the model by its own method over its recording, and prints an object for each run where `is_json`. What the note says beside how
+/// the failures were chosen is of this recording.
 ///
 /// # Errors
 /// The model is wrong.
-pub(super) fn table(model: &str, recording: &Recording, is_json: bool) -> anyhow::Result<Table> {
+pub(super) fn table(
+    title: &str,
+    note: &str,
+    model: &str,
+    recording: &Recording,
+    is_json: bool,
+) -> anyhow::Result<Table> {
     let recorded = Recorded::new(model, &recording.file)?;
     let later = FAILURES.into_iter().map(|failure| (failure, 0.75));
     let mut rows = Vec::new();
@@ -51,8 +58,8 @@ pub(super) fn table(model: &str, recording: &Recording, is_json: bool) -> anyhow
     }
     let head = ["sensor", "failure", "begins after", "error"];
     Ok(Table {
-        title: "Other failures, at other times".to_owned(),
-        note: NOTE.to_owned(),
+        title: title.to_owned(),
+        note: format!("{CHOSEN} {note}"),
         head: head.map(str::to_owned).into(),
         rows,
     })
@@ -69,9 +76,7 @@ fn shown(run: &Run) -> String {
     )
 }
 
-const NOTE: &str = "\
+const CHOSEN: &str = "\
 The kinds and sizes of the failures above, and their time, were known when the model was made. Here the same failures begin after \
-75 % of the recording, and 24 failures have other sizes; the model was not changed for them afterwards. \
-Two are beyond it: an offset of 500 mV at 75 %, where it takes the current for wrong until the voltage is excluded, and a current of the wrong sign. \
-Where a need is not met for longer \
+75 % of the recording, and 24 failures have other sizes; the model was not changed for them afterwards. Where a need is not met for longer \
 than 150 s, the gap is given.";
