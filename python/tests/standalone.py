@@ -13,8 +13,8 @@ from collections.abc import Callable
 import pyspark
 
 
-def wait(condition: Callable[[], object], seconds: float = 120) -> None:
-    """Waits until a condition holds."""
+def wait(condition: Callable[[], object], seconds: float = 600) -> None:
+    """Waits until a condition holds; for long, as a busy machine may take minutes to start a cluster."""
     end = time.monotonic() + seconds
     while not condition():
         if time.monotonic() > end:
