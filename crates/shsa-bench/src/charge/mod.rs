@@ -164,8 +164,8 @@ fn own_note(errors: &[Errors; 2]) -> String {
          in which the sensors fail. Its begin is taken as empty. As the test holds 10 A for 2.9 h, and a rest one voltage for 34 min, a sensor is \
          only found frozen by the time alone after 4 h and 1 h: what is stuck is found by the filter (`stuck`). Just after \
          a change of the load the circuit is less exact: how much so (0.05 and 0.1 mV/A of the change) was chosen on this recording, with five of \
-         these failures. So was the share of the weight at which the filter takes a fault for true, with all of these failures; the table below \
-         has others.",
+         these failures. So was the share of the weight at which the filter takes a fault for true, of eight values, with all of these failures: \
+         what it was not chosen with is in the table below.",
         1e3 * errors[0].rms(),
         1e3 * errors[1].rms(),
         1e3 * errors[1].greatest(),
