@@ -1,9 +1,9 @@
 //! `shsa analyze`: which faults a model can detect, isolate and heal, before anything runs.
 
 use crate::outcome::Outcome;
-use crate::replay::written;
 use crate::show;
 use crate::watch::Watching;
+use crate::written;
 use anyhow::Context;
 use shsa_core::analysis::{Options, analyze_with};
 use shsa_core::knowledge::{Draft, KnowledgeBase, Relation, Severity, build};

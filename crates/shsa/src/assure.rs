@@ -2,9 +2,9 @@
 //! not at a higher one.
 
 use crate::outcome::{AlreadyReported, Outcome};
-use crate::replay::written::ensure_free;
 use crate::replay::{SourceArguments, recorded};
 use crate::show;
+use crate::written::ensure_free;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
 use shsa_format::case::gsn::INDEX;

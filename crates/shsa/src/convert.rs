@@ -1,6 +1,7 @@
 //! `shsa convert`: a knowledge base in another form, or as a drawing.
 
 use crate::outcome::{AlreadyReported, Outcome};
+use crate::written::ensure_free;
 use crate::{plan, show};
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
@@ -12,7 +13,7 @@ use shsa_format::model::thesis::prolog::{self, Written};
 use shsa_format::model::{self, Form, Loaded, Report, write};
 use std::fs;
 use std::io::{Write, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `shsa convert`.
 #[derive(clap::Args)]
@@ -109,8 +110,8 @@ impl Origin {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let target = target(arguments)?;
     let is_stdout = arguments.output.as_os_str() == "-";
-    if !is_stdout && is_same(&arguments.file, &arguments.output) {
-        bail!("{} would be overwritten by what is read from it: write elsewhere", arguments.file.display());
+    if !is_stdout {
+        ensure_free([arguments.output.as_path()], &[&arguments.file])?;
     }
     if !matches!(target, Target::Dot | Target::Svg)
         && (arguments.mark.is_some() || !arguments.lost.is_empty())
@@ -146,10 +147,6 @@ fn target(arguments: &Arguments) -> anyhow::Result<Target> {
         "svg" => Target::Svg,
         _ => bail!("what to write into {} is not clear: say it with --to", arguments.output.display()),
     })
-}
-
-fn is_same(one: &Path, other: &Path) -> bool {
-    matches!((fs::canonicalize(one), fs::canonicalize(other)), (Ok(one), Ok(other)) if one == other)
 }
 
 /// The draft, the knowledge base, and the number of elements lost; problems go to standard error.

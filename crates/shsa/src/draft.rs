@@ -3,7 +3,7 @@
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
 use crate::progress::Search;
-use crate::replay::written;
+use crate::written;
 use anyhow::bail;
 use shsa_format::model::load;
 use shsa_lab::drafting::{draft, model_text};

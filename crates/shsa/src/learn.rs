@@ -6,8 +6,8 @@
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
 use crate::progress::Search;
-use crate::replay::written;
 use crate::show;
+use crate::written;
 use anyhow::{Context, anyhow, bail};
 use shsa_format::model::live::Written;
 use shsa_format::model::read_text;

@@ -38,6 +38,7 @@ mod show;
 mod story;
 mod top;
 mod watch;
+mod written;
 
 use clap::{Parser, Subcommand};
 use outcome::Outcome;

@@ -2,6 +2,7 @@
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
+use crate::written::ensure_free;
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{self, Draft};
 use shsa_format::model::live::{self, Written};
@@ -9,7 +10,7 @@ use shsa_format::model::{Report, read_text, write};
 use std::ffi::OsStr;
 use std::fs;
 use std::io::{Write, stdout};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Arguments of `shsa join`.
 #[derive(clap::Args)]
@@ -90,15 +91,7 @@ impl Output {
                  these, and convert that with `shsa convert`"
             );
         }
-        let whole = |path: &Path| fs::canonicalize(path).ok();
-        let own = whole(&self.output);
-        if let Some(model) = models.iter().find(|model| own.is_some() && whole(model) == own) {
-            bail!(
-                "cannot write {shown}: it is the model {} that is read; give another name",
-                model.display()
-            );
-        }
-        Ok(())
+        ensure_free([self.output.as_path()], &models.iter().collect::<Vec<_>>())
     }
 
     fn write(&self, draft: &Draft) -> anyhow::Result<Outcome> {

@@ -1,8 +1,9 @@
 //! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
 
 use crate::outcome::{AlreadyReported, Outcome};
-use crate::replay::{provenance, written};
+use crate::replay::provenance;
 use crate::show;
+use crate::written;
 use anyhow::{Context, bail};
 use shsa_format::story::{self, Check, Story};
 use shsa_format::words;

@@ -4,8 +4,9 @@ mod question;
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::progress::Observations;
-use crate::replay::{SourceArguments, drive, read_one, written};
+use crate::replay::{SourceArguments, drive, read_one};
 use crate::show;
+use crate::written;
 use anyhow::{Context, bail};
 use question::{asked, files};
 use shsa_core::engine::Options;

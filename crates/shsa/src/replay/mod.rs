@@ -5,7 +5,6 @@ mod reload;
 mod source;
 mod stream;
 mod record;
-pub(crate) mod written;
 
 pub(crate) use drive::drive;
 pub(crate) use source::{CutArguments, SourceArguments, only, read_one};
@@ -13,6 +12,7 @@ pub(crate) use source::{CutArguments, SourceArguments, only, read_one};
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
+use crate::written;
 use anyhow::{Context, bail};
 use record::Record;
 use sha2::{Digest, Sha256};

@@ -3,8 +3,9 @@
 use super::Arguments;
 #[cfg(feature = "foxglove")]
 use super::foxglove::Viewers;
-use crate::replay::{provenance, written};
+use crate::replay::provenance;
 use crate::show;
+use crate::written;
 use anyhow::{Context, bail};
 use shsa_core::engine::Options;
 use shsa_demo::rover;

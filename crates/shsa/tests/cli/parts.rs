@@ -49,7 +49,7 @@ fn contradictions_name_both_places() {
 #[test]
 fn nothing_is_written_over_a_model_or_as_what_it_is_not() {
     let folder = folder();
-    let is_read = "it is the model";
+    let is_read = "is in use by this run already";
     folder.refuses("join chassis.yaml engine.yaml -o engine.yaml", &["engine.yaml", is_read]);
     folder.refuses("join chassis.yaml engine.yaml -o ./chassis.yaml", &["chassis.yaml", is_read]);
     folder.refuses("part engine.yaml speed -o engine.yaml", &["engine.yaml", is_read]);

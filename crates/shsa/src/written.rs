@@ -1,4 +1,4 @@
-//! The output files of a replay: opened before it begins, so that an error comes before any work.
+//! The output files of a command: checked, or opened, before it begins, so that an error comes before any work.
 
 use anyhow::{Context, bail};
 use std::fs::{File, OpenOptions};
