@@ -20,8 +20,7 @@ enum Install {
     Command(&'static [&'static str]),
 }
 
-/// Checks that every wheel pinned in `xtask/python.txt` is installed in this version. Spark comes without a wheel: pip packs its 500 MB into
-/// one and unpacks that, so it is not compressed on the way.
+/// Checks that every wheel pinned in `xtask/python.txt` is installed in this version.
 const PINNED_WHEELS_ARE_THERE: &str = "from importlib.metadata import version; \
      assert all(version(name) == pin for name, pin in (line.split()[0].split('==') for line in open('xtask/python.txt')))";
 
@@ -75,6 +74,7 @@ const TESTS: [Need; 12] = [
         ]),
     },
     Need {
+        // Spark comes as source: pip packs its 480 MB into a wheel, uncompressed as the file asks, and unpacks that.
         name: "the Python environment in target/python",
         probe: &["target/python/bin/python", "-c", PINNED_WHEELS_ARE_THERE],
         install: Install::Command(&[
