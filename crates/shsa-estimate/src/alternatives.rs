@@ -5,14 +5,15 @@
 //! explained in several ways: as usual, with one of its values as an outlier, with a state that has stepped, or with both. Each way
 //! has the weight of its rarity and of the density that it gives to the values. The estimate becomes the mean and the covariance of
 //! the mixture, and nothing else remains of the ways. When a step has happened is not known: its covariance is that of process noise
-//! since the moment before, so states that integrate the stepping one are uncertain with it.
+//! since the moment before, so states that integrate the stepping one are uncertain with it. Where it is known that a step comes right
+//! after the moment before, they follow from it.
 //!
 //! This is the generalised pseudo-Bayes method of first order: G. Ackerson, K. Fu 1970 (doi:10.1109/TAC.1970.1099359); Y. Bar-Shalom,
 //! X. R. Li, T. Kirubarajan 2001, "Estimation with Applications to Tracking and Navigation" (doi:10.1002/0471221279), section 11.6.
 //!
 //! A moment without surprise costs one update, any other (1 + outliers) (1 + steps). No allocation after construction.
 
-use crate::continuous::Continuous;
+use crate::continuous::{Continuous, Step};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
 use crate::mixture::{Part, mix};
 use crate::system::System;
@@ -23,15 +24,6 @@ pub struct Outlier {
     /// The place of the sensor.
     pub sensor: usize,
     /// The standard deviation of an outlier, SI.
-    pub deviation: f64,
-}
-
-/// A state that may step.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Step {
-    /// The place of the state.
-    pub state: usize,
-    /// The standard deviation of a step, SI.
     pub deviation: f64,
 }
 
@@ -117,8 +109,8 @@ impl Alternatives {
         let Gaussian { mean, spread } = self.filter.gaussian_mut();
         mean.copy_from_slice(&self.prior.mean);
         spread.copy_from(&self.prior.spread);
-        if let Some(Step { state, deviation }) = step {
-            self.system.add_step(&self.from, controls, self.elapsed, state, deviation, spread);
+        if let Some(step) = step {
+            self.system.add_step(&self.from, controls, self.elapsed, step, spread);
         }
         self.stack.clear();
         for measurement in measurements {

@@ -4,20 +4,31 @@
 //! A filter that expects an offset to change slowly explains a sudden fault by its other states, and takes long to return. So with
 //! each moment a copy of the filter sets out for each fault as if it had happened since the moment before: with the variance of the
 //! jump added to the state, or with more noise of the input. All copies get the same measurements, and are weighted by the density
-//! that each gave to them and by how seldom its fault is. The estimate is the mixture of all. A fault that has nearly all of the
-//! weight is taken for true: its copy becomes the filter, and the others end. Of copies whose ages are close, the better one gets the
-//! weight of both, so that those of a fault are spread evenly over the logarithm of its age: evidence that takes long needs no exact
-//! beginning.
+//! that each gave to them and by how seldom its fault is. The estimate is the mixture of all. Of copies whose ages are close, the better
+//! one gets the weight of both, so that those of a fault are spread evenly over the logarithm of its age: evidence that takes long needs
+//! no exact beginning.
+//!
+//! One sensor fails, sooner or later in several ways; that two fail is rarer by far. So the faults of each sensor are a group, which
+//! holds that all others are well. A fault that has nearly all of the weight of its group is taken for true there: its copy becomes
+//! the filter of the group, and the other copies of the group end. The groups keep their weights, so that which sensor fails is open
+//! until the evidence of the whole time has decided it, and what has been taken for true of a sensor that is well costs nothing then.
+//! A group without weight begins anew at the best copy of all, as the hypothesis that its sensor fails, too.
+//!
+//! Where measurements are closer in time than the errors of the model last, what one of them shows is what the one before has shown
+//! already: each counts as evidence in proportion to the time since the one before. (Likelihoods of a model that is not exact are
+//! tempered in this way: P. Bissiri, C. Holmes, S. Walker 2016, doi:10.1111/rssb.12158.)
 //!
 //! This is a bank of filters for abrupt changes: A. Willsky 1976 (doi:10.1016/0005-1098(76)90041-8); H. Blom, Y. Bar-Shalom 1988
 //! (doi:10.1109/9.1299) treat models that change back and forth. O(F) filters for F faults, no allocation after construction.
 
+mod copy;
 mod stuck;
 mod weights;
 
 use crate::matrix::{at, put};
 use crate::method::{Gaussian, Innovation, Measurement, Method, Updated};
 use crate::mixture::{Part, mix};
+use copy::{Hypothesis, put_first};
 use stuck::Last;
 
 /// A fault that may happen at any time.
@@ -31,6 +42,31 @@ pub enum Fault {
     Stuck(usize),
 }
 
+/// What may happen to the sensors of a filter.
+#[derive(Clone, Debug)]
+pub struct Faults {
+    /// The faults, 64 at most.
+    pub all: Vec<Fault>,
+    /// The faults that may happen while all sensors but one are well, as bits by their places: for each such sensor a group.
+    pub groups: Vec<u64>,
+    /// The mean time between two faults of a kind, in seconds.
+    pub every: f64,
+    /// For how long the errors of the model are alike, in seconds: of measurements that are closer, each is less evidence.
+    pub evidence_every: f64,
+}
+
+impl Faults {
+    /// Faults of which any may follow any other one, and measurements that count in full.
+    #[must_use]
+    pub fn together(all: Vec<Fault>, every: f64) -> Faults {
+        Faults { all, groups: vec![u64::MAX], every, evidence_every: 0.0 }
+    }
+
+    fn is_of(&self, group: usize, fault: usize) -> bool {
+        self.groups.get(group).is_some_and(|group| group >> fault & 1 == 1)
+    }
+}
+
 /// The most faults: each has a bit.
 const MOST_FAULTS: usize = 64;
 /// The most copies for each fault.
@@ -38,42 +74,13 @@ const MOST: usize = 8;
 /// The degrees of freedom of the density by which copies are weighted.
 const DEGREES: f64 = 4.0;
 
-/// A copy of the filter.
-#[derive(Clone, Debug)]
-struct Hypothesis {
-    memory: Vec<f64>,
-    /// The logarithm of its weight.
-    weight: f64,
-    /// The place of its fault; `None`: nothing has happened.
-    fault: Option<usize>,
-    /// How long ago its fault began, in seconds.
-    age: f64,
-    /// The sensors that are noisier or stuck, as bits by the places of the faults.
-    faulty: u64,
-}
-
-impl Hypothesis {
-    /// How many numbers stand beside the memory of the filter.
-    const BESIDE: usize = 4;
-
-    fn becomes(&mut self, other: &Hypothesis) {
-        self.memory.copy_from_slice(&other.memory);
-        (self.weight, self.fault, self.age, self.faulty) =
-            (other.weight, other.fault, other.age, other.faulty);
-    }
-
-    fn has(&self, fault: usize) -> bool {
-        self.faulty >> fault & 1 == 1
-    }
-}
-
 /// A filter and its copies.
 pub struct Hypotheses {
     filter: Box<dyn Method>,
-    faults: Vec<Fault>,
-    /// The mean time between two faults of a kind, in seconds.
-    every: f64,
-    /// Those in use come first; the first one is without a fault since it began.
+    faults: Faults,
+    /// Each group with each of its faults.
+    kinds: Vec<(usize, usize)>,
+    /// Those in use come first, of these one of each group that is without a fault since it began.
     copies: Vec<Hypothesis>,
     count: usize,
     /// The time since copies set out last.
@@ -89,33 +96,36 @@ pub struct Hypotheses {
 }
 
 impl Hypotheses {
-    /// Hypotheses beside a filter over a number of sensors whose memory begins with its mean and covariance, for 64 faults at most, each
-    /// of which happens about once in `every` seconds. A sensor bears witness for `within` seconds after a measurement.
+    /// Hypotheses beside a filter over a number of sensors whose memory begins with its mean and covariance. A sensor bears witness for
+    /// `within` seconds after a measurement.
     #[must_use]
-    pub fn new(
-        filter: Box<dyn Method>,
-        sensors: usize,
-        mut faults: Vec<Fault>,
-        every: f64,
-        within: f64,
-    ) -> Hypotheses {
-        faults.truncate(MOST_FAULTS);
+    pub fn new(filter: Box<dyn Method>, sensors: usize, mut faults: Faults, within: f64) -> Hypotheses {
+        faults.all.truncate(MOST_FAULTS);
+        if faults.groups.is_empty() {
+            faults.groups.push(u64::MAX);
+        }
         let mut memory = vec![0.0; filter.memory_len()];
         filter.save(&mut memory);
-        let first = Hypothesis { memory, weight: 0.0, fault: None, age: 0.0, faulty: 0 };
+        let groups = faults.groups.len();
+        let kinds: Vec<(usize, usize)> = (0..groups)
+            .flat_map(|group| (0..faults.all.len()).map(move |fault| (group, fault)))
+            .filter(|(group, fault)| faults.is_of(*group, *fault))
+            .collect();
+        let mut copies = vec![Hypothesis::new(memory, 0); groups + kinds.len() * (MOST + 1)];
+        copies.iter_mut().take(groups).enumerate().for_each(|(group, copy)| copy.group = group);
         Hypotheses {
             estimate: filter.gaussian().clone(),
             knows_outliers: filter.knows_outliers(),
             filter,
-            copies: vec![first; 1 + faults.len() * (MOST + 1)],
-            count: 1,
+            kinds,
+            copies,
+            count: groups,
             elapsed: 0.0,
             silent: vec![0.0; sensors],
             within,
             last: vec![Last::NONE; sensors],
             stack: Vec::with_capacity(sensors),
             faults,
-            every,
         }
     }
 
@@ -128,18 +138,29 @@ impl Hypotheses {
         self.silent.len() > 1 && self.silent.iter().filter(|silent| **silent <= self.within).count() < 2
     }
 
-    /// A copy sets out for each fault.
+    /// The share in which a moment counts as evidence, by how long ago its sensors have been measured before.
+    fn pace(&self, measurements: &[Measurement]) -> f64 {
+        if self.faults.evidence_every <= 0.0 {
+            return 1.0;
+        }
+        let since = |sensor: usize| self.silent.get(sensor).copied().unwrap_or(0.0);
+        let shares = measurements.iter().map(|it| (since(it.sensor) / self.faults.evidence_every).min(1.0));
+        shares.sum::<f64>() / measurements.len().max(1) as f64
+    }
+
+    /// A copy of each group sets out for each of its faults.
     fn set_out(&mut self) {
-        let share = (std::mem::take(&mut self.elapsed) / self.every).min(1.0);
-        for place in 0..self.faults.len() {
-            if !self.may_happen(place) {
+        let share = (std::mem::take(&mut self.elapsed) / self.faults.every).min(1.0);
+        for kind in 0..self.kinds.len() {
+            let Some((group, place)) = self.kinds.get(kind).copied() else { return };
+            if !self.may_happen(group, place) {
                 continue;
             }
             let Some((used, free)) = self.copies.split_at_mut_checked(self.count) else { return };
-            let (Some(own), Some(copy)) = (used.first(), free.first_mut()) else { return };
+            let (Some(own), Some(copy)) = (used.get(group), free.first_mut()) else { return };
             copy.becomes(own);
             (copy.fault, copy.age, copy.weight) = (Some(place), 0.0, own.weight + libm::log(share));
-            match self.faults.get(place) {
+            match self.faults.all.get(place) {
                 Some(Fault::Jump(state, size)) => {
                     self.filter.restore(&copy.memory);
                     let spread = &mut self.filter.gaussian_mut().spread;
@@ -152,36 +173,48 @@ impl Hypotheses {
         }
     }
 
-    /// Updates a copy, without its weight where the measurements are no evidence.
+    /// Updates a copy, and its weight in so far as the measurements are evidence.
     fn update_one(
         &mut self,
         place: usize,
         measurements: &[Measurement],
         controls: &[f64],
-        is_alone: bool,
+        evidence: f64,
     ) -> Updated {
-        let left_out = self.stack_for(place, measurements, controls);
+        self.restore_from(place);
+        let left_out = self.stack(place, measurements.iter(), controls);
         let updated = self.filter.update(&self.stack, controls);
         let density = self.evidence(&together(&updated, &left_out));
         let Some(copy) = self.copies.get_mut(place) else { return Updated::NOTHING };
         self.filter.save(&mut copy.memory);
-        copy.weight += if is_alone { 0.0 } else { density };
+        copy.weight += if evidence > 0.0 { evidence * density } else { 0.0 };
         updated
     }
 
-    /// Restores the filter of a copy, and stacks the measurements as the copy takes them. Returns what counts for those that it leaves out.
-    fn stack_for(&mut self, place: usize, measurements: &[Measurement], controls: &[f64]) -> Updated {
+    /// The filter becomes that of a copy.
+    fn restore_from(&mut self, place: usize) {
+        if let Some(copy) = self.copies.get(place) {
+            self.filter.restore(&copy.memory);
+        }
+    }
+
+    /// Stacks measurements as a copy takes them, whose filter is the present one. Returns what counts for those that it leaves out.
+    fn stack<'m>(
+        &mut self,
+        place: usize,
+        measurements: impl Iterator<Item = &'m Measurement>,
+        controls: &[f64],
+    ) -> Updated {
         self.stack.clear();
         let mut left_out = Updated::NOTHING;
         let Some(copy) = self.copies.get(place) else { return left_out };
-        self.filter.restore(&copy.memory);
         for measurement in measurements {
             if let Some(own) = self.left_out(place, measurement.sensor) {
                 left_out = together(&left_out, &own);
                 continue;
             }
             let mut measurement = *measurement;
-            for (fault, it) in self.faults.iter().enumerate() {
+            for (fault, it) in self.faults.all.iter().enumerate() {
                 let Fault::Noisier(sensor, times) = it else { continue };
                 if *sensor == measurement.sensor && copy.has(fault) {
                     let known = self.filter.innovation(&measurement, controls).map(|it| it.noise);
@@ -220,13 +253,14 @@ impl Hypotheses {
 
     /// Changes the filter of each copy.
     fn each(&mut self, mut change: impl FnMut(&mut dyn Method) -> bool) -> bool {
+        let groups = self.faults.groups.len();
         let mut is_first_done = false;
         for (place, copy) in self.copies.iter_mut().enumerate().take(self.count) {
             self.filter.restore(&copy.memory);
             if change(self.filter.as_mut()) {
                 self.filter.save(&mut copy.memory);
                 is_first_done |= place == 0;
-            } else if place == 0 {
+            } else if place < groups {
                 return false;
             } else {
                 copy.weight = f64::NEG_INFINITY;
@@ -258,9 +292,7 @@ impl Method for Hypotheses {
 
     /// Against the most probable copy.
     fn innovation(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<Innovation> {
-        let used = self.copies.get(..self.count)?;
-        let best = used.iter().max_by(|one, other| one.weight.total_cmp(&other.weight))?;
-        self.filter.restore(&best.memory);
+        self.restore_from(self.heaviest(|_| true));
         self.filter.innovation(measurement, controls)
     }
 
@@ -268,15 +300,21 @@ impl Method for Hypotheses {
         if measurements.is_empty() {
             return Updated::NOTHING;
         }
+        let pace = self.pace(measurements);
         let is_alone = self.is_alone(measurements);
+        let evidence = if is_alone { 0.0 } else { pace };
         self.compare(measurements);
         if self.elapsed > 0.0 && !is_alone {
             self.set_out();
         }
         self.expect_repeated(measurements, controls);
-        let updated = self.update_one(0, measurements, controls, is_alone);
-        for place in 1..self.count {
-            self.update_one(place, measurements, controls, is_alone);
+        let best = self.heaviest(|copy| copy.fault.is_none());
+        let mut updated = Updated::NOTHING;
+        for place in 0..self.count {
+            let own = self.update_one(place, measurements, controls, evidence);
+            if place == best {
+                updated = own;
+            }
         }
         if !is_alone {
             self.weigh();
@@ -320,18 +358,15 @@ impl Method for Hypotheses {
             return;
         };
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
-        for (to, copy) in rest.chunks_exact_mut(own).zip(self.used()) {
-            let fault = copy.fault.map_or(-1.0, |fault| fault as f64);
-            let beside = [copy.weight, fault, copy.age, f64::from_bits(copy.faulty)];
-            put_first(to, &beside).and_then(|to| put_first(to, &copy.memory));
-        }
+        rest.chunks_exact_mut(own).zip(self.used()).for_each(|(to, copy)| copy.save(to));
     }
 
     fn restore(&mut self, memory: &[f64]) {
         let Gaussian { mean, spread } = &mut self.estimate;
         let own = self.filter.memory_len() + Hypothesis::BESIDE;
         let Some(([count, elapsed], rest)) = memory.split_first_chunk() else { return };
-        (self.count, self.elapsed) = ((*count as usize).clamp(1, self.copies.len()), *elapsed);
+        self.count = (*count as usize).clamp(self.faults.groups.len(), self.copies.len());
+        self.elapsed = *elapsed;
         let Some((silent, rest)) = rest.split_at_checked(self.silent.len()) else { return };
         self.silent.copy_from_slice(silent);
         let Some((values, rest)) = rest.split_at_checked(self.last.len()) else { return };
@@ -343,12 +378,8 @@ impl Method for Hypotheses {
         let Some((own_spread, rest)) = rest.split_at_checked(spread.len()) else { return };
         mean.copy_from_slice(own_mean);
         spread.as_mut_slice().copy_from_slice(own_spread);
-        for (from, copy) in rest.chunks_exact(own).zip(self.copies.iter_mut().take(self.count)) {
-            let Some(([weight, fault, age, faulty], saved)) = from.split_first_chunk() else { return };
-            (copy.weight, copy.age, copy.faulty) = (*weight, *age, faulty.to_bits());
-            copy.fault = (*fault >= 0.0).then_some(*fault as usize);
-            copy.memory.copy_from_slice(saved);
-        }
+        let copies = self.copies.iter_mut().take(self.count);
+        rest.chunks_exact(own).zip(copies).for_each(|(from, copy)| copy.restore(from));
     }
 }
 
@@ -360,13 +391,6 @@ fn together(one: &Updated, other: &Updated) -> Updated {
         log_likelihood: one.log_likelihood + other.log_likelihood,
         healed: one.healed || other.healed,
     }
-}
-
-/// Copies numbers to the begin of a memory; returns the rest.
-fn put_first<'m>(memory: &'m mut [f64], numbers: &[f64]) -> Option<&'m mut [f64]> {
-    let (own, rest) = memory.split_at_mut_checked(numbers.len())?;
-    own.copy_from_slice(numbers);
-    Some(rest)
 }
 
 #[cfg(test)]

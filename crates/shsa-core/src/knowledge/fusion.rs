@@ -8,6 +8,7 @@ use super::{KnowledgeBase, SignalSet};
 use crate::expression::Formula;
 use crate::time::Span;
 use crate::unit::Unit;
+use alloc::collections::BTreeSet;
 use alloc::string::String;
 use alloc::vec::Vec;
 use core::fmt;
@@ -83,6 +84,21 @@ impl FusionMethod {
     pub fn is_of_intervals(self) -> bool {
         matches!(self, FusionMethod::Marzullo | FusionMethod::Schmid | FusionMethod::BrooksIyengar)
     }
+}
+
+/// When a state steps between two moments.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum StepsAt {
+    /// At any time between them.
+    #[default]
+    Any,
+    /// Right after the earlier one: whoever records writes down each change of the load before it takes place.
+    Start,
+}
+
+impl StepsAt {
+    /// Every choice and its name in models.
+    pub const NAMES: [(&str, StepsAt); 2] = [("any", StepsAt::Any), ("start", StepsAt::Start)];
 }
 
 /// Several signals fused to new ones. Formulas are in SI; of their symbols the states come first, then the controls.
@@ -215,8 +231,12 @@ pub struct FusionSettings {
     pub gate: Option<f64>,
     /// The mean time between two faults of a kind: jumps of a state, an input that becomes noisier or stuck.
     pub faults_every: Span,
+    /// For how long the errors of the model are alike: measurements closer in time are less evidence of faults, in proportion.
+    pub evidence_every: Span,
     /// The mean time between two steps of a state.
     pub steps_every: Span,
+    /// When a state steps between two moments.
+    pub steps_at: StepsAt,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: usize,
     /// The number of values of a moving average or median.
@@ -225,6 +245,31 @@ pub struct FusionSettings {
     pub particles: usize,
     /// The seed of the particles' random numbers.
     pub seed: u64,
+}
+
+/// The places of the states on which measurements depend, now or later.
+pub(crate) fn measured_states<'m>(
+    states: &[FusionState],
+    measures: impl Iterator<Item = &'m Formula>,
+) -> BTreeSet<usize> {
+    let places = |formula: &Formula| formula.symbols().into_iter().map(|symbol| symbol.0 as usize);
+    let mut open: Vec<usize> = measures.flat_map(places).collect();
+    let mut found = BTreeSet::new();
+    while let Some(place) = open.pop() {
+        if let Some(state) = states.get(place).filter(|_| !found.contains(&place)) {
+            found.insert(place);
+            open.extend(places(&state.transition));
+        }
+    }
+    found
+}
+
+impl Fusion {
+    /// The places of the states on which an input depends, now or later.
+    #[must_use]
+    pub fn states_of(&self, input: &FusionInput) -> BTreeSet<usize> {
+        measured_states(&self.states, core::iter::once(&input.measures))
+    }
 }
 
 impl KnowledgeBase {

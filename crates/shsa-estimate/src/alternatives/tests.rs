@@ -5,9 +5,10 @@ use crate::formulas::{Draft, Sensor, Vocabulary};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::random::Random;
+use shsa_core::knowledge::StepsAt;
 
 const OUTLIER: Outlier = Outlier { sensor: 0, deviation: 30.0 };
-const STEP: Step = Step { state: 0, deviation: 10.0 };
+const STEP: Step = Step { state: 0, deviation: 10.0, at: StepsAt::Any };
 
 /// The inflow, then the level, which has the inflow added in each second. Noise of 0.05 and 1.
 fn system() -> Continuous {

@@ -2,7 +2,7 @@
 
 use super::*;
 use crate::formulas::{Draft, Formulas, Sensor, Vocabulary};
-use crate::hypotheses::{Fault, Hypotheses};
+use crate::hypotheses::{Fault, Faults, Hypotheses};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::random::Random;
@@ -315,7 +315,7 @@ fn a_slow_drift_shows_in_the_mean_of_the_innovations_and_the_others_name_it() {
 fn what_a_sensor_showed_before_it_was_found_wrong_is_taken_back() {
     let run = |horizon_s: i64| {
         let faults = vec![Fault::Jump(1, 5.0)];
-        let method = Box::new(Hypotheses::new(offset_filter(), 2, faults, 1000.0, 20.0));
+        let method = Box::new(Hypotheses::new(offset_filter(), 2, Faults::together(faults, 1000.0), 20.0));
         let options = Options {
             horizon: Span(horizon_s * 1_000_000_000),
             moments: 64,

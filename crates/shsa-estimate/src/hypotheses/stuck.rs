@@ -2,7 +2,7 @@
 //!
 //! A steady quantity makes a sensor that is well repeat itself, too: that it does is no evidence. So a copy for which a sensor is stuck
 //! leaves the repeated value out, and gets for it the greatest density that the most probable copy for which the sensor is well gives to
-//! any value: as much as where that copy expects just this value. What decides is how surprised each copy is, by this value and by those
+//! any value, after the other values of the moment: as much as where that copy expects just this value. What decides is how surprised each copy is, by this value and by those
 //! of the other sensors. A value that changes shows that its sensor is not stuck.
 
 use super::{Fault, Hypotheses};
@@ -39,12 +39,12 @@ impl Hypotheses {
 
     /// A sensor is not stuck: the copies of this fault end, and no other one takes it for stuck.
     fn clear(&mut self, sensor: usize) {
-        for fault in 0..self.faults.len() {
-            if self.faults.get(fault) != Some(&Fault::Stuck(sensor)) {
+        for fault in 0..self.faults.all.len() {
+            if self.faults.all.get(fault) != Some(&Fault::Stuck(sensor)) {
                 continue;
             }
-            for (place, copy) in self.copies.iter_mut().enumerate().take(self.count) {
-                if copy.has(fault) && copy.fault == Some(fault) && place > 0 {
+            for copy in self.copies.iter_mut().take(self.count) {
+                if copy.has(fault) && copy.fault == Some(fault) {
                     copy.weight = f64::NEG_INFINITY;
                 }
                 copy.faulty &= !(1 << fault);
@@ -52,20 +52,21 @@ impl Hypotheses {
         }
     }
 
-    /// Whether a fault may begin, or end, at this moment. A filter with one working sensor only asks whether the stuck ones work again.
-    pub(super) fn may_happen(&self, fault: usize) -> bool {
-        let own = self.copies.first().is_some_and(|copy| copy.has(fault));
-        match self.faults.get(fault) {
-            Some(Fault::Stuck(sensor)) => self.is_repeated(*sensor) && (own || self.working() > 1),
-            _ => self.working() > 1 || self.last.len() < 2,
+    /// Whether a fault of a group may begin, or end, at this moment. A filter with one working sensor only asks whether the stuck ones
+    /// work again.
+    pub(super) fn may_happen(&self, group: usize, fault: usize) -> bool {
+        let own = self.copies.get(group).is_some_and(|copy| copy.has(fault));
+        match self.faults.all.get(fault) {
+            Some(Fault::Stuck(sensor)) => self.is_repeated(*sensor) && (own || self.working(group) > 1),
+            _ => self.working(group) > 1 || self.last.len() < 2,
         }
     }
 
-    /// The number of sensors that are not silent, nor stuck for the copy without a fault since it began.
-    fn working(&self) -> usize {
+    /// The number of sensors that are not silent, nor stuck for the copy of a group that is without a fault since it began.
+    fn working(&self, group: usize) -> usize {
         let is_stuck = |sensor: usize| {
-            let mut faults = self.faults.iter().enumerate();
-            let own = self.copies.first();
+            let mut faults = self.faults.all.iter().enumerate();
+            let own = self.copies.get(group);
             faults.any(|(at, it)| *it == Fault::Stuck(sensor) && own.is_some_and(|copy| copy.has(at)))
         };
         let silent = self.silent.iter().enumerate();
@@ -78,14 +79,15 @@ impl Hypotheses {
 
     /// Notes what counts for the repeated values where they are left out.
     pub(super) fn expect_repeated(&mut self, measurements: &[Measurement], controls: &[f64]) {
-        for fault in 0..self.faults.len() {
-            let Some(Fault::Stuck(sensor)) = self.faults.get(fault).copied() else { continue };
+        for fault in 0..self.faults.all.len() {
+            let Some(Fault::Stuck(sensor)) = self.faults.all.get(fault).copied() else { continue };
             let measurement = measurements.iter().find(|it| it.sensor == sensor);
             let Some(measurement) = measurement.filter(|_| self.is_repeated(sensor)) else { continue };
-            let well = self.used().iter().enumerate().filter(|(_, copy)| !copy.has(fault));
-            let best = well.max_by(|(_, one), (_, other)| one.weight.total_cmp(&other.weight));
-            let place = best.map_or(0, |(place, _)| place);
-            self.stack_for(place, std::slice::from_ref(measurement), controls);
+            let place = self.heaviest(|copy| !copy.has(fault));
+            self.restore_from(place);
+            self.stack(place, measurements.iter().filter(|it| it.sensor != sensor), controls);
+            self.filter.update(&self.stack, controls);
+            self.stack(place, std::iter::once(measurement), controls);
             let stacked = self.stack.first().copied();
             let innovation = stacked.and_then(|it| self.filter.innovation(&it, controls));
             let expected = innovation.map_or(Updated::NOTHING, |it| {
@@ -100,7 +102,7 @@ impl Hypotheses {
     /// What counts for a value that a copy leaves out because its sensor is stuck; `None`: it does not.
     pub(super) fn left_out(&self, place: usize, sensor: usize) -> Option<Updated> {
         let copy = self.copies.get(place)?;
-        let mut faults = self.faults.iter().enumerate();
+        let mut faults = self.faults.all.iter().enumerate();
         let is_stuck = faults.any(|(fault, it)| *it == Fault::Stuck(sensor) && copy.has(fault));
         self.last.get(sensor).filter(|_| is_stuck).map(|last| last.expected)
     }

@@ -40,7 +40,7 @@ fn followed(method: &mut dyn Method, steps: usize, mut fault: impl FnMut(usize, 
 
 fn both(steps: usize, fault: impl Fn(usize, f64) -> f64) -> [(f64, f64); 2] {
     let mut alone = filter();
-    let mut beside = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 10_000.0, 10.0);
+    let mut beside = Hypotheses::new(filter(), 2, Faults::together(vec![JUMP, NOISIER], 10_000.0), 10.0);
     [followed(alone.as_mut(), steps, &fault), followed(&mut beside, steps, &fault)]
 }
 
@@ -69,13 +69,13 @@ fn without_faults_the_estimate_is_that_of_the_filter() {
 
 #[test]
 fn a_state_goes_on_where_it_was() {
-    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
+    let mut one = Hypotheses::new(filter(), 2, Faults::together(vec![JUMP, NOISIER], 100.0), 10.0);
     let fault = |step: usize, random: f64| if step % 40 < 20 { 0.0 } else { 1.5 * random };
     followed(&mut one, 130, fault);
     assert!(one.count > 1);
     let mut memory = vec![0.0; one.memory_len()];
     one.save(&mut memory);
-    let mut other = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
+    let mut other = Hypotheses::new(filter(), 2, Faults::together(vec![JUMP, NOISIER], 100.0), 10.0);
     other.restore(&memory);
     assert_eq!(followed(&mut one, 130, fault), followed(&mut other, 130, fault));
 }
@@ -84,7 +84,7 @@ fn a_state_goes_on_where_it_was() {
 #[test]
 fn a_sensor_that_is_stuck_is_left_out_until_its_value_changes() {
     let run = |faults: Vec<Fault>| {
-        let mut method = Hypotheses::new(filter(), 2, faults, 10_000.0, 10.0);
+        let mut method = Hypotheses::new(filter(), 2, Faults::together(faults, 10_000.0), 10.0);
         let (mut random, mut level, mut shown, mut sums) = (Random::new(7), 0.0, 0.0, [0.0; 2]);
         for step in 0..400 {
             level += if (100..300).contains(&step) { 0.1 } else { 0.0 };
@@ -108,7 +108,7 @@ fn a_sensor_that_is_stuck_is_left_out_until_its_value_changes() {
 /// A steady quantity makes a sensor repeat itself: that is no evidence.
 #[test]
 fn a_value_that_repeats_itself_is_no_evidence() {
-    let mut method = Hypotheses::new(filter(), 2, vec![Fault::Stuck(0)], 10_000.0, 10.0);
+    let mut method = Hypotheses::new(filter(), 2, Faults::together(vec![Fault::Stuck(0)], 10_000.0), 10.0);
     let mut random = Random::new(3);
     for step in 0..2_000 {
         assert!(method.predict(1.0, &[]));
@@ -121,7 +121,7 @@ fn a_value_that_repeats_itself_is_no_evidence() {
 /// The precise sensor falls silent: what the coarse one shows then is no evidence of faults, and no copy gains or loses weight.
 #[test]
 fn a_lone_sensor_is_no_evidence_of_faults() {
-    let mut one = Hypotheses::new(filter(), 2, vec![JUMP, NOISIER], 100.0, 10.0);
+    let mut one = Hypotheses::new(filter(), 2, Faults::together(vec![JUMP, NOISIER], 100.0), 10.0);
     followed(&mut one, 100, |_, _| 0.0);
     let weights = |method: &Hypotheses| method.used().iter().map(|it| it.weight).collect::<Vec<f64>>();
     let mut before = None;
@@ -132,4 +132,77 @@ fn a_lone_sensor_is_no_evidence_of_faults() {
             assert_eq!(*before.get_or_insert_with(|| weights(&one)), weights(&one));
         }
     }
+}
+
+/// A level with two precise sensors, each with an offset, and a coarse one without: sensor 1 fails, and much later sensor 0, too.
+#[test]
+fn which_sensor_fails_stays_open_until_it_is_decided_and_another_one_may_fail_later() {
+    let diagonal = |values: [f64; 3]| Matrix::from_fn(3, 3, |i, j| if i == j { values[i] } else { 0.0 });
+    let h = Matrix::from_fn(3, 3, |sensor, state| f64::from(state == 0 || state == sensor + 1));
+    let (a, b) = (Matrix::identity(3, 3), Matrix::zeros(3, 0));
+    let system = Linear::new(a, b, &h, diagonal([1.0, 1e-8, 1e-8]), diagonal([0.01, 0.01, 1.0])).unwrap();
+    let filter = Kalman::new(system, &[0.0; 3], &diagonal([1.0, 1e-4, 1e-4]), Loss::Square).unwrap();
+    let faults = Faults {
+        all: vec![Fault::Jump(1, 3.0), Fault::Jump(2, 3.0)],
+        groups: vec![0b01, 0b10],
+        ..Faults::together(Vec::new(), 1_000.0)
+    };
+    let mut method = Hypotheses::new(Box::new(filter), 3, faults, 10.0);
+    let mut random = Random::new(11);
+    let mut share = Vec::new();
+    for step in 0..1_200 {
+        assert!(method.predict(1.0, &[]));
+        let offsets = [if step < 700 { 0.0 } else { -2.0 }, if step < 100 { 0.0 } else { 1.5 }, 0.0];
+        let measured = [0, 1, 2].map(|sensor| {
+            let noise = random.normal() * if sensor == 2 { 1.0 } else { 0.1 };
+            Measurement { sensor, value: offsets[sensor] + noise, variance: None }
+        });
+        method.update(&measured, &[]);
+        let sum = |group: usize| {
+            let of_group = method.used().iter().filter(|copy| copy.group == group);
+            of_group.map(|copy| copy.weight.exp()).sum::<f64>()
+        };
+        share.push(sum(1) / (sum(0) + sum(1)));
+        if matches!(step, 600 | 1_199) {
+            assert!(method.mean()[0].abs() < 0.3, "{step}: {:?}", method.mean());
+        }
+    }
+    // Right after the failure both are possible; the coarse sensor decides.
+    assert!((0.05..0.95).contains(&share[100]), "{}", share[100]);
+    assert!(share[600] > 0.999, "{}", share[600]);
+}
+
+/// Of values that are closer in time than the errors of the model, each counts in proportion.
+#[test]
+fn evidence_counts_by_the_time_since_the_value_before() {
+    let weights = |evidence_every: f64| {
+        let faults = Faults { evidence_every, ..Faults::together(vec![NOISIER], 1e9) };
+        let mut method = Hypotheses::new(filter(), 2, faults, 10.0);
+        for values in [[0.0, 0.0], [0.1, 0.0]] {
+            assert!(method.predict(1.0, &[]));
+            method.update(&measured(values), &[]);
+        }
+        let [well, noisier, ..] = method.used() else { panic!("{:?}", method.used()) };
+        noisier.weight - well.weight - libm::log(1e-9)
+    };
+    assert!((weights(4.0) - weights(1.0) / 4.0).abs() < 1e-9, "{} {}", weights(4.0), weights(1.0));
+    assert_eq!(weights(0.5), weights(1.0));
+}
+
+/// A level that may be anywhere, and stays: the values of both sensors repeat themselves, and each is precise with the other one only.
+#[test]
+fn a_value_that_repeats_itself_is_expected_as_the_other_sensors_expect_it() {
+    let diagonal = |values: [f64; 2]| Matrix::from_fn(2, 2, |i, j| if i == j { values[i] } else { 0.0 });
+    let h = Matrix::from_fn(2, 2, |_, state| if state == 0 { 1.0 } else { 0.0 });
+    let (a, b) = (Matrix::identity(2, 2), Matrix::zeros(2, 0));
+    let system = Linear::new(a, b, &h, diagonal([25.0, 0.0]), diagonal([0.01, 0.01])).unwrap();
+    let filter = Kalman::new(system, &[1.0, 0.0], &diagonal([1.0, 0.0]), Loss::Square).unwrap();
+    let faults = Faults::together(vec![Fault::Stuck(0)], 10_000.0);
+    let mut method = Hypotheses::new(Box::new(filter), 2, faults, 10.0);
+    for _ in 0..30 {
+        assert!(method.predict(1.0, &[]));
+        method.update(&measured([1.0, 1.0]), &[]);
+    }
+    let oldest = method.used().iter().find(|copy| copy.fault == Some(0)).unwrap();
+    assert!(oldest.age > 20.0 && (oldest.weight - libm::log(1e-4)).abs() < 3.0, "{oldest:?}");
 }

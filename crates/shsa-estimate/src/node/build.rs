@@ -2,12 +2,12 @@
 
 use super::each::{Each, Sensor};
 use crate::Error;
-use crate::alternatives::{Alternatives, Outlier, Step};
+use crate::alternatives::{Alternatives, Outlier};
 use crate::average::{Filling, MovingAverage, Window};
-use crate::continuous::Continuous;
+use crate::continuous::{Continuous, Step};
 use crate::direct::{Faulty, Rule};
 use crate::formulas::{self, Draft};
-use crate::hypotheses::{Fault, Hypotheses};
+use crate::hypotheses::{Fault, Faults, Hypotheses};
 use crate::kalman::{Kalman, Loss};
 use crate::matrix::Matrix;
 use crate::method::Method;
@@ -135,11 +135,35 @@ fn with_faults(
     Ok(match faults.is_empty() {
         true => filter,
         false => {
-            let every = fusion.settings.faults_every.seconds();
-            let within = fusion.settings.unknown_after.seconds();
-            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, every, within))
+            let settings = &fusion.settings;
+            let faults = Faults {
+                groups: groups(fusion, &faults),
+                all: faults,
+                every: settings.faults_every.seconds(),
+                evidence_every: settings.evidence_every.seconds(),
+            };
+            Box::new(Hypotheses::new(filter, fusion.inputs.len(), faults, settings.unknown_after.seconds()))
         }
     })
+}
+
+/// The faults of each input, as bits by their places: its own, and jumps of the states that it measures. Inputs with the same faults are
+/// one group.
+fn groups(fusion: &Fusion, faults: &[Fault]) -> Vec<u64> {
+    let mut groups = Vec::new();
+    for (place, input) in fusion.inputs.iter().enumerate() {
+        let states = fusion.states_of(input);
+        let is_own = |fault: &Fault| match fault {
+            Fault::Jump(state, _) => states.contains(state),
+            Fault::Noisier(sensor, _) | Fault::Stuck(sensor) => *sensor == place,
+        };
+        let own = faults.iter().enumerate().filter(|(_, fault)| is_own(fault));
+        let bits = own.fold(0, |bits, (at, _)| bits | 1 << at);
+        if bits != 0 && !groups.contains(&bits) {
+            groups.push(bits);
+        }
+    }
+    groups
 }
 
 fn with_alternatives(
@@ -150,8 +174,8 @@ fn with_alternatives(
     let inputs = fusion.inputs.iter().enumerate();
     let outliers =
         inputs.filter_map(|(sensor, input)| Some(Outlier { sensor, deviation: input.outliers? })).collect();
-    let states = fusion.states.iter().enumerate();
-    let steps = states.filter_map(|(state, it)| Some(Step { state, deviation: it.steps? })).collect();
+    let (states, at) = (fusion.states.iter().enumerate(), fusion.settings.steps_at);
+    let steps = states.filter_map(|(state, it)| Some(Step { state, deviation: it.steps?, at })).collect();
     let (outliers, steps): (Vec<Outlier>, Vec<Step>) = (outliers, steps);
     if outliers.is_empty() && steps.is_empty() {
         return Ok(filter);

@@ -3,7 +3,7 @@
 //! The reader and the schema use these tables, and so do the tests of the reference.
 
 use shsa_core::knowledge::{
-    Access, Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, WhenUnsure,
+    Access, Aggregate, FusionMethod, INTEGRITY_LEVELS, ISOLATIONS, Policy, Shape, StepsAt, WhenUnsure,
 };
 
 /// A top-level section of a model.
@@ -186,7 +186,7 @@ pub const SIGNAL: [Key; 23] = [
 ];
 
 /// The keys of a fusion.
-pub const FUSION: [Key; 16] = [
+pub const FUSION: [Key; 18] = [
     formed(
         "method",
         Form::Choice(|| FusionMethod::NAMES.map(|(name, _)| name).into()),
@@ -207,7 +207,14 @@ pub const FUSION: [Key; 16] = [
     span("unknown_after"),
     text("gate", "a share, or `none`", "99.9 %"),
     span("faults_every"),
+    span("evidence_every"),
     span("steps_every"),
+    formed(
+        "steps_at",
+        Form::Choice(|| StepsAt::NAMES.map(|(name, _)| name).into()),
+        "`any` or `start`",
+        "start",
+    ),
     formed("witnesses", Form::Choice(|| vec!["all", "none"]), "`all` or `none`", "none"),
     text("faulty", "a number of inputs", "1"),
     text("window", "a number of values", "5"),

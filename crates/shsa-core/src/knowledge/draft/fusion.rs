@@ -30,8 +30,12 @@ pub struct FusionDraft {
     pub witnesses: Option<Text>,
     /// The mean time between two faults of a kind.
     pub faults_every: Option<Text>,
+    /// For how long the errors of the model are alike.
+    pub evidence_every: Option<Text>,
     /// The mean time between two steps of a state.
     pub steps_every: Option<Text>,
+    /// `any` or `start`: when a state steps between two moments.
+    pub steps_at: Option<Text>,
     /// How many inputs may be faulty, for fusion of intervals.
     pub faulty: Option<Text>,
     /// The number of values of a moving average or median.
@@ -107,7 +111,9 @@ impl FusionDraft {
             &mut self.gate,
             &mut self.witnesses,
             &mut self.faults_every,
+            &mut self.evidence_every,
             &mut self.steps_every,
+            &mut self.steps_at,
             &mut self.faulty,
             &mut self.window,
             &mut self.particles,

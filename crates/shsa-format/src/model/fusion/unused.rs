@@ -91,7 +91,9 @@ fn settings(
         ("particles", draft.particles.as_ref(), has_particles, "`particle` uses"),
         ("seed", draft.seed.as_ref(), has_particles, "`particle` uses"),
         ("faults_every", draft.faults_every.as_ref(), has_faults, KALMAN),
+        ("evidence_every", draft.evidence_every.as_ref(), has_faults, KALMAN),
         ("steps_every", draft.steps_every.as_ref(), has_faults, KALMAN),
+        ("steps_at", draft.steps_at.as_ref(), has_faults, KALMAN),
     ];
     let of_states = draft.states.iter().flat_map(|state| [("jumps", &state.jumps), ("steps", &state.steps)]);
     let of_inputs = draft.inputs.iter().flat_map(|input| {

@@ -1,7 +1,7 @@
 //! Fusions: errors are reported at their place, and the origins of states are found.
 
 use super::{brief, check, loaded};
-use shsa_core::knowledge::{FusionMethod, KnowledgeBase};
+use shsa_core::knowledge::{FusionMethod, KnowledgeBase, StepsAt};
 
 const PLANT: &str = "variables: { position: { unit: m }, speed: { unit: m/s } }
 signals:
@@ -51,6 +51,16 @@ fn particles_that_nothing_observes_are_reported() {
     let text = plant("    inputs: { /gps: position, /odom: speed }", "    inputs: { /odom: speed }");
     let found = brief(&loaded(&text.replace("method: kalman", "method: particle")));
     assert!(found.contains("nothing observes `position`: its particles get fewer ancestors"), "{found}");
+}
+
+#[test]
+fn when_a_state_steps_is_a_known_word() {
+    let text = plant("    method: kalman", "    method: kalman\n    steps_at: end");
+    check(&text, "9:15 error: `end` is neither `any` nor `start` (write `steps_at: start`)");
+    let text =
+        plant("    method: kalman", "    method: kalman\n    steps_at: start\n    evidence_every: 2 s");
+    let settings = knowledge(&text).fusions()[0].settings;
+    assert_eq!((settings.steps_at, settings.evidence_every.seconds()), (StepsAt::Start, 2.0));
 }
 
 #[test]

@@ -6,14 +6,13 @@ mod parts;
 
 use super::problems::Problems;
 use super::scope::Names;
-use crate::expression::Symbol;
 use crate::knowledge::draft::{FusionDraft, Source, Text};
+use crate::knowledge::fusion::measured_states;
 use crate::knowledge::{
     Fusion, FusionInput, FusionMethod, FusionPlaces, FusionPrediction, FusionState, IdVec, PRIOR, Properties,
     ReadingLimits, Signal, SignalId, VariableId,
 };
 use crate::unit::nearest;
-use alloc::collections::BTreeSet;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -202,17 +201,10 @@ fn is_seen<'i>(
     inputs: &[FusionInput],
     input: usize,
 ) -> bool {
-    let is_state = |symbol: &Symbol| (symbol.0 as usize) < states.len();
-    let mut open: Vec<Symbol> = others.flat_map(|it| it.measures.symbols()).filter(is_state).collect();
-    let mut seen = BTreeSet::new();
-    while let Some(state) = open.pop() {
-        if seen.insert(state) {
-            let transition = states.get(state.0 as usize).map(|it| it.transition.symbols());
-            open.extend(transition.into_iter().flatten().filter(is_state));
-        }
-    }
+    let seen = measured_states(states, others.map(|it| &it.measures));
     let measured = inputs.get(input).map(|it| it.measures.symbols()).unwrap_or_default();
-    measured.iter().filter(|symbol| is_state(symbol)).all(|state| seen.contains(state))
+    let mut places = measured.iter().map(|symbol| symbol.0 as usize).filter(|place| *place < states.len());
+    places.all(|place| seen.contains(&place))
 }
 
 /// A text that must be given.

@@ -3,7 +3,7 @@
 use crate::knowledge::build::problems::Problems;
 use crate::knowledge::build::quantity;
 use crate::knowledge::draft::{FusionDraft, Text};
-use crate::knowledge::{FusionSettings, IdVec, Signal, SignalId};
+use crate::knowledge::{FusionSettings, IdVec, Signal, SignalId, StepsAt};
 use crate::time::Span;
 use alloc::format;
 use core::ops::RangeInclusive;
@@ -39,7 +39,12 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
     };
     let unknown_after = span(problems, &draft.unknown_after, UNKNOWN_AFTER);
     let faults_every = span(problems, &draft.faults_every, FAULTS_EVERY);
+    let evidence_every = match &draft.evidence_every {
+        None => Some(Span::ZERO),
+        Some(text) => quantity::span(problems, text),
+    };
     let steps_every = span(problems, &draft.steps_every, STEPS_EVERY);
+    let steps_at = steps_at(problems, draft.steps_at.as_ref());
     let gate = gate(problems, draft.gate.as_ref());
     let faulty = count(problems, draft.faulty.as_ref(), 1.0, 0.0..=63.0);
     let window = count(problems, draft.window.as_ref(), WINDOW, 1.0..=1_000.0);
@@ -52,7 +57,9 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
         unknown_after: unknown_after?,
         gate: gate?,
         faults_every: faults_every?,
+        evidence_every: evidence_every?,
         steps_every: steps_every?,
+        steps_at: steps_at?,
         faulty: faulty? as usize,
         window: window? as usize,
         particles: particles? as usize,
@@ -68,6 +75,16 @@ pub(super) fn moments(
 ) -> usize {
     let rates: f64 = inputs.map(|signal| signals[signal].rate_hz.unwrap_or(10.0)).sum();
     (1.5 * rates * horizon.seconds() + MOMENTS.0).min(MOMENTS.1) as usize
+}
+
+fn steps_at(problems: &mut Problems, text: Option<&Text>) -> Option<StepsAt> {
+    let Some(text) = text else { return Some(StepsAt::default()) };
+    let known = StepsAt::NAMES.into_iter().find(|(name, _)| *name == text.text);
+    if known.is_none() {
+        let message = format!("`{}` is neither `any` nor `start`", text.text);
+        problems.error(text, message, "write `steps_at: start`");
+    }
+    known.map(|(_, at)| at)
 }
 
 /// Whether inputs are predicted by the others.
