@@ -175,11 +175,10 @@ fn own_note(errors: &[Errors; 2]) -> String {
 }
 
 const OFFSET: &str = "\
-One is beyond the model: an offset of 500 mV at 75 %, where it takes the current for wrong until the voltage is excluded.";
+One is beyond the model: an offset of 500 mV at 75 %.";
 
 const LARGE: &str = "\
-Six are more than 2.1 % off: a voltage that drifts by -70 mV/h, a current of the wrong sign, one that drifts by -0.7 A/h, noise of 10 A and of \
-500 mV, and a voltage scaled by 1.1.";
+Three are more than 2 % off, as is the offset of 1 A above: offsets of the current by -2 A and 0.5 A, and a current scaled by 1.1.";
 
 const PULSES: &str = "\
 Discharges of 3 Ah with pulses between them (`hppc_25c.csv`, of the same cell), to which nothing is fitted. Its charge is counted from where \
