@@ -4,7 +4,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Arc, OnceLock};
 use std::task::Wake;
 use std::thread::Thread;
-use std::time::Duration;
+use std::time::{Duration, Instant};
 
 /// Rung by whatever has work for a thread; one ring before the thread waits is enough.
 #[derive(Debug, Default)]
@@ -24,10 +24,18 @@ impl Bell {
     /// Waits in the thread that it is for; whether it was rung.
     pub(super) fn wait(&self, at_most: Duration) -> bool {
         self.sleeper.get_or_init(std::thread::current);
-        if !self.is_rung.load(Ordering::Acquire) {
-            std::thread::park_timeout(at_most);
+        let began = Instant::now();
+        loop {
+            if self.is_rung.swap(false, Ordering::AcqRel) {
+                return true;
+            }
+            let left = at_most.saturating_sub(began.elapsed());
+            if left.is_zero() {
+                return false;
+            }
+            // It returns at once where the bell was rung while the thread was awake.
+            std::thread::park_timeout(left);
         }
-        self.is_rung.swap(false, Ordering::AcqRel)
     }
 }
 
@@ -49,9 +57,14 @@ impl ReaderBell {
         self.has_messages.swap(false, Ordering::AcqRel)
     }
 
-    /// Notes that there may be messages.
-    pub(super) fn ring(&self) {
+    /// Notes that there may be messages, in the thread that looks for them next.
+    pub(super) fn note(&self) {
         self.has_messages.store(true, Ordering::Release);
+    }
+
+    /// Notes that there may be messages, and wakes the thread.
+    pub(super) fn ring(&self) {
+        self.note();
         self.bell.ring();
     }
 }
@@ -65,7 +78,17 @@ impl Wake for ReaderBell {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use std::time::Instant;
+
+    #[test]
+    fn a_ring_that_was_answered_ends_no_other_wait() {
+        let bell = Bell::default();
+        assert!(!bell.wait(Duration::ZERO));
+        bell.ring();
+        assert!(bell.wait(Duration::from_secs(60)));
+        let (began, short) = (Instant::now(), Duration::from_millis(20));
+        assert!(!bell.wait(short));
+        assert!(began.elapsed() >= short);
+    }
 
     #[test]
     fn a_ring_ends_the_present_wait_or_the_next_one() {

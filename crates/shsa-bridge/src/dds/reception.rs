@@ -141,7 +141,7 @@ impl Reception {
         while !shared.ends.load(Ordering::Acquire) {
             if !shared.bell.wait(TICK) {
                 // A clock that was slewed can hide a message from a reader for a moment, which is not reported again.
-                self.inlets.values().for_each(|inlet| inlet.bell.ring());
+                self.inlets.values().for_each(|inlet| inlet.bell.note());
             }
             if self.steps.is_back() {
                 self.open_anew();
