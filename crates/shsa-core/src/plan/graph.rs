@@ -8,7 +8,7 @@ pub use appraisal::Appraisal;
 
 use super::utility::{Scale, Weight};
 use crate::knowledge::{
-    ACCURACY, IdVec, Inputs, KnowledgeBase, Numbers, RelationId, Rows, SignalId, Utility, VariableId,
+    ACCURACY, IdVec, Inputs, KnowledgeBase, Numbers, RelationId, Rows, Shape, SignalId, Utility, VariableId,
 };
 use crate::substitution::{Step, Substitution};
 use alloc::vec::Vec;
@@ -79,6 +79,8 @@ pub struct Graph {
     inputs: Rows<RelationId, VariableId>,
     /// The relations that read each variable, ascending.
     readers: Rows<VariableId, RelationId>,
+    /// The vectors that relations compute, ascending.
+    computed_vectors: Vec<VariableId>,
 }
 
 impl Graph {
@@ -99,6 +101,7 @@ impl Graph {
             producers: Rows::default(),
             inputs: Rows::default(),
             readers: update::readers(knowledge),
+            computed_vectors: computed_vectors(knowledge),
         };
         graph.add_variables(knowledge);
         graph.add_relations(knowledge);
@@ -116,6 +119,11 @@ impl Graph {
     #[must_use]
     pub fn is_monotone(&self) -> bool {
         self.monotone
+    }
+
+    /// The vectors that relations compute, ascending.
+    pub(crate) fn computed_vectors(&self) -> &[VariableId] {
+        &self.computed_vectors
     }
 
     /// The number of variables.
@@ -353,6 +361,14 @@ impl<'a> View<'a> {
         }
         self.graph.weight(producer.relation, output, |input| self.status(input))
     }
+}
+
+/// The vectors that relations compute, ascending. Complexity: O(variables).
+fn computed_vectors(knowledge: &KnowledgeBase) -> Vec<VariableId> {
+    let is_computed = |id: &VariableId| {
+        knowledge.variables()[*id].shape == Shape::Vector && !knowledge.producers(*id).is_empty()
+    };
+    knowledge.variables().ids().filter(is_computed).collect()
 }
 
 fn sorted<T: Copy + Ord>(items: &[T]) -> Vec<T> {

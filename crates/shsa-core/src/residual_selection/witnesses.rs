@@ -93,11 +93,8 @@ pub fn witnesses(
     admits: impl Fn(&Way) -> bool,
 ) -> Witnesses {
     let is_vector = |variable: VariableId| knowledge.variables()[variable].shape == Shape::Vector;
-    let is_looked_behind = |variable: VariableId| {
-        is_vector(variable) && knowledge.is_provided(variable) && !knowledge.producers(variable).is_empty()
-    };
     // The search substitutes all provided variables or none, and all takes much longer in a large model.
-    let substitute_provided = knowledge.variables().ids().any(is_looked_behind);
+    let substitute_provided = graph.computed_vectors().iter().any(|&vector| knowledge.is_provided(vector));
     let options = Options { substitute_provided, ..Options::default() };
     let found = plan::best(graph, variable, &options, MOST_SEARCHED, LIMITS);
     let compared_itself = |substitution: &Substitution| {
