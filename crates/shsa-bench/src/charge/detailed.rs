@@ -30,6 +30,17 @@ pub(super) struct Detailed {
     solved: Vec<f64>,
 }
 
+/// A larger change of the current, in A, is one of the load.
+const CHANGE_A: f64 = 0.5;
+const MINUTE_S: f64 = 60.0;
+
+/// What the circuit does not explain of a row's voltage.
+struct Residual {
+    voltage_v: f64,
+    /// Since the row before.
+    elapsed_s: f64,
+}
+
 /// What the circuit's voltage is linear in, at a row.
 struct Terms {
     brief: f64,
@@ -85,15 +96,52 @@ impl Detailed {
 
     /// The errors of the voltage above a tenth of the capacity: of the first half, and of the second.
     pub(super) fn errors(&self, rows: &[Row]) -> [Errors; 2] {
-        let (mut errors, mut at) = ([Errors::default(); 2], Terms::NONE);
-        let (middle, solved) = (half(rows), DVector::from_column_slice(&self.solved));
-        for (place, row) in rows.iter().enumerate() {
-            let (terms, elapsed) = at.of(row, self.capacity_ah, self.slow_places);
-            if row.charge_ah > 0.1 * self.capacity_ah {
-                errors[usize::from(place >= middle)].add(row.voltage_v - terms.dot(&solved), elapsed);
+        let mut errors = [Errors::default(); 2];
+        let middle = half(rows);
+        for (place, (row, residual)) in rows.iter().zip(self.residuals(rows)).enumerate() {
+            if self.is_above_a_tenth(row) {
+                errors[usize::from(place >= middle)].add(residual.voltage_v, residual.elapsed_s);
             }
         }
         errors
+    }
+
+    /// By how much the error of the voltage changes within a minute, in the first half and above a tenth of the capacity: at rest, and
+    /// under load. The two minutes after a change of the load are left out.
+    pub(super) fn wander(&self, rows: &[Row]) -> [Errors; 2] {
+        let rows = rows.get(..half(rows)).unwrap_or(rows);
+        let residuals = self.residuals(rows);
+        let (mut wander, mut changed_s, mut before) = ([Errors::default(); 2], f64::NEG_INFINITY, 0);
+        for (place, pair) in rows.windows(2).enumerate() {
+            let [last, row] = pair else { continue };
+            if (row.current_a - last.current_a).abs() > CHANGE_A {
+                changed_s = row.at_s;
+            }
+            while rows[before + 1].at_s <= row.at_s - MINUTE_S {
+                before += 1;
+            }
+            let is_a_minute = row.at_s - rows[before].at_s < MINUTE_S + 1.0;
+            if is_a_minute && rows[before].at_s > changed_s + 2.0 * MINUTE_S && self.is_above_a_tenth(row) {
+                let change = residuals[place + 1].voltage_v - residuals[before].voltage_v;
+                wander[usize::from(row.current_a.abs() > CHANGE_A)]
+                    .add(change, residuals[place + 1].elapsed_s);
+            }
+        }
+        wander
+    }
+
+    fn is_above_a_tenth(&self, row: &Row) -> bool {
+        row.charge_ah > 0.1 * self.capacity_ah
+    }
+
+    /// What the voltage of each row is beyond that of the circuit.
+    fn residuals(&self, rows: &[Row]) -> Vec<Residual> {
+        let (mut at, solved) = (Terms::NONE, DVector::from_column_slice(&self.solved));
+        let residual = |row: &Row| {
+            let (terms, elapsed_s) = at.of(row, self.capacity_ah, self.slow_places);
+            Residual { voltage_v: row.voltage_v - terms.dot(&solved), elapsed_s }
+        };
+        rows.iter().map(residual).collect()
     }
 
     /// The points of its two curves and its two resistances, as they stand in the model.
