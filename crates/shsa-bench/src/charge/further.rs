@@ -78,4 +78,4 @@ fn shown(run: &Run) -> String {
 
 const CHOSEN: &str = "\
 The kinds and sizes of the failures above, and their time, were known when the model was made, and those of the 24 failures of other sizes when the \
-filter was last changed, as told of the other recording. The failures that begin after 75 % of the recording were not looked at for it. Where a need is not met for longer than 150 s, the gap is given.";
+filter was last changed, as told of the other recording. The failures that begin after 75 % of the recording decided nothing. Where a need is not met for longer than 150 s, the gap is given.";
