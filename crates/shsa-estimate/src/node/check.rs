@@ -45,6 +45,7 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
         )];
     }
     let mut found = noise::below_zero(knowledge, fusion);
+    found.extend(too_sure(fusion));
     let Some(Observability { never, without }) = observability(knowledge, fusion) else { return found };
     found.extend(never.iter().map(|state| of_state(fusion, *state)));
     for (lost, states) in without.iter().enumerate().filter(|(_, states)| !states.is_empty()) {
@@ -85,6 +86,24 @@ pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Obser
     };
     let without = (0..fusion.inputs.len().min(MOST)).map(&mut without).collect();
     Some(Observability { never, without })
+}
+
+/// Warnings of states that may have stepped before the first moment by more than their initial spread. The first values then look like
+/// outliers, and so do all after them, as nothing shows that the state has stepped since.
+fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
+    let with_outliers = || fusion.inputs.iter().filter(|input| input.outliers.is_some());
+    fusion.states.iter().enumerate().filter_map(move |(place, state)| {
+        state.steps.filter(|steps| *steps > state.spread)?;
+        with_outliers().find(|input| fusion.states_of(input).contains(&place))?;
+        let message = format!(
+            "the `spread` with which `{}` begins is smaller than its `steps`: where it has stepped before the first value, all values are \
+             taken for outliers",
+            state.name
+        );
+        let place = fusion.places.states.get(place).copied().unwrap_or(fusion.places.name);
+        let help = "give it a `spread` of the size of its `steps`";
+        Some(diagnostic(Severity::Warning, place, message, help))
+    })
 }
 
 fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {
