@@ -1,5 +1,5 @@
-//! The circuit of models/cell-charge.yaml and models/cell-pulses.yaml: a finer curve than the plain circuit's, and two pairs of
-//! resistance and capacitance, the slow one of which has a resistance that depends on the charge where the recording tells how.
+//! The circuit of models/cell-charge.yaml and models/cell-pulses.yaml: a finer curve than the plain circuit's, and three pairs of
+//! resistance and capacitance, the slower two of which have resistances that depend on the charge where the recording tells how.
 
 use super::cell::{Row, half};
 use super::circuit::{kept, weights};
@@ -8,25 +8,26 @@ use anyhow::Context;
 use nalgebra::{DMatrix, DVector};
 
 /// Where the curve has its points, in shares of the capacity.
-const CURVE: [f64; 27] = [
+const CURVE: [f64; 28] = [
     0.0, 0.004, 0.008, 0.012, 0.016, 0.024, 0.033, 0.041, 0.05, 0.066, 0.083, 0.1, 0.13, 0.16, 0.2, 0.26,
-    0.33, 0.4, 0.46, 0.53, 0.6, 0.66, 0.73, 0.8, 0.86, 0.93, 1.0,
+    0.33, 0.4, 0.46, 0.53, 0.6, 0.66, 0.73, 0.8, 0.86, 0.93, 0.965, 1.0,
 ];
-/// Where the resistance of the slow pair has its points.
-const SLOW: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
-/// Where it has one resistance only.
+/// Where the resistances of the slower pairs have their points.
+const SLOWER: [f64; 4] = [0.0, 0.1, 0.3, 1.0];
+/// Where they have one resistance only.
 const ALIKE: [f64; 1] = [0.0];
-/// The time constants of the pairs, in seconds.
-const BRIEF_S: f64 = 20.0;
-const SLOW_S: f64 = 600.0;
+/// The time constants of the pairs, in seconds: from what follows a change of the load to what lasts for an hour of rest.
+const PAIRS_S: [f64; 3] = [20.0, 200.0, 2000.0];
+/// How the models call the currents through the resistances of the slower pairs.
+const SLOWER_NAMES: [&str; 2] = ["middle", "lasting"];
 /// Keeps the solution of the normal equations finite where the data decides nothing.
 const RIDGE: f64 = 1e-6;
 
 /// The circuit, SI but for the charge in Ah.
 pub(super) struct Detailed {
     capacity_ah: f64,
-    slow_places: &'static [f64],
-    /// The curve's voltages, the resistance, that of the brief pair, and those of the slow pair.
+    slower_places: &'static [f64],
+    /// The curve's voltages, the resistance, that of the brief pair, and those of each slower pair.
     solved: Vec<f64>,
 }
 
@@ -43,33 +44,41 @@ struct Residual {
 
 /// What the circuit's voltage is linear in, at a row.
 struct Terms {
-    brief: f64,
-    slow: f64,
+    /// The currents through the resistances of the pairs.
+    pairs_a: [f64; PAIRS_S.len()],
     before_s: Option<f64>,
 }
 
 impl Terms {
-    const NONE: Terms = Terms { brief: 0.0, slow: 0.0, before_s: None };
+    const NONE: Terms = Terms { pairs_a: [0.0; PAIRS_S.len()], before_s: None };
 
-    fn of(&mut self, row: &Row, capacity_ah: f64, slow_places: &[f64]) -> (DVector<f64>, f64) {
+    fn of(&mut self, row: &Row, capacity_ah: f64, slower_places: &[f64]) -> (DVector<f64>, f64) {
         let elapsed = row.at_s - self.before_s.replace(row.at_s).unwrap_or(row.at_s);
-        let through = |before: f64, time_s: f64| {
+        for (through_a, time_s) in self.pairs_a.iter_mut().zip(PAIRS_S) {
             let kept = kept(elapsed, time_s);
-            kept * before + (1.0 - kept) * row.current_a
-        };
-        (self.brief, self.slow) = (through(self.brief, BRIEF_S), through(self.slow, SLOW_S));
-        let mut terms = DVector::zeros(CURVE.len() + 2 + slow_places.len());
+            *through_a = kept * *through_a + (1.0 - kept) * row.current_a;
+        }
+        let mut terms = DVector::zeros(size(slower_places));
         let share = row.charge_ah / capacity_ah;
         weights(&CURVE, share).into_iter().for_each(|(place, weight)| terms[place] = weight);
-        (terms[CURVE.len()], terms[CURVE.len() + 1]) = (row.current_a, self.brief);
-        if slow_places.len() == 1 {
-            terms[CURVE.len() + 2] = self.slow;
-        } else {
-            let slow = weights(slow_places, share).into_iter();
-            slow.for_each(|(place, weight)| terms[CURVE.len() + 2 + place] = weight * self.slow);
+        let [brief_a, slower_a @ ..] = self.pairs_a;
+        (terms[CURVE.len()], terms[CURVE.len() + 1]) = (row.current_a, brief_a);
+        for (pair, through_a) in slower_a.into_iter().enumerate() {
+            let first = CURVE.len() + 2 + pair * slower_places.len();
+            match slower_places.len() {
+                1 => terms[first] = through_a,
+                _ => weights(slower_places, share)
+                    .into_iter()
+                    .for_each(|(place, weight)| terms[first + place] = weight * through_a),
+            }
         }
         (terms, elapsed)
     }
+}
+
+/// How many numbers the circuit has.
+fn size(slower_places: &[f64]) -> usize {
+    CURVE.len() + 2 + SLOWER_NAMES.len() * slower_places.len()
 }
 
 impl Detailed {
@@ -80,18 +89,18 @@ impl Detailed {
     pub(super) fn fit(rows: &[Row]) -> anyhow::Result<Detailed> {
         let rows = rows.get(..half(rows)).unwrap_or(rows);
         let capacity_ah = rows.iter().map(|row| row.charge_ah).fold(0.0, f64::max);
-        let slow_places = slow_places(rows, capacity_ah);
-        let size = CURVE.len() + 2 + slow_places.len();
+        let slower_places = slower_places(rows, capacity_ah);
+        let size = size(slower_places);
         let (mut squares, mut products) = (RIDGE * DMatrix::identity(size, size), DVector::zeros(size));
         let mut at = Terms::NONE;
         for row in rows {
-            let (terms, elapsed) = at.of(row, capacity_ah, slow_places);
+            let (terms, elapsed) = at.of(row, capacity_ah, slower_places);
             squares += elapsed * &terms * terms.transpose();
             products += elapsed * row.voltage_v * terms;
         }
         let solved = squares.cholesky().map(|factors| factors.solve(&products));
         let solved = solved.context("the recording does not pass all of the curve")?;
-        Ok(Detailed { capacity_ah, slow_places, solved: solved.iter().copied().collect() })
+        Ok(Detailed { capacity_ah, slower_places, solved: solved.iter().copied().collect() })
     }
 
     /// The errors of the voltage above a tenth of the capacity: of the first half, and of the second.
@@ -138,34 +147,39 @@ impl Detailed {
     fn residuals(&self, rows: &[Row]) -> Vec<Residual> {
         let (mut at, solved) = (Terms::NONE, DVector::from_column_slice(&self.solved));
         let residual = |row: &Row| {
-            let (terms, elapsed_s) = at.of(row, self.capacity_ah, self.slow_places);
+            let (terms, elapsed_s) = at.of(row, self.capacity_ah, self.slower_places);
             Residual { voltage_v: row.voltage_v - terms.dot(&solved), elapsed_s }
         };
         rows.iter().map(residual).collect()
     }
 
-    /// The points of its two curves and its two resistances, as they stand in the model.
+    /// The points of its curves and its resistances, as they stand in the model.
     pub(super) fn texts(&self) -> Vec<String> {
         let charge = |share: f64| format!("{} Ah", rounded(share * self.capacity_ah, 3));
+        let milliohm = |resistance: &f64| rounded(1e3 * resistance, 3);
         let (curve, rest) = self.solved.split_at(CURVE.len());
+        let (plain, slower) = rest.split_at(2);
         let curve =
             CURVE.iter().zip(curve).map(|(at, it)| format!("[{}, {} V]", charge(*at), rounded(*it, 4)));
-        let slow = self.slow_places.iter().zip(rest.iter().skip(2));
-        let slow = slow.map(|(at, it)| match self.slow_places.len() {
-            1 => format!("{} mV/A * lasting", rounded(1e3 * it, 3)),
-            _ => format!("[{}, {} mV/A]", charge(*at), rounded(1e3 * it, 3)),
+        let plain =
+            [format!("initial: {},", milliohm(&plain[0])), format!("{} mV/A * brief", milliohm(&plain[1]))];
+        let slower = slower.chunks(self.slower_places.len()).zip(SLOWER_NAMES).flat_map(|(pair, name)| {
+            let points = self.slower_places.iter().zip(pair);
+            points.map(move |(at, it)| match pair.len() {
+                1 => format!("{} mV/A * {name}", milliohm(it)),
+                _ => format!("[{}, {} mV/A]", charge(*at), milliohm(it)),
+            })
         });
-        let [resistance, brief] = [0, 1].map(|at| rounded(1e3 * rest[at], 3));
-        let plain = [format!("initial: {resistance},"), format!("{brief} mV/A * brief")];
-        curve.chain(slow).chain(plain).collect()
+        curve.chain(plain).chain(slower).collect()
     }
 }
 
-/// Where the resistance of the slow pair has its points: a recording that is not emptied again does not tell how it depends on the charge.
-fn slow_places(rows: &[Row], capacity_ah: f64) -> &'static [f64] {
+/// Where the resistances of the slower pairs have their points: a recording that is not emptied again does not tell how they depend on the
+/// charge.
+fn slower_places(rows: &[Row], capacity_ah: f64) -> &'static [f64] {
     let full = rows.iter().position(|row| row.charge_ah > 0.9 * capacity_ah).unwrap_or(0);
     let is_emptied = rows.iter().skip(full).any(|row| row.charge_ah < 0.1 * capacity_ah);
-    if is_emptied { &SLOW } else { &ALIKE }
+    if is_emptied { &SLOWER } else { &ALIKE }
 }
 
 /// A number with so many decimals at most.

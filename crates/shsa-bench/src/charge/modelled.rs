@@ -215,4 +215,4 @@ accused of being stuck, for as long as it lasts.
 
 What bounds the error: a method that knows which sensor fails, and when, and leaves it out from then on, has the errors of the rows \
 `silent`. The curve rises by 12 to 15 mV/Ah from a third to nine tenths of the capacity, so the error of the circuit above is an error \
-of the charge of 0.7 %; the current alone is right to 0.1 %. What is above that is the time that it takes to tell which sensor fails.";
+of the charge of 0.6 %; the current alone is right to 0.1 %. What is above that is the time that it takes to tell which sensor fails.";
