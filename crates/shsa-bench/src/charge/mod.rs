@@ -186,8 +186,7 @@ fn own_note(circuit: &Detailed, rows: &[Row]) -> String {
 const OFFSET: &str = "\
 One is more than 2 % off: an offset of 500 mV at 75 %, four minutes before the charger holds its voltage.";
 
-const LARGE: &str = "\
-Two are more than 2 % off: a current scaled by 0.9, and a voltage that drifts by 18 mV/h from 75 % on.";
+const LARGE: &str = "None is more than 2 % off.";
 
 const PULSES: &str = "\
 Discharges of 3 Ah with pulses between them (`hppc_25c.csv`, of the same cell), to which nothing is fitted. Its charge is counted from where \
