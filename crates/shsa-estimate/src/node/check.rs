@@ -88,13 +88,15 @@ pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Obser
     Some(Observability { never, without })
 }
 
-/// Warnings of states that may have stepped before the first moment by more than their initial spread. The first values then look like
-/// outliers, and so do all after them, as nothing shows that the state has stepped since.
+/// Warnings of measured states that may have stepped before the first moment by more than their initial spread. The first values then look
+/// like outliers, and so do all after them, as nothing shows that the state has stepped since.
 fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
-    let with_outliers = || fusion.inputs.iter().filter(|input| input.outliers.is_some());
+    let has_outliers = |place: usize| {
+        let inputs = fusion.inputs.iter().filter(|input| input.outliers.is_some());
+        inputs.flat_map(|input| input.measures.symbols()).any(|symbol| symbol.0 as usize == place)
+    };
     fusion.states.iter().enumerate().filter_map(move |(place, state)| {
-        state.steps.filter(|steps| *steps > state.spread)?;
-        with_outliers().find(|input| fusion.states_of(input).contains(&place))?;
+        state.steps.filter(|steps| *steps > state.spread && has_outliers(place))?;
         let message = format!(
             "the `spread` with which `{}` begins is smaller than its `steps`: where it has stepped before the first value, all values are \
              taken for outliers",

@@ -152,13 +152,15 @@ fn a_state_that_may_have_stepped_before_is_reported() {
     let warned = |spread: &str, odom: &str| {
         let text = plant("speed: { spread: 3,", &format!("speed: {{ spread: {spread}, steps: 5 m/s,"));
         let text = text.replace("/odom: speed }", &format!("/odom: {odom} }}"));
+        let text = text.replace("fusion:", "  /lidar: { variable: position, value_error: 1 }\nfusion:");
         let found = brief(&loaded(&text));
         found.lines().find(|line| line.contains("outliers")).map(str::to_owned)
     };
-    let expected = "11:7 warning: the `spread` with which `speed` begins is smaller than its `steps`: where it has stepped before the first value, all values are taken for outliers (give it a `spread` of the size of its `steps`)";
+    let expected = "12:7 warning: the `spread` with which `speed` begins is smaller than its `steps`: where it has stepped before the first value, all values are taken for outliers (give it a `spread` of the size of its `steps`)";
     assert_eq!(warned("3", "{ measures: speed, outliers: 20 m/s }").as_deref(), Some(expected));
     assert_eq!(warned("5", "{ measures: speed, outliers: 20 m/s }"), None);
     assert_eq!(warned("3", "speed"), None);
+    assert_eq!(warned("3", "speed, /lidar: { measures: position, outliers: 20 m }"), None);
 }
 
 #[test]
