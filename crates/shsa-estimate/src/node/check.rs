@@ -88,8 +88,8 @@ pub fn observability(knowledge: &KnowledgeBase, fusion: &Fusion) -> Option<Obser
     Some(Observability { never, without })
 }
 
-/// Warnings of measured states that may have stepped before the first moment by more than their initial spread. The first values then look
-/// like outliers, and so do all after them, as nothing shows that the state has stepped since.
+/// Warnings of measured states that may have stepped before the first moment by more than their initial spread. The first value then looks
+/// like an outlier, and so do all after it where another input shows that the state has not stepped since.
 fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
     let has_outliers = |place: usize| {
         let inputs = fusion.inputs.iter().filter(|input| input.outliers.is_some());
@@ -98,8 +98,8 @@ fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
     fusion.states.iter().enumerate().filter_map(move |(place, state)| {
         state.steps.filter(|steps| *steps > state.spread && has_outliers(place))?;
         let message = format!(
-            "the `spread` with which `{}` begins is smaller than its `steps`: where it has stepped before the first value, all values are \
-             taken for outliers",
+            "the `spread` with which `{}` begins is smaller than its `steps`: where it has stepped before the first value, all values may \
+             be taken for outliers",
             state.name
         );
         let place = fusion.places.states.get(place).copied().unwrap_or(fusion.places.name);

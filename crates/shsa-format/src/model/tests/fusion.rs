@@ -146,7 +146,7 @@ fn noise_that_can_be_below_zero_is_reported() {
     assert_eq!(warned("1 m/s + 0.25 * speed"), None);
 }
 
-/// A state that may be a step away when the filter begins, which an input with outliers would then take all values for.
+/// Where a state may be a step away when the filter begins, all its values may be taken for outliers.
 #[test]
 fn a_state_that_may_have_stepped_before_is_reported() {
     let warned = |spread: &str, odom: &str| {
@@ -156,7 +156,7 @@ fn a_state_that_may_have_stepped_before_is_reported() {
         let found = brief(&loaded(&text));
         found.lines().find(|line| line.contains("outliers")).map(str::to_owned)
     };
-    let expected = "12:7 warning: the `spread` with which `speed` begins is smaller than its `steps`: where it has stepped before the first value, all values are taken for outliers (give it a `spread` of the size of its `steps`)";
+    let expected = "12:7 warning: the `spread` with which `speed` begins is smaller than its `steps`: where it has stepped before the first value, all values may be taken for outliers (give it a `spread` of the size of its `steps`)";
     assert_eq!(warned("3", "{ measures: speed, outliers: 20 m/s }").as_deref(), Some(expected));
     assert_eq!(warned("5", "{ measures: speed, outliers: 20 m/s }"), None);
     assert_eq!(warned("3", "speed"), None);
