@@ -6,8 +6,8 @@ pub(crate) mod network;
 
 use serde_json::Value;
 use std::collections::VecDeque;
-use std::io::{BufRead, BufReader, Write};
-use std::net::TcpListener;
+use std::io::{BufRead, BufReader, Read, Write};
+use std::net::{TcpListener, TcpStream};
 use std::path::{Path, PathBuf};
 use std::process::{Child, ChildStdin, Command, Stdio};
 use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
@@ -36,10 +36,17 @@ pub(crate) fn python() -> Option<PathBuf> {
     None
 }
 
-/// A free port on the loopback interface.
+/// A free port on the loopback interface, for a server that reuses addresses.
+///
+/// A connection that its listener has closed keeps the port for a minute, so that no other client or server is given the port
+/// before the server of the test listens there.
 pub(crate) fn free_port() -> u16 {
     let listener = TcpListener::bind("127.0.0.1:0").expect("a loopback interface");
-    listener.local_addr().expect("an address").port()
+    let address = listener.local_addr().expect("an address");
+    let mut client = TcpStream::connect(address).expect("a listener");
+    drop(listener.accept().expect("a client"));
+    let _ = client.read(&mut [0]);
+    address.port()
 }
 
 /// Repeats a check until it succeeds.
