@@ -48,18 +48,27 @@ pub(super) struct Suspicion {
 
 impl Suspicion {
     /// Takes in the next reception of a signal.
+    #[inline]
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
+        match self.of_signal.get_mut(wanted) {
+            Some(Some((last, latest))) => {
+                let is_odd =
+                    (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
+                (*last, *latest) = (received, received.max(*latest));
+                if is_odd && !self.signals.contains(&wanted) {
+                    self.signals.push(wanted);
+                }
+            }
+            _ => self.begin(wanted, received),
+        }
+    }
+
+    #[cold]
+    fn begin(&mut self, wanted: usize, received: Time) {
         if self.of_signal.len() <= wanted {
             self.of_signal.resize(wanted + 1, None);
         }
-        let Some(of_signal) = self.of_signal.get_mut(wanted) else { return };
-        let (last, latest) = of_signal.get_or_insert((received, received));
-        let is_odd =
-            (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;
-        (*last, *latest) = (received, received.max(*latest));
-        if is_odd && !self.signals.contains(&wanted) {
-            self.signals.push(wanted);
-        }
+        self.of_signal.get_mut(wanted).into_iter().for_each(|it| *it = Some((received, received)));
     }
 }
 

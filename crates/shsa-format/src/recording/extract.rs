@@ -3,11 +3,11 @@
 use super::fields::{Locator, Unlocated};
 use super::gathered::Gathered;
 use super::members::Members;
-use super::topic::{Body, Fields, Row, Rows, Times, Topic};
+use super::topic::{Body, Fields, Rows, Times, Topic};
 use super::{Want, stamp};
-use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::span::time_unit;
+use std::ops::Range;
 
 /// How sources name a topic of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,16 +178,14 @@ impl<'a> Extract<'a> {
         rows.numbers(column, &mut self.numbers);
     }
 
-    /// Gives the sample of one of the rows whose numbers were taken.
-    #[inline]
-    pub(super) fn deliver_row(&mut self, row: Row<'_>, time: Time, gathered: &mut Gathered) {
-        match self.numbers.get(row.at) {
-            Some(Some(number)) => gathered.sample(self.want.index, time, time, RawValue::Number(*number)),
-            _ => {
-                let body = Body::Columns(&row);
-                self.deliver(Message { times: Times::at(time), own: None, body }, gathered);
-            }
-        }
+    /// Whether this row has a number, of those that were taken.
+    pub(super) fn has_number(&self, row: usize) -> bool {
+        matches!(self.numbers.get(row), Some(Some(_)))
+    }
+
+    /// The signal, and its numbers in these rows.
+    pub(super) fn loaded(&self, rows: Range<usize>) -> (usize, &[Option<f64>]) {
+        (self.want.index, self.numbers.get(rows).unwrap_or_default())
     }
 }
 

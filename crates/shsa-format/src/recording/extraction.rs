@@ -228,10 +228,17 @@ impl Listener for Extraction<'_, '_> {
             let Some(column) = extract.column() else { return self.each_row(topic, times, rows) };
             extract.load(rows, column);
         }
-        for (at, time) in times.iter().enumerate() {
-            for extract in &mut *extracts {
-                extract.deliver_row(Row { rows, at }, *time, self.gathered);
-            }
+        // Rows with a number for each signal are taken together, the others one by one.
+        let mut at = 0;
+        while let Some(Reported { extracts, .. }) = self.topics.get(topic.0) {
+            let is_whole = |row: &usize| extracts.iter().all(|extract| extract.has_number(*row));
+            let from = at;
+            at += (from..times.len()).take_while(is_whole).count();
+            let whole = times.get(from..at).unwrap_or_default();
+            self.gathered.rows(whole, extracts.iter().map(|extract| extract.loaded(from..at)));
+            let Some(time) = times.get(at) else { return };
+            self.message(topic, Times::at(*time), Body::Columns(&Row { rows, at }));
+            at += 1;
         }
     }
 

@@ -1,6 +1,7 @@
 //! The results of the readers: samples, counts and warnings of all files, and the final order.
 
 mod end;
+mod rows;
 
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

@@ -40,6 +40,13 @@ impl Room {
         left.is_some()
     }
 
+    /// Takes so many numbers; returns false where not all of them are taken: then none is.
+    pub(super) fn take_all(&mut self, numbers: usize) -> bool {
+        let left = self.left.checked_sub(numbers as u64);
+        self.left = left.unwrap_or(self.left);
+        left.is_some()
+    }
+
     /// What was left out, if anything.
     pub(super) fn problem(&self) -> Option<String> {
         let Room { length, over, .. } = *self;

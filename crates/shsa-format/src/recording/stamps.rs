@@ -32,6 +32,19 @@ impl Stamps {
         self.last_received = received;
     }
 
+    /// Adds stamps that are the times of reception.
+    pub(super) fn see_received(&mut self, times: &[Time]) {
+        let Some((first, last)) = times.first().zip(times.last()) else { return };
+        let (begin, _) = *self.first.get_or_insert((*first, *first));
+        self.count += times.len();
+        self.has_moved = self.has_moved || times.iter().any(|time| *time != begin);
+        let pairs = times.iter().zip(times.iter().skip(1));
+        self.backward += usize::from(self.last.is_some_and(|last| *first < last));
+        self.backward += pairs.filter(|(before, after)| after < before).count();
+        self.last = Some(*last);
+        self.last_received = *last;
+    }
+
     /// Why the reception has to replace the stamps; `None` where the stamps are usable.
     pub(super) fn flaw(&self) -> Option<String> {
         let (stamp, received) = self.first?;
@@ -66,6 +79,18 @@ mod tests {
         let at = |second: i64| Time(second * 1_000_000_000);
         seconds.iter().for_each(|(stamp, received)| stamps.see(at(*stamp), at(*received)));
         assert_eq!(stamps.flaw().as_deref(), expected);
+    }
+
+    #[test]
+    fn stamps_of_reception_are_added_together_as_one_by_one() {
+        let (mut together, mut singly) = (Stamps::default(), Stamps::default());
+        for seconds in [&[5_i64, 5][..], &[], &[5], &[7, 6, 6, 9], &[8]] {
+            let times: Vec<Time> = seconds.iter().map(|second| Time(*second)).collect();
+            together.see_received(&times);
+            times.iter().for_each(|time| singly.see(*time, *time));
+            assert_eq!(format!("{together:?}"), format!("{singly:?}"));
+        }
+        assert_eq!(together.backward, 2);
     }
 
     #[test]

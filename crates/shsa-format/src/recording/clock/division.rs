@@ -71,7 +71,7 @@ struct Found {
 pub(in crate::recording) fn divide(all: &(impl Receptions + ?Sized)) -> Division {
     let mut division = Division { steps: vec![None], ..Division::default() };
     let mut suspicion = Suspicion::default();
-    all.each(&mut |_, wanted, received| suspicion.see(wanted, received));
+    all.each(|_, wanted, received| suspicion.see(wanted, received));
     suspicion.signals.sort_unstable();
     let mut found: Vec<Found> = Vec::new();
     for wanted in suspicion.signals {

@@ -20,7 +20,7 @@ pub(in crate::recording) trait Receptions {
     fn signal(&self, wanted: usize, but: &BTreeSet<usize>) -> Self::Signal;
 
     /// Passes over all samples: their places, signals and receptions.
-    fn each(&self, see: &mut dyn FnMut(usize, usize, Time)) {
+    fn each(&self, mut see: impl FnMut(usize, usize, Time)) {
         for place in 0..self.count() {
             let Some((wanted, received)) = self.at(place) else { return };
             see(place, wanted, received);
@@ -179,7 +179,7 @@ impl Receptions for Stored {
                 return StoredSignal(None);
             }
         };
-        self.each(&mut |place, of, received| {
+        self.each(|place, of, received| {
             if of == wanted && !but.contains(&place) {
                 own.push(place, received);
             }

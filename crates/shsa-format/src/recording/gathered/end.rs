@@ -91,7 +91,7 @@ impl Gathered {
         };
         self.report_strays(&division);
         let mut pieces = self.new_pieces(&division);
-        receptions.each(&mut |place, wanted, received| match division
+        receptions.each(|place, wanted, received| match division
             .piece_of(place)
             .and_then(|of| pieces.get_mut(of))
         {
