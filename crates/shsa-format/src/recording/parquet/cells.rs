@@ -108,6 +108,13 @@ impl Cells {
     }
 }
 
+impl Extend<Cell> for Cells {
+    /// Adds values as long as there is room.
+    fn extend<I: IntoIterator<Item = Cell>>(&mut self, cells: I) {
+        let _room = cells.into_iter().try_for_each(|cell| self.push(cell, 1));
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -4,6 +4,7 @@ use super::super::stamp::{self, Doubts};
 use super::super::table::clock::{self as text, Clock as TextClock};
 use super::super::table::layout::{Layout, Separator};
 use super::super::{ReadOptions, names};
+use super::cells::Cell;
 use super::description::{Description, Meaning, Physical};
 use super::{Columns, Value};
 use crate::recording::topic::Rows as _;
@@ -12,6 +13,8 @@ use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;
 use shsa_message::zone::Zone;
 use std::borrow::Cow;
+
+const SECOND: Span = Span::from_millis(1_000);
 
 /// How many rows with a time decide where it is.
 pub(super) const ROWS: usize = 100;
@@ -140,8 +143,28 @@ impl Clock {
         }
     }
 
+    /// Appends the times of the current rows where each of them is a number in a column; else it returns false, and appends none.
+    pub(super) fn moments(&self, columns: &Columns<'_>, rows: usize, times: &mut Vec<Time>) -> bool {
+        let begin = times.len();
+        match &self.kind {
+            Kind::Moments(column, true) => times.extend(columns.cells(*column).iter().map_while(|cell| match cell {
+                Cell::Whole(since) => Some(Time(*since)),
+                _ => None,
+            })),
+            Kind::Text(TextClock::Number(column, step)) if *step == SECOND => {
+                times.extend(columns.cells(*column).iter().map_while(|cell| match cell {
+                    Cell::Number(number) => within(*number, *step),
+                    _ => None,
+                }));
+            }
+            Kind::Moments(..) | Kind::Text(_) => {}
+        }
+        let are_all = times.len() == begin + rows;
+        times.truncate(if are_all { times.len() } else { begin });
+        are_all
+    }
+
     /// The time of a row; `None` where its cells have none.
-    #[inline]
     pub(super) fn moment(&mut self, columns: &Columns<'_>, row: usize, zone: &Zone) -> Option<Time> {
         match &self.kind {
             Kind::Moments(column, is_utc) => {
@@ -195,7 +218,7 @@ fn within(number: f64, step: Span) -> Option<Time> {
     // Rounded by hand, which is quicker; what is rounded wrongly is not exact.
     let micros = (micros + 0.5_f64.copysign(micros)) as i64;
     let is_exact =
-        step == Span::from_millis(1_000) && number.abs() < LARGEST && micros as f64 / 1e6 == number;
+        step == SECOND && number.abs() < LARGEST && micros as f64 / 1e6 == number;
     is_exact.then(|| Time(micros * 1_000))
 }
 
@@ -205,15 +228,14 @@ mod tests {
 
     #[test]
     fn seconds_are_what_their_digits_say() {
-        let second = Span::from_millis(1_000);
         for number in
             [0.0, -0.5, 1_714_564_800.123, 1_714_564_800.123_456, 1e-6, 3_999_999_999.999_999, 12.25]
         {
-            let digits = decimal(&number.to_string(), second);
-            assert_eq!(within(number, second), digits, "{number}");
+            let digits = decimal(&number.to_string(), SECOND);
+            assert_eq!(within(number, SECOND), digits, "{number}");
         }
         for number in [1e-7, 0.123_456_7, 4e9, f64::NAN, f64::INFINITY] {
-            assert_eq!(within(number, second), None, "{number}");
+            assert_eq!(within(number, SECOND), None, "{number}");
         }
         assert_eq!(within(1.0, Span::from_millis(1)), None);
     }

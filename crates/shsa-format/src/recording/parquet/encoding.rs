@@ -12,6 +12,7 @@ const JULIAN_1970: i64 = 2_440_588;
 const DAY_NS: i64 = 86_400_000_000_000;
 
 /// A whole number as a value of the column.
+#[inline]
 fn whole(column: &Column, whole: i64) -> Cell {
     match (column.meaning, column.physical) {
         (Meaning::Decimal(parts), _) => Cell::Number(whole as f64 / parts),
@@ -60,7 +61,8 @@ pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
         return None;
     }
     if has_width(column) {
-        return plain_numbers(bytes, column, count, &mut |cell| cells.push(cell, 1));
+        plain_numbers(bytes, column, count, cells)?;
+        return (!cells.is_full).then_some(());
     }
     for _ in 0..count {
         let length = match column.physical {
@@ -72,44 +74,35 @@ pub(super) fn plain(bytes: &mut Bytes<'_>, column: &Column, count: usize, cells:
     Some(())
 }
 
-/// Reads values of the same width, and passes each on.
+/// Reads values of the same width.
 pub(super) fn plain_numbers(
     bytes: &mut Bytes<'_>,
     column: &Column,
     count: usize,
-    push: &mut impl FnMut(Cell) -> Option<()>,
+    to: &mut impl Extend<Cell>,
 ) -> Option<()> {
     match column.physical {
         Physical::Bool => {
             let bits = bytes.take(count.div_ceil(8))?;
             let bit = |at: usize| bits.get(at / 8).is_some_and(|byte| byte >> (at % 8) & 1 == 1);
-            (0..count).try_for_each(|at| push(Cell::Whole(bit(at).into())))
+            to.extend((0..count).map(|at| Cell::Whole(bit(at).into())));
         }
         Physical::I32 => {
-            words(bytes, count)?.iter().try_for_each(|it| push(whole(column, i32::from_le_bytes(*it).into())))
+            to.extend(words(bytes, count)?.iter().map(|it| whole(column, i32::from_le_bytes(*it).into())));
         }
         Physical::I64 => {
-            words(bytes, count)?.iter().try_for_each(|it| push(whole(column, i64::from_le_bytes(*it))))
+            to.extend(words(bytes, count)?.iter().map(|it| whole(column, i64::from_le_bytes(*it))));
         }
-        Physical::I96 => words(bytes, count)?.iter().try_for_each(|it| push(moment(it))),
+        Physical::I96 => to.extend(words(bytes, count)?.iter().map(moment)),
         Physical::F32 => {
-            words(bytes, count)?.iter().try_for_each(|it| push(Cell::Number(f32::from_le_bytes(*it).into())))
+            to.extend(words(bytes, count)?.iter().map(|it| Cell::Number(f32::from_le_bytes(*it).into())));
         }
         Physical::F64 => {
-            words(bytes, count)?.iter().try_for_each(|it| push(Cell::Number(f64::from_le_bytes(*it))))
+            to.extend(words(bytes, count)?.iter().map(|it| Cell::Number(f64::from_le_bytes(*it))));
         }
-        Physical::Bytes | Physical::Fixed(_) => None,
+        Physical::Bytes | Physical::Fixed(_) => return None,
     }
-}
-
-/// Appends so many values that are stored one after the other in the same number of bytes each; fewer where the bytes end before.
-pub(super) fn plain_cells(bytes: &[u8], column: &Column, count: usize, cells: &mut Vec<Cell>) {
-    let mut push = |cell| {
-        cells.push(cell);
-        Some(())
-    };
-    // A page has as many bytes as its values take.
-    let _all = plain_numbers(&mut Bytes(bytes), column, count, &mut push);
+    Some(())
 }
 
 /// The bytes of each value of a column; `None` where these differ, or are fewer than one.

@@ -198,6 +198,11 @@ impl<'d> Columns<'d> {
         self.read.get((*self.places.get(at)?)?)
     }
 
+    /// What the current rows have in a column without lists.
+    fn cells(&self, at: usize) -> &[Cell] {
+        self.of(at).filter(|reading| reading.list.is_none()).map_or(&[], |reading| &reading.cells)
+    }
+
     /// Goes to the next rows, at most so many, up to the end of a page of any column; returns how many there are. A row in which a
     /// column has a list comes alone.
     fn turn(&mut self, source: &mut Source<'_>, most: usize) -> io::Result<usize> {
@@ -276,8 +281,7 @@ impl topic::Rows for Columns<'_> {
     }
 
     fn numbers(&self, at: usize, to: &mut Vec<Option<f64>>) {
-        let Some(Reading { cells, list: None, .. }) = self.of(at) else { return };
-        to.extend(cells.iter().map(|cell| match cell {
+        to.extend(self.cells(at).iter().map(|cell| match cell {
             Cell::Number(number) => Some(*number),
             Cell::Whole(whole) => Some(*whole as f64),
             Cell::Text(_) | Cell::Missing => None,
@@ -349,6 +353,10 @@ impl Table<'_> {
             self.count += count as i64;
             return;
         };
+        if clock.moments(columns, count, &mut self.times) {
+            self.last = self.times.last().copied().unwrap_or(self.last);
+            return;
+        }
         for row in 0..count {
             match clock.moment(columns, row, &self.options.zone) {
                 Some(time) => {

@@ -1,8 +1,9 @@
 //! The values of a page, one after the other.
 
+use super::bytes::Bytes;
 use super::cells::{Cell, Runs};
 use super::description::Column;
-use super::encoding::plain_cells;
+use super::encoding::plain_numbers;
 use std::iter::repeat_n;
 
 /// The values of a page that are left.
@@ -85,10 +86,12 @@ impl Page {
         match &mut self.content {
             Content::Numbers(numbers) => {
                 let known = |number: &u32| dictionary.get(*number as usize).copied().unwrap_or(Cell::Missing);
-                cells.extend(numbers.iter().skip(at).take(count).map(known));
+                cells.extend(numbers.get(at..at + count).unwrap_or_default().iter().map(known));
             }
             Content::Plain { bytes, width, .. } => {
-                plain_cells(bytes.get(at * *width..).unwrap_or_default(), column, count, cells);
+                let rest = bytes.get(at * *width..).unwrap_or_default();
+                // A page has as many bytes as its values take.
+                let _all = plain_numbers(&mut Bytes(rest), column, count, cells);
             }
             Content::Runs { values, run, passed } => {
                 let mut missing = count;

@@ -204,10 +204,7 @@ impl<'d> Pages<'d> {
         if encoding::has_width(self.column) {
             let mut list = Vec::new();
             cells.take(count.checked_mul(size_of::<Cell>())?)?;
-            encoding::plain_numbers(bytes, self.column, count, &mut |cell| {
-                list.push(cell);
-                Some(())
-            })?;
+            encoding::plain_numbers(bytes, self.column, count, &mut list)?;
             return Some(list);
         }
         encoding::plain(bytes, self.column, count, cells)?;
