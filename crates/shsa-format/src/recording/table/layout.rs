@@ -1,7 +1,7 @@
 //! The layout of a table: the separator, the names and units of its columns, and the form of its numbers.
 
 use super::cells::{COLUMNS_MAX, Split, is_open, split};
-use super::rows::Line;
+use super::line::Line;
 use crate::recording::stamp::split_unit;
 use shsa_core::unit::Unit;
 use std::borrow::Cow;

@@ -6,18 +6,22 @@ mod cells;
 pub(super) mod clock;
 pub(super) mod layout;
 mod places;
+mod line;
 mod row;
 mod rows;
+mod batch;
 
 use super::files::without_packing;
 use super::stamp::Doubts;
-use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic};
+use super::topic::{Body, Field, Fields, Input, Listener, Times, Topic, TopicId};
 use super::{Place, ReadOptions, RecordingError};
+use batch::Batch;
 use cells::COLUMNS_MAX;
 use clock::Clock;
 use layout::Layout;
+use line::Line;
 use row::{Points, Row};
-use rows::{Line, Rows};
+use rows::Rows;
 use shsa_core::time::Time;
 use std::borrow::Cow;
 use std::path::Path;
@@ -69,6 +73,7 @@ pub(super) fn read(
         listener.note(Place::Whole, note.into());
     }
     let mut table = Table {
+        batch: Batch::new(layout.headers.len()),
         layout,
         clock,
         options,
@@ -85,12 +90,15 @@ pub(super) fn read(
     };
     let read = (0..table.layout.headers.len()).filter(|at| is_read(*at)).collect();
     let mut points = Points::new(&table.layout, read);
-    while let Some(row) = rows.row(&table.layout) {
-        table.take(&row, &mut points);
-        rows.reuse(row);
+    loop {
+        let row = rows.row(&table.layout);
+        if row.is_none() || !rows.damages.is_empty() || table.batch.is_full() {
+            rows.reuse(table.report());
+        }
         rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
+        let Some(row) = row else { break };
+        table.take(row, &mut points);
     }
-    rows.damages.drain(..).for_each(|(line, problem)| table.listener.damaged(Place::Line(line), problem));
     table.doubts.notes().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
 }
@@ -130,7 +138,9 @@ struct Table<'a, 'l> {
     clock: Option<Clock>,
     options: &'a ReadOptions,
     listener: &'l mut dyn Listener,
-    topic: super::topic::TopicId,
+    topic: TopicId,
+    /// Rows that are not reported yet.
+    batch: Batch,
     count: i64,
     /// The time of the latest row that has one.
     last: Time,
@@ -139,51 +149,75 @@ struct Table<'a, 'l> {
 }
 
 impl Table<'_, '_> {
-    fn take(&mut self, line: &Line, points: &mut Points) {
-        let row = match line.places() {
-            Some(places) => Some(points.placed(&line.text, places)),
-            None => points.copied(&line.text),
+    /// Reports the rows of the batch, and gives them back.
+    fn report(&mut self) -> impl Iterator<Item = Line> {
+        self.listener.rows(self.topic, &self.batch.times, &self.batch);
+        self.batch.drain()
+    }
+
+    /// Reports what a part of the file has that is no row of the batch, behind those that are.
+    fn aside(&mut self) -> &mut dyn Listener {
+        drop(self.report());
+        self.listener
+    }
+
+    fn take(&mut self, mut line: Line, points: &mut Points) {
+        if line.is_placed {
+            points.write(&mut line);
+        }
+        let row = match line.is_placed {
+            true => Some(Row::Placed(&line)),
+            false => points.copied(&line.text),
         };
         let Some(row) = row.filter(|row| row.fits(&self.layout.headers)) else {
             let problem = match line.is_ended {
                 true => format!("the row has not {} cells as the header", self.layout.headers.len()),
                 false => "the file ends within this row".into(),
             };
-            return self.listener.damaged(Place::Line(line.number), format!("{problem}; row left out"));
+            return self.aside().damaged(Place::Line(line.number), format!("{problem}; row left out"));
         };
         if row.is_blank() {
             return;
         }
-        let Some(received) = self.time(&row, line.number) else { return };
-        self.listener.message(self.topic, Times::at(received), Body::Columns(&row));
+        match self.time(&row) {
+            Some(time) if line.is_placed => {
+                drop(row);
+                self.batch.push(line, time);
+            }
+            Some(time) => {
+                let topic = self.topic;
+                self.aside().message(topic, Times::at(time), Body::Columns(&row));
+            }
+            None => self.undated(&row, line.number),
+        }
     }
 
-    /// The time of a row; `None`, with a report, where it is unknown and matters.
-    fn time(&mut self, row: &Row<'_>, line: u64) -> Option<Time> {
+    /// The time of a row; `None` where it is unknown.
+    fn time(&mut self, row: &Row<'_>) -> Option<Time> {
         let number = self.count;
         self.count += 1;
         let Some(clock) = &self.clock else { return Some(Time(number)) };
-        match clock.moment(|at| row.cell(at), &self.options.zone) {
-            Some(moment) => {
-                if !moment.has_zone && !self.options.zone.is_given && !self.has_told_zone {
-                    self.has_told_zone = true;
-                    let note = "its times name no zone and are taken for UTC; --time-zone says another";
-                    self.listener.note(Place::Whole, note.into());
-                }
-                self.last = self.doubts.settle(&moment);
-                Some(self.last)
-            }
-            None if self.listener.needs_time(self.topic) => {
-                let problem = format!("'{}' is no time; row left out", clock.text(|at| row.cell(at)));
-                self.listener.damaged(Place::Line(line), problem);
-                None
-            }
-            None => {
-                let problem = format!("'{}' is no time", clock.text(|at| row.cell(at)));
-                self.listener.has_undated(Place::Line(line), problem);
-                self.listener.undated(self.topic);
-                Some(self.last)
-            }
+        let moment = clock.moment(|at| row.cell(at), &self.options.zone)?;
+        if !moment.has_zone && !self.options.zone.is_given && !self.has_told_zone {
+            self.has_told_zone = true;
+            let note = "its times name no zone and are taken for UTC; --time-zone says another";
+            self.listener.note(Place::Whole, note.into());
         }
+        self.last = self.doubts.settle(&moment);
+        Some(self.last)
+    }
+
+    /// Reports a row without a time.
+    fn undated(&mut self, row: &Row<'_>, line: u64) {
+        let text = self.clock.as_ref().map(|clock| clock.text(|at| row.cell(at))).unwrap_or_default();
+        let (topic, times, needs_time) =
+            (self.topic, Times::at(self.last), self.listener.needs_time(self.topic));
+        let listener = self.aside();
+        if needs_time {
+            return listener.damaged(Place::Line(line), format!("'{text}' is no time; row left out"));
+        }
+        listener.has_undated(Place::Line(line), format!("'{text}' is no time"));
+        listener.undated(topic);
+        listener.message(topic, times, Body::Columns(row));
     }
 }

@@ -93,50 +93,57 @@ fn place_quoted(bytes: &[u8], separator: u8, places: &mut Places) -> Option<()> 
 
 /// Finds the words of a row of ASCII; of another text it returns false.
 fn place_words(text: &str, places: &mut Places) -> bool {
-    let (words, rest) = text.as_bytes().as_chunks();
-    // The highest bit of each byte that is a blank; before the text there is one, too.
-    let (mut before, mut begin) = (HIGH, 0);
-    let mut take = |index: usize, word: &[u8; 8]| {
-        let blank = blanks(word)?;
-        let mut edges = blank ^ (blank << 8 | before >> 56);
-        before = blank;
+    if !text.is_ascii() {
+        return false;
+    }
+    // Before the text there is a blank.
+    let (mut before, mut begin) = (1, 0);
+    for (index, part) in text.as_bytes().chunks(64).enumerate() {
+        let blank = blanks(part);
+        let mut edges = blank ^ (blank << 1 | before);
+        before = blank >> 63;
         while edges != 0 {
             let bit = edges.trailing_zeros();
-            let at = 8 * index + bit as usize / 8;
+            let at = 64 * index + bit as usize;
             match blank >> bit & 1 {
                 0 => begin = at,
                 _ => places.push(begin..at),
             }
             edges &= edges - 1;
         }
-        Some(places.len() <= COLUMNS_MAX)
-    };
-    for (index, word) in words.iter().enumerate() {
-        match take(index, word) {
-            None => return false,
-            Some(false) => return true,
-            Some(true) => {}
+        if places.len() > COLUMNS_MAX {
+            return true;
         }
     }
-    // The last word ends with a blank at least, and so does the last cell.
-    let mut last = [b' '; 8];
-    last.iter_mut().zip(rest).for_each(|(last, byte)| *last = *byte);
-    take(words.len(), &last).is_some()
+    if before == 0 {
+        places.push(begin..text.len());
+    }
+    true
 }
 
-/// The highest bit of each of eight bytes that is a blank of ASCII; `None` where one is not of ASCII.
-fn blanks(bytes: &[u8; 8]) -> Option<u64> {
-    let word = u64::from_le_bytes(*bytes);
-    if word & HIGH != 0 {
-        return None;
+/// Which of up to 64 bytes of ASCII are blanks, the first in the lowest bit; those behind the last are.
+fn blanks(bytes: &[u8]) -> u64 {
+    let (words, rest) = bytes.as_chunks();
+    let mut last = [b' '; 8];
+    last.iter_mut().zip(rest).for_each(|(last, byte)| *last = *byte);
+    let (mut blank, mut shift) = (0, 0);
+    for word in words.iter().chain([&last]).take(8) {
+        blank |= blanks_of_word(word) << shift;
+        shift += 8;
     }
+    if shift < 64 { blank | u64::MAX << shift } else { blank }
+}
+
+/// Which of eight bytes of ASCII are blanks, the first in the lowest bit.
+#[inline]
+fn blanks_of_word(bytes: &[u8; 8]) -> u64 {
+    let word = u64::from_le_bytes(*bytes);
     let up_to_space = !(word + ONES * (0x7f - 0x20)) & HIGH;
     if up_to_space == equal(word, b' ') {
-        return Some(up_to_space);
+        // Each product of a bit of `up_to_space` and one of the factor is another power of two: bit 8 i comes to 56 + i.
+        return (up_to_space >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
     }
-    let each =
-        bytes.iter().rev().fold(0, |each, byte| each << 8 | u64::from(byte.is_ascii_whitespace()) << 7);
-    Some(each)
+    bytes.iter().rev().fold(0, |blank, byte| blank << 1 | u64::from(byte.is_ascii_whitespace()))
 }
 
 #[cfg(test)]
@@ -152,7 +159,7 @@ mod tests {
 
     proptest! {
         #[test]
-        fn places_are_what_splitting_gives(text in "[ab1;\" \u{e9}]{0,40}", words in "[ab1 \t\x0b\x0c\u{e9}]{0,40}", ascii in "[ab1 \t]{0,40}") {
+        fn places_are_what_splitting_gives(text in "[ab1;\" \u{e9}]{0,40}", words in "[ab1 \t\x0b\x0c\u{e9}]{0,40}", ascii in "[ab1 \t]{0,200}") {
             let separator = Separator::Character(';');
             let expected = separator.split(&text).cells();
             match placed(separator, &text) {

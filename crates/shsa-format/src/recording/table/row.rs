@@ -2,10 +2,11 @@
 
 use super::cells::{COLUMNS_MAX, Split, trimmed};
 use super::layout::{Layout, Separator, is_decimal_comma};
-use super::places::Places;
+use super::line::Line;
 use crate::recording::topic::{Columns, Value};
 use memchr::memchr;
 use std::borrow::Cow;
+use std::mem;
 
 /// Writes points for decimal commas. Its memory is used again for the next row.
 pub(super) struct Points {
@@ -17,8 +18,8 @@ pub(super) struct Points {
 
 /// The cells of a row.
 pub(super) enum Row<'a> {
-    /// They are at these places of the text.
-    Placed(&'a str, &'a Places),
+    /// They have places in the line.
+    Placed(&'a Line),
     /// A quoted cell has quotes in it, and is no part of the text.
     Copied(Vec<Cow<'a, str>>),
 }
@@ -30,15 +31,15 @@ impl Points {
         Points { separator: layout.separator, columns, dotted: String::new() }
     }
 
-    /// The row of a text whose cells are at these places, with a point for each decimal comma of the columns that are read.
-    pub(super) fn placed<'a>(&'a mut self, text: &'a str, places: &'a Places) -> Row<'a> {
+    /// Writes a point for each decimal comma of the columns that are read, in a row whose cells have places.
+    pub(super) fn write(&mut self, line: &mut Line) {
         if self.columns.is_empty() {
-            return Row::Placed(text, places);
+            return;
         }
-        let mut done = 0;
+        let (text, mut done) = (&line.text, 0);
         self.dotted.clear();
         for column in &self.columns {
-            let Some(place) = places.get(*column) else { break };
+            let Some(place) = line.places.get(*column) else { break };
             let cell = text.get(place.clone()).unwrap_or_default();
             if let Some(at) = memchr(b',', cell.as_bytes()).filter(|_| is_decimal_comma(cell)) {
                 self.dotted.push_str(text.get(done..place.start + at).unwrap_or_default());
@@ -47,7 +48,7 @@ impl Points {
             }
         }
         self.dotted.push_str(text.get(done..).unwrap_or_default());
-        Row::Placed(&self.dotted, places)
+        mem::swap(&mut line.text, &mut self.dotted);
     }
 
     /// The row of a text of which a cell is no part; `None` where its quotes are wrong.
@@ -64,12 +65,12 @@ impl Points {
 
 impl Row<'_> {
     /// The text of a cell, without blanks around it.
+    #[inline]
     pub(super) fn cell(&self, column: usize) -> Option<&str> {
-        let cell = match self {
-            Row::Placed(text, places) => text.get(places.get(column)?.clone())?,
-            Row::Copied(cells) => cells.get(column)?,
-        };
-        Some(trimmed(cell))
+        match self {
+            Row::Placed(line) => line.cell(column),
+            Row::Copied(cells) => cells.get(column).map(|cell| trimmed(cell)),
+        }
     }
 
     /// Whether all its cells are blank, and there are several.
@@ -90,19 +91,21 @@ impl Row<'_> {
     }
 }
 
+/// What a cell has.
+pub(super) fn as_value(cell: &str) -> Value<'_> {
+    if cell.is_empty() { Value::Missing } else { Value::Text(cell) }
+}
+
 impl Columns for Row<'_> {
     fn count(&self) -> usize {
         match self {
-            Row::Placed(_, places) => places.len(),
+            Row::Placed(line) => line.places.len(),
             Row::Copied(cells) => cells.len(),
         }
     }
 
     fn value(&self, column: usize) -> Value<'_> {
-        match self.cell(column) {
-            None | Some("") => Value::Missing,
-            Some(text) => Value::Text(text),
-        }
+        self.cell(column).map_or(Value::Missing, as_value)
     }
 }
 
@@ -122,9 +125,13 @@ mod tests {
             has_index: false,
             has_decimal_commas: true,
         };
-        let (mut points, mut places) = (Points::new(&layout, read.to_vec()), Places::new());
-        let row = match place(layout.separator, text, &mut places) {
-            true => points.placed(text, &places),
+        let mut points = Points::new(&layout, read.to_vec());
+        let mut line = Line { text: text.to_owned(), ..Line::default() };
+        let row = match place(layout.separator, text, &mut line.places) {
+            true => {
+                points.write(&mut line);
+                Row::Placed(&line)
+            }
             false => points.copied(text).unwrap(),
         };
         let cells: Vec<&str> = (0..row.count()).map(|at| row.cell(at).unwrap()).collect();

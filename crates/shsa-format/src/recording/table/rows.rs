@@ -3,39 +3,23 @@
 
 use super::cells::Split;
 use super::layout::{Layout, is_comment};
-use super::places::{Places, place};
+use super::line::Line;
+use super::places::place;
 use super::row::Row;
 use crate::recording::lines::Lines;
 use std::collections::VecDeque;
 use std::io::BufRead;
-use std::mem;
 
 /// The most lines of a quoted cell.
 const LINES_IN_QUOTES: usize = 16;
 /// The most bytes of the lines of a quoted cell.
 const QUOTED_MAX: usize = 1 << 20;
+/// The longest row whose memory is used again, bytes.
+const SPARE_MAX: usize = 1 << 12;
 /// How many lines decide the layout of a table.
 const HEAD_LINES: usize = 200;
 /// How many bytes decide the layout of a table.
 const HEAD_BYTES: usize = 1 << 20;
-
-/// One line of a file, or several with a quoted cell.
-#[derive(Clone, Debug, Default)]
-pub(super) struct Line {
-    pub(super) number: u64,
-    pub(super) text: String,
-    pub(super) is_ended: bool,
-    /// Where the cells are, if all of them are parts of the text.
-    places: Places,
-    is_placed: bool,
-}
-
-impl Line {
-    /// The places of the cells of a row; `None` where a cell is no part of the text, or the quotes are wrong.
-    pub(super) fn places(&self) -> Option<&Places> {
-        self.is_placed.then_some(&self.places)
-    }
-}
 
 /// Whether a line is blank, or a comment.
 fn is_no_row(text: &str) -> bool {
@@ -50,8 +34,8 @@ fn is_no_row(text: &str) -> bool {
 pub(super) struct Rows<R> {
     lines: Lines<R>,
     pending: VecDeque<Line>,
-    /// A row that is done: its memory is used again.
-    spare: Line,
+    /// Rows that are done: their memory is used again.
+    spare: Vec<Line>,
     /// The unreadable lines with their problems.
     pub(super) damages: Vec<(u64, String)>,
 }
@@ -62,7 +46,7 @@ impl<R: BufRead> Rows<R> {
         Rows {
             lines: Lines::new(input),
             pending: VecDeque::new(),
-            spare: Line::default(),
+            spare: Vec::new(),
             damages: Vec::new(),
         }
     }
@@ -83,9 +67,10 @@ impl<R: BufRead> Rows<R> {
         (0..lines).for_each(|_| drop(self.line()));
     }
 
-    /// Takes back a row that is done.
-    pub(super) fn reuse(&mut self, row: Line) {
-        self.spare = row;
+    /// Takes back rows that are done.
+    pub(super) fn reuse(&mut self, rows: impl Iterator<Item = Line>) {
+        let is_short = |row: &Line| row.text.capacity() <= SPARE_MAX;
+        self.spare.extend(rows.filter(is_short));
     }
 
     fn line(&mut self) -> Option<Line> {
@@ -96,7 +81,7 @@ impl<R: BufRead> Rows<R> {
         loop {
             match self.lines.read()? {
                 Ok(line) => {
-                    let Line { mut text, places, .. } = mem::take(&mut self.spare);
+                    let Line { mut text, places, .. } = self.spare.pop().unwrap_or_default();
                     text.clear();
                     text.push_str(&line.text);
                     let (number, is_ended) = (line.number, line.is_ended);
