@@ -83,13 +83,16 @@ pub(super) enum Language {
 impl Language {
     /// The field of a definition's line; `None` for comments, constants, blank lines. `owner` is the defined type.
     pub(super) fn member(self, line: &str, owner: &str) -> Option<Member> {
-        let line = line.split('#').next()?.trim();
-        let (kind, rest) = line.split_once(char::is_whitespace)?;
-        let mut rest = rest.split_whitespace();
-        let name = rest.next()?;
+        let line = line.trim_ascii_start();
+        // Most lines are comments.
+        if line.starts_with('#') {
+            return None;
+        }
+        let mut words = line.split('#').next()?.split_ascii_whitespace();
+        let (kind, name) = (words.next()?, words.next()?);
         // A constant, or a line between two definitions.
         let is_no_field = |word: &str| word.starts_with('=');
-        if is_no_field(kind) || name.contains('=') || rest.next().is_some_and(is_no_field) {
+        if is_no_field(kind) || name.contains('=') || words.next().is_some_and(is_no_field) {
             return None;
         }
         let (kind, count) = split_count(kind)?;
@@ -114,8 +117,8 @@ impl Language {
             ("Header", Language::Ros2) => Kind::Message("std_msgs/msg/Header".into()),
             (full, Language::Ros1) if full.contains('/') => Kind::Message(full.into()),
             (full, Language::Ros2) if full.contains('/') => Kind::Message(full_name(full).into()),
-            (near, Language::Ros1) => Kind::Message(format!("{package}/{near}").into()),
-            (near, Language::Ros2) => Kind::Message(format!("{package}/msg/{near}").into()),
+            (near, Language::Ros1) => Kind::Message([package, "/", near].concat().into()),
+            (near, Language::Ros2) => Kind::Message([package, "/msg/", near].concat().into()),
         })
     }
 

@@ -3,9 +3,11 @@
 use super::definition::{Count, Kind, Language, Member};
 use crate::MessageError;
 use crate::path::Step;
+use memchr::{memchr, memchr_iter, memmem, memrchr};
 use shsa_core::unit::nearest;
 use std::borrow::Cow;
 use std::collections::{BTreeMap, BTreeSet};
+use std::mem;
 use std::ops::Range;
 use std::path::Path;
 use std::sync::{Arc, LazyLock, OnceLock};
@@ -22,6 +24,9 @@ pub struct Types {
 static STANDARD: LazyLock<Arc<Types>> =
     LazyLock::new(|| Arc::new(Types::table(include_str!("standard.txt"))));
 
+/// What a line begins with that names the type whose fields follow.
+const NEXT: &[u8] = b"MSG:";
+
 /// The definition of one type.
 #[derive(Clone, Debug)]
 struct Definition {
@@ -29,7 +34,7 @@ struct Definition {
     /// A text, where in it the fields are, and what stands between two of them.
     text: Arc<str>,
     at: Range<usize>,
-    between: char,
+    between: u8,
     members: OnceLock<Vec<Member>>,
 }
 
@@ -37,8 +42,15 @@ impl Definition {
     /// The fields of the type, which has this name.
     fn members(&self, name: &str) -> &[Member] {
         self.members.get_or_init(|| {
-            let fields = self.text.get(self.at.clone()).unwrap_or_default().split(self.between);
-            fields.filter_map(|field| self.language.member(field, name)).collect()
+            let text = self.text.get(self.at.clone()).unwrap_or_default();
+            let (mut members, mut begin) = (Vec::new(), 0);
+            let ends = memchr_iter(self.between, text.as_bytes()).chain([text.len()]);
+            for end in ends {
+                let field = text.get(begin..end).unwrap_or_default();
+                members.extend(self.language.member(field, name));
+                begin = end + 1;
+            }
+            members
         })
     }
 }
@@ -63,7 +75,7 @@ impl Types {
         for line in text.split('\n') {
             let end = begin + line.len();
             if let Some((name, fields)) = line.split_once(':') {
-                types.insert(name.into(), Language::Ros2, &text, end - fields.len()..end, ',');
+                types.insert(name.into(), Language::Ros2, &text, end - fields.len()..end, b',');
             }
             begin = end + 1;
         }
@@ -93,27 +105,25 @@ impl Types {
             }
         };
         let text = Arc::<str>::from(definition);
-        let (mut name, mut begin, mut at) = (named(root), 0, 0);
-        for line in text.split('\n') {
-            let behind = at + line.len() + 1;
-            if let Some(next) = line.trim_start().strip_prefix("MSG:") {
-                self.insert(
-                    std::mem::replace(&mut name, named(next.trim())),
-                    language,
-                    &text,
-                    begin..at,
-                    '\n',
-                );
-                begin = behind;
+        let bytes = text.as_bytes();
+        let (mut name, mut begin) = (named(root), 0);
+        for mark in memmem::find_iter(bytes, NEXT) {
+            let (before, behind) = bytes.split_at(mark);
+            let line = memrchr(b'\n', before).map_or(0, |at| at + 1);
+            if !before.get(line..).unwrap_or_default().trim_ascii().is_empty() {
+                continue;
             }
-            at = behind;
+            let end = mark + memchr(b'\n', behind).unwrap_or(behind.len());
+            let next = named(text.get(mark + NEXT.len()..end).unwrap_or_default().trim());
+            self.insert(mem::replace(&mut name, next), language, &text, begin..line, b'\n');
+            begin = (end + 1).min(bytes.len());
         }
-        self.insert(name, language, &text, begin.min(text.len())..text.len(), '\n');
+        self.insert(name, language, &text, begin..bytes.len(), b'\n');
     }
 
     /// Adds the type of a `.msg` file of ROS 2, or replaces one of the same name. Comments and constants are skipped.
     pub fn add(&mut self, name: &str, definition: &str) {
-        self.insert(full_name(name).into(), Language::Ros2, &definition.into(), 0..definition.len(), '\n');
+        self.insert(full_name(name).into(), Language::Ros2, &definition.into(), 0..definition.len(), b'\n');
     }
 
     fn insert(
@@ -122,7 +132,7 @@ impl Types {
         language: Language,
         text: &Arc<str>,
         at: Range<usize>,
-        between: char,
+        between: u8,
     ) {
         let text = text.clone();
         self.own.insert(name, Definition { language, text, at, between, members: OnceLock::new() });
@@ -256,10 +266,10 @@ fn name_of_file(path: &Path) -> Option<String> {
 pub fn full_name(name: &str) -> Cow<'_, str> {
     let name = name.trim();
     if let Some((package, dds)) = name.split_once("::msg::dds_::") {
-        return format!("{package}/msg/{}", dds.strip_suffix('_').unwrap_or(dds)).into();
+        return [package, "/msg/", dds.strip_suffix('_').unwrap_or(dds)].concat().into();
     }
     match name.split_once('/') {
-        Some((package, own)) if !own.contains('/') => format!("{package}/msg/{own}").into(),
+        Some((package, own)) if !own.contains('/') => [package, "/msg/", own].concat().into(),
         _ => name.into(),
     }
 }
