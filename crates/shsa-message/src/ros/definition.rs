@@ -100,14 +100,14 @@ impl Language {
     }
 
     fn kind(self, kind: &str, owner: &str) -> Option<Kind> {
-        let (kind, bound) = match kind.split_once("<=") {
-            Some((kind, bound)) => (kind, Some(bound.parse().ok()?)),
+        let (kind, bound) = match kind.split_once('<') {
+            Some((kind, bound)) => (kind, Some(bound.strip_prefix('=')?.parse().ok()?)),
             None => (kind, None),
         };
-        let package = owner.split('/').next()?;
         if let Some(primitive) = self.primitive(kind) {
             return Some(Kind::Primitive(primitive));
         }
+        let package = owner.split('/').next()?;
         Some(match (kind, self) {
             ("string", _) => Kind::Text(bound),
             ("wstring", Language::Ros2) => Kind::WideText,

@@ -265,7 +265,9 @@ fn name_of_file(path: &Path) -> Option<String> {
 #[must_use]
 pub fn full_name(name: &str) -> Cow<'_, str> {
     let name = name.trim();
-    if let Some((package, dds)) = name.split_once("::msg::dds_::") {
+    // Most names are plain, and a byte is found more quickly than a text.
+    let of_dds = memchr(b':', name.as_bytes()).and_then(|_| name.split_once("::msg::dds_::"));
+    if let Some((package, dds)) = of_dds {
         return [package, "/msg/", dds.strip_suffix('_').unwrap_or(dds)].concat().into();
     }
     match name.split_once('/') {
