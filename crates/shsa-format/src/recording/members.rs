@@ -1,7 +1,9 @@
 //! Members of JSON values: those that are looked for are found together, in one pass through a message.
 
-use shsa_message::json::{Place, Visitor, unescaped, walk};
+use shsa_message::json::{Place, Shapes, Visitor, unescaped};
 use shsa_message::path::Step;
+use std::borrow::Cow;
+use std::mem;
 use std::str;
 
 /// The members that are looked for in the messages of a topic, as a tree of steps; its root is the message itself.
@@ -9,6 +11,8 @@ pub(super) struct Members {
     nodes: Vec<Node>,
     /// Where the value of each node is in the current message; `None` where it has none.
     places: Vec<Option<Place>>,
+    /// What the messages look like.
+    shapes: Shapes<usize>,
 }
 
 /// A step on the way to a member.
@@ -35,7 +39,7 @@ impl Found<'_> {
 
 impl Default for Members {
     fn default() -> Members {
-        Members { nodes: vec![Node::default()], places: vec![None] }
+        Members { nodes: vec![Node::default()], places: vec![None], shapes: Shapes::default() }
     }
 }
 
@@ -60,13 +64,15 @@ impl Members {
         Some(new)
     }
 
-    /// Finds the members of a message; none in what is no JSON. `O(bytes)`; no allocation.
+    /// Finds the members of a message; none in what is no JSON. `O(bytes)`; allocates only for another shape of message.
     pub(super) fn find<'a>(&'a mut self, message: &'a [u8]) -> Found<'a> {
         self.places.fill(None);
         let text = str::from_utf8(message).unwrap_or_default();
-        if walk(text, 0, self).is_err() {
+        let mut shapes = mem::take(&mut self.shapes);
+        if shapes.walk(text, 0, self).is_err() {
             self.places.fill(None);
         }
+        self.shapes = shapes;
         Found { text, places: &self.places }
     }
 }
@@ -80,15 +86,21 @@ fn index(step: &Step) -> Option<usize> {
     }
 }
 
+/// The meaning of a name with escapes; `None` for one without.
+fn escaped(name: &str) -> Option<Cow<'_, str>> {
+    name.contains('\\').then(|| unescaped(name))
+}
+
 impl Visitor for Members {
     type Node = usize;
 
     fn member(&mut self, of: usize, name: &str) -> Option<usize> {
-        let is_it = |step: &Step| match step {
-            Step::Key(key) => key == name || name.contains('\\') && *key == unescaped(name),
-            Step::Index(_) | Step::Each => false,
+        let next = &self.nodes.get(of)?.next;
+        let find = |name: &str| {
+            let is_it = |step: &Step| matches!(step, Step::Key(key) if key == name);
+            next.iter().find(|(step, _)| is_it(step)).map(|(_, node)| *node)
         };
-        self.nodes.get(of)?.next.iter().find(|(step, _)| is_it(step)).map(|(_, node)| *node)
+        if next.is_empty() { None } else { find(name).or_else(|| find(&escaped(name)?)) }
     }
 
     fn element(&mut self, of: usize, at: usize) -> Option<usize> {

@@ -102,7 +102,18 @@ impl<'a> Scanner<'a> {
     /// [`Flaw::Digit`] where a digit is missing.
     #[inline]
     pub fn number(&mut self) -> Result<(), Flaw> {
-        let _sign = self.eat(b'-');
+        let bytes = self.text.as_bytes();
+        let digits = self.at + usize::from(bytes.get(self.at) == Some(&b'-'));
+        if let Some(length) = bytes.get(digits..).and_then(|rest| short_number(rest.first_chunk()?)) {
+            self.at = digits + length;
+            return Ok(());
+        }
+        self.at = digits;
+        self.long_number()
+    }
+
+    /// Steps over a number without its sign.
+    fn long_number(&mut self) -> Result<(), Flaw> {
         if !self.eat(b'0') {
             self.digits()?;
         }
@@ -123,6 +134,30 @@ impl<'a> Scanner<'a> {
         }
         if self.at == from { Err(Flaw::Digit) } else { Ok(()) }
     }
+}
+
+/// The length of a number without a sign and an exponent that ends within eight bytes; `None` for all others. Without a branch for
+/// each byte, as nothing foretells where a number has its point and its end.
+#[inline]
+fn short_number(bytes: &[u8; 8]) -> Option<usize> {
+    const ONES: u64 = u64::MAX / 255;
+    const HIGH: u64 = ONES << 7;
+    let word = u64::from_le_bytes(*bytes);
+    // The highest bit of each byte that is a digit, and of each that is a point.
+    let (digit, point) = (word ^ (ONES * u64::from(b'0')), word ^ (ONES * u64::from(b'.')));
+    let digits = !(((digit & !HIGH) + ONES * (0x80 - 10)) | digit) & HIGH;
+    let points = !(((point & !HIGH) + !HIGH) | point) & HIGH;
+    let behind = !(digits | points) & HIGH;
+    let bit = behind.trailing_zeros();
+    // Those of the number, whose last byte has its highest bit eight bits before that of the byte behind it.
+    let number = (1_u64 << (bit & 63)) - 1;
+    let (digits, points) = (digits & number, points & number);
+    let last = 1_u64 << (bit.wrapping_sub(8) & 63);
+    let is_simple = digits & 0x80 != 0 && digits & last != 0 && points & points.wrapping_sub(1) == 0;
+    // A zero comes first only alone, or before the point.
+    let has_no_zero = word as u8 != b'0' || bit == 15 || points & 0x8000 != 0;
+    let has_exponent = matches!((word >> (bit & 56)) as u8, b'e' | b'E');
+    (behind != 0 && is_simple && has_no_zero && !has_exponent).then_some(bit as usize / 8)
 }
 
 /// The number of bytes before a quote, a backslash or a control character, eight at a time where possible.
@@ -150,6 +185,18 @@ mod tests {
     use proptest::prelude::*;
 
     proptest! {
+        #[test]
+        fn short_numbers_are_read_as_long_ones_are(text in "-?(0|[1-9][0-9]{0,2})?[.]?[0-9]{0,4}[-+.eE0-9]{0,2}[eE+ ,x\u{e9}][ ,]{8}") {
+            let digits = usize::from(text.starts_with('-'));
+            let short = short_number(text.as_bytes()[digits..].first_chunk().unwrap());
+            let mut scanner = Scanner { text: &text, at: digits };
+            let is_long = scanner.long_number().is_ok();
+            let ends_simply = !text[digits..scanner.at].contains(['e', 'E']) && scanner.at < digits + 8;
+            // Another digit, point or exponent behind it makes it wrong in any case.
+            let ends = !text[scanner.at..].starts_with(|it: char| it.is_ascii_digit() || ".eE".contains(it));
+            prop_assert_eq!(short, (is_long && ends_simply && ends).then_some(scanner.at - digits));
+        }
+
         #[test]
         fn plain_bytes_end_where_the_first_other_one_is(bytes in prop::collection::vec(any::<u8>(), 0..40), plain in 0..40_usize) {
             let mut bytes: Vec<u8> = bytes;

@@ -57,6 +57,18 @@ impl Place {
         self.from..self.to
     }
 
+    /// The place of a value from its first byte to its last one, quotes among them.
+    pub(super) fn between(kind: Kind, from: usize, to: usize) -> Place {
+        let quote = usize::from(kind == Kind::Text);
+        Place { kind, from: from + quote, to: to - quote }
+    }
+
+    /// The first byte of the value, and the byte behind it, quotes among them.
+    pub(super) fn outside(self) -> Range<usize> {
+        let quote = usize::from(self.kind == Kind::Text);
+        self.from - quote..self.to + quote
+    }
+
     /// The text of the value; empty when the place belongs to another text.
     #[must_use]
     pub fn of(self, text: &str) -> &str {
@@ -106,16 +118,6 @@ impl<V: Visitor> Walker<'_, V> {
         Broken { at: self.scanner.at, expected }
     }
 
-    fn flawed(&self, flaw: Flaw) -> Broken {
-        self.broken(match flaw {
-            Flaw::Control => "no control character in a text",
-            Flaw::Unclosed => "a closing quote",
-            Flaw::Escape(_) => "an escaped character",
-            Flaw::HexDigit(_) => "four hexadecimal digits",
-            Flaw::Digit => "a digit",
-        })
-    }
-
     fn value(&mut self, node: Option<V::Node>, depth: usize) -> Result<(), Broken> {
         self.scanner.blanks();
         if let Some(node) = node {
@@ -125,18 +127,10 @@ impl<V: Visitor> Walker<'_, V> {
         let kind = match self.scanner.peek() {
             Some(b'{') => self.object(node, depth)?,
             Some(b'[') => self.list(node, depth)?,
-            Some(b'"') => self.text()?,
-            Some(b't') => self.word("true", Kind::True)?,
-            Some(b'f') => self.word("false", Kind::False)?,
-            Some(b'n') => self.word("null", Kind::Null)?,
-            Some(b'N') => self.word("NaN", Kind::Number)?,
-            Some(b'I') => self.word("Infinity", Kind::Number)?,
-            Some(b'-' | b'0'..=b'9') => self.number()?,
-            _ => return Err(self.broken("a value")),
+            _ => scalar(&mut self.scanner).map_err(|expected| self.broken(expected))?,
         };
-        let quote = usize::from(kind == Kind::Text);
         if let Some(node) = node {
-            self.visitor.leave(node, Place { kind, from: from + quote, to: self.scanner.at - quote });
+            self.visitor.leave(node, Place::between(kind, from, self.scanner.at));
         }
         Ok(())
     }
@@ -152,7 +146,7 @@ impl<V: Visitor> Walker<'_, V> {
             if self.scanner.peek() != Some(b'"') {
                 return Err(self.broken("a name in quotes"));
             }
-            self.text()?;
+            self.scanner.quoted().map_err(|flaw| self.broken(expected(flaw)))?;
             let name = self.scanner.text.get(from..self.scanner.at - 1).unwrap_or("");
             let member = node.and_then(|node| self.visitor.member(node, name));
             self.scanner.blanks();
@@ -197,29 +191,47 @@ impl<V: Visitor> Walker<'_, V> {
         let closed = self.scanner.eat(by);
         if closed || self.scanner.eat(b',') { Ok(closed) } else { Err(self.broken(expected)) }
     }
+}
 
-    fn word(&mut self, word: &str, kind: Kind) -> Result<Kind, Broken> {
-        let rest = self.scanner.text.get(self.scanner.at..);
-        if !rest.is_some_and(|rest| rest.starts_with(word)) {
-            return Err(self.broken("a value"));
+/// Steps over a value that is neither a list nor an object; or returns what is expected instead.
+#[inline(always)]
+pub(super) fn scalar(scanner: &mut Scanner<'_>) -> Result<Kind, &'static str> {
+    match scanner.peek() {
+        Some(b'"') => scanner.quoted().map(|_| Kind::Text).map_err(expected),
+        Some(b'0'..=b'9') => scanner.number().map(|()| Kind::Number).map_err(expected),
+        Some(b'-') => {
+            if scanner.text.as_bytes().get(scanner.at + 1) == Some(&b'I') {
+                scanner.at += 1;
+                return word(scanner, "Infinity", Kind::Number);
+            }
+            scanner.number().map(|()| Kind::Number).map_err(expected)
         }
-        self.scanner.at += word.len();
-        Ok(kind)
+        Some(b't') => word(scanner, "true", Kind::True),
+        Some(b'f') => word(scanner, "false", Kind::False),
+        Some(b'n') => word(scanner, "null", Kind::Null),
+        Some(b'N') => word(scanner, "NaN", Kind::Number),
+        Some(b'I') => word(scanner, "Infinity", Kind::Number),
+        _ => Err("a value"),
     }
+}
 
-    fn text(&mut self) -> Result<Kind, Broken> {
-        let read = self.scanner.quoted();
-        read.map(|_| Kind::Text).map_err(|flaw| self.flawed(flaw))
+#[cold]
+fn word(scanner: &mut Scanner<'_>, word: &str, kind: Kind) -> Result<Kind, &'static str> {
+    let rest = scanner.text.get(scanner.at..);
+    if !rest.is_some_and(|rest| rest.starts_with(word)) {
+        return Err("a value");
     }
+    scanner.at += word.len();
+    Ok(kind)
+}
 
-    fn number(&mut self) -> Result<Kind, Broken> {
-        let (at, bytes) = (self.scanner.at, self.scanner.text.as_bytes());
-        if bytes.get(at) == Some(&b'-') && bytes.get(at + 1) == Some(&b'I') {
-            self.scanner.at += 1;
-            return self.word("Infinity", Kind::Number);
-        }
-        let read = self.scanner.number();
-        read.map(|()| Kind::Number).map_err(|flaw| self.flawed(flaw))
+fn expected(instead_of: Flaw) -> &'static str {
+    match instead_of {
+        Flaw::Control => "no control character in a text",
+        Flaw::Unclosed => "a closing quote",
+        Flaw::Escape(_) => "an escaped character",
+        Flaw::HexDigit(_) => "four hexadecimal digits",
+        Flaw::Digit => "a digit",
     }
 }
 
