@@ -51,6 +51,10 @@ impl Suspicion {
     #[inline]
     pub(super) fn see(&mut self, wanted: usize, received: Time) {
         match self.of_signal.get_mut(wanted) {
+            // As nearly all are: later than all before, and by little.
+            Some(Some((last, latest))) if last == latest && received >= *last && received - *last <= LEAP => {
+                (*last, *latest) = (received, received);
+            }
             Some(Some((last, latest))) => {
                 let is_odd =
                     (received - *last).abs() > LEAP || received - *latest > LEAP || *latest - received > BACK;

@@ -1,13 +1,12 @@
 //! One wanted field of a topic: from a message, or from rows of a table, to samples.
 
 use super::fields::{Locator, Unlocated};
-use super::gathered::Gathered;
+use super::gathered::{Gathered, Numbers};
 use super::members::Members;
 use super::topic::{Body, Fields, Rows, Times, Topic};
 use super::{Want, stamp};
 use shsa_core::time::{Span, Time};
 use shsa_message::span::time_unit;
-use std::ops::Range;
 
 /// How sources name a topic of the format.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -178,14 +177,9 @@ impl<'a> Extract<'a> {
         rows.numbers(column, &mut self.numbers);
     }
 
-    /// Whether this row has a number, of those that were taken.
-    pub(super) fn has_number(&self, row: usize) -> bool {
-        matches!(self.numbers.get(row), Some(Some(_)))
-    }
-
-    /// The signal, and its numbers in these rows.
-    pub(super) fn loaded(&self, rows: Range<usize>) -> (usize, &[Option<f64>]) {
-        (self.want.index, self.numbers.get(rows).unwrap_or_default())
+    /// The signal, and its numbers in the rows from this one on.
+    pub(super) fn loaded(&self, from: usize) -> Numbers<'_> {
+        (self.want.index, self.numbers.get(from..).unwrap_or_default())
     }
 }
 

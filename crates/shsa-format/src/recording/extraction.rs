@@ -3,7 +3,7 @@
 use super::extract::{Extract, Message, Naming, Oddities, conditions_of};
 use super::fields::{Locator, Unlocated};
 use super::files::without_packing;
-use super::gathered::Gathered;
+use super::gathered::{Gathered, Numbers};
 use super::members::Members;
 use super::topic::{Body, Fields, Listener, Row, Rows, Times, Topic, TopicId};
 use super::{Place, RecordingError, Want, names};
@@ -231,12 +231,14 @@ impl Listener for Extraction<'_, '_> {
         // Rows with a number for each signal are taken together, the others one by one.
         let mut at = 0;
         while let Some(Reported { extracts, .. }) = self.topics.get(topic.0) {
-            let is_whole = |row: &usize| extracts.iter().all(|extract| extract.has_number(*row));
-            let from = at;
-            at += (from..times.len()).take_while(is_whole).count();
-            let whole = times.get(from..at).unwrap_or_default();
-            self.gathered.rows(whole, extracts.iter().map(|extract| extract.loaded(from..at)));
-            let Some(time) = times.get(at) else { return };
+            let (from, rest) = (at, times.get(at..).unwrap_or_default());
+            let columns: Vec<Numbers<'_>> = extracts.iter().map(|extract| extract.loaded(from)).collect();
+            let has_number =
+                |row: usize| move |(_, numbers): &Numbers<'_>| matches!(numbers.get(row), Some(Some(_)));
+            let whole = (0..rest.len()).take_while(|row| columns.iter().all(has_number(*row))).count();
+            self.gathered.rows(rest.get(..whole).unwrap_or_default(), &columns);
+            let Some(time) = rest.get(whole) else { return };
+            at += whole;
             self.message(topic, Times::at(*time), Body::Columns(&Row { rows, at }));
             at += 1;
         }

@@ -3,6 +3,8 @@
 mod end;
 mod rows;
 
+pub(super) use rows::Numbers;
+
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;

@@ -48,7 +48,12 @@ enum Event<N> {
     /// A scalar, by its number.
     Scalar(N, usize),
     /// A list or an object.
-    Whole { node: N, kind: Kind, from: Anchor, to: Anchor },
+    Whole {
+        node: N,
+        kind: Kind,
+        from: Anchor,
+        to: Anchor,
+    },
 }
 
 /// A place by the number of the scalars before it, and the bytes since the last of them.
@@ -64,12 +69,7 @@ impl<N: Copy> Shapes<N> {
     ///
     /// # Errors
     /// As [`walk`].
-    pub fn walk<V: Visitor<Node = N>>(
-        &mut self,
-        text: &str,
-        root: N,
-        visitor: &mut V,
-    ) -> Result<(), Broken> {
+    pub fn walk<V: Visitor<Node = N>>(&mut self, text: &str, root: N, visitor: &mut V) -> Result<(), Broken> {
         let fits = |shape: &Shape<N>| shape.fits(text, &mut self.scalars);
         if let Some(at) = self.known.iter().rposition(fits) {
             self.known.get_mut(at..).unwrap_or_default().rotate_left(1);
@@ -142,7 +142,8 @@ impl<N: Copy> Shape<N> {
         let Learner { scalars, events, .. } = learner;
         let mut shape = Shape { between: Vec::new(), ends: Vec::new(), events, came_again: false };
         let mut begin = 0;
-        for place in scalars.iter().map(|place| place.outside()).chain([text.len()..text.len()]) {
+        let end = Place { kind: Kind::Null, from: text.len(), to: text.len() };
+        for place in scalars.iter().chain([&end]).map(|place| place.outside()) {
             shape.between.extend_from_slice(text.as_bytes().get(begin..place.start).unwrap_or_default());
             shape.ends.push(shape.between.len());
             begin = place.end;
@@ -267,7 +268,8 @@ mod tests {
             prop_oneof![
                 prop::collection::vec(inner.clone(), 0..4).prop_map(|all| format!("[{}]", all.join(", "))),
                 prop::collection::vec((name, inner), 0..4).prop_map(|all| {
-                    let all: Vec<String> = all.iter().map(|(name, value)| format!("\"{name}\":{value}")).collect();
+                    let all: Vec<String> =
+                        all.iter().map(|(name, value)| format!("\"{name}\":{value}")).collect();
                     format!("{{{} }}", all.join(","))
                 }),
             ]

@@ -126,14 +126,7 @@ impl Types {
         self.insert(full_name(name).into(), Language::Ros2, &definition.into(), 0..definition.len(), b'\n');
     }
 
-    fn insert(
-        &mut self,
-        name: Arc<str>,
-        language: Language,
-        text: &Arc<str>,
-        at: Range<usize>,
-        between: u8,
-    ) {
+    fn insert(&mut self, name: Arc<str>, language: Language, text: &Arc<str>, at: Range<usize>, between: u8) {
         let text = text.clone();
         self.own.insert(name, Definition { language, text, at, between, members: OnceLock::new() });
     }

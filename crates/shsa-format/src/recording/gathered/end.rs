@@ -91,12 +91,11 @@ impl Gathered {
         };
         self.report_strays(&division);
         let mut pieces = self.new_pieces(&division);
-        receptions.each(|place, wanted, received| match division
-            .piece_of(place)
-            .and_then(|of| pieces.get_mut(of))
-        {
-            Some(piece) => piece.see(wanted, received),
-            None => self.lose(wanted),
+        receptions.each(|place, wanted, received| {
+            match division.piece_of(place).and_then(|of| pieces.get_mut(of)) {
+                Some(piece) => piece.see(wanted, received),
+                None => self.lose(wanted),
+            }
         });
         self.pieces.extend(pieces);
         self.divisions.push(Some(Arc::new(division)));

@@ -146,16 +146,20 @@ impl Clock {
     /// Appends the times of the current rows where each of them is a number in a column; else it returns false, and appends none.
     pub(super) fn moments(&self, columns: &Columns<'_>, rows: usize, times: &mut Vec<Time>) -> bool {
         let begin = times.len();
+        times.reserve(rows);
         match &self.kind {
-            Kind::Moments(column, true) => times.extend(columns.cells(*column).iter().map_while(|cell| match cell {
-                Cell::Whole(since) => Some(Time(*since)),
-                _ => None,
-            })),
-            Kind::Text(TextClock::Number(column, step)) if *step == SECOND => {
-                times.extend(columns.cells(*column).iter().map_while(|cell| match cell {
-                    Cell::Number(number) => within(*number, *step),
-                    _ => None,
-                }));
+            Kind::Moments(column, true) => {
+                for cell in columns.cells(*column) {
+                    let Cell::Whole(since) = cell else { break };
+                    times.push(Time(*since));
+                }
+            }
+            Kind::Text(TextClock::Number(column, step)) => {
+                for cell in columns.cells(*column) {
+                    let Cell::Number(number) = cell else { break };
+                    let Some(time) = within(*number, *step) else { break };
+                    times.push(time);
+                }
             }
             Kind::Moments(..) | Kind::Text(_) => {}
         }
@@ -211,14 +215,14 @@ fn number(value: Value<'_>, step: Span) -> Option<Time> {
 
 /// What the digits of a number in seconds say, without writing them, where they end by the sixth place behind the point: an epoch in
 /// nanoseconds does not fit a float, but one in microseconds does.
+#[inline]
 fn within(number: f64, step: Span) -> Option<Time> {
     // Above, more than one number of six places may stand for the same float.
     const LARGEST: f64 = 4e9;
     let micros = number * 1e6;
     // Rounded by hand, which is quicker; what is rounded wrongly is not exact.
     let micros = (micros + 0.5_f64.copysign(micros)) as i64;
-    let is_exact =
-        step == SECOND && number.abs() < LARGEST && micros as f64 / 1e6 == number;
+    let is_exact = step == SECOND && number.abs() < LARGEST && micros as f64 / 1e6 == number;
     is_exact.then(|| Time(micros * 1_000))
 }
 

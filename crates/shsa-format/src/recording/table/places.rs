@@ -96,52 +96,45 @@ fn place_words(text: &str, places: &mut Places) -> bool {
     if !text.is_ascii() {
         return false;
     }
-    // Before the text there is a blank.
-    let (mut before, mut begin) = (1, 0);
+    // Where a word has begun that has not ended; before the text there is a blank.
+    let mut begun = None;
     for (index, part) in text.as_bytes().chunks(64).enumerate() {
+        let at = |bits: u64| 64 * index + bits.trailing_zeros() as usize;
         let blank = blanks(part);
-        let mut edges = blank ^ (blank << 1 | before);
-        before = blank >> 63;
-        while edges != 0 {
-            let bit = edges.trailing_zeros();
-            let at = 64 * index + bit as usize;
-            match blank >> bit & 1 {
-                0 => begin = at,
-                _ => places.push(begin..at),
-            }
-            edges &= edges - 1;
+        let before = blank << 1 | u64::from(begun.is_none());
+        let (mut begins, mut ends) = (before & !blank, blank & !before);
+        if let Some(begin) = begun.filter(|_| ends != 0) {
+            places.push(begin..at(ends));
+            ends &= ends - 1;
+            begun = None;
         }
+        while ends != 0 {
+            places.push(at(begins)..at(ends));
+            (begins, ends) = (begins & (begins - 1), ends & (ends - 1));
+        }
+        begun = begun.or_else(|| (begins != 0).then(|| at(begins)));
         if places.len() > COLUMNS_MAX {
             return true;
         }
     }
-    if before == 0 {
-        places.push(begin..text.len());
-    }
+    places.extend(begun.map(|begin| begin..text.len()));
     true
 }
 
 /// Which of up to 64 bytes of ASCII are blanks, the first in the lowest bit; those behind the last are.
-fn blanks(bytes: &[u8]) -> u64 {
-    let (words, rest) = bytes.as_chunks();
-    let mut last = [b' '; 8];
-    last.iter_mut().zip(rest).for_each(|(last, byte)| *last = *byte);
-    let (mut blank, mut shift) = (0, 0);
-    for word in words.iter().chain([&last]).take(8) {
-        blank |= blanks_of_word(word) << shift;
-        shift += 8;
-    }
-    if shift < 64 { blank | u64::MAX << shift } else { blank }
-}
-
-/// Which of eight bytes of ASCII are blanks, the first in the lowest bit.
-#[inline]
-fn blanks_of_word(bytes: &[u8; 8]) -> u64 {
-    let word = u64::from_le_bytes(*bytes);
-    let up_to_space = !(word + ONES * (0x7f - 0x20)) & HIGH;
-    if up_to_space == equal(word, b' ') {
+fn blanks(part: &[u8]) -> u64 {
+    let mut bytes = [b' '; 64];
+    bytes.iter_mut().zip(part).for_each(|(byte, own)| *byte = *own);
+    let (mut blank, mut others) = (0, 0);
+    for (index, word) in bytes.as_chunks().0.iter().enumerate() {
+        let word = u64::from_le_bytes(*word);
+        let up_to_space = !(word + ONES * (0x7f - 0x20)) & HIGH;
+        others |= up_to_space ^ equal(word, b' ');
         // Each product of a bit of `up_to_space` and one of the factor is another power of two: bit 8 i comes to 56 + i.
-        return (up_to_space >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56;
+        blank |= (up_to_space >> 7).wrapping_mul(0x0102_0408_1020_4080) >> 56 << (8 * index);
+    }
+    if others == 0 {
+        return blank;
     }
     bytes.iter().rev().fold(0, |blank, byte| blank << 1 | u64::from(byte.is_ascii_whitespace()))
 }

@@ -43,12 +43,7 @@ pub(super) struct Rows<R> {
 impl<R: BufRead> Rows<R> {
     /// Begins with the first line.
     pub(super) fn new(input: R) -> Rows<R> {
-        Rows {
-            lines: Lines::new(input),
-            pending: VecDeque::new(),
-            spare: Vec::new(),
-            damages: Vec::new(),
-        }
+        Rows { lines: Lines::new(input), pending: VecDeque::new(), spare: Vec::new(), damages: Vec::new() }
     }
 
     /// The first lines, which [`Rows::row`] returns again.
