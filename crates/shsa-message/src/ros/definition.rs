@@ -95,20 +95,18 @@ impl Language {
         if is_no_field(kind) || name.contains('=') || words.next().is_some_and(is_no_field) {
             return None;
         }
-        let (kind, count) = split_count(kind)?;
-        Some(Member { name: name.to_owned(), kind: self.kind(kind, owner)?, count })
+        let (kind, count) = split_count(kind);
+        Some(Member { name: name.to_owned(), kind: self.kind(kind, owner), count })
     }
 
-    fn kind(self, kind: &str, owner: &str) -> Option<Kind> {
-        let (kind, bound) = match kind.split_once('<') {
-            Some((kind, bound)) => (kind, Some(bound.strip_prefix('=')?.parse().ok()?)),
-            None => (kind, None),
-        };
+    /// The kind of a field. What makes no sense is a type that nothing defines: a field that was left out would move all behind it.
+    fn kind(self, kind: &str, owner: &str) -> Kind {
+        let (kind, bound) = split_bound(kind).map_or((kind, None), |(kind, bound)| (kind, Some(bound)));
         if let Some(primitive) = self.primitive(kind) {
-            return Some(Kind::Primitive(primitive));
+            return Kind::Primitive(primitive);
         }
-        let package = owner.split('/').next()?;
-        Some(match (kind, self) {
+        let package = owner.split('/').next().unwrap_or_default();
+        match (kind, self) {
             ("string", _) => Kind::Text(bound),
             ("wstring", Language::Ros2) => Kind::WideText,
             ("time", _) => Kind::Message("builtin_interfaces/msg/Time".into()),
@@ -119,7 +117,7 @@ impl Language {
             (full, Language::Ros2) if full.contains('/') => Kind::Message(full_name(full).into()),
             (near, Language::Ros1) => Kind::Message([package, "/", near].concat().into()),
             (near, Language::Ros2) => Kind::Message([package, "/msg/", near].concat().into()),
-        })
+        }
     }
 
     fn primitive(self, name: &str) -> Option<Primitive> {
@@ -144,16 +142,24 @@ impl Language {
     }
 }
 
-/// Splits a type into its name and the count from `[]`, `[3]` or `[<=3]`.
-fn split_count(kind: &str) -> Option<(&str, Count)> {
-    Some(match kind.strip_suffix(']').and_then(|open| open.rsplit_once('[')) {
-        None => (kind, Count::One),
-        Some((kind, "")) => (kind, Count::Free(None)),
-        Some((kind, size)) => match size.strip_prefix("<=") {
-            Some(bound) => (kind, Count::Free(Some(bound.parse().ok()?))),
-            None => (kind, Count::Fixed(size.parse().ok()?)),
-        },
-    })
+/// Splits a type into its name and the bound from `<=10`; `None` where it has none.
+fn split_bound(kind: &str) -> Option<(&str, u32)> {
+    let (kind, bound) = kind.split_once('<')?;
+    Some((kind, bound.strip_prefix('=')?.parse().ok()?))
+}
+
+/// Splits a type into its name and the count from `[]`, `[3]` or `[<=3]`; of others the count is a part of the name.
+fn split_count(kind: &str) -> (&str, Count) {
+    let list = kind.strip_suffix(']').and_then(|open| {
+        let (kind, size) = open.rsplit_once('[')?;
+        let count = match (size, size.strip_prefix("<=")) {
+            ("", _) => Count::Free(None),
+            (_, Some(bound)) => Count::Free(Some(bound.parse().ok()?)),
+            (size, None) => Count::Fixed(size.parse().ok()?),
+        };
+        Some((kind, count))
+    });
+    list.unwrap_or((kind, Count::One))
 }
 
 impl Primitive {

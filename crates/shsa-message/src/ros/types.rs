@@ -333,6 +333,21 @@ mod tests {
     }
 
     #[test]
+    fn what_makes_no_sense_is_a_type_that_nothing_defines() {
+        for kind in ["float6<", "string<=x", "float64[9", "float64[x]", "float64[<=]", "int8[-1]"] {
+            let mut types = Types::default();
+            types.add("bot_msgs/Robot", &format!("{kind} odd\nfloat64 speed"));
+            let members = types.members("bot_msgs/msg/Robot").unwrap();
+            let odd = Member {
+                name: "odd".into(),
+                kind: Kind::Message(format!("bot_msgs/msg/{kind}").into()),
+                count: Count::One,
+            };
+            assert_eq!((members.first(), members.len()), (Some(&odd), 2));
+        }
+    }
+
+    #[test]
     fn folders_are_read() {
         let folder = std::env::temp_dir().join(format!("shsa-types-{}", std::process::id()));
         let package = folder.join("share/bot_msgs/msg");
