@@ -34,10 +34,9 @@ impl Room {
 
     /// Whether this value is taken; each number of a list counts.
     pub(super) fn take(&mut self, value: &RawValue) -> bool {
-        let left = self.left.checked_sub(numbers(value) as u64);
-        self.over += u64::from(left.is_none());
-        self.left = left.unwrap_or(self.left);
-        left.is_some()
+        let is_taken = self.take_all(numbers(value));
+        self.over += u64::from(!is_taken);
+        is_taken
     }
 
     /// Takes so many numbers; returns false where not all of them are taken: then none is.

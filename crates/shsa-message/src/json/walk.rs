@@ -193,7 +193,8 @@ impl<V: Visitor> Walker<'_, V> {
     }
 }
 
-/// Steps over a value that is neither a list nor an object; or returns what is expected instead.
+/// Steps over a value that is neither a list nor an object; or returns what is expected instead. Inlined, as each value of a
+/// message passes here.
 #[inline(always)]
 pub(super) fn scalar(scanner: &mut Scanner<'_>) -> Result<Kind, &'static str> {
     match scanner.peek() {
@@ -215,7 +216,7 @@ pub(super) fn scalar(scanner: &mut Scanner<'_>) -> Result<Kind, &'static str> {
     }
 }
 
-#[cold]
+#[inline(never)]
 fn word(scanner: &mut Scanner<'_>, word: &str, kind: Kind) -> Result<Kind, &'static str> {
     let rest = scanner.text.get(scanner.at..);
     if !rest.is_some_and(|rest| rest.starts_with(word)) {

@@ -1,6 +1,6 @@
 //! Tables of text: a row of names, then a row for each moment.
 //!
-//! `lines -> layout (separator, names, units) -> rows -> clock (times) -> messages of one topic, the file's name`
+//! `lines -> layout (separator, names, units) -> rows -> clock (times) -> batch -> rows of one topic, the file's name`
 
 mod cells;
 pub(super) mod clock;
