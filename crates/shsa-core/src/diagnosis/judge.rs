@@ -12,6 +12,7 @@
 
 mod evidence_view;
 mod verdict;
+mod power;
 mod evidence;
 mod case;
 mod orders;
@@ -56,6 +57,8 @@ struct ComponentState {
     /// When the component was accused, and for which common cause.
     accused: Option<Time>,
     cause: Option<CauseId>,
+    /// Since when the component, once accused, is sound again.
+    sound_since: Option<Time>,
     /// Whether the operator vouches for the component.
     cleared_by_operator: bool,
 }

@@ -194,8 +194,10 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: Sup
 
 fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback: Span) -> WatchedWay {
     let rests_on = rests_on(knowledge, computation.way());
+    let reads = knowledge.as_witnesses(computation.way().inputs().collect());
     let conditions = rests_on.difference(&sized_by(knowledge, computation.way()));
-    let variable = &knowledge.variables()[computation.way().substitution.sink];
+    let sink = computation.way().substitution.sink;
+    let variable = &knowledge.variables()[sink];
     let timing = computation.timing();
     let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
     let reach = Reach {
@@ -210,11 +212,14 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         is_of_moments: !computation.is_windowed() && constant.is_none(),
         computation,
         rests_on,
+        reads,
         conditions,
         outputs,
         measured: None,
         reach,
         turn: variable.wraps,
+        range: variable.range,
+        is_verdict: knowledge.specifications().iter().any(|it| it.variable == sink),
         constant,
         triggers: Vec::new(),
         late,

@@ -161,12 +161,11 @@ impl Residual {
         !self.has_branches && self.trend.last_share() > CLOSE
     }
 
-    /// Whether a comparison has disagreed of late, or a trend is an alarm. A conflict of disagreements that came again and again is
-    /// remembered for longer.
+    /// Whether the newest comparison disagrees, disagreements recur, or a trend is an alarm: then the conflict is of the present, and
+    /// not one that has ended and is only remembered.
     #[must_use]
-    pub fn is_fresh(&self, now: Time) -> bool {
-        let lately = self.window.lifetime().max(self.trend.span());
-        self.trend.tendency().is_alarm() || self.disagreement.is_none_or(|last| now - last.time <= lately)
+    pub fn is_fresh(&self) -> bool {
+        self.trend.tendency().is_alarm() || self.window.disagrees_now()
     }
 
     /// How long a conflict takes to show after a fault has begun.

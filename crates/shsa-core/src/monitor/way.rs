@@ -18,6 +18,8 @@ pub struct WatchedWay {
     pub computation: Computation,
     /// The signals that the way rests on, and all their origins.
     pub rests_on: SignalSet,
+    /// The signals among these that the way reads itself; the others are their origins.
+    pub reads: SignalSet,
     /// Signals among these that only conditions of relations read: their size does not reach the output.
     pub conditions: SignalSet,
     /// The recent outputs.
@@ -27,6 +29,10 @@ pub struct WatchedWay {
     pub(super) reach: Reach,
     /// The turn after which the variable's values repeat, SI; `None` if the variable does not wrap.
     pub(super) turn: Option<f64>,
+    /// The declared range of the variable, SI.
+    pub(super) range: Option<Interval>,
+    /// Whether the value is the verdict of a specification: that a condition holds says nothing of the size of what it reads.
+    pub(super) is_verdict: bool,
     /// Whether outputs are true at moments, and not over windows or always.
     pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
@@ -42,6 +48,24 @@ impl WatchedWay {
     #[must_use]
     pub fn variable(&self) -> VariableId {
         self.computation.way().substitution.sink
+    }
+
+    /// Its newest value, or the constant that it is, SI.
+    #[must_use]
+    pub fn latest_value(&self) -> Option<Interval> {
+        self.constant.or_else(|| self.outputs.newest(0).map(|sample| sample.value))
+    }
+
+    /// Whether the value is the verdict of a specification.
+    #[must_use]
+    pub fn is_verdict(&self) -> bool {
+        self.is_verdict
+    }
+
+    /// The width of its variable's declared range, SI, where that has two ends.
+    #[must_use]
+    pub fn range_width(&self) -> Option<f64> {
+        self.range.map(Interval::width).filter(|width| width.is_finite())
     }
 
     /// Whether the value is computed from a signal's values; a condition alone does not count.

@@ -251,6 +251,11 @@ impl Window {
         }
     }
 
+    /// Whether the newest comparison disagrees, or disagreements recur.
+    pub(super) fn disagrees_now(&self) -> bool {
+        self.recurs || self.bits & 1 != 0
+    }
+
     /// Whether the disagreements are no chance.
     pub(super) fn is_sure(&self) -> bool {
         self.recurs || self.bits.count_ones() >= self.surely
@@ -282,6 +287,12 @@ impl Window {
     #[must_use]
     pub fn lifetime(&self) -> Span {
         self.lifetime
+    }
+
+    /// How far back the oldest comparison in the window may lie.
+    #[must_use]
+    pub fn reach(&self) -> Span {
+        self.period.times(i64::from(self.n))
     }
 
     /// When the last comparison stops to count as evidence.

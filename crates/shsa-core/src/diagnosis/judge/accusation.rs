@@ -52,8 +52,9 @@ impl<T: EvidenceView> Review<'_, T> {
         // A conflict that is only remembered stays evidence against the components that it has accused, and accuses no other
         // component.
         let cases = parts.iter().map(|part| Case::new(conflicts, part));
-        let cases: Vec<Case> = cases.filter(|case| self.is_fresh(case)).collect();
-        for case in &cases {
+        let cases: Vec<Case> = cases.collect();
+        let cases: Vec<&Case> = cases.iter().filter(|case| self.is_fresh(case)).collect();
+        for case in cases.iter().copied() {
             for &component in &case.certain {
                 if !self.is_spared(component, case) {
                     let choice = (!is_sure(evidence, component, case)).then_some(&[][..]);
@@ -61,16 +62,26 @@ impl<T: EvidenceView> Review<'_, T> {
                 }
             }
         }
-        for case in &cases {
+        for case in cases {
             self.suspect(case);
         }
     }
 
-    /// Whether one of the conflicts of a part has shown recently.
-    fn is_fresh(&self, case: &Case<'_>) -> bool {
+    /// Whether one of the conflicts of a part is of the present. If not, the next comparison of one of them decides.
+    fn is_fresh(&mut self, case: &Case<'_>) -> bool {
         let accused = case.accused();
-        let mut fresh = case.conflicts.pairs.iter().filter(|pair| pair.is_fresh(self.now));
-        fresh.any(|pair| rests_on_any(self.evidence, pair, &accused))
+        let about = |pair: &&&Residual| rests_on_any(self.evidence, pair, &accused);
+        let mut conflicts = case.conflicts.pairs.iter().filter(about);
+        if conflicts.any(|pair| pair.is_fresh()) {
+            return true;
+        }
+        let is_of_it = |pair: &Residual| {
+            case.conflicts.pairs.iter().any(|it| (it.way, it.other) == (pair.way, pair.other))
+        };
+        let pairs = self.evidence.pairs().iter().enumerate().filter(|(_, pair)| is_of_it(pair));
+        let awaited = pairs.map(|(number, pair)| Awaited { pair: number, made: pair.made });
+        self.judge.awaited.extend(awaited);
+        false
     }
 
     /// Whether a component is blamed for a common cause only, while an independent witness agrees with it.
@@ -116,7 +127,7 @@ impl<T: EvidenceView> Review<'_, T> {
     /// time for which a residual shows a step. An intermittent conflict does not restart it.
     fn is_settled(&mut self, accused: &BTreeSet<Component>, dispute: &Dispute) -> bool {
         let Review { evidence, now, .. } = *self;
-        let &Dispute { onset, since, gradual, shows } = dispute;
+        let &Dispute { onset, since, gradual, shows, own_latency } = dispute;
         let latency = |pair: &Residual| if gradual { pair.latency() } else { pair.window.latency() };
         let is_open = |pair: &&Residual| {
             let may_decide = match pair.residual_state(now) {
@@ -133,7 +144,8 @@ impl<T: EvidenceView> Review<'_, T> {
         };
         let open = || evidence.pairs().iter().enumerate().filter(|(_, pair)| is_open(pair));
         let Some(latency) = open().map(|(_, pair)| latency(pair)).max() else { return true };
-        let deadline = since + latency.times(2).min(Span(shows.0 - shows.0 / 4));
+        let most = self.judge.options.patience.max(own_latency.times(2));
+        let deadline = since + latency.times(2).min(Span(shows.0 - shows.0 / 4)).min(most);
         if now >= deadline {
             return true;
         }

@@ -1,5 +1,6 @@
 //! The residuals of a monitor as comparisons of components, with prior probabilities of their faults.
 
+use super::power::{common_ancestors, has_power, reach, shows_a_step};
 use super::{Component, ComponentState, EvidenceView, Judge, JudgeOptions, Record, latest_value};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
@@ -82,18 +83,23 @@ impl Priors {
         core::iter::once(Component::Signal(signal)).chain(causes)
     }
 
-    /// The components from which the value of a way is computed.
-    fn sized_by(&self, way: &WatchedWay) -> BTreeSet<Component> {
-        let signals = way.rests_on.iter().filter(|signal| !way.conditions.contains(*signal));
+    /// The components from which the value of a way is computed, without the signals that do not count.
+    fn sized_by(&self, way: &WatchedWay, without: &SignalSet) -> BTreeSet<Component> {
+        let signals = way.rests_on.iter();
+        let signals =
+            signals.filter(|signal| !way.conditions.contains(*signal) && !without.contains(*signal));
         let relations = way.computation.way().substitution.relations();
         let signals = signals.flat_map(|signal| self.with_causes(signal));
         signals.chain(relations.into_iter().map(Component::Relation)).collect()
     }
 
+    /// A signal from which both ways only descend would move both alike. It explains their conflict no better than a wrong
+    /// condition does, and their agreement is no evidence about it.
     fn comparison(&self, one: &WatchedWay, other: &WatchedWay, agrees: bool) -> Comparison {
-        let read = one.conditions.iter().chain(other.conditions.iter());
+        let ancestors = if agrees { SignalSet::new() } else { common_ancestors(one, other) };
+        let read = one.conditions.iter().chain(other.conditions.iter()).chain(ancestors.iter());
         let mut conditions: BTreeSet<Component> = read.flat_map(|signal| self.with_causes(signal)).collect();
-        let (one, other) = (self.sized_by(one), self.sized_by(other));
+        let (one, other) = (self.sized_by(one, &ancestors), self.sized_by(other, &ancestors));
         conditions.retain(|component| !one.contains(component) && !other.contains(component));
         Comparison { one, other, conditions, agrees }
     }
@@ -189,6 +195,7 @@ impl Judge {
             .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
+        let agreements = agreements.filter(|pair| has_power(evidence, pair, conflicts));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
         let all = conflicts.chain(agreements.map(|pair| (pair, true)));
         let compared = all.filter_map(|(pair, agrees)| {
@@ -229,7 +236,9 @@ impl Judge {
         let all = (!disagree).then(|| evidence.pairs());
         let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
         pairs.filter(move |pair| {
-            pair.residual_state(now) == residual_state && !self.is_explained(evidence, pair, None)
+            pair.residual_state(now) == residual_state
+                && !self.is_explained(evidence, pair, None)
+                && !(disagree && self.is_of_the_past(evidence, pair, now))
         })
     }
 
@@ -274,6 +283,18 @@ impl Judge {
         before.is_some()
             && before == latest_value(evidence, component)
             && matches!(component, Component::Signal(signal) if is_still(signal))
+    }
+
+    /// Whether a pair still holds values of a component from before it was sound again: these are no evidence about others.
+    pub(super) fn is_of_the_past(&self, evidence: &impl EvidenceView, pair: &Residual, now: Time) -> bool {
+        let mut recovered = self.states.iter().filter(|(_, state)| state.sound_since.is_some()).peekable();
+        if recovered.peek().is_none() {
+            return false;
+        }
+        let reach = reach(evidence, pair);
+        recovered.any(|(component, state)| {
+            state.sound_since.is_some_and(|since| now - since < reach) && rests_on(evidence, pair, *component)
+        })
     }
 
     /// Whether a component other than `except` that has failed, or is forbidden, is in the pair.
@@ -336,6 +357,8 @@ pub(super) struct Dispute {
     pub(super) gradual: bool,
     /// How long these conflicts show a step of the faulty component.
     pub(super) shows: Span,
+    /// How long the slowest of these conflicts takes to show.
+    pub(super) own_latency: Span,
 }
 
 impl Dispute {
@@ -352,6 +375,7 @@ impl Dispute {
             since: about().map(|pair| pair.recurs_since(now)).min()?,
             gradual: about().any(|pair| is_gradual(pair, now)),
             shows: about().map(|pair| shows_a_step(evidence, pair)).max()?,
+            own_latency: about().map(|pair| pair.latency()).max()?,
         })
     }
 }
@@ -368,14 +392,4 @@ pub(super) fn rests_on_any(
     components: &BTreeSet<Component>,
 ) -> bool {
     components.iter().any(|&component| rests_on(evidence, pair, component))
-}
-
-/// How long a pair shows a step of a signal. A difference quotient shows it for the length of its window.
-fn shows_a_step(evidence: &impl EvidenceView, pair: &Residual) -> Span {
-    let rate = |index| evidence.way(index).filter(|way| way.computation.is_rate());
-    let window = |index| rate(index).map_or(Span::ZERO, |way| way.computation.timing().window);
-    match window(pair.way).max(window(pair.other)) {
-        Span::ZERO => Span::MAX,
-        window => window,
-    }
 }

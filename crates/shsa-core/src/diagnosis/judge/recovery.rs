@@ -146,9 +146,11 @@ impl<T: EvidenceView> Review<'_, T> {
 
     /// Makes a component trusted again.
     fn acquit(&mut self, component: Component) -> Decision {
-        let relapses = self.judge.state_of(component).record.relapses;
-        let record = Record { cleared: Some(self.now), relapses, ..Record::default() };
-        self.judge.put(component, ComponentState { record, ..ComponentState::default() });
+        let before = self.judge.state_of(component);
+        let record =
+            Record { cleared: Some(self.now), relapses: before.record.relapses, ..Record::default() };
+        let sound_since = before.clean_since;
+        self.judge.put(component, ComponentState { record, sound_since, ..ComponentState::default() });
         Decision::Cleared(component)
     }
 

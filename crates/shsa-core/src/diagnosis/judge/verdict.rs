@@ -67,6 +67,9 @@ pub enum Proof {
 pub struct JudgeOptions {
     /// How long all evidence must support a signal before it is trusted again.
     pub probation: Span,
+    /// How long a direct contradiction waits at most for slower comparisons that may decide, before all who may be wrong are
+    /// suspect; at least until the contradiction itself has had twice its time.
+    pub patience: Span,
     /// The prior probability of a fault of a signal whose properties give no `prior`.
     pub prior: f64,
     /// The prior probability of a fault of a relation whose properties give no `prior`.
@@ -76,6 +79,11 @@ pub struct JudgeOptions {
 impl Default for JudgeOptions {
     /// Signals fail a thousand times more often than the relations between them.
     fn default() -> JudgeOptions {
-        JudgeOptions { probation: Span::from_millis(5_000), prior: 0.01, relation_prior: 1e-5 }
+        JudgeOptions {
+            probation: Span::from_millis(5_000),
+            patience: Span::from_millis(3_000),
+            prior: 0.01,
+            relation_prior: 1e-5,
+        }
     }
 }
