@@ -108,8 +108,10 @@ impl Engine {
             outputs.push_back(Output::Event(event));
         }
         for decision in &decisions {
-            if let Decision::Recovered(signal, ..) = decision {
-                self.monitor.trust_readings(*signal);
+            match decision {
+                Decision::Recovered(signal, ..) => self.monitor.trust_readings(*signal),
+                Decision::Cleared(Component::Signal(signal)) => self.monitor.trust_level(*signal),
+                _ => {}
             }
         }
         !decisions.is_empty()

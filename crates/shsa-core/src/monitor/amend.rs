@@ -14,6 +14,7 @@ impl Monitor {
                 pair.window.forget();
                 pair.trend.begin_anew();
                 pair.disagreement = None;
+                pair.moved = (0.0, 0.0);
             }
         }
         self.index.renew(&self.pairs);
@@ -44,6 +45,13 @@ impl Monitor {
         self.detectors.forget(signal);
         self.ports[signal].set_gate(false);
         self.ports[signal].come_home();
+    }
+
+    /// Accepts that a signal, trusted again, is where it is, however far comparisons of its changes say that it has moved.
+    pub fn trust_level(&mut self, signal: SignalId) {
+        for &at in self.index.of_signal(signal) {
+            self.pairs.get_mut(at as usize).into_iter().for_each(|pair| pair.moved = (0.0, 0.0));
+        }
     }
 
     /// Accepts the present level of a signal's readings as sound.

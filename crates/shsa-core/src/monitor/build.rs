@@ -336,6 +336,7 @@ fn pair(
         window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
         trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
         disagreement: None,
+        moved: (0.0, 0.0),
         due: None,
         known: None,
         made: 0,

@@ -41,6 +41,9 @@ pub struct Residual {
     pub trend: Trend,
     /// The last disagreement.
     pub disagreement: Option<Disagreement>,
+    /// The sum over time of the differences that disagreed, SI times seconds, and that of the tolerances meanwhile. Of two rates this
+    /// is how far the level has moved that cannot have moved.
+    pub(super) moved: (f64, f64),
     /// The first moment of the slower way for which the faster way has no value yet.
     pub(super) due: Option<Time>,
     /// The faster way's value at a moment of the slower one, kept for the consensus.
@@ -105,6 +108,9 @@ impl Residual {
         let before = together(self.window.record(disagrees, is_above, now), self.trend.tendency());
         if disagrees {
             self.disagreement = Some(Disagreement { time: now, value: value.value, other: other.value });
+            let seconds = self.window.period().seconds();
+            self.moved.0 += seconds * (value.middle() - other.middle());
+            self.moved.1 += 0.5 * seconds * (value.width() + other.width());
         }
         match self.window.latest_state() {
             ResidualState::Agree => self.trend.relax(),
@@ -147,6 +153,14 @@ impl Residual {
             ResidualState::Conflict => self.window.recurs_since(),
             _ => self.onset(now),
         }
+    }
+
+    /// Whether the differences that disagreed have cancelled each other, within the tolerance. A level of which two rates are compared
+    /// is then where it was before: it has come back, or it was left alone.
+    #[must_use]
+    pub fn has_moved_back(&self) -> bool {
+        let (moved, tolerance) = self.moved;
+        moved.abs() <= tolerance
     }
 
     /// Whether a trend shows that may become a conflict.

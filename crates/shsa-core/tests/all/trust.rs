@@ -364,3 +364,37 @@ fn what_comes_at_once_after_a_stall_has_no_wrong_clock() {
         run.events(EventKind::Failed).into_iter().filter(|it| it.symptom == Some(Symptom::WrongClock));
     assert_eq!(clocks.count(), 0);
 }
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(64))]
+
+    /// What all of them descend from would move all of them alike: it does not explain that one differs.
+    #[test]
+    fn of_those_with_one_ancestor_the_one_that_differs_is_named(
+        errs in prop::collection::vec(-0.9..0.9_f64, 3..6),
+        liar in 0..6_usize,
+        fault in prop_oneof![-40.0..-6.0_f64, 6.0..40.0_f64],
+        seen in any::<bool>(),
+    ) {
+        let mut members: Vec<Member> = vec![(Errs::Uniformly, Vec::new(), Vec::new())];
+        members.extend(errs.iter().map(|by| (Errs::Constantly(*by), vec![0], Vec::new())));
+        let liar = 1 + liar % errs.len();
+        let run = run_with(&members, liar, fault, |number| seen || number > 0);
+        prop_assert!(run.accused().iter().all(|it| it.index() == liar));
+        prop_assert_eq!(run.events(EventKind::Failed).len(), 1);
+    }
+}
+
+fn run_with(members: &[Member], liar: usize, fault: f64, speaks: impl Fn(usize) -> bool) -> Run {
+    let described: Vec<_> = members.iter().map(|(_, from, shares)| (from.clone(), shares.clone())).collect();
+    let mut run = Run::new(knowledge(&described, None));
+    for step in 0..180 {
+        let now = step as i64 * PERIOD;
+        run.pass(now);
+        for (number, (errs, ..)) in members.iter().enumerate().filter(|(number, _)| speaks(*number)) {
+            let is_faulty = number == liar && (60..100).contains(&step);
+            run.give(number, now, now, 20.0 + errs.at(number, step) + if is_faulty { fault } else { 0.0 });
+        }
+    }
+    run
+}

@@ -193,7 +193,13 @@ impl<T: EvidenceView> Review<'_, T> {
         let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
         // A signal that has jumped stays wrong by the size of the jump, although its changes are right.
         let has_returned = has_returned(evidence, component);
-        let bears_on = |pair: &Residual| has_returned || shows_size(evidence, pair, component);
+        // Nor does one that has failed come back by changes that are right, unless those that were wrong cancel each other.
+        let failed_by_comparisons = !self.judge.state_of(component).record.failed_by_detector
+            && self.judge.accusation(component) == Some(Verdict::Failed);
+        let bears_on = |pair: &Residual| match failed_by_comparisons {
+            true => pair.has_moved_back() || shows_size(evidence, pair, component),
+            false => has_returned || shows_size(evidence, pair, component),
+        };
         let mut found = Counts::default();
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
