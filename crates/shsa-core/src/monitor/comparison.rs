@@ -68,7 +68,7 @@ impl Round<'_> {
             } else {
                 (measured, known)
             };
-            let guessed = guessed(pair, output, other, known, validity);
+            let guessed = guessed(pair, other, known, validity);
             let recorded = pair.record(output, &guessed, validity, self.now);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
@@ -118,7 +118,7 @@ impl Round<'_> {
                     } else {
                         (measured, known)
                     };
-                    let guessed = guessed(pair, &output, other, known, sample.validity);
+                    let guessed = guessed(pair, other, known, sample.validity);
                     let recorded = pair.record(&output, &guessed, sample.validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
@@ -181,28 +181,8 @@ fn nearest_alternatives(
 
 /// The value beside an output, with the best guess as its middle where the trend goes by noise.
 #[inline]
-fn guessed(
-    pair: &Residual,
-    output: &Measured,
-    other: &WatchedWay,
-    known: Measured,
-    moment: Validity,
-) -> Measured {
-    if pair.trend.goes_by_noise() { guessed_by_noise(output, other, known, moment) } else { known }
-}
-
-/// Where nothing is known on the other side of the moment, the value may have moved since the newest output, by at most the margin
-/// that was added for it: no statistic of noise may count that.
-fn guessed_by_noise(output: &Measured, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
-    match other.guess(moment) {
-        Some(guess) => known.with_guess(Some(guess)),
-        None => {
-            let own = other.measured.map_or(known.width(), |newest| newest.width());
-            let moved = (0.5 * (known.width() - own)).max(0.0);
-            let apart = (output.middle() - known.middle()).clamp(-moved, moved);
-            known.with_guess(Some(known.middle() + apart))
-        }
-    }
+fn guessed(pair: &Residual, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
+    if pair.trend.goes_by_noise() { known.with_guess(other.guess(moment)) } else { known }
 }
 
 /// Inserts in ascending order, so that it does not matter which pair began to wait first.
