@@ -83,6 +83,7 @@ impl Monitor {
                 Some((at, pair)) => {
                     pair.trend = before.trend;
                     pair.disagreement = before.disagreement;
+                    pair.moved = before.moved;
                     pair.due = before.due;
                     pair.known = before.known;
                     if pair.due.is_some()

@@ -175,11 +175,15 @@ impl Residual {
         !self.has_branches && self.trend.last_share() > CLOSE
     }
 
-    /// Whether the newest comparison disagrees, disagreements recur, or a trend is an alarm: then the conflict is of the present, and
-    /// not one that has ended and is only remembered.
+    /// Whether the conflict is of the present, and not one that has ended and is only remembered: the newest comparison disagrees, a
+    /// trend is an alarm, or disagreements that recur came again lately.
     #[must_use]
-    pub fn is_fresh(&self) -> bool {
-        self.trend.tendency().is_alarm() || self.window.disagrees_now()
+    pub fn is_fresh(&self, now: Time) -> bool {
+        let lately = self.window.lifetime().max(self.trend.span());
+        let came_lately = self.disagreement.is_none_or(|last| now - last.time <= lately);
+        self.trend.tendency().is_alarm()
+            || self.window.disagrees_now()
+            || (self.window.recurs() && came_lately)
     }
 
     /// How long a conflict takes to show after a fault has begun.

@@ -251,9 +251,14 @@ impl Window {
         }
     }
 
-    /// Whether the newest comparison disagrees, or disagreements recur.
+    /// Whether the newest comparison disagrees.
     pub(super) fn disagrees_now(&self) -> bool {
-        self.recurs || self.bits & 1 != 0
+        self.bits & 1 != 0
+    }
+
+    /// Whether single disagreements come again and again.
+    pub(super) fn recurs(&self) -> bool {
+        self.recurs
     }
 
     /// Whether the disagreements are no chance.

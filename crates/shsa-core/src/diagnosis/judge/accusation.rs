@@ -72,7 +72,7 @@ impl<T: EvidenceView> Review<'_, T> {
         let accused = case.accused();
         let about = |pair: &&&Residual| rests_on_any(self.evidence, pair, &accused);
         let mut conflicts = case.conflicts.pairs.iter().filter(about);
-        if conflicts.any(|pair| pair.is_fresh()) {
+        if conflicts.any(|pair| pair.is_fresh(self.now)) {
             return true;
         }
         let is_of_it = |pair: &Residual| {

@@ -93,11 +93,10 @@ impl Priors {
         signals.chain(relations.into_iter().map(Component::Relation)).collect()
     }
 
-    /// A signal from which both ways only descend would move both alike. It explains their conflict no better than a wrong
-    /// condition does, and their agreement is no evidence about it.
+    /// A comparison is about no signal from which both ways only descend: its fault would move both alike.
     fn comparison(&self, one: &WatchedWay, other: &WatchedWay, agrees: bool) -> Comparison {
-        let ancestors = if agrees { SignalSet::new() } else { common_ancestors(one, other) };
-        let read = one.conditions.iter().chain(other.conditions.iter()).chain(ancestors.iter());
+        let ancestors = common_ancestors(one, other);
+        let read = one.conditions.iter().chain(other.conditions.iter());
         let mut conditions: BTreeSet<Component> = read.flat_map(|signal| self.with_causes(signal)).collect();
         let (one, other) = (self.sized_by(one, &ancestors), self.sized_by(other, &ancestors));
         conditions.retain(|component| !one.contains(component) && !other.contains(component));

@@ -81,7 +81,7 @@ impl Default for JudgeOptions {
     fn default() -> JudgeOptions {
         JudgeOptions {
             probation: Span::from_millis(5_000),
-            patience: Span::from_millis(3_000),
+            patience: Span::from_millis(4_000),
             prior: 0.01,
             relation_prior: 1e-5,
         }
