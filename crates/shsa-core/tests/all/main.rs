@@ -37,6 +37,7 @@ mod monitor_index;
 mod thesis_monitor;
 mod detectors;
 mod watch;
+mod power;
 mod trust;
 mod many;
 

@@ -194,7 +194,7 @@ impl Judge {
             .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
-        let agreements = agreements.filter(|pair| has_power(evidence, pair, conflicts));
+        let agreements = agreements.filter(|pair| has_power(evidence, pair));
         let conflicts = conflicts.iter().map(|pair| (*pair, false));
         let all = conflicts.chain(agreements.map(|pair| (pair, true)));
         let compared = all.filter_map(|(pair, agrees)| {

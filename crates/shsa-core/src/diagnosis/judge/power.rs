@@ -2,31 +2,20 @@
 
 use super::EvidenceView;
 use crate::diagnosis::candidates::ONE_SIDED;
+use crate::interval::Interval;
 use crate::knowledge::{SignalId, SignalSet};
 use crate::monitor::{Residual, WatchedWay};
 use crate::time::Span;
 
-/// Whether an agreement could have been a conflict: a value that is off by as much as the conflicts about this variable show, or one
-/// anywhere in the variable's range, would agree less often than [`ONE_SIDED`] says.
-pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual, conflicts: &[&Residual]) -> bool {
+/// Whether an agreement could well have been a conflict. That a specification holds says nothing of the size of what it reads, and
+/// two values that are half as wide as the variable's range together would agree by chance as often as [`ONE_SIDED`] says.
+pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual) -> bool {
     let (Some(one), Some(other)) = (evidence.way(agreement.way), evidence.way(agreement.other)) else {
         return false;
     };
-    if one.is_verdict() {
-        return false;
-    }
-    let (Some(value), Some(beside)) = (one.latest_value(), other.latest_value()) else { return true };
-    let beside = one.in_turn(beside, value);
-    let (above, below) = (beside.hi() - value.lo(), value.hi() - beside.lo());
-    let is_of_it =
-        |pair: &&&Residual| evidence.way(pair.way).is_some_and(|way| way.variable() == one.variable());
-    let gap =
-        |pair: &&Residual| pair.disagreement.map(|it| (it.value.midpoint() - it.other.midpoint()).abs());
-    // The side to which a fault has moved the value is not always known: what would show on either side has power.
-    match conflicts.iter().filter(is_of_it).filter_map(gap).reduce(f64::max) {
-        Some(size) => size > above.min(below),
-        None => one.range_width().is_none_or(|range| value.width() + beside.width() < ONE_SIDED * range),
-    }
+    let width = |way: &WatchedWay| way.latest_value().map_or(0.0, Interval::width);
+    let is_narrow = |range: f64| width(one) + width(other) < ONE_SIDED * range;
+    !one.is_verdict() && one.range_width().is_none_or(is_narrow)
 }
 
 /// The signals on which both ways rest and that neither of them reads.
