@@ -194,7 +194,7 @@ pub fn are_compared(knowledge: &KnowledgeBase, one: SupportedWay<'_>, other: Sup
 
 fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback: Span) -> WatchedWay {
     let rests_on = rests_on(knowledge, computation.way());
-    let reads = knowledge.as_witnesses(computation.way().inputs().collect());
+    let reads = reads(knowledge, computation.way());
     let conditions = rests_on.difference(&sized_by(knowledge, computation.way()));
     let sink = computation.way().substitution.sink;
     let variable = &knowledge.variables()[sink];
@@ -232,6 +232,19 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
 pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
     let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
         all.extend(&knowledge.origins(signal));
+        all
+    });
+    knowledge.as_witnesses(all)
+}
+
+/// The signals that a way reads, itself or by a fusion, which computes its output from all its inputs. The other signals that it
+/// [rests on](rests_on) are declared ancestors: how much of them is in a reading is not known.
+fn reads(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
+    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
+        match knowledge.is_computed(signal) {
+            true => all.extend(&knowledge.origins(signal)),
+            false => _ = all.insert(signal),
+        }
         all
     });
     knowledge.as_witnesses(all)

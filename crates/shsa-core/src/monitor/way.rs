@@ -18,7 +18,7 @@ pub struct WatchedWay {
     pub computation: Computation,
     /// The signals that the way rests on, and all their origins.
     pub rests_on: SignalSet,
-    /// The signals among these that the way reads itself; the others are their origins.
+    /// The signals among these that the way reads, itself or by a fusion; the others are declared ancestors.
     pub reads: SignalSet,
     /// Signals among these that only conditions of relations read: their size does not reach the output.
     pub conditions: SignalSet,
