@@ -4,10 +4,10 @@ mod input;
 mod compile;
 mod evaluate;
 
-use crate::alignment::Sample;
+use crate::alignment::{Port, Sample};
 use crate::expression::{InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
-use crate::knowledge::{Id, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
+use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
 use crate::substitution::Way;
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
@@ -257,6 +257,17 @@ impl Computation {
             Body::Direct(_) => Span::ZERO,
             Body::Computed(computed) => computed.program.looks_back(),
         }
+    }
+
+    /// Whether an input changes between its observations and has none of this very moment: then the middle of the value lags or leads.
+    /// Complexity: O(inputs and their samples that are newer).
+    #[must_use]
+    pub fn lags(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> bool {
+        let inputs = match &self.body {
+            Body::Direct(_) => &[],
+            Body::Computed(computed) => computed.inputs.as_slice(),
+        };
+        inputs.iter().any(|input| matches!(input, Source::Signal(input) if input.lags(ports, moment)))
     }
 
     /// The signals read beside the trigger: their values at the trigger's moments may be known only later.

@@ -124,6 +124,12 @@ struct TrendForm {
     means: [f64; 6],
     weight: f64,
     tendency: String,
+    #[serde(default, skip_serializing_if = "is_zero")]
+    moved: [f64; 2],
+}
+
+fn is_zero(moved: &[f64; 2]) -> bool {
+    *moved == [0.0; 2]
 }
 
 #[derive(Clone, Debug, Serialize, Deserialize)]
@@ -230,7 +236,7 @@ impl AbsenceForm {
 
 impl From<&Trending> for TrendForm {
     fn from(trending: &Trending) -> TrendForm {
-        let Trending { compared: Compared { variable, way, other }, record } = trending.clone();
+        let Trending { compared: Compared { variable, way, other }, record, moved } = trending.clone();
         let TrendRecord { usual, sums, means, weight, tendency } = record;
         TrendForm {
             variable,
@@ -241,16 +247,17 @@ impl From<&Trending> for TrendForm {
             means,
             weight,
             tendency: name_of(&tendency, &TENDENCIES),
+            moved,
         }
     }
 }
 
 impl TrendForm {
     fn trending(self) -> Result<Trending, StateError> {
-        let TrendForm { variable, way, other, usual, sums, means, weight, tendency } = self;
+        let TrendForm { variable, way, other, usual, sums, means, weight, tendency, moved } = self;
         let tendency = named("`tendency`", &tendency, &TENDENCIES)?;
         let record = TrendRecord { usual, sums, means, weight, tendency };
-        Ok(Trending { compared: Compared { variable, way, other }, record })
+        Ok(Trending { compared: Compared { variable, way, other }, record, moved })
     }
 }
 

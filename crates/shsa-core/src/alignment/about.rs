@@ -23,6 +23,19 @@ pub enum Known {
     Never,
 }
 
+/// The straight line between two samples, at a moment.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Line {
+    /// The value on the line, SI.
+    pub value: f64,
+    /// The change in a second, SI.
+    pub slope: f64,
+    /// How far the curve through these two samples and the one before may be from the line, SI.
+    pub bulge: f64,
+    /// The time between the two samples.
+    pub gap: Span,
+}
+
 impl Known {
     /// The value, where there is one.
     #[must_use]
@@ -170,20 +183,28 @@ impl History {
     /// The best guess of the value at a moment between two samples: on the straight line through their middles. It is no bound,
     /// and used for statistics. Complexity: O(samples newer than the moment).
     #[must_use]
-    pub fn line_at(&self, moment: Time) -> Option<f64> {
+    pub fn line_at(&self, moment: Time) -> Option<Line> {
         let mut after: Option<&Sample> = None;
-        for sample in self.newest_first() {
+        let mut samples = self.newest_first();
+        while let Some(sample) = samples.next() {
             let (time, value) = (sample.validity.centre(), sample.value.midpoint());
             if time > moment {
                 after = Some(sample);
                 continue;
             }
-            if time == moment {
-                return Some(value);
-            }
-            let later = after?;
-            let share = (moment - time).seconds() / (later.validity.centre() - time).seconds();
-            return Some(value + share * (later.value.midpoint() - value));
+            let older = samples.next();
+            let slope_to = |one: &Sample, other: &Sample| {
+                let seconds = (other.validity.centre() - one.validity.centre()).seconds();
+                (other.value.midpoint() - one.value.midpoint()) / seconds
+            };
+            let Some(later) = after.filter(|_| time < moment) else {
+                let slope = older.or(after).map_or(0.0, |beside| slope_to(sample, beside));
+                return (time == moment).then_some(Line { value, slope, bulge: 0.0, gap: Span::ZERO });
+            };
+            let slope = slope_to(sample, later);
+            let bulge = older.map_or(0.0, |older| bulge(older, sample, later));
+            let gap = later.validity.centre() - time;
+            return Some(Line { value: value + slope * (moment - time).seconds(), slope, bulge, gap });
         }
         None
     }
@@ -262,7 +283,8 @@ mod tests {
     fn the_best_guess_lies_on_a_line() {
         let history = history(&[(0.0, 1.0), (1.0, 2.0), (2.0, 6.0)]);
         let check = |seconds: f64, expected: Option<f64>| {
-            assert_eq!(history.line_at(Time::from_seconds(seconds)), expected, "{seconds}");
+            let line = history.line_at(Time::from_seconds(seconds));
+            assert_eq!(line.map(|line| line.value), expected, "{seconds}");
         };
         check(0.5, Some(1.5));
         check(1.0, Some(2.0));

@@ -15,7 +15,7 @@ mod ahead;
 mod gate;
 mod port;
 
-pub use about::Known;
+pub use about::{Known, Line};
 pub use clock::{Clocks, Misdated};
 pub use history::{History, Reach, Reading, Sample};
 pub use port::{LONGEST_VECTOR, Port};

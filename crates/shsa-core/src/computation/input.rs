@@ -88,6 +88,12 @@ impl Input {
         port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
     }
 
+    /// Whether the value changes between observations, and none is of this very moment.
+    pub(super) fn lags(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> bool {
+        let changes = self.shape == Shape::Scalar && !(self.stands && self.max_rate == 0.0);
+        changes && !self.is_trigger && ports[self.signal].scalar_exactly_at(moment).is_none()
+    }
+
     /// The certain bound of a scalar; see [`Known`].
     pub(super) fn scalar_about(&self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Known {
         let port = &ports[self.signal];

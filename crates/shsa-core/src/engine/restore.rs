@@ -13,7 +13,7 @@ use crate::alignment::Sample;
 use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
 use crate::knowledge::{NeedId, SignalId};
-use crate::monitor::{Absence, Residual, TrendRecord, WatchedWay, WayIndex};
+use crate::monitor::{Absence, Residual, WatchedWay, WayIndex};
 use crate::order::Subject;
 use crate::reason::Reason;
 use crate::time::{Span, Time};
@@ -63,7 +63,7 @@ impl Engine {
 
     fn trending(&self, pair: &Residual) -> Option<Trending> {
         let record = pair.trend.to_record()?;
-        Some(Trending { compared: self.compared(pair.way, pair.other)?, record })
+        Some(Trending { compared: self.compared(pair.way, pair.other)?, record, moved: pair.moved() })
     }
 
     fn compared(&self, way: WayIndex, other: WayIndex) -> Option<Compared> {
@@ -158,8 +158,8 @@ impl Engine {
 
     /// Ways that are no longer observed, or compared in the other order, begin anew.
     fn recall_trends(&mut self, trends: &[Trending], compared: &AllCompared, now: Time) {
-        let pair = |it: &Trending| Some((*compared.get(&it.compared)?, it.record));
-        let found: BTreeMap<(WayIndex, WayIndex), TrendRecord> = trends.iter().filter_map(pair).collect();
+        let pair = |it: &Trending| Some((*compared.get(&it.compared)?, (it.record, it.moved)));
+        let found: BTreeMap<_, _> = trends.iter().filter_map(pair).collect();
         self.monitor.recall_trends(&found, now);
     }
 

@@ -86,6 +86,8 @@ pub struct Trending {
     pub compared: Compared,
     /// The sums of the trend.
     pub record: TrendRecord,
+    /// The sum over time of the differences that disagreed, and of their tolerances: SI times seconds.
+    pub moved: [f64; 2],
 }
 
 /// How a need is served.

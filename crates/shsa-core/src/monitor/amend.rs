@@ -20,11 +20,17 @@ impl Monitor {
         self.index.renew(&self.pairs);
     }
 
-    /// Restores the trends of pairs, by the two ways of each pair. O(n log n) in pairs.
-    pub fn recall_trends(&mut self, records: &BTreeMap<(WayIndex, WayIndex), TrendRecord>, now: Time) {
+    /// Restores the trends of pairs, and [how far they have moved](super::Residual::moved), by the two ways of each pair. O(n log n) in
+    /// pairs.
+    pub fn recall_trends(
+        &mut self,
+        records: &BTreeMap<(WayIndex, WayIndex), (TrendRecord, [f64; 2])>,
+        now: Time,
+    ) {
         for pair in &mut self.pairs {
-            if let Some(record) = records.get(&(pair.way, pair.other)) {
+            if let Some((record, moved)) = records.get(&(pair.way, pair.other)) {
                 pair.trend.recall(record, now);
+                pair.recall_moved(*moved);
             }
         }
         self.index.renew(&self.pairs);

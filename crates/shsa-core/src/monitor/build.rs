@@ -207,6 +207,9 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     };
     let outputs = History::new(capacity(rate_hz, lookback));
     let constant = computation.constant();
+    let has_noise = |signal: SignalId| knowledge.signals()[signal].noise.is_some();
+    let is_joined_of_noise =
+        computation.joined().next().is_some() && computation.way().inputs().all(has_noise);
     let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
     WatchedWay {
         is_of_moments: !computation.is_windowed() && constant.is_none(),
@@ -221,6 +224,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         range: variable.range,
         is_verdict: knowledge.specifications().iter().any(|it| it.variable == sink),
         constant,
+        observed: is_joined_of_noise.then_some(0),
         triggers: Vec::new(),
         late,
     }
@@ -336,8 +340,11 @@ fn pair(
     let other = fast.1.computation.timing();
     let mut signals = slow.1.rests_on.clone();
     signals.extend(&fast.1.rests_on);
+    let noise = noise(knowledge, slow.1, fast.1);
+    let is_of_lines = noise != Noise::Unknown && slow.1.is_of_lines() && fast.1.is_of_lines();
     // The time for which a comparison waits for the faster way.
-    let wait = if fast.1.reach.max_rate > 0.0 { Span::ZERO } else { other.period.unwrap_or(Span::ZERO) };
+    let waits = is_of_lines || fast.1.reach.max_rate == 0.0;
+    let wait = if waits { other.period.unwrap_or(Span::ZERO) } else { Span::ZERO };
     let lag = timing.complete_after().max(other.complete_after()) + wait;
     let window = Window::new(options.debounce, timing.period, lag);
     let has_branches = [slow.1, fast.1].iter().any(|way| has_branches(knowledge, way.computation.way()));
@@ -346,8 +353,9 @@ fn pair(
         other: way_index(fast.0),
         signals,
         has_branches,
+        is_of_lines,
         window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
-        trend: Trend::new(options.trends, timing.mean_over, noise(knowledge, slow.1, fast.1)),
+        trend: Trend::new(options.trends, timing.mean_over, noise),
         disagreement: None,
         moved: (0.0, 0.0),
         due: None,

@@ -8,7 +8,7 @@ use super::index::Index;
 use super::trend::Measured;
 use super::{Fresh, Residual, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
-use crate::time::{Span, Time, Validity};
+use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
 /// The comparisons made at one moment of reception.
@@ -41,10 +41,10 @@ impl Round<'_> {
                 continue;
             }
             // The most frequent case, without the detour by [`Known`].
-            let newest = if is_of_moment { other.newest_about(validity) } else { None };
+            let newest = if is_of_moment && !pair.is_of_lines { other.newest_about(validity) } else { None };
             let known = match newest {
                 Some(known) => known,
-                None => match other.beside(watched, validity) {
+                None => match pair.beside(watched, other, validity) {
                     Known::Value(value) => other.measure(value, measured.value),
                     Known::Later => {
                         pair.due = Some(validity.to);
@@ -68,8 +68,9 @@ impl Round<'_> {
             } else {
                 (measured, known)
             };
-            let guessed = guessed(pair, other, known, validity);
-            let recorded = pair.record(output, &guessed, validity, self.now);
+            let known =
+                if pair.is_of_lines { pair.guessed(watched, other, output, known, validity) } else { known };
+            let recorded = pair.record(output, &known, validity, self.now);
             self.changed |= recorded.changed;
             if let Some(restless) = recorded.restless {
                 self.index.note(number, restless);
@@ -108,18 +109,18 @@ impl Round<'_> {
         let count = watched.outputs.newest_first().take_while(|sample| sample.validity.to >= due).count();
         for back in (0..count).rev() {
             let Some(&sample) = watched.outputs.newest(back) else { continue };
-            match other.beside(watched, sample.validity) {
+            let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
+            match pair.beside(watched, other, sample.validity) {
                 Known::Value(value) => {
                     let (measured, known) = (Measured::of(sample.value), other.measure(value, sample.value));
-                    let Some(pair) = self.pairs.get_mut(number as usize) else { return true };
                     pair.known = Some((sample.validity, known));
                     let (output, known) = if pair.has_branches {
                         nearest_alternatives(watched, measured, other, known, false)
                     } else {
                         (measured, known)
                     };
-                    let guessed = guessed(pair, other, known, sample.validity);
-                    let recorded = pair.record(&output, &guessed, sample.validity, self.now);
+                    let known = pair.guessed(watched, other, &output, known, sample.validity);
+                    let recorded = pair.record(&output, &known, sample.validity, self.now);
                     self.changed |= recorded.changed;
                     if let Some(restless) = recorded.restless {
                         self.index.note(number, restless);
@@ -127,10 +128,7 @@ impl Round<'_> {
                     self.rate_late(slow, watched, &measured, &sample);
                 }
                 Known::Later => {
-                    self.pairs
-                        .get_mut(number as usize)
-                        .into_iter()
-                        .for_each(|pair| pair.due = Some(sample.validity.to));
+                    pair.due = Some(sample.validity.to);
                     return false;
                 }
                 Known::Never => {}
@@ -177,12 +175,6 @@ fn nearest_alternatives(
         Some(newest) => (nearest, faster.nearest_alternative(newest.value, known, nearest.value)),
         None => (nearest, known),
     }
-}
-
-/// The value beside an output, with the best guess as its middle where the trend goes by noise.
-#[inline]
-fn guessed(pair: &Residual, other: &WatchedWay, known: Measured, moment: Validity) -> Measured {
-    if pair.trend.goes_by_noise() { known.with_guess(other.guess(moment)) } else { known }
 }
 
 /// Inserts in ascending order, so that it does not matter which pair began to wait first.

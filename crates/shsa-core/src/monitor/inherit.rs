@@ -64,6 +64,7 @@ impl Monitor {
             way.outputs = old.outputs;
             way.outputs.make_room(capacity);
             way.measured = old.measured;
+            way.observed = way.observed.and(old.observed);
             way.late.extend(old.late.iter().take(way.late.capacity()));
             Some(WayIndex(u32::try_from(at).unwrap_or(u32::MAX)))
         };

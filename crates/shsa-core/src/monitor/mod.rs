@@ -185,7 +185,7 @@ impl Monitor {
         for (index, validity) in pending.drain(..) {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
             if way.late.is_empty() {
-                match way.computation.evaluate_settled(ports, validity) {
+                match way.evaluate(ports, validity) {
                     Settled::Value(sample) => way.take(index, sample, fresh),
                     Settled::Later(_) if way.late.capacity() > 0 => {
                         way.late.push_back(validity);
@@ -215,7 +215,7 @@ impl Monitor {
         for index in resumed.drain(..) {
             let Some(way) = ways.get_mut(index.0 as usize) else { continue };
             while let Some(&moment) = way.late.front() {
-                match way.computation.evaluate_settled(ports, moment) {
+                match way.evaluate(ports, moment) {
                     Settled::Value(sample) => way.take(index, sample, fresh),
                     Settled::Later(_) => break,
                     Settled::Nothing => {}

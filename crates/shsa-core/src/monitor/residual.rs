@@ -1,7 +1,9 @@
 //! Residuals: two ways of knowing the same variable, and their recent comparisons.
 
+use super::WatchedWay;
 use super::trend::{Measured, Tendency, Trend};
 use super::window::{ResidualState, Window};
+use crate::alignment::Known;
 use crate::interval::Interval;
 use crate::knowledge::SignalSet;
 use crate::time::{Span, Time, Validity};
@@ -35,6 +37,9 @@ pub struct Residual {
     pub signals: SignalSet,
     /// Whether a way is an inverse with several branches: it agrees barely also where nothing is wrong.
     pub has_branches: bool,
+    /// Whether the trend goes by noise, so that outputs are compared with the line between both neighbours of the faster way: a
+    /// comparison waits for the later one.
+    pub(super) is_of_lines: bool,
     /// The recent comparisons.
     pub window: Window,
     /// The trend over many comparisons.
@@ -64,6 +69,36 @@ pub(super) struct ResidualRecord {
 }
 
 impl Residual {
+    /// The faster way's value beside an output of the slower one; see [`WatchedWay::beside`].
+    #[inline]
+    pub(super) fn beside(&self, slower: &WatchedWay, faster: &WatchedWay, moment: Validity) -> Known {
+        if self.is_of_lines && faster.ends_before(moment) {
+            return Known::Later;
+        }
+        faster.beside(slower, moment)
+    }
+
+    /// The value beside an output, with the best guess as its middle where the trend goes by noise. Where nothing can be guessed, the
+    /// difference is zero.
+    #[inline]
+    pub(super) fn guessed(
+        &self,
+        slower: &WatchedWay,
+        faster: &WatchedWay,
+        output: &Measured,
+        known: Measured,
+        moment: Validity,
+    ) -> Measured {
+        if !self.is_of_lines {
+            return known;
+        }
+        if slower.lags() || faster.lags() {
+            return known.with_guess(output.middle());
+        }
+        let deviation = self.trend.deviation(0.5 * (output.width() + known.width()));
+        known.with_guess(faster.guess(output, moment, deviation))
+    }
+
     /// Takes in a comparison.
     // Called with every comparison from two places: `inline` alone would not inline it.
     #[inline(always)]
@@ -152,6 +187,19 @@ impl Residual {
         match self.window.residual_state(now) {
             ResidualState::Conflict => self.window.recurs_since(),
             _ => self.onset(now),
+        }
+    }
+
+    /// The sum over time of the differences that disagreed, and of their tolerances: SI times seconds.
+    #[must_use]
+    pub fn moved(&self) -> [f64; 2] {
+        [self.moved.0, self.moved.1]
+    }
+
+    /// Goes on from remembered sums; numbers that are impossible are ignored.
+    pub(super) fn recall_moved(&mut self, [sum, tolerance]: [f64; 2]) {
+        if sum.is_finite() && tolerance.is_finite() {
+            self.moved = (sum, tolerance);
         }
     }
 

@@ -2,14 +2,18 @@
 
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
-use crate::alignment::{Acceptance, History, Known, Reach, Sample};
+use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
-use crate::computation::Computation;
+use crate::computation::{Computation, Settled};
 use crate::interval::Interval;
-use crate::knowledge::{SignalId, SignalSet, VariableId};
+use crate::knowledge::{IdVec, SignalId, SignalSet, VariableId};
 use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
+
+/// A line's bulge by white noise of deviation 1, at three deviations: that of a second difference is the root of 6, and an eighth of
+/// it is the bulge.
+const BULGE_OF_NOISE: f64 = 3.0 * 2.449_489_742_783_178 / 8.0;
 
 /// A way of knowing under watch, with its recent outputs.
 #[derive(Debug)]
@@ -37,6 +41,8 @@ pub struct WatchedWay {
     pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
     pub(super) constant: Option<Interval>,
+    /// The number of outputs in a row, the newest last, at whose moments all inputs were observed; `None` where no trend asks.
+    pub(super) observed: Option<usize>,
     /// Pairs that compare when this way delivers.
     pub(super) triggers: Vec<u32>,
     /// Moments at which the way is evaluated once all its inputs are known there, oldest first.
@@ -168,13 +174,57 @@ impl WatchedWay {
         }
     }
 
-    /// The best guess of the value at a moment between outputs, for statistics.
-    #[must_use]
-    pub fn guess(&self, moment: Validity) -> Option<f64> {
-        if self.turn.is_some() || self.constant.is_some() || self.mean_over() > Span::ZERO {
-            return None;
+    /// Whether values between its outputs lie near a line: outputs are values of moments, and none stands until the next one.
+    pub(super) fn is_of_lines(&self) -> bool {
+        self.is_of_moments && !self.reach.stands && self.mean_over() == Span::ZERO
+    }
+
+    /// Evaluates at a moment; see [`Computation::evaluate_settled`].
+    #[inline]
+    pub(super) fn evaluate(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) -> Settled {
+        let settled = self.computation.evaluate_settled(ports, moment);
+        if self.observed.is_some() && matches!(settled, Settled::Value(_)) {
+            self.note_lag(ports, moment);
         }
-        self.outputs.line_at(moment.centre())
+        settled
+    }
+
+    /// Notes whether all inputs of the newest output were observed at its moment.
+    #[inline(never)]
+    fn note_lag(&mut self, ports: &IdVec<SignalId, Port>, moment: Validity) {
+        let lags = self.computation.lags(ports, moment);
+        self.observed = self.observed.map(|count| if lags { 0 } else { count.saturating_add(1) });
+    }
+
+    /// Whether the middles of its outputs lag, as an input was not observed at the moment of one of them.
+    pub(super) fn lags(&self) -> bool {
+        self.observed.is_some_and(|count| count < self.outputs.len())
+    }
+
+    /// Whether no output after a moment is known.
+    pub(super) fn ends_before(&self, moment: Validity) -> bool {
+        self.outputs.newest(0).is_none_or(|newest| newest.validity.centre() < moment.centre())
+    }
+
+    /// The line between the two outputs around a moment, in the turn of the value beside it, where outputs are values of moments
+    /// and the two are not too far apart.
+    #[must_use]
+    pub fn line(&self, moment: Validity, beside: Interval) -> Option<Line> {
+        let line = self.outputs.line_at(moment.centre()).filter(|line| line.gap <= self.max_gap())?;
+        let value = self.in_turn(Interval::point(line.value), beside).midpoint();
+        self.is_of_lines().then_some(Line { value, ..line })
+    }
+
+    /// The best guess of the value at the moment of another way's output, for statistics: on the line between both neighbours, and
+    /// as near to that output as the line leaves open. Open is what the value changes within the errors of time, and how far it
+    /// curves beyond noise of this deviation (SI). Without neighbours, everything is open.
+    pub(super) fn guess(&self, output: &Measured, moment: Validity, deviation: f64) -> f64 {
+        let Some(line) = self.line(moment, output.value) else { return output.middle() };
+        let late = Span(moment.length().0 / 2) + self.time_error();
+        let curved = (line.bulge - BULGE_OF_NOISE * deviation).max(0.0);
+        // What is usual may come from one end of the errors of time, and this value from the other.
+        let open = 2.0 * line.slope.abs() * late.seconds() + curved;
+        line.value + (output.middle() - line.value).clamp(-open, open)
     }
 
     /// The value of the present outputs at a moment, without waiting for more, and whether the value is certain.

@@ -38,6 +38,7 @@ mod thesis_monitor;
 mod detectors;
 mod watch;
 mod power;
+mod noise;
 mod trust;
 mod many;
 

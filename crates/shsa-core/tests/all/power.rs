@@ -49,6 +49,34 @@ fn fault() -> impl Strategy<Value = f64> {
     prop_oneof![-40.0..-6.0_f64, 6.0..40.0_f64]
 }
 
+/// A level, and two sensors of how fast it rises.
+fn level_and_rates() -> KnowledgeBase {
+    let signal = |(name, variable, error): (&str, &str, &str)| SignalDraft {
+        name: text(name),
+        variable: Some(text(variable)),
+        rate: Some(text("10 Hz")),
+        value_error: Some(Bounds::One(text(error))),
+        ..SignalDraft::default()
+    };
+    let variable = |name| VariableDraft { name: text(name), ..VariableDraft::default() };
+    let rising = RelationDraft {
+        directions: Some(vec![text("rise")]),
+        error: Some(Bounds::One(text("0.1"))),
+        ..RelationDraft::new(text("rising"), BodyDraft::Equation(text("rise = derivative(level, 1 s)")))
+    };
+    let (knowledge, problems) = build(&Draft {
+        variables: ["level", "rise"].map(variable).into(),
+        relations: vec![rising],
+        signals: [("float", "level", "0.02"), ("in", "rise", "0.05"), ("out", "rise", "0.05")]
+            .map(signal)
+            .into(),
+        ..Draft::default()
+    });
+    let errors: Vec<_> = problems.iter().filter(|it| format!("{it:?}").contains("Error")).collect();
+    assert!(errors.is_empty(), "{errors:?}");
+    knowledge
+}
+
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(256))]
 
@@ -91,6 +119,30 @@ proptest! {
         prop_assert_eq!(run.events(EventKind::Failed).len(), 0);
         let accused: Vec<usize> = run.accused().into_iter().map(Id::index).collect();
         prop_assert_eq!(accused, vec![0, 1]);
+    }
+
+    /// A level that has jumped, as its rates say, is off until it jumps back, also for a program that was restarted meanwhile.
+    #[test]
+    fn rates_that_agree_do_not_restore_a_level_after_a_restart(
+        jump in prop_oneof![-40.0..-3.0_f64, 3.0..40.0_f64],
+        pace in -1.0..1.0_f64,
+        at in prop::option::of(36..56_i64),
+    ) {
+        let mut run = Run::new(level_and_rates());
+        for step in 0..1_100_i64 {
+            let (now, seconds) = (step * 100_000_000, step as f64 * 0.1);
+            run.pass(now);
+            if at.is_some_and(|at| step == 10 * at) {
+                run.restart(level_and_rates(), now);
+            }
+            let off = if (300..600).contains(&step) { jump } else { 0.0 };
+            run.give(0, now, now, 50.0 + pace * seconds + off);
+            run.give(1, now, now, pace);
+            run.give(2, now, now, pace);
+        }
+        prop_assert_eq!(run.events(EventKind::Failed).len(), 1);
+        let restored: Vec<_> = run.events(EventKind::Restored).iter().map(|event| event.time.0 / 1_000_000_000).collect();
+        prop_assert!(matches!(restored[..], [at] if at >= 60), "{:?}", restored);
     }
 }
 

@@ -71,7 +71,7 @@ impl Run {
         self.outputs.extend(core::iter::from_fn(|| self.engine.poll()));
     }
 
-    fn restart(&mut self, knowledge: KnowledgeBase, now: i64) {
+    pub(crate) fn restart(&mut self, knowledge: KnowledgeBase, now: i64) {
         let snapshot = self.engine.snapshot();
         self.engine = Engine::new(knowledge, Options::default());
         self.engine.restore(&snapshot, Time(now));

@@ -109,12 +109,12 @@ impl Watched {
                 Known::Never => None,
                 Known::Value(known) => {
                     let known = slow.in_turn(known, sample.value);
-                    let guess = other.guess(sample.validity);
+                    let line = other.line(sample.validity, sample.value);
                     Some(Comparison {
                         received: now,
                         validity: sample.validity,
                         value: sample.value.midpoint(),
-                        known: guess.unwrap_or(known.midpoint()),
+                        known: line.map_or(known.midpoint(), |line| line.value),
                         width: sample.value.width() + known.width(),
                     })
                 }

@@ -20,8 +20,8 @@ impl Measured {
     }
 
     /// The same bounds with another best guess as the middle.
-    pub(in super::super) fn with_guess(self, guess: Option<f64>) -> Measured {
-        Measured { middle: guess.unwrap_or(self.middle), ..self }
+    pub(in super::super) fn with_guess(self, guess: f64) -> Measured {
+        Measured { middle: guess, ..self }
     }
 
     /// The value with a margin on both sides; the middle stays.

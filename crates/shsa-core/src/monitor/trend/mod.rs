@@ -148,9 +148,13 @@ impl Trend {
         *self = Trend::empty(self.options, self.noise);
     }
 
-    /// Whether the trend goes by known noise, and so by the best guess of both values.
-    pub(super) fn goes_by_noise(&self) -> bool {
-        matches!(self.noise, Noise::Known(_))
+    /// The largest deviation of the differences by declared noise, SI; 0 where no noise is declared.
+    pub(super) fn deviation(&self, tolerance: f64) -> f64 {
+        match self.noise {
+            Noise::Known(deviation) => deviation,
+            Noise::Declared(share) => share * tolerance,
+            Noise::Unknown => 0.0,
+        }
     }
 
     /// Takes in a comparison.
