@@ -19,7 +19,7 @@ impl Formula {
     pub fn bounds(&self, range: Range<'_>) -> Interval {
         let below: Vec<Interval> = self.arguments().iter().map(|argument| argument.bounds(range)).collect();
         match (self.operation(), below.as_slice()) {
-            (Operation::Constant(constant), _) => constant.bounds,
+            (Operation::Constant(constant) | Operation::Known(_, constant), _) => constant.bounds,
             (Operation::Symbol(symbol) | Operation::Previous(symbol), _) => {
                 range(symbol).unwrap_or(Interval::ENTIRE)
             }
@@ -27,7 +27,7 @@ impl Formula {
             (Operation::Binary(binary), [left, right]) => left.binary(binary, *right),
             (Operation::Within(bounds), [of]) => of.intersection(bounds.bounds),
             (Operation::Table, [of, ..]) => Curve::new(&self.points()).over(*of),
-            (Operation::Reduce(Reduction::OneOf), [of]) => *of,
+            (Operation::Reduce(Reduction::Either | Reduction::OneOf), [of]) => *of,
             (Operation::List, all) => all.iter().copied().fold(Interval::EMPTY, Interval::hull),
             (Operation::Held(_) | Operation::Answered(_), _) => Interval::new(0.0, 1.0),
             (Operation::Select, [_, then, other]) => Interval::hull(*then, *other),

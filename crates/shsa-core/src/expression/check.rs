@@ -15,7 +15,7 @@ use super::parser::MAX_DEPTH;
 use super::problem::Problem;
 use super::simplify::simplified;
 use super::syntax::{Expr, Function, Node};
-use super::{Kind, Scope};
+use super::{Kind, Scope, Symbol};
 use crate::interval::Interval;
 use crate::time::Span;
 use crate::unit::{Dimension, Unit, nearest};
@@ -51,6 +51,9 @@ pub(super) struct Call {
     pub(super) place: Option<Range<usize>>,
     pub(super) parameters: Vec<(String, Typed)>,
 }
+
+/// A parameter of a function that is checked by itself.
+pub(super) const PARAMETER: Symbol = Symbol(u32::MAX);
 
 /// The largest number of visited and copied nodes for the expansion of all functions.
 const MAX_WORK: usize = 10 * MAX_NODES;
@@ -226,7 +229,11 @@ impl<'a> Checker<'a> {
     fn variable(&mut self, span: &Range<usize>, name: &str) -> Option<Typed> {
         let Some(symbol) = self.scope.symbol(name) else { return self.unknown_name(span, name) };
         let Kind { shape, unit, constant, .. } = self.scope.kind(symbol);
-        let formula = constant.map_or_else(|| Formula::symbol(symbol, shape), Formula::constant);
+        let formula = match constant {
+            None => Formula::symbol(symbol, shape),
+            Some(constant) if constant.is_certain() || constant.is(0.0) => Formula::constant(constant),
+            Some(constant) => Formula::node(Operation::Known(symbol, constant), Vec::new()),
+        };
         let is_point = unit.as_ref().is_some_and(Unit::is_affine);
         let typed = Typed::of(formula, Measure::of(unit.map(|unit| unit.dimension)));
         Some(if is_point { typed.weighing(Weight::POINT) } else { typed })
@@ -332,7 +339,7 @@ impl<'a> Checker<'a> {
     /// Checks that an expression is a constant number.
     pub(super) fn constant(&mut self, what: &str, expression: &Expr) -> Option<(Constant, Typed)> {
         let typed = self.scalar(what, expression)?;
-        if let Some(constant) = simplified(typed.formula.clone()).as_constant() {
+        if let Some(constant) = simplified(typed.formula.with_loose_constants()).as_constant() {
             return Some((constant, typed));
         }
         self.error(&expression.span, format!("{what} takes a constant"), "variables are not allowed here");

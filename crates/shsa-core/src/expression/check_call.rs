@@ -9,7 +9,7 @@ use core::ops::Range;
 
 use super::affine::Weight;
 use super::builtin::{self, Builtin};
-use super::check::{Checker, Operand, Typed};
+use super::check::{Checker, Operand, PARAMETER, Typed};
 use super::check_time;
 use super::formula::{Formula, whole_power};
 use super::measure::{ANGLE, Measure, PLAIN};
@@ -167,7 +167,10 @@ impl<'a> Checker<'a> {
             measures.reduce(|left, right| self.common(span, name, left, right)).unwrap_or(Measure::Unknown);
         let weight = self.reduced(span, name, how, &typed, arguments);
         let measure = if how == Reduction::Count { PLAIN } else { common };
-        let formula = of_list(how, typed.into_iter().map(|typed| typed.formula).collect());
+        let formulas: Vec<Formula> = typed.into_iter().map(|typed| typed.formula).collect();
+        let range = |symbol| if symbol == PARAMETER { None } else { self.scope.kind(symbol).range };
+        let may_lack = how.passes_over() && formulas.iter().any(|formula| formula.may_lack(&range));
+        let formula = if may_lack { reduced(how, formulas) } else { of_list(how, formulas) };
         Some(self.made(span, formula, measure)?.weighing(weight))
     }
 
@@ -325,6 +328,11 @@ fn reduction(function: Builtin) -> Option<Reduction> {
     })
 }
 
+/// A reduction of listed numbers, of which some may have no value.
+fn reduced(how: Reduction, formulas: Vec<Formula>) -> Formula {
+    Formula::node(Operation::Reduce(how), vec![Formula::node(Operation::List, formulas)])
+}
+
 /// A reduction of listed numbers; plain arithmetic where possible, so that it can be solved.
 fn of_list(how: Reduction, formulas: Vec<Formula>) -> Formula {
     let count = formulas.len() as f64;
@@ -341,9 +349,7 @@ fn of_list(how: Reduction, formulas: Vec<Formula>) -> Formula {
             let squares = formulas.into_iter().map(|formula| whole_power(formula, 2)).collect();
             Formula::unary(Unary::Sqrt, chain(Binary::Add, squares))
         }
-        Reduction::Median | Reduction::Count | Reduction::Either | Reduction::OneOf => {
-            Formula::node(Operation::Reduce(how), vec![Formula::node(Operation::List, formulas)])
-        }
+        Reduction::Median | Reduction::Count | Reduction::Either | Reduction::OneOf => reduced(how, formulas),
     }
 }
 

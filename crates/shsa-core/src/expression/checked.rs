@@ -1,13 +1,13 @@
 //! Checked formulas, equations and functions of the model, with their problems.
 
+use super::Scope;
 use super::affine::Weight;
-use super::check::{Call, Checker, Operand, Typed};
+use super::check::{Call, Checker, Operand, PARAMETER, Typed};
 use super::formula::{Formula, Shape};
 use super::measure::Measure;
 use super::problem::{Problem, Severity};
 use super::simplify::simplified;
 use super::syntax::{Equation, Expr, Function};
-use super::{Scope, Symbol};
 use crate::unit::Dimension;
 use alloc::vec::Vec;
 
@@ -81,7 +81,7 @@ pub fn check_equation(equation: &Equation, scope: &dyn Scope) -> CheckedEquation
 pub fn check_function(function: &Function, scope: &dyn Scope) -> Vec<Problem> {
     let with = |shape| {
         let mut checker = Checker::new(scope);
-        let parameter = Typed::of(Formula::symbol(Symbol(u32::MAX), shape), Measure::Unknown);
+        let parameter = Typed::of(Formula::symbol(PARAMETER, shape), Measure::Unknown);
         let parameters = function.parameters.iter().map(|name| (name.clone(), parameter.clone())).collect();
         checker.calls.push(Call { function: function.name.clone(), place: None, parameters });
         checker.resolve(&function.body);

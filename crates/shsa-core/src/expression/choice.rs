@@ -1,9 +1,9 @@
 //! The values of which the output of a program is one.
 
-use super::evaluate::State;
 use super::number::Number;
 use super::operation::{Operation, Reduction};
 use super::program::Program;
+use super::state::State;
 
 impl Program {
     /// The values of which the output is one, as of the last evaluation: those of `one_of` and of several inverses, some of which may

@@ -1,6 +1,6 @@
 //! Compiles formulas to a flat program; equal terms share a register.
 
-use alloc::collections::BTreeMap;
+use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::vec::Vec;
 
@@ -10,8 +10,9 @@ use super::formula::{Formula, Shape};
 use super::operation::Operation;
 use super::problem::Problem;
 use super::program::{
-    Assignment, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained,
+    Assignment, Examined, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained,
 };
+use super::tape::Tape;
 
 impl Program {
     /// Compiles assignments, each of which may use the variables of earlier ones; the last one is the output.
@@ -31,6 +32,8 @@ struct Compiler {
     program: Program,
     /// The registers that hold the values of operations on registers.
     known: BTreeMap<(Operation, Vec<Register>), Register>,
+    /// The registers of the formulas that were asked whether they are to be examined.
+    asked: BTreeSet<u32>,
     /// All variables that the program computes, and those computed so far.
     outputs: Vec<Symbol>,
     assigned: BTreeMap<Symbol, Register>,
@@ -55,9 +58,17 @@ impl Compiler {
             vector_count: 0,
             truth_count: 0,
             longest_list: 0,
+            examined: Vec::new(),
+            is_weighed: false,
         };
         let outputs = assignments.iter().map(|assignment| assignment.symbol).collect();
-        Compiler { program, known: BTreeMap::new(), outputs, assigned: BTreeMap::new() }
+        Compiler {
+            program,
+            known: BTreeMap::new(),
+            asked: BTreeSet::new(),
+            outputs,
+            assigned: BTreeMap::new(),
+        }
     }
 
     fn compile(mut self, assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
@@ -69,6 +80,7 @@ impl Compiler {
             if matches!(register, Register::Truth(_)) {
                 return Err(refused("a program computes true or false, not a value"));
             }
+            self.examine(formula, register)?;
             self.assigned.insert(*symbol, register);
             self.program.output = register;
             if let Some(condition) = condition {
@@ -83,6 +95,22 @@ impl Compiler {
         }
     }
 
+    /// Notes a formula over which interval arithmetic may overestimate, and that is therefore examined.
+    fn examine(&mut self, formula: &Formula, result: Register) -> Result<(), Problem> {
+        let Register::Scalar(result) = result else { return Ok(()) };
+        if !self.asked.insert(result) {
+            return Ok(());
+        }
+        let tape = Tape::of(formula, &mut |term| match self.formula(term)? {
+            Register::Scalar(place) => Ok(Some(place)),
+            _ => Ok(None),
+        })?;
+        if let Some(tape) = tape {
+            self.program.examined.push(Examined { tape, after: self.program.instructions.len(), result });
+        }
+        Ok(())
+    }
+
     /// The register that holds the formula's value.
     fn formula(&mut self, formula: &Formula) -> Result<Register, Problem> {
         match formula.operation() {
@@ -95,6 +123,7 @@ impl Compiler {
         if let Some(register) = self.known.get(&key) {
             return Ok(*register);
         }
+        self.program.is_weighed |= formula.weighs_arguments();
         let register = self.register(formula.shape());
         self.emit(key.0, &key.1, register)?;
         self.known.insert(key, register);
@@ -107,9 +136,20 @@ impl Compiler {
             && let Some(of) = formula.arguments().first()
         {
             let (first, count) = self.points(&formula.points());
-            return Ok(Vec::from([self.formula(of)?, Register::Scalar(first), Register::Scalar(count)]));
+            let register = self.formula(of)?;
+            self.examine(of, register)?;
+            return Ok(Vec::from([register, Register::Scalar(first), Register::Scalar(count)]));
         }
-        formula.arguments().iter().map(|argument| self.formula(argument)).collect()
+        // What a tape goes through is examined as a whole, the arguments of all else by themselves.
+        let is_step = matches!(formula.operation(), Operation::Unary(_) | Operation::Binary(_));
+        let register = |argument| {
+            let register = self.formula(argument)?;
+            if !is_step {
+                self.examine(argument, register)?;
+            }
+            Ok(register)
+        };
+        formula.arguments().iter().map(register).collect()
     }
 
     /// Where these points stand; equal ones are kept once.
@@ -138,7 +178,7 @@ impl Compiler {
             *operand = *argument;
         }
         match (operation, result) {
-            (Operation::Constant(constant), Register::Scalar(place)) => {
+            (Operation::Constant(constant) | Operation::Known(_, constant), Register::Scalar(place)) => {
                 self.program.constants.push((place, constant));
                 return Ok(());
             }

@@ -61,6 +61,14 @@ impl<'p> Curve<'p> {
         values.fold(Interval::EMPTY, Interval::hull)
     }
 
+    /// The arguments from the first to the last point.
+    pub(super) fn domain(&self) -> Interval {
+        let (first, last) = (self.points.first(), self.points.last());
+        first
+            .zip(last)
+            .map_or(Interval::EMPTY, |(first, last)| Interval::hull(first.at.bounds, last.at.bounds))
+    }
+
     /// The points of the lines that an interval reaches.
     fn reached(&self, at: Interval) -> Range<usize> {
         if at.is_empty() {

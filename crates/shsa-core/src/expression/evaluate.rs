@@ -1,15 +1,18 @@
 //! Evaluates programs without allocation, in a time bounded by the program's size and the longest vector.
 
 use alloc::vec;
-use alloc::vec::Vec;
+use core::ops::Range;
 
-use super::history::{History, Recalled, elapsed, middle};
+use super::extremes::Workspace;
+use super::history::{History, elapsed, middle};
 use super::number::Number;
-use super::operation::{Binary, Operation, Reduction, Unary};
+use super::operation::Operation;
+use super::presence::Presences;
 use super::program::{Instruction, Program, Register};
 use super::registers::{Operand, Vectors, each, each_two, get, set};
+use super::state::{Moment, State};
 use crate::interval::Truth;
-use crate::time::{Time, Validity};
+use crate::time::Validity;
 
 /// An input or output of a program. A vector without elements counts as missing.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -50,60 +53,6 @@ pub struct Outcome<'a, N> {
     pub valid: Validity,
 }
 
-/// The memory and the registers of a program; made by [`Program::new_state`].
-#[derive(Clone, Debug)]
-pub struct State<N> {
-    scalars: Vec<N>,
-    truths: Vec<Truth>,
-    vectors: Vectors<N>,
-    histories: Vec<History<N>>,
-    /// Working memory for medians: two numbers per element.
-    scratch: Vec<f64>,
-    max_vector_len: usize,
-    last: Option<Validity>,
-}
-
-impl<N> State<N> {
-    /// Makes room for vectors of this length, and keeps the contents. Allocates only when they are longer than all before, for
-    /// the next power of two then.
-    pub fn make_room(&mut self, vector_len: usize)
-    where
-        N: Number,
-    {
-        if vector_len > self.max_vector_len {
-            self.max_vector_len = vector_len.checked_next_power_of_two().unwrap_or(vector_len);
-            self.vectors.widen(self.max_vector_len);
-            self.scratch.resize(self.vectors.stride.saturating_mul(2), 0.0);
-        }
-    }
-
-    /// Forgets all earlier evaluations, like a new state.
-    pub fn reset(&mut self, program: &Program)
-    where
-        N: Number,
-    {
-        self.last = None;
-        for history in &mut self.histories {
-            history.clear();
-        }
-        for retained in &program.retained {
-            match retained.kept {
-                Register::Scalar(place) => set(&mut self.scalars, place, N::MISSING),
-                Register::Vector(place) => self.vectors.set_length(place, 0),
-                Register::Truth(_) => {}
-            }
-        }
-    }
-}
-
-/// The times of an evaluation.
-#[derive(Clone, Copy)]
-struct Moment {
-    at: Validity,
-    is_new: bool,
-    since: Time,
-}
-
 impl Program {
     /// A new state, allocated once: for vectors of up to `max_vector_len` elements (longer ones count as missing) and up to
     /// `max_rate` evaluations a second (of more, the time operators skip some).
@@ -123,6 +72,12 @@ impl Program {
             scratch: vec![0.0; stride.saturating_mul(2)],
             max_vector_len,
             last: None,
+            presences: if N::IS_INTERVAL { Presences::new(self, stride) } else { Presences::default() },
+            workspace: if N::IS_INTERVAL {
+                Workspace::new(self.examined.iter().map(|examined| &examined.tape))
+            } else {
+                Workspace::default()
+            },
         };
         for (place, constant) in &self.constants {
             set(&mut state.scalars, *place, N::constant(*constant));
@@ -155,19 +110,48 @@ impl Program {
         self.load(state, inputs);
         let since = if self.takes_previous() { previous_at } else { state.last };
         self.load_elapsed(state, since, at);
-        for instruction in &self.instructions {
-            self.execute(state, instruction, &mut moment);
-        }
+        self.run(state, &mut moment);
         if is_new {
             self.retained.iter().for_each(|retained| state.copy(retained.current, retained.kept));
             state.last = Some(at);
         }
-        let is_allowed = self.conditions.iter().all(|condition| match condition {
-            Register::Truth(place) => get(&state.truths, *place, Truth::Unknown).is_true(),
-            _ => false,
-        });
+        let has_output = !self.is_weighed || !N::IS_INTERVAL || state.has_output(self.output);
+        let is_allowed = has_output
+            && self.conditions.iter().all(|condition| match condition {
+                Register::Truth(place) => get(&state.truths, *place, Truth::Unknown).is_true(),
+                _ => false,
+            });
         let valid = Validity { from: moment.since.min(at.from), to: at.to };
         Outcome { value: self.output(state, is_allowed), valid }
+    }
+
+    /// Executes all instructions; examines the formulas that are to be examined as soon as their values are known.
+    fn run<N: Number>(&self, state: &mut State<N>, moment: &mut Moment) {
+        let mut done = 0;
+        if N::IS_INTERVAL {
+            for examined in &self.examined {
+                self.execute_all(state, done..examined.after, moment);
+                state.examine(examined);
+                done = examined.after;
+            }
+        }
+        self.execute_all(state, done..self.instructions.len(), moment);
+    }
+
+    fn execute_all<N: Number>(&self, state: &mut State<N>, range: Range<usize>, moment: &mut Moment) {
+        let instructions = self.instructions.get(range).unwrap_or(&[]);
+        if N::IS_INTERVAL && self.is_weighed {
+            for instruction in instructions {
+                let hidden = state.hide(instruction);
+                self.execute(state, instruction, moment);
+                state.show(instruction, hidden);
+                state.weigh(self, instruction, moment);
+            }
+            return;
+        }
+        for instruction in instructions {
+            self.execute(state, instruction, moment);
+        }
     }
 
     fn load<N: Number>(&self, state: &mut State<N>, inputs: &[Value<'_, N>]) {
@@ -288,113 +272,4 @@ impl Program {
             _ => 0,
         });
     }
-}
-
-impl<N: Number> State<N> {
-    fn scalar(&self, register: Register) -> N {
-        match register {
-            Register::Scalar(place) => get(&self.scalars, place, N::MISSING),
-            _ => N::MISSING,
-        }
-    }
-
-    fn truth(&self, register: Register) -> Truth {
-        match register {
-            Register::Truth(place) => get(&self.truths, place, Truth::Unknown),
-            _ => Truth::Unknown,
-        }
-    }
-
-    pub(super) fn vector(&self, register: Register) -> &[N] {
-        match register {
-            Register::Vector(place) => self.vectors.get(place),
-            _ => &[],
-        }
-    }
-
-    fn copy(&mut self, from: Register, to: Register) {
-        match (from, to) {
-            (Register::Scalar(_), Register::Scalar(place)) => {
-                let number = self.scalar(from);
-                set(&mut self.scalars, place, number);
-            }
-            (Register::Vector(from), Register::Vector(to)) => self.vectors.copy(from, to),
-            _ => {}
-        }
-    }
-
-    fn truth_of(&self, operation: Operation, first: Register, second: Register) -> Truth {
-        match operation {
-            Operation::Compare(comparison) => self.scalar(first).compare(comparison, self.scalar(second)),
-            Operation::And => self.truth(first).and(self.truth(second)),
-            Operation::Or => self.truth(first).or(self.truth(second)),
-            Operation::Not => !self.truth(first),
-            _ => Truth::Unknown,
-        }
-    }
-
-    fn select(&self, condition: Register, then: Register, other: Register) -> N {
-        match self.truth(condition) {
-            Truth::True => self.scalar(then),
-            Truth::False => self.scalar(other),
-            Truth::Unknown => self.scalar(then).hull(self.scalar(other)),
-        }
-    }
-
-    /// The element at an index, rounded down; for an interval of indices the hull of the possible elements.
-    fn element(&self, vector: Register, index: Register) -> N {
-        let (vector, index) = (self.vector(vector), self.scalar(index).bounds());
-        if index.is_empty() || index.hi() < 0.0 {
-            return N::MISSING;
-        }
-        let (first, last) = (libm::floor(index.lo()), libm::floor(index.hi()));
-        if first < 0.0 || last >= vector.len() as f64 {
-            return N::MISSING;
-        }
-        let elements = vector.get(first as usize..=last as usize).unwrap_or(&[]).iter().copied();
-        elements.reduce(N::hull).unwrap_or(N::MISSING)
-    }
-
-    fn recall(&mut self, argument: Register, memory: Register, moment: &mut Moment) -> N {
-        let (value, Register::Scalar(memory)) = (self.scalar(argument).admitted(), memory) else {
-            return N::MISSING;
-        };
-        let Some(history) = self.histories.get_mut(memory as usize) else { return N::MISSING };
-        let Recalled { value, since } = history.recall(value, moment.at, moment.is_new);
-        moment.since = since.unwrap_or(moment.since).min(moment.since);
-        value
-    }
-
-    fn reduce(&mut self, reduction: Reduction, vector: Register) -> N {
-        let Register::Vector(place) = vector else { return N::MISSING };
-        let numbers = self.vectors.get(place);
-        if numbers.is_empty() {
-            return N::MISSING;
-        }
-        let present = numbers.iter().copied().filter(|number| !number.is_missing());
-        let folded = |binary| {
-            present.clone().reduce(|left: N, right| left.binary(binary, right)).unwrap_or(N::MISSING)
-        };
-        let all = |numbers: &[N], of: fn(N) -> N| {
-            numbers.iter().map(|number| of(*number)).reduce(plus).unwrap_or(N::MISSING)
-        };
-        match reduction {
-            Reduction::Min => folded(Binary::Min),
-            Reduction::Max => folded(Binary::Max),
-            Reduction::Sum => all(numbers, |number| number),
-            Reduction::Norm => all(numbers, |number| number.unary(Unary::Sqr)).unary(Unary::Sqrt),
-            Reduction::Mean => folded(Binary::Add).binary(Binary::Div, whole(present.clone().count())),
-            Reduction::Count => whole(present.clone().count()),
-            Reduction::Median => N::median(present, &mut self.scratch),
-            Reduction::Either | Reduction::OneOf => N::either_of(present),
-        }
-    }
-}
-
-fn plus<N: Number>(left: N, right: N) -> N {
-    left.binary(Binary::Add, right)
-}
-
-fn whole<N: Number>(count: usize) -> N {
-    N::constant(super::operation::Constant::exact(count as f64))
 }

@@ -187,9 +187,40 @@ impl Formula {
     #[must_use]
     pub fn as_constant(&self) -> Option<Constant> {
         match self.operation {
-            Operation::Constant(constant) => Some(constant),
+            Operation::Constant(constant) | Operation::Known(_, constant) => Some(constant),
             _ => None,
         }
+    }
+
+    /// The formula with each place of a named constant as a number of its own.
+    pub(super) fn with_loose_constants(&self) -> Formula {
+        match self.operation {
+            Operation::Known(_, constant) => Formula::constant(constant),
+            _ => self.with_arguments(self.arguments.iter().map(Formula::with_loose_constants).collect()),
+        }
+    }
+
+    /// Whether it is a number without an uncertainty beyond rounding.
+    pub(super) fn is_certain(&self) -> bool {
+        self.as_constant().is_some_and(|constant| constant.is_certain() || constant.is(0.0))
+    }
+
+    /// Whether a variable or an uncertain constant occurs in both of two formulas.
+    #[must_use]
+    pub fn shares(&self, other: &Formula) -> bool {
+        let mut found = false;
+        self.visit(&mut |node| {
+            let is_shared = matches!(
+                node.operation,
+                Operation::Symbol(_) | Operation::Previous(_) | Operation::Known(..)
+            );
+            found |= is_shared && other.contains(node.operation);
+        });
+        found
+    }
+
+    fn contains(&self, operation: Operation) -> bool {
+        self.operation == operation || self.arguments.iter().any(|argument| argument.contains(operation))
     }
 
     /// Whether the formula is exactly this number.
@@ -256,7 +287,7 @@ impl Formula {
     pub(super) fn is_uncertain(&self) -> bool {
         let mut found = false;
         self.visit(&mut |node| {
-            found |= node.as_constant().is_some_and(|constant| !constant.is_certain() && !constant.is(0.0));
+            found |= matches!(node.operation, Operation::Constant(_)) && !node.is_certain();
             found |= node.operation == Operation::Reduce(Reduction::OneOf);
         });
         found

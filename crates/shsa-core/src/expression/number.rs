@@ -17,6 +17,9 @@ pub trait Number: Copy + Debug + PartialEq {
     /// No value.
     const MISSING: Self;
 
+    /// Whether it stands for all numbers between bounds.
+    const IS_INTERVAL: bool = false;
+
     /// The number for a constant of the formula.
     fn constant(constant: Constant) -> Self;
 
@@ -138,7 +141,7 @@ impl Number for f64 {
                 }
             }
             // pow(1, NaN) and pow(NaN, 0) are numbers
-            Binary::Pow if self.is_nan() || other.is_nan() || self < 0.0 => f64::NAN,
+            Binary::Pow if self.is_nan() || other.is_nan() => f64::NAN,
             Binary::Pow => libm::pow(self, other),
             // a zero has no sign here: only a number below zero is below the negative axis
             Binary::Atan2 | Binary::Bearing => {
@@ -219,6 +222,7 @@ fn root(radicand: f64, degree: i32) -> f64 {
 
 impl Number for Interval {
     const MISSING: Interval = Interval::EMPTY;
+    const IS_INTERVAL: bool = true;
 
     fn constant(constant: Constant) -> Interval {
         constant.bounds

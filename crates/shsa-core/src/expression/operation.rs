@@ -11,6 +11,8 @@ use crate::time::Span;
 pub enum Operation {
     /// A number in SI, possibly uncertain.
     Constant(Constant),
+    /// The value of a named constant that is uncertain, SI: one number in all its places.
+    Known(Symbol, Constant),
     /// `true` or `false`.
     Truth(bool),
     /// The value of a variable.
@@ -106,7 +108,7 @@ pub enum Binary {
     Mul,
     /// The quotient.
     Div,
-    /// A real power; the base is not negative.
+    /// A real power; of a negative base for whole exponents.
     Pow,
     /// The smaller one.
     Min,
@@ -152,6 +154,14 @@ pub enum Reduction {
     Either,
     /// The same of values of which one holds; they are told apart where they are compared.
     OneOf,
+}
+
+impl Reduction {
+    /// Whether it is a function of the elements that have a value.
+    #[must_use]
+    pub fn passes_over(self) -> bool {
+        !matches!(self, Reduction::Sum | Reduction::Norm)
+    }
 }
 
 /// A number in SI: a nominal value for plain numbers, and bounds for intervals.

@@ -6,6 +6,7 @@ use super::Symbol;
 use super::curve::{Curve, Point};
 use super::formula::Formula;
 use super::operation::{Constant, Operation, Reduction};
+use super::tape::Tape;
 use crate::time::Span;
 
 /// The largest program in operations.
@@ -66,6 +67,15 @@ pub(super) struct Retained {
     pub(super) seen: Register,
 }
 
+/// A formula whose value interval arithmetic may overestimate.
+#[derive(Clone, Debug, PartialEq)]
+pub(super) struct Examined {
+    pub(super) tape: Tape,
+    /// After how many instructions its value is known, and the scalar register that holds it.
+    pub(super) after: usize,
+    pub(super) result: u32,
+}
+
 pub(super) const NONE: Register = Register::Scalar(u32::MAX);
 
 /// Compiled assignments; independent of the kind of number.
@@ -93,6 +103,10 @@ pub struct Program {
     pub(super) vector_count: u32,
     pub(super) truth_count: u32,
     pub(super) longest_list: usize,
+    /// In the order of computation.
+    pub(super) examined: Vec<Examined>,
+    /// Whether a function passes over arguments that may have no value.
+    pub(super) is_weighed: bool,
 }
 
 impl Program {

@@ -29,6 +29,10 @@ pub(super) fn simplified(formula: Formula) -> Formula {
 
 /// The constant result of an operation on constants; `None` when there is none.
 fn folded(formula: &Formula) -> Option<Formula> {
+    // An operation on a named constant stays one, as the constant may occur in other places.
+    if formula.arguments().iter().any(|argument| matches!(argument.operation(), Operation::Known(..))) {
+        return None;
+    }
     let constants: Option<Vec<Constant>> = formula.arguments().iter().map(Formula::as_constant).collect();
     let constant = match (formula.operation(), constants?.as_slice()) {
         (Operation::Unary(unary), [of]) => joined(of.value.unary(unary), of.bounds.unary(unary)),
@@ -179,10 +183,11 @@ impl Sum {
                 self.add(right, minus)
             }
             (Operation::Unary(Unary::Neg), [of]) => self.add(of, minus),
-            (Operation::Binary(Binary::Mul), [left, right]) if left.as_constant().is_some() => {
+            // An uncertain factor of a sum is one number: each term of it would take its own.
+            (Operation::Binary(Binary::Mul), [left, right]) if left.is_certain() => {
                 self.add(right, computed(Binary::Mul, left.as_constant()?, factor)?)
             }
-            (Operation::Binary(Binary::Mul), [left, right]) if right.as_constant().is_some() => {
+            (Operation::Binary(Binary::Mul), [left, right]) if right.is_certain() => {
                 self.add(left, computed(Binary::Mul, right.as_constant()?, factor)?)
             }
             (Operation::Constant(constant), _) => {

@@ -58,11 +58,8 @@ pub fn solve(equation: &Equation, wanted: Symbol, scope: &dyn Scope) -> Result<F
         let message = "this cannot be solved for it: a vector of values would follow for one number";
         return Err(Problem::error(places().pop().unwrap_or(span), message));
     }
-    if solution.is_bounded() {
-        Ok(solution)
-    } else {
-        Err(Problem::error(span, "the solved formula is too large"))
-    }
+    let too_large = || Problem::error(span, "the solved formula is too large");
+    if solution.is_bounded() { Ok(solution) } else { Err(too_large()) }
 }
 
 /// Why an equation cannot be solved.
@@ -105,7 +102,7 @@ impl Solver<'_> {
             );
         }
         let solutions = pairs.map(|(lhs, rhs)| self.solve(lhs.clone(), rhs.clone()).map(simplified));
-        Ok(one_of(solutions.collect::<Result<Vec<Formula>, Obstacle>>()?))
+        solutions.collect::<Result<Vec<Formula>, Obstacle>>().map(one_of)
     }
 
     fn solve(&self, lhs: Formula, rhs: Formula) -> Result<Formula, Obstacle> {
@@ -149,7 +146,7 @@ impl Solver<'_> {
                 (Operation::Binary(binary), [other, of]) => self.of_right(binary, of, other, target)?,
                 (Operation::Table, [of, ..]) => self.of_table(side, of, target)?,
                 (Operation::Within(bounds), [_]) => Formula::node(Operation::Within(bounds), vec![target]),
-                _ => return blocked(operation),
+                _ => return blocked(side),
             };
             if !target.is_bounded() {
                 return obstacle(
@@ -254,8 +251,14 @@ impl Solver<'_> {
             Binary::Mul => Formula::binary(Binary::Div, target, other),
             Binary::Div => Formula::binary(Binary::Mul, target, other),
             Binary::Pow => {
-                let inverse = Formula::binary(Binary::Div, Formula::number(1.0), other);
-                Formula::binary(Binary::Pow, within(target, NOT_NEGATIVE), inverse)
+                // A negative base has powers where an exponent may be whole.
+                let is_signed = !other.is_certain() && self.bounds(of).lo() < 0.0;
+                let exponent = Formula::binary(Binary::Div, Formula::number(1.0), other);
+                let inverse = |target| Formula::binary(Binary::Pow, target, exponent);
+                match is_signed {
+                    true => self.of_even(of, inverse(Formula::unary(Unary::Abs, target)))?,
+                    false => inverse(within(target, NOT_NEGATIVE)),
+                }
             }
             Binary::Hypot => {
                 let square = Formula::unary(Unary::Sqr, within(target, NOT_NEGATIVE));
@@ -281,7 +284,10 @@ impl Solver<'_> {
             Binary::Sub => Formula::binary(Binary::Sub, other.clone(), target),
             Binary::Div => Formula::binary(Binary::Div, other.clone(), target),
             Binary::Pow => {
-                let logarithm = |of| Formula::unary(Unary::Ln, of);
+                // A negative base has powers, too: the sizes of both sides are equal.
+                let is_signed = self.bounds(other).lo() < 0.0;
+                let size = |of| if is_signed { Formula::unary(Unary::Abs, of) } else { of };
+                let logarithm = |of| Formula::unary(Unary::Ln, size(of));
                 Formula::binary(Binary::Div, logarithm(target), logarithm(other.clone()))
             }
             symmetric => self.of_left(symmetric, of, other, target)?,
@@ -352,8 +358,12 @@ impl Solver<'_> {
     }
 }
 
-fn blocked(operation: Operation) -> Result<Formula, Obstacle> {
-    match operation {
+fn blocked(side: &Formula) -> Result<Formula, Obstacle> {
+    let is_listed = side.arguments().iter().all(|argument| argument.operation() == Operation::List);
+    match side.operation() {
+        Operation::Reduce(Reduction::Min | Reduction::Max | Reduction::Mean) if is_listed => {
+            blocked_by("what passes over arguments without a value", "any of them may have none")
+        }
         Operation::Select => blocked_by("if", "each branch has its own inverse"),
         Operation::Reduce(_) | Operation::List => {
             blocked_by("a function of a vector", "many vectors give the same result")

@@ -53,7 +53,9 @@ impl Writer<'_> {
 
     fn bare(&mut self, formula: &Formula) {
         match (formula.operation(), formula.arguments()) {
-            (Operation::Constant(constant), _) => self.push(&number(constant)),
+            (Operation::Constant(constant) | Operation::Known(_, constant), _) => {
+                self.push(&number(constant))
+            }
             (Operation::Truth(truth), _) => self.push(if truth { "true" } else { "false" }),
             (Operation::Symbol(symbol), _) => self.push(&(self.name)(symbol)),
             (Operation::Previous(symbol), _) => self.push(&format!("previous({})", (self.name)(symbol))),

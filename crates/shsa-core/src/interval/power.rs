@@ -74,26 +74,27 @@ impl Interval {
 
     /// `{x^y}` for real exponents.
     ///
-    /// For an exponent of one whole number (of 32 bits), this is `powi`, defined for negative bases too. Otherwise negative bases
-    /// are left out, because `x^y` is a real number there only for some `y`; `0^y` is 0 for `y > 0`, 1 for `y = 0` (as in `powi`;
-    /// IEEE 1788-2015 leaves it out) and not defined for `y < 0`.
+    /// Negative bases have powers where the exponent is a whole number; `0^y` is 0 for `y > 0`, 1 for `y = 0` (as in `powi`;
+    /// IEEE 1788-2015 leaves both out) and not defined for `y < 0`.
     #[must_use]
     pub fn powf(self, exponent: Interval) -> Interval {
         if let Some(whole) = exponent.as_whole() {
             return self.powi(whole);
         }
         let base = self.intersection(NON_NEGATIVE);
-        if base.is_empty() || exponent.is_empty() {
+        let power = if base.is_empty() || exponent.is_empty() {
             Interval::EMPTY
         } else if base.hi == 0.0 {
             power_of_zero(exponent)
         } else {
             power_at_corners(base, exponent).intersection(NON_NEGATIVE)
-        }
+        };
+        if self.lo < 0.0 && !self.is_empty() { power.hull(powers_of_negative(self, exponent)) } else { power }
     }
 
-    /// The whole number of a point interval.
-    fn as_whole(self) -> Option<i32> {
+    /// The whole number (of 32 bits) of a point interval.
+    #[must_use]
+    pub fn as_whole(self) -> Option<i32> {
         let whole = self.lo as i32;
         (self.is_point() && f64::from(whole) == self.lo).then_some(whole)
     }
@@ -140,6 +141,20 @@ fn product_chain(base: f64, mut exponent: u32, mul: impl Fn(f64, f64) -> f64) ->
         }
     }
     power
+}
+
+/// `{x^y}` for the negative numbers of a base, and the whole numbers of an exponent of more than one number.
+#[cold]
+fn powers_of_negative(base: Interval, exponent: Interval) -> Interval {
+    let (first, last) = (libm::ceil(exponent.lo), libm::floor(exponent.hi));
+    let size = Interval { lo: (-base.hi).max(0.0), hi: -base.lo };
+    let is_even = |whole: f64| libm::fmod(whole, 2.0) == 0.0;
+    let powers = |parity: bool| {
+        let from = if is_even(first) == parity { first } else { first + 1.0 };
+        let to = if is_even(last) == parity { last } else { last - 1.0 };
+        size.powf(Interval::new(from, to))
+    };
+    powers(true).hull(-powers(false))
 }
 
 fn power_of_zero(exponent: Interval) -> Interval {

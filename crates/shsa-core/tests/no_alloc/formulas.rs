@@ -64,6 +64,8 @@ fn evaluation_allocates_nothing() {
         "min(v) + max(v) + mean(v) + sum(v) + norm(v) + median(v) + count(v) + median(a, b, 1) + v[a] + either(a, a)",
         "(2 * v + w)[3..9]",
         "v - previous(v)",
+        "a + interval(0, 1) * (b - a) - a * a + a * b * b + sin(a * 1 rad) * a",
+        "mean(sqrt(a - 2.05), b) + median(sqrt(a - 2.05), ln(b - 3.55), b, 1) + mean(sqrt(v - 3)) + median(ln(v))",
         "a - previous(a) + dt + derivative(a, 0.5 s) + integral(b) + delay(a, 1 s)",
     ];
     for text in texts {

@@ -6,11 +6,14 @@ use std::vec;
 
 mod affine;
 mod checking;
+mod enclosing;
 mod evaluation;
+mod oracle;
 mod random;
 mod solving;
 mod tables;
 mod temporal;
+mod tightness;
 mod time;
 
 /// A model for tests: variables with shape, unit, range; functions.

@@ -84,7 +84,8 @@ fn looks_back(formula: &Formula) -> Span {
 
 /// A lower bound of the width of a formula's interval evaluation, from the widths of its variables.
 ///
-/// Sums and differences add up widths, constant factors scale them; any other operation may narrow them to zero.
+/// Sums and differences of terms that share nothing add up widths, constant factors scale them; any other operation may narrow them to
+/// zero.
 fn least_width(formula: &Formula, width: &dyn Fn(Symbol) -> f64) -> f64 {
     let argument =
         |at: usize| formula.arguments().get(at).map_or(0.0, |argument| least_width(argument, width));
@@ -92,8 +93,13 @@ fn least_width(formula: &Formula, width: &dyn Fn(Symbol) -> f64) -> f64 {
         let constant = formula.arguments().get(at).and_then(Formula::as_constant);
         constant.map_or(0.0, |constant| constant.bounds.mignitude())
     };
+    if let [left, right] = formula.arguments()
+        && left.shares(right)
+    {
+        return 0.0;
+    }
     match formula.operation() {
-        Operation::Constant(constant) => constant.bounds.width(),
+        Operation::Constant(constant) | Operation::Known(_, constant) => constant.bounds.width(),
         Operation::Symbol(symbol) => width(symbol),
         Operation::Unary(Unary::Neg) | Operation::Delay(_) => argument(0),
         Operation::Binary(Binary::Add | Binary::Sub) => argument(0) + argument(1),

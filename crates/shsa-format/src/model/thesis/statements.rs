@@ -25,7 +25,7 @@ impl Writer<'_> {
         let vector = formula.shape() == Shape::Vector;
         match (formula.operation(), formula.arguments()) {
             (Operation::Symbol(symbol), _) => Ok(Term::atom((self.name)(symbol))),
-            (Operation::Constant(constant), _) => number(constant),
+            (Operation::Constant(constant) | Operation::Known(_, constant), _) => number(constant),
             (Operation::Truth(truth), _) => Ok(Term::atom(if truth { "True" } else { "False" }.to_owned())),
             (Operation::Unary(_) | Operation::Binary(_) | Operation::Within(_), _) if vector => {
                 Err("arithmetic of lists".to_owned())
