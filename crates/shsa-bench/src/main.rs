@@ -19,6 +19,7 @@ mod rover;
 mod scale;
 mod thesis;
 mod truth;
+mod worlds;
 
 use clap::Parser;
 use std::process::ExitCode;
@@ -61,6 +62,8 @@ enum Command {
     Thesis(thesis::Arguments),
     /// Whether calibration keeps its promise, on random plants with known truth.
     Truth(truth::Arguments),
+    /// What the engine says of random systems with known truth.
+    Worlds(worlds::Arguments),
 }
 
 /// The outcome of a benchmark.
@@ -106,5 +109,6 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         Command::Scale(arguments) => scale::run(arguments),
         Command::Thesis(arguments) => thesis::run(arguments),
         Command::Truth(arguments) => truth::run(arguments),
+        Command::Worlds(arguments) => worlds::run(arguments),
     }
 }
