@@ -15,6 +15,7 @@ mod relations;
 mod signals;
 mod fusions;
 mod causes;
+mod vague;
 mod needs;
 mod utility;
 mod contracts;
@@ -47,7 +48,7 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     let functions = functions::build(&mut problems, source, &variables);
     let names = Names::new(&variables, &functions);
     functions::check(&mut problems, source, &names);
-    let relations::Built { mut relations, undecided, learning, specifications } =
+    let relations::Built { mut relations, undecided, learning, specifications, places } =
         relations::build(&mut problems, source, &names);
     let (mut signals, shares) = signals::build(&mut problems, source, &variables);
     let fusions = fusions::build(&mut problems, source, &names, &mut signals);
@@ -65,6 +66,7 @@ pub fn build_from(source: &mut dyn Source) -> (KnowledgeBase, Vec<Diagnostic>) {
     needs::check_providable(&mut problems, &needed, &knowledge, &undecided);
     needs::check_fitted(&mut problems, &learning, &knowledge, &undecided);
     variables::check_used(&mut problems, &declared, &knowledge, &mentioned);
+    vague::check(&mut problems, &places, &knowledge);
     let utility = utility::build(&mut problems, source, &knowledge);
     let contracts = contracts::build(&mut problems, source, &knowledge);
     (knowledge.with_utility(utility).with_contracts(contracts), problems.sorted())

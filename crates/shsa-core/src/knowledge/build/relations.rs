@@ -33,6 +33,8 @@ pub(super) struct Built {
     pub(super) undecided: BTreeSet<VariableId>,
     pub(super) learning: Vec<Learning>,
     pub(super) specifications: Vec<Specification>,
+    /// Where the relations are declared; empty when some were given twice.
+    pub(super) places: IdVec<RelationId, Place>,
 }
 
 /// Reads relations.
@@ -70,8 +72,9 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, names: &Na
     drop_repeated(problems, &mut relations, &declared);
     if relations.len() < declared.len() {
         specifications.clear();
+        declared = IdVec::new();
     }
-    Built { relations, undecided, learning, specifications }
+    Built { relations, undecided, learning, specifications, places: declared }
 }
 
 /// Drops and reports the relations that have the name of an earlier one.
@@ -296,11 +299,8 @@ fn every(
     let mut unsolved = Vec::new();
     if used.len() > MAX_DIRECTIONS {
         let message = format!("this relation holds {} variables", used.len());
-        problems.error(
-            text,
-            message,
-            format!("name those to solve for with `for`, at most {MAX_DIRECTIONS}"),
-        );
+        let help = format!("name those to solve for with `for`, at most {MAX_DIRECTIONS}");
+        problems.error(text, message, help);
         return solved;
     }
     for &id in used.iter().filter(|&&id| names.variables.list[id].constant.is_none()) {

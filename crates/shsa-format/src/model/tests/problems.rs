@@ -2,6 +2,7 @@
 
 mod commas;
 mod units;
+mod vague;
 
 use super::{check, loaded};
 use crate::model::load;
