@@ -12,6 +12,7 @@ use super::builtin::{self, Builtin};
 use super::check::{Checker, Operand, PARAMETER, Typed};
 use super::check_time;
 use super::formula::{Formula, whole_power};
+use super::lacking::may_lack;
 use super::measure::{ANGLE, Measure, PLAIN};
 use super::operation::{Binary, Constant, Operation, Reduction, Unary};
 use super::problem::Problem;
@@ -169,7 +170,7 @@ impl<'a> Checker<'a> {
         let measure = if how == Reduction::Count { PLAIN } else { common };
         let formulas: Vec<Formula> = typed.into_iter().map(|typed| typed.formula).collect();
         let range = |symbol| if symbol == PARAMETER { None } else { self.scope.kind(symbol).range };
-        let may_lack = how.passes_over() && formulas.iter().any(|formula| formula.may_lack(&range));
+        let may_lack = how.passes_over() && formulas.iter().any(|formula| may_lack(formula, &range));
         let formula = if may_lack { reduced(how, formulas) } else { of_list(how, formulas) };
         Some(self.made(span, formula, measure)?.weighing(weight))
     }

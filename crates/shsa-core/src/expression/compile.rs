@@ -7,6 +7,7 @@ use alloc::vec::Vec;
 use super::Symbol;
 use super::curve::Point;
 use super::formula::{Formula, Shape};
+use super::lacking::weighs_arguments;
 use super::operation::Operation;
 use super::problem::Problem;
 use super::program::{
@@ -123,7 +124,7 @@ impl Compiler {
         if let Some(register) = self.known.get(&key) {
             return Ok(*register);
         }
-        self.program.is_weighed |= formula.weighs_arguments();
+        self.program.is_weighed |= weighs_arguments(formula);
         let register = self.register(formula.shape());
         self.emit(key.0, &key.1, register)?;
         self.known.insert(key, register);
