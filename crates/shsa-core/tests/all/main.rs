@@ -40,6 +40,7 @@ mod watch;
 mod power;
 mod noise;
 mod trust;
+mod coverage;
 mod many;
 
 mod assurance;
