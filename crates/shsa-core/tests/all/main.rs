@@ -41,6 +41,7 @@ mod power;
 mod noise;
 mod trust;
 mod coverage;
+mod ranges;
 mod many;
 
 mod assurance;
