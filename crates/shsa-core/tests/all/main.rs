@@ -41,6 +41,8 @@ mod watch;
 mod power;
 mod noise;
 mod trust;
+mod coverage;
+mod ranges;
 mod many;
 
 mod assurance;

@@ -113,7 +113,7 @@ impl Provider {
         let given = self.computed(monitor, outputs)?;
         let serving = self.state.serving_mut()?;
         serving.pace.step(given.1.to, now);
-        if self.settings.is_met_by(&given, now) {
+        if self.settings.is_met_by(&given, serving.service.timing(), now) {
             serving.unfit_since = None;
             return Some(given);
         }
@@ -124,8 +124,9 @@ impl Provider {
         }
         report(outputs, left);
         let given = self.computed(monitor, outputs)?;
-        let is_fit = self.settings.is_met_by(&given, now);
-        self.state.serving_mut()?.unfit_since = if is_fit { None } else { Some(now) };
+        let serving = self.state.serving_mut()?;
+        let is_fit = self.settings.is_met_by(&given, serving.service.timing(), now);
+        serving.unfit_since = if is_fit { None } else { Some(now) };
         Some(given)
     }
 
@@ -184,9 +185,10 @@ impl Provider {
             let way = monitor.way(index)?;
             let sample = self.news(monitor, index, way, now)?;
             let turn = self.turn_of(knowledge, index, way);
+            let is_fit = || self.settings.is_fit(&self.settings.stated(sample, turn.timing), now);
             let usable = trusts(way)
                 && rests_otherwise(way)
-                && self.settings.is_fit(&sample, now)
+                && is_fit()
                 && self.may_follow(turn, sample.validity, now);
             let votes =
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
@@ -298,10 +300,12 @@ impl Provider {
             None => range.unwrap_or(sample.value),
         };
         let value = sample.value.hull(possible);
-        let is_fit = value.is_bounded() && self.settings.is_fit(&Sample { value, ..sample }, now);
-        is_fit.then_some(Sample { value, ..sample })
+        let doubted = Sample { value, ..sample };
+        let stated = || self.settings.stated(doubted, self.own_turn().timing);
+        (value.is_bounded() && self.settings.is_fit(&stated(), now)).then_some(doubted)
     }
 
+    /// Publishes what a value says of its moment; what goes on from it later goes on from the value itself.
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -312,9 +316,11 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(sample, turn.server, last, &self.settings, now);
+        let own = self.blend.apply((sample, turn.timing), turn.server, last, &self.settings, now);
+        let Sample { value, validity } = self.settings.stated(own, turn.timing);
         let given = (PublishedValue::Scalar(value), validity);
         self.publish(knowledge, given, turn, admitted, now, outputs);
+        self.last.iter_mut().for_each(|(_, last)| last.value = own.value);
     }
 
     pub(super) fn publish(

@@ -5,7 +5,7 @@
 
 use super::{Provider, Server};
 use crate::alignment::Sample;
-use crate::computation::Computation;
+use crate::computation::{Computation, Timing};
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{WatchedWay, WayIndex};
 use crate::reason::ServedBy;
@@ -13,11 +13,13 @@ use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::sync::Arc;
 
-/// A server with the usual time between its values, zero where that is unknown or its values stand.
+/// A server with the usual time between its values, zero where that is unknown or its values stand, and how its values relate to
+/// time.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Turn {
     pub(super) server: Server,
     pub(super) period: Span,
+    pub(super) timing: Timing,
 }
 
 /// What the values of the present servers are called. Names are made once: values share them.
@@ -53,12 +55,14 @@ impl Provider {
     /// The turn of the source.
     pub(super) fn own_turn(&self) -> Turn {
         let period = self.state.serving().map_or(Span::ZERO, |serving| serving.pace.declared());
-        Turn { server: Server::Active { since: self.switched }, period }
+        let timing = self.state.serving().map_or_else(Timing::default, |serving| serving.service.timing());
+        Turn { server: Server::Active { since: self.switched }, period, timing }
     }
 
     /// The turn of another way.
     pub(super) fn turn_of(&self, knowledge: &KnowledgeBase, index: WayIndex, way: &WatchedWay) -> Turn {
-        Turn { server: Server::StandIn(index), period: period_of(knowledge, &way.computation) }
+        let (period, timing) = (period_of(knowledge, &way.computation), way.computation.timing());
+        Turn { server: Server::StandIn(index), period, timing }
     }
 
     /// Whether a value may follow the last published one.

@@ -6,6 +6,7 @@ use super::turn::Turn;
 use super::unsure::{Unsure, hull_would_serve, independent};
 use super::{Provider, Server, Situation, State, unserved};
 use crate::alignment::{Port, Sample};
+use crate::computation::Timing;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, WhenUnsure};
 use crate::monitor::Monitor;
 use crate::reason::{Joint, Reason, Reasons};
@@ -104,7 +105,7 @@ impl Provider {
         let unsure = self.state.unsure_mut();
         let sample = unsure.and_then(|unsure| unsure.value(knowledge, monitor.ports(), &self.settings, now));
         let period = self.state.unsure().map_or(Span::ZERO, |unsure| unsure.period(knowledge));
-        let turn = Turn { server: Server::Unsure, period };
+        let turn = Turn { server: Server::Unsure, period, timing: Timing::default() };
         let sample = sample.filter(|sample| self.may_follow(turn, sample.validity, now));
         let admitted = self.state.unsure().and_then(|unsure| unsure.admitted(&self.contracts));
         if let (Some(Sample { value, validity }), Some(admitted)) = (sample, admitted) {
