@@ -6,9 +6,9 @@
 mod settings;
 mod reported;
 mod statistics;
-mod blend;
 mod pace;
 mod turn;
+mod blend;
 mod situation;
 mod proven;
 mod sources;

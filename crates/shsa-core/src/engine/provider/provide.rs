@@ -316,7 +316,7 @@ impl Provider {
         outputs: &mut VecDeque<Output>,
     ) {
         let last = self.last.map(|(_, last)| last);
-        let own = self.blend.apply((sample, turn.timing), turn.server, last, &self.settings, now);
+        let own = self.blend.apply(sample, turn, last, &self.settings, now);
         let Sample { value, validity } = self.settings.stated(own, turn.timing);
         let given = (PublishedValue::Scalar(value), validity);
         self.publish(knowledge, given, turn, admitted, now, outputs);
