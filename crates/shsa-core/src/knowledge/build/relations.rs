@@ -5,8 +5,7 @@ use super::parsed::{condition, reported};
 use super::problems::Problems;
 use super::quantity;
 use super::scope::Names;
-use super::specifications;
-use super::turns;
+use super::{specifications, turns, vague};
 use crate::expression::{
     CheckedEquation, Equation, Formula, Node, Problem, Severity, check_equation, parse_equation, solve,
 };
@@ -33,8 +32,8 @@ pub(super) struct Built {
     pub(super) undecided: BTreeSet<VariableId>,
     pub(super) learning: Vec<Learning>,
     pub(super) specifications: Vec<Specification>,
-    /// Where the relations are declared; empty when some were given twice.
-    pub(super) places: IdVec<RelationId, Place>,
+    /// Where relations with formulas are declared; empty when some relations were given twice.
+    pub(super) places: Vec<(RelationId, Place)>,
 }
 
 /// Reads relations.
@@ -72,9 +71,9 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, names: &Na
     drop_repeated(problems, &mut relations, &declared);
     if relations.len() < declared.len() {
         specifications.clear();
-        declared = IdVec::new();
     }
-    Built { relations, undecided, learning, specifications, places: declared }
+    let places = vague::places(&relations, &declared);
+    Built { relations, undecided, learning, specifications, places }
 }
 
 /// Drops and reports the relations that have the name of an earlier one.

@@ -15,13 +15,23 @@ const SHARES: [f64; 5] = [0.25, 0.5, 0.75, 0.0, 1.0];
 /// How many of these are inside of the ranges.
 const INSIDE: usize = 3;
 
+/// Where relations with formulas are declared; empty when some relations were given twice.
+pub(super) fn places(
+    relations: &IdVec<RelationId, Relation>,
+    declared: &IdVec<RelationId, Place>,
+) -> Vec<(RelationId, Place)> {
+    let same = relations.len() == declared.len();
+    let computed = relations.enumerate().filter(|(_, relation)| same && !relation.formulas.is_empty());
+    computed.map(|(id, _)| (id, declared[id])).collect()
+}
+
 /// Warns of each output whose values are wider than its range: inside of the ranges of exact inputs, or wherever inputs are that the
 /// best of their signals read.
 ///
-/// `places` are those of the relations; empty when they are not known. Time: linear in the formulas.
-pub(super) fn check(problems: &mut Problems, places: &IdVec<RelationId, Place>, knowledge: &KnowledgeBase) {
-    for (id, relation) in knowledge.relations().enumerate() {
-        let Some(place) = places.find(id) else { return };
+/// `places` are those of the relations. Time: linear in the formulas.
+pub(super) fn check(problems: &mut Problems, places: &[(RelationId, Place)], knowledge: &KnowledgeBase) {
+    for &(id, place) in places {
+        let relation = &knowledge.relations()[id];
         for &output in &relation.outputs {
             let variable = &knowledge.variables()[output];
             let range = variable.range.filter(|range| range.is_bounded() && variable.wraps.is_none());
@@ -41,7 +51,7 @@ pub(super) fn check(problems: &mut Problems, places: &IdVec<RelationId, Place>, 
                 "narrow what the relation computes with, or name in `for` what else it is solved for, without `{}`",
                 variable.name
             );
-            problems.warn(*place, message, help);
+            problems.warn(place, message, help);
         }
     }
 }

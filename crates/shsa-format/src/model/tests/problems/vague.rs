@@ -17,7 +17,7 @@ fn check_relation(equation: &str, error: &str, expected: &str) {
 fn what_says_nothing_is_a_warning() {
     let warning = |width: &str| {
         format!(
-            "3:3 warning: `m` follows from relation `r` within {width}, and its range is 100 degF wide: this says nothing (narrow what the relation computes with, or name in `for` what else it is solved for, without `m`)"
+            "4:3 warning: `m` follows from relation `r` within {width}, and its range is 100 degF wide: this says nothing (narrow what the relation computes with, or name in `for` what else it is solved for, without `m`)"
         )
     };
     check_relation("m = a + interval(-50 K, 50 K) + 0 * (b - a)", "1", &warning("180 degF"));
