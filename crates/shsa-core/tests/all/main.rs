@@ -36,6 +36,7 @@ mod plan_ways;
 mod monitor_index;
 mod thesis_monitor;
 mod detectors;
+mod anchors;
 mod watch;
 mod power;
 mod noise;
