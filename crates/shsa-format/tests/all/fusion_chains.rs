@@ -1,6 +1,8 @@
 //! Fusions that read the outputs of other fusions: what they say is of the same moment, and true; which signals it rests on is known.
 
 use proptest::prelude::*;
+use proptest::strategy::ValueTree;
+use proptest::test_runner::TestRunner;
 use shsa_core::engine::{Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::knowledge::{Id, KnowledgeBase};
 use shsa_core::observation::{Observation, RawValue};
@@ -99,21 +101,28 @@ fn run(knowledge: &KnowledgeBase, count: usize, walk: f64, seed: u64) -> Vec<(u3
     found
 }
 
-proptest! {
-    #![proptest_config(ProptestConfig::with_cases(24))]
-
-    /// Every fusion of a chain gives a value of each moment, in whatever order the file has them, and 99 % of them hold the truth, less
-    /// what a run of 40 s with errors that are alike for seconds shows.
-    #[test]
-    fn fusions_of_fusions_hold_the_truth((links, order) in chains(), walk in prop::sample::select(&[0.0, 0.01, 0.1][..]), seed: u64) {
+/// Every fusion of a chain gives a value of each moment, in whatever order the file has them, and of all values 97 % hold the truth,
+/// where bounds of 99 % are declared. A single run shows less or more, as the errors of its estimates are alike for seconds.
+#[test]
+fn fusions_of_fusions_hold_the_truth() {
+    let mut runner = TestRunner::deterministic();
+    let strategy = (chains(), prop::sample::select(&[0.0, 0.01, 0.1][..]), any::<u64>());
+    let (mut all, mut holding) = (0, 0);
+    for _ in 0..96 {
+        let ((links, order), walk, seed) = strategy.new_tree(&mut runner).unwrap().current();
         let text = text(&links, &order, walk);
         let loaded = load(&text, "chain.yaml");
-        prop_assert!(loaded.report.ok(), "{}\n{text}", loaded.report.render(false));
+        assert!(loaded.report.ok(), "{}\n{text}", loaded.report.render(false));
         for (at, (count, holds)) in run(&loaded.knowledge, links.len(), walk, seed).into_iter().enumerate() {
-            prop_assert!(count > 390, "f{at}: {count} values\n{text}");
-            prop_assert!(holds * 10 > count * 9, "f{at}: {holds} of {count} hold the truth\n{text}");
+            assert!(count > 390, "f{at}: {count} values\n{text}");
+            (all, holding) = (all + count, holding + holds);
         }
     }
+    assert!(holding * 100 > all * 97, "{holding} of {all} hold the truth");
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
 
     /// An output descends from all that the fusions before it have read.
     #[test]
