@@ -29,9 +29,23 @@ pub struct Timing {
     /// The time over which an output is a mean: that window, else the `mean_over` of the signals. Zero for an output that is true
     /// at a moment.
     pub mean_over: Span,
+    /// The time error of an output that is true over a window, and of the begin of the window: the length of the time in which
+    /// each of them lies. Zero for an output that is true at a moment, whose validity is that time.
+    pub time_error: Span,
 }
 
 impl Timing {
+    /// How far from the middle of its validity an output may be true, in time: for an output that is a mean, the mean distance. The
+    /// value at the middle is off by no more than the largest rate of change times this.
+    #[must_use]
+    pub fn off(&self, validity: Validity) -> Span {
+        let (mean, error) = match self.window > Span::ZERO {
+            true => (validity.length() - self.time_error, self.time_error),
+            false => (self.mean_over, validity.length()),
+        };
+        Span(mean.0.max(0) / 4 + error.0 / 2)
+    }
+
     /// How long after an event an output contains all of it.
     #[must_use]
     pub fn complete_after(&self) -> Span {
@@ -163,6 +177,10 @@ impl Computation {
         };
         let is_rate = matches!(&body, Body::Computed(computed) if computed.program.is_rate());
         let mean_over = |signal: SignalId| knowledge.signals()[signal].mean_over;
+        let time_error = |signal: SignalId| {
+            let (lowest, highest) = knowledge.signals()[signal].time_error;
+            highest - lowest
+        };
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
             lag: Computation::lag(knowledge, &way, goes_before),
@@ -172,6 +190,7 @@ impl Computation {
             } else {
                 way.inputs().map(mean_over).max().unwrap_or(Span::ZERO)
             },
+            time_error: trigger.filter(|_| window > Span::ZERO).map_or(Span::ZERO, time_error),
         };
         Some(Computation { way, trigger, timing, is_rate, body })
     }

@@ -5,7 +5,7 @@
 
 use crate::alignment::{Port, Sample};
 use crate::assurance::Assured;
-use crate::computation::{Computation, Computed, Task};
+use crate::computation::{Computation, Computed, Task, Timing};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, VariableId};
 use crate::observation::Observation;
@@ -107,6 +107,12 @@ impl Service {
     #[must_use]
     pub fn way(&self) -> &Way {
         self.computation.way()
+    }
+
+    /// The relation of its outputs to time.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        self.computation.timing()
     }
 
     /// Whether a value stands until the next one; see [`Computation::stands`].

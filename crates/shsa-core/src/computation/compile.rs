@@ -2,8 +2,9 @@
 
 use super::input::{Input, Source, Wrapping, period};
 use super::{Body, Compiled, Precedence, USUAL_RATE_HZ};
-use crate::expression::{self, Assignment, Formula, InputKind, Program};
-use crate::knowledge::{KnowledgeBase, SignalId};
+use crate::expression::{self, Assignment, Formula, InputKind, Program, Symbol};
+use crate::interval::Course;
+use crate::knowledge::{Id, KnowledgeBase, SignalId, Variable, VariableId};
 use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
@@ -79,7 +80,9 @@ pub(super) fn program(
         })
     };
     let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
-    let program = Program::compile(&assignments).ok()?;
+    let variable = |symbol: Symbol| knowledge.variables().find(VariableId::from_index(symbol.0 as usize));
+    let course = |symbol| variable(symbol).map_or(Course::ANY, Variable::course);
+    let program = Program::compile_within(&assignments, &course).ok()?;
     let source = |input: &expression::Input| source(knowledge, way, trigger, input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
     Some((program, inputs))

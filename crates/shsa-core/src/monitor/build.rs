@@ -3,6 +3,7 @@
 use super::consensus::Consensus;
 use super::index::Index;
 use super::past::{capacity, lookback, port, reach_of_inputs};
+use super::way::allowed_gap;
 use super::{
     Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
 };
@@ -200,9 +201,12 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let variable = &knowledge.variables()[sink];
     let timing = computation.timing();
     let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
+    let has_condition = |step: &Step| knowledge.relations()[step.relation].condition.is_some();
+    let is_conditional = computation.way().substitution.steps.iter().any(has_condition);
+    let max_rate = variable.max_rate.unwrap_or(0.0);
     let reach = Reach {
-        max_rate: variable.max_rate.unwrap_or(0.0),
-        max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
+        max_rate,
+        max_gap: timing.period.map_or(Span::MAX, |period| allowed_gap(period, is_conditional)),
         stands: computation.stands(knowledge),
     };
     let outputs = History::new(capacity(rate_hz, lookback));
@@ -211,8 +215,9 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let is_joined_of_noise =
         computation.joined().next().is_some() && computation.way().inputs().all(has_noise);
     let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
+    let is_of_moments = !computation.is_windowed() && constant.is_none();
     WatchedWay {
-        is_of_moments: !computation.is_windowed() && constant.is_none(),
+        is_of_moments,
         computation,
         rests_on,
         reads,
@@ -220,6 +225,9 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         outputs,
         measured: None,
         reach,
+        course: variable.course(),
+        blur: if is_of_moments { max_rate * timing.mean_over.seconds() / 4.0 } else { 0.0 },
+        is_conditional,
         turn: variable.wraps,
         range: variable.range,
         is_verdict: knowledge.specifications().iter().any(|it| it.variable == sink),

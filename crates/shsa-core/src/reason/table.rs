@@ -178,6 +178,8 @@ reasons! {
     "source-too-old" SourceTooOld {
         source: String = "The source.", age: Span = "How old they are.", most: Span = "What the need allows."
     };
+    /// The values of the source lie outside of the variable's range.
+    "source-impossible" SourceImpossible { source: String = "The source." };
     /// Elements of the source are gone with the changed model.
     "gone" Gone { names: Vec<String> = "The signals and relations." };
     /// The changed model describes signals of the source differently.

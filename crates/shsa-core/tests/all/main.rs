@@ -41,6 +41,7 @@ mod watch;
 mod power;
 mod noise;
 mod trust;
+mod coverage;
 mod many;
 
 mod assurance;

@@ -92,6 +92,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("contradicted", "{source} is contradicted"),
     ("source-too-wide", "values of {source} are {width} wide, more than {most}"),
     ("source-too-old", "values of {source} are {age} old, more than {most}"),
+    ("source-impossible", "values of {source} are out of the variable's range"),
     ("gone", "the changed model has no {names:few} any more"),
     ("signals-described-anew", "the changed model describes {signals:few} anew"),
     ("signals-withdrawn", "the changed model withdraws {signals:few}"),

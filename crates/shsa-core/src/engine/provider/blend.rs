@@ -4,6 +4,7 @@ use super::Server;
 use super::settings::Settings;
 use crate::alignment::Sample;
 use crate::circle;
+use crate::computation::Timing;
 use crate::interval::Interval;
 use crate::time::{Span, Time};
 
@@ -45,7 +46,7 @@ impl Blend {
     /// the new one, unless it were too wide then.
     pub(super) fn apply(
         &mut self,
-        sample: Sample,
+        (sample, timing): (Sample, Timing),
         server: Server,
         last: Option<Sample>,
         settings: &Settings,
@@ -68,7 +69,9 @@ impl Blend {
         let shift = amount * left;
         let moved = Interval::new(sample.value.lo() + shift, sample.value.hi() + shift);
         let value = moved.widened(shift.abs());
-        let is_fit = value.is_bounded() && value.width() <= settings.max_width;
-        if is_fit { Sample { value, ..sample } } else { sample }
+        let blended = Sample { value, ..sample };
+        let is_fit =
+            value.is_bounded() && settings.stated(blended, timing).value.width() <= settings.max_width;
+        if is_fit { blended } else { sample }
     }
 }

@@ -1,14 +1,14 @@
 //! Chooses the source of a need: the best one, a substitute when it is lost, a better one later, or the ordered one.
 
 use super::super::message::{Event, EventKind};
-use super::settings::{Given, width};
+use super::settings::Given;
 use super::situation::{Situation, Succession};
 use super::unsure::{Unsure, independent};
 use super::{Better, Forced, Provider};
 use crate::alignment::{Port, Sample};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId, WhenUnsure};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, WatchedWay};
 use crate::order::Subject;
 use crate::reason::{Amount, Joint, Reason, Reasons};
 use crate::service::Service;
@@ -198,8 +198,10 @@ impl Provider {
     /// Whether the newest value of a way is fit, as far as the way is watched.
     fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
         let watched = monitor.find(way).and_then(|index| monitor.way(index));
-        let fit = |sample: &Sample| self.settings.is_fit(sample, now);
-        watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(&sample)))
+        let fit = |watched: &WatchedWay, sample: Sample| {
+            self.settings.is_fit(&self.settings.stated(sample, watched.computation.timing()), now)
+        };
+        watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(watched, sample)))
     }
 
     /// The best source, not `left`, whose newest value is fit; a source that is not watched counts as fit.
@@ -210,7 +212,7 @@ impl Provider {
         self.sources.ways().find(fits)
     }
 
-    /// Leaves a source whose value is too wide, or repeatedly too old, for the best source whose newest value is fit.
+    /// Leaves a source whose value is impossible or too wide, or repeatedly too old, for the best source whose newest value is fit.
     pub(super) fn leave_unfit(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -218,11 +220,12 @@ impl Provider {
         given: &Given,
         now: Time,
     ) -> Option<Event> {
-        let (value, validity) = given;
-        let (width, age) = (width(value), now - validity.to);
+        let age = now - given.1.to;
+        let width = self.settings.width(given, self.state.serving()?.service.timing());
         let max_width = self.settings.max_width;
+        let is_narrow = width.is_some_and(|width| width <= max_width);
         let is_first = self.state.serving()?.unfit_since.is_none();
-        if self.forced.is_some() || (is_first && width <= max_width) {
+        if self.forced.is_some() || (is_first && is_narrow) {
             return None;
         }
         // Ranks in place, without allocation: this runs with every value while no source is fit.
@@ -236,9 +239,12 @@ impl Provider {
         self.switched = Some(now);
         let amount = |amount: f64| Amount::of(knowledge, self.settings.variable, amount);
         let source = current.describe(knowledge);
-        let shortfall = match width > max_width {
-            true => Reason::SourceTooWide { source, width: amount(width), most: amount(max_width) },
-            false => Reason::SourceTooOld { source, age, most: self.settings.max_age },
+        let shortfall = match width {
+            None => Reason::SourceImpossible { source },
+            Some(width) if width > max_width => {
+                Reason::SourceTooWide { source, width: amount(width), most: amount(max_width) }
+            }
+            Some(_) => Reason::SourceTooOld { source, age, most: self.settings.max_age },
         };
         let because = Reasons::from(shortfall).then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))

@@ -7,6 +7,7 @@ use super::settings::Given;
 use super::{Provider, Server, State, unserved};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
+use crate::computation::Timing;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
@@ -80,7 +81,9 @@ impl Provider {
             self.state.end_unsure();
             report(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
-                self.publish_sample(knowledge, sample, Server::StandIn(way), admitted, now, outputs);
+                let timing = monitor.way(way).map(|way| way.computation.timing()).unwrap_or_default();
+                let server = Server::StandIn(way);
+                self.publish_sample(knowledge, (sample, timing), server, admitted, now, outputs);
             }
             return;
         }
@@ -105,7 +108,7 @@ impl Provider {
         let given = self.computed(monitor, outputs)?;
         let serving = self.state.serving_mut()?;
         serving.pace.step(now);
-        if self.settings.is_met_by(&given, now) {
+        if self.settings.is_met_by(&given, serving.service.timing(), now) {
             serving.unfit_since = None;
             return Some(given);
         }
@@ -116,8 +119,9 @@ impl Provider {
         }
         report(outputs, left);
         let given = self.computed(monitor, outputs)?;
-        let is_fit = self.settings.is_met_by(&given, now);
-        self.state.serving_mut()?.unfit_since = if is_fit { None } else { Some(now) };
+        let serving = self.state.serving_mut()?;
+        let is_fit = self.settings.is_met_by(&given, serving.service.timing(), now);
+        serving.unfit_since = if is_fit { None } else { Some(now) };
         Some(given)
     }
 
@@ -175,7 +179,9 @@ impl Provider {
         let usable = |index: WayIndex| {
             let way = monitor.way(index)?;
             let sample = self.news(monitor, index, way, now)?;
-            let usable = trusts(way) && rests_otherwise(way) && self.settings.is_fit(&sample, now);
+            let is_fit =
+                || self.settings.is_fit(&self.settings.stated(sample, way.computation.timing()), now);
+            let usable = trusts(way) && rests_otherwise(way) && is_fit();
             let votes =
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
             (!votes.is_contradicted()).then_some((sample, index, votes.is_doubted()))
@@ -249,23 +255,27 @@ impl Provider {
             report(outputs, self.note_own(knowledge, monitor, now));
         }
         let server = Server::Active { since: self.switched };
+        let Some(timing) = self.state.serving().map(|serving| serving.service.timing()) else { return };
         if let Some(admitted) = self.admitted() {
-            self.publish_sample(knowledge, sample, server, admitted, now, outputs);
+            self.publish_sample(knowledge, (sample, timing), server, admitted, now, outputs);
         }
     }
 
+    /// Publishes what a value of a way with this timing says of its moment; what goes on from it later goes on from the value itself.
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
-        sample: Sample,
+        (sample, timing): (Sample, Timing),
         server: Server,
         admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(sample, server, last, &self.settings, now);
+        let own = self.blend.apply((sample, timing), server, last, &self.settings, now);
+        let Sample { value, validity } = self.settings.stated(own, timing);
         self.publish(knowledge, (PublishedValue::Scalar(value), validity), admitted, now, outputs);
+        self.last = Some((now, own));
     }
 
     fn publish(

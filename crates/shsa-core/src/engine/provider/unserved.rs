@@ -1,6 +1,7 @@
 //! Why a need has had no value for longer than a value may be old.
 
 use super::Provider;
+use crate::alignment::Sample;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::Monitor;
 use crate::reason::{Joint, Reason, Reasons};
@@ -38,7 +39,8 @@ fn disagreement(
 ) -> Option<Reason> {
     let source = provider.state.way()?;
     let own = monitor.way(monitor.find(source)?)?;
-    let newest = own.latest(now).filter(|it| provider.settings.is_fit(it, now))?;
+    let stated = |it: &Sample| provider.settings.stated(*it, own.computation.timing());
+    let newest = own.latest(now).filter(|it| provider.settings.is_fit(&stated(it), now))?;
     let disagrees = |other: &&Way| {
         let other = monitor.find(other).and_then(|index| monitor.way(index));
         let vote = other.and_then(|other| Some((other, other.vote(newest.validity)?.0)));

@@ -160,7 +160,8 @@ impl Unsure {
                 && value.is_bounded()
                 && !value.is_empty()
             {
-                candidate.latest = Some(Sample { validity, value });
+                let stated = settings.stated(Sample { validity, value }, candidate.service.timing());
+                candidate.latest = Some(stated).filter(|stated| !stated.value.is_empty());
                 is_news = true;
             }
         }
@@ -169,11 +170,12 @@ impl Unsure {
         }
         let sample = match self.kind {
             WhenUnsure::Last => self.trusted.map(|last| {
-                let age = (now - last.validity.to).seconds().max(0.0);
+                let age = (now - last.validity.from).seconds().max(0.0);
                 Sample { value: last.value.widened(age * variable.max_rate.unwrap_or(0.0)), ..last }
             }),
             _ => self.together(variable, settings.max_age, now),
         }?;
+        let sample = Sample { value: settings.possible(sample.value), ..sample };
         let is_fit = settings.is_fit(&sample, now);
         self.too_wide = (!is_fit).then(|| sample.value.width());
         is_fit.then_some(sample)
@@ -236,7 +238,7 @@ impl Unsure {
         let known = || self.candidates.iter().filter_map(|it| it.latest).filter(fresh);
         let moment = known().map(|sample| sample.validity).max_by_key(|validity| validity.to)?;
         let brought = |sample: Sample| {
-            let gap = (moment.to - sample.validity.to).seconds();
+            let gap = (moment.centre() - sample.validity.centre()).seconds();
             if gap > 0.0 { sample.value.widened(gap * max_rate) } else { sample.value }
         };
         self.present.clear();
