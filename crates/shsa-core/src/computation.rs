@@ -8,7 +8,7 @@ use crate::alignment::{Port, Sample};
 use crate::expression::{InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
-use crate::substitution::Way;
+use crate::substitution::{Substitution, Way};
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
 use compile::{computed, lateness, program, trigger};
@@ -193,6 +193,21 @@ impl Computation {
             time_error: trigger.filter(|_| window > Span::ZERO).map_or(Span::ZERO, time_error),
         };
         Some(Computation { way, trigger, timing, is_rate, body })
+    }
+
+    /// The range of a variable as a computation of it, which rests on nothing; `None` where the range is empty.
+    #[must_use]
+    pub fn of_range(variable: VariableId, range: Interval) -> Option<Computation> {
+        let substitution = Substitution { sink: variable, steps: Vec::new(), sources: Vec::new() };
+        let way = Way { substitution, signals: Vec::new() };
+        let body = Body::Computed(compile::constant(variable, range)?);
+        Some(Computation { way, trigger: None, timing: Timing::default(), is_rate: false, body })
+    }
+
+    /// Whether it is a [range](Computation::of_range).
+    #[must_use]
+    pub fn is_range(&self) -> bool {
+        self.way.signals.is_empty() && self.way.substitution.steps.is_empty()
     }
 
     /// Takes over the memory of a computation from before a change of the knowledge base. Returns whether it does: only when both

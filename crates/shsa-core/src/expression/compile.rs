@@ -11,8 +11,8 @@ use super::lacking::weighs_arguments;
 use super::operation::Operation;
 use super::problem::Problem;
 use super::program::{
-    Assignment, Examined, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Remembered,
-    Retained,
+    Assignment, Examined, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register,
+    Remembered, Retained,
 };
 use super::tape::Tape;
 use crate::interval::Course;

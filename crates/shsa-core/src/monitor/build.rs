@@ -3,6 +3,8 @@
 use super::consensus::Consensus;
 use super::index::Index;
 use super::past::{capacity, lookback, port, reach_of_inputs};
+use super::ranges::left_ranges;
+use super::support::{reads, rests_on, sized_by};
 use super::way::allowed_gap;
 use super::{
     Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
@@ -40,8 +42,10 @@ impl Monitor {
                 completes[trigger].push(way_index(at));
             }
         }
+        let ranges = left_ranges(knowledge, &computations);
         let ways: Vec<WatchedWay> = computations
             .into_iter()
+            .chain(ranges)
             .map(|computation| watched_way(knowledge, computation, lookback))
             .collect();
         let mut joins = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
@@ -74,9 +78,11 @@ impl Monitor {
     }
 
     fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
+        let beside_ranges = self.beside_ranges(knowledge);
         let ways = self
             .ways
             .iter()
+            .filter(|watched| !watched.is_range)
             .map(|watched| SupportedWay { way: watched.computation.way(), rests_on: &watched.rests_on });
         let ways: Vec<SupportedWay<'_>> = ways.collect();
         let compared = compared(knowledge, &ways);
@@ -88,6 +94,11 @@ impl Monitor {
                     // Time errors of one way may hide a single bad value: then the moments of the other way are compared, too.
                     self.pairs.push(pair(knowledge, fast, slow, options));
                 }
+            }
+        }
+        for (at, range) in beside_ranges {
+            if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(range)) {
+                self.pairs.push(pair(knowledge, (at, one), (range, other), options));
             }
         }
         let mut waiting = alloc::vec![0; self.ways.len()];
@@ -218,6 +229,7 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let is_of_moments = !computation.is_windowed() && constant.is_none();
     WatchedWay {
         is_of_moments,
+        is_range: computation.is_range(),
         computation,
         rests_on,
         reads,
@@ -236,61 +248,6 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         triggers: Vec::new(),
         late,
     }
-}
-
-/// The signals of a way and all their origins: a loss of any of them loses the way. Signals from the same source are replaced by
-/// the one that represents the source.
-#[must_use]
-pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
-        all.extend(&knowledge.origins(signal));
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The signals that a way reads, itself or by a fusion, which computes its output from all its inputs. The other signals that it
-/// [rests on](rests_on) are declared ancestors: how much of them is in a reading is not known.
-fn reads(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
-        match knowledge.is_computed(signal) {
-            true => all.extend(&knowledge.origins(signal)),
-            false => _ = all.insert(signal),
-        }
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The signals that the value of a way is computed from, and all their origins, without the signals that only conditions read:
-/// these do not change the size of the output. Signals from the same source are replaced by the one that represents the source.
-#[must_use]
-pub fn sized_by(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let needed = computed_from(knowledge, way);
-    let sources = way.substitution.sources.iter().zip(&way.signals);
-    let signals = sources.filter(|(variable, _)| needed.contains(variable));
-    let all = signals.filter_map(|(_, signal)| *signal).fold(SignalSet::new(), |mut all, signal| {
-        all.extend(&knowledge.origins(signal));
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The variables that the value of a way is computed from, including the way's own variable.
-fn computed_from(knowledge: &KnowledgeBase, way: &Way) -> Vec<VariableId> {
-    let mut needed = Vec::from([way.substitution.sink]);
-    for step in way.substitution.steps.iter().rev() {
-        if !needed.contains(&step.output) {
-            continue;
-        }
-        let relation = &knowledge.relations()[step.relation];
-        match relation.formula(step.output) {
-            Some(formula) => needed
-                .extend(formula.symbols().iter().map(|symbol| VariableId::from_index(symbol.0 as usize))),
-            None => needed.extend(relation.needs(step.output)),
-        }
-    }
-    needed
 }
 
 /// What a comparison is about: the same relations and signals, compared in another variable, add nothing.

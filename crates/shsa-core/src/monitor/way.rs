@@ -39,6 +39,8 @@ pub struct WatchedWay {
     pub(super) turn: Option<f64>,
     /// The declared range of the variable, SI.
     pub(super) range: Option<Interval>,
+    /// Whether this is the variable's declared range, and no computation.
+    pub(super) is_range: bool,
     /// Whether the value is the verdict of a specification: that a condition holds says nothing of the size of what it reads.
     pub(super) is_verdict: bool,
     /// Whether a relation of the way has a condition, without which it says nothing.

@@ -42,6 +42,7 @@ mod power;
 mod noise;
 mod trust;
 mod coverage;
+mod ranges;
 mod many;
 
 mod assurance;
