@@ -5,7 +5,7 @@
 //! newest sample has no value yet, and nothing is extrapolated. Where a value stands until the next one, the last value holds at
 //! every moment.
 
-use super::history::{History, Reach, Reading, Sample};
+use super::history::{History, Reach, Reading, Sample, farthest};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -237,12 +237,6 @@ impl History {
         }
         Some(hull.widened(2.0 * middles.width()))
     }
-}
-
-/// The longest time between points of two validities.
-#[inline]
-pub(super) fn farthest(one: Validity, other: Validity) -> Span {
-    (one.to - other.from).max(other.to - one.from)
 }
 
 /// How far the parabola through three samples, in the order of time, rises above the higher of the last two between them.

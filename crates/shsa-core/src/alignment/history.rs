@@ -3,7 +3,6 @@
 mod near;
 mod possible;
 
-use super::about::farthest;
 use super::reception::Acceptance;
 use crate::interval::{Course, Interval};
 use crate::time::{Span, Time, Validity};
@@ -375,6 +374,12 @@ impl History {
             self.samples.swap(one, other);
         }
     }
+}
+
+/// The longest time between points of two validities.
+#[inline]
+pub(super) fn farthest(one: Validity, other: Validity) -> Span {
+    (one.to - other.from).max(other.to - one.from)
 }
 
 #[cfg(test)]

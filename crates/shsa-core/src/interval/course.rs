@@ -64,7 +64,7 @@ impl Course {
         }
         let (one, other) = (self.possible(before), self.possible(after));
         let rise = self.max_rate * seconds;
-        let highest = highest((one.hi(), other.hi()), self.range.hi(), rise) * seconds;
+        let highest = highest(one.hi(), other.hi(), self.range.hi(), rise) * seconds;
         let lowest = -highest_of_mirrored(one, other, self.range.lo(), rise) * seconds;
         let largest = one.magnitude().max(other.magnitude()) + rise;
         let margin = ROUNDINGS * largest * seconds;
@@ -74,7 +74,7 @@ impl Course {
 }
 
 /// The mean of the highest course between two ends: it rises and falls by at most `rise` in all of the time, and stays below `cap`.
-fn highest((before, after): (f64, f64), cap: f64, rise: f64) -> f64 {
+fn highest(before: f64, after: f64, cap: f64, rise: f64) -> f64 {
     let cap = cap.max(before).max(after);
     // Beyond the other end and the full rise, an end cannot be.
     let (before, after) = (before.min(after + rise), after.min(before + rise));
@@ -86,7 +86,7 @@ fn highest((before, after): (f64, f64), cap: f64, rise: f64) -> f64 {
 
 /// The same for the lowest course, upside down.
 fn highest_of_mirrored(before: Interval, after: Interval, floor: f64, rise: f64) -> f64 {
-    highest((-before.lo(), -after.lo()), -floor, rise)
+    highest(-before.lo(), -after.lo(), -floor, rise)
 }
 
 #[cfg(test)]

@@ -8,6 +8,13 @@ use crate::computation::Timing;
 use crate::interval::Interval;
 use crate::time::{Span, Time};
 
+/// A value, and how the values of its way relate to time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Timed {
+    pub(super) sample: Sample,
+    pub(super) timing: Timing,
+}
+
 /// The server of the last value, and the rest of the offset from the server before.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Blend {
@@ -46,7 +53,7 @@ impl Blend {
     /// the new one, unless it were too wide then.
     pub(super) fn apply(
         &mut self,
-        (sample, timing): (Sample, Timing),
+        Timed { sample, timing }: Timed,
         server: Server,
         last: Option<Sample>,
         settings: &Settings,

@@ -1,13 +1,13 @@
 //! Publishes the value of a need at a moment: of its source, of a stand-in, or of the candidates; and reports changes.
 
 use super::super::message::{Event, EventKind, Output, Publication, PublishedValue, Quality};
+use super::blend::Timed;
 use super::episode::{Episode, Fault};
 use super::reported::News;
 use super::settings::Given;
 use super::{Provider, Server, State, unserved};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
-use crate::computation::Timing;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
@@ -83,7 +83,7 @@ impl Provider {
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
                 let timing = monitor.way(way).map(|way| way.computation.timing()).unwrap_or_default();
                 let server = Server::StandIn(way);
-                self.publish_sample(knowledge, (sample, timing), server, admitted, now, outputs);
+                self.publish_sample(knowledge, Timed { sample, timing }, server, admitted, now, outputs);
             }
             return;
         }
@@ -257,7 +257,7 @@ impl Provider {
         let server = Server::Active { since: self.switched };
         let Some(timing) = self.state.serving().map(|serving| serving.service.timing()) else { return };
         if let Some(admitted) = self.admitted() {
-            self.publish_sample(knowledge, (sample, timing), server, admitted, now, outputs);
+            self.publish_sample(knowledge, Timed { sample, timing }, server, admitted, now, outputs);
         }
     }
 
@@ -265,15 +265,15 @@ impl Provider {
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
-        (sample, timing): (Sample, Timing),
+        given: Timed,
         server: Server,
         admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
         let last = self.last.map(|(_, last)| last);
-        let own = self.blend.apply((sample, timing), server, last, &self.settings, now);
-        let Sample { value, validity } = self.settings.stated(own, timing);
+        let own = self.blend.apply(given, server, last, &self.settings, now);
+        let Sample { value, validity } = self.settings.stated(own, given.timing);
         self.publish(knowledge, (PublishedValue::Scalar(value), validity), admitted, now, outputs);
         self.last = Some((now, own));
     }
