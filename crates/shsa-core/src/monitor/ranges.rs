@@ -8,21 +8,22 @@ use crate::computation::Computation;
 use crate::expression::Symbol;
 use crate::interval::Interval;
 use crate::knowledge::{Id, KnowledgeBase, VariableId};
+use crate::substitution::Way;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 
 /// The ranges that some of the ways may leave, in the order of their variables.
 pub(super) fn left_ranges(knowledge: &KnowledgeBase, ways: &[Computation]) -> Vec<Computation> {
-    let left = ways.iter().filter(|way| may_leave_range(knowledge, way));
-    let variables: BTreeSet<VariableId> = left.map(|way| way.way().substitution.sink).collect();
+    let left = ways.iter().map(Computation::way).filter(|way| may_leave_range(knowledge, way));
+    let variables: BTreeSet<VariableId> = left.map(|way| way.substitution.sink).collect();
     let of_range = |variable| Computation::of_range(variable, checked_range(knowledge, variable)?);
     variables.into_iter().filter_map(of_range).collect()
 }
 
 /// Whether the values of a way may leave the range of its variable, by the ranges of its inputs. What a signal shows outside of it
 /// is told by the signal's own readings.
-fn may_leave_range(knowledge: &KnowledgeBase, computation: &Computation) -> bool {
-    let way = computation.way();
+#[must_use]
+pub fn may_leave_range(knowledge: &KnowledgeBase, way: &Way) -> bool {
     let Some(range) = checked_range(knowledge, way.substitution.sink) else { return false };
     if way.inputs().next().is_none() || way.direct().is_some() {
         return false;
@@ -58,7 +59,7 @@ impl Monitor {
         let ranges = || self.ways.iter().enumerate().filter(|(_, way)| way.is_range);
         let beside = |(at, way): (usize, &WatchedWay)| {
             let (range, _) = ranges().find(|(_, range)| range.variable() == way.variable())?;
-            may_leave_range(knowledge, &way.computation).then_some((at, range))
+            may_leave_range(knowledge, way.computation.way()).then_some((at, range))
         };
         self.ways.iter().enumerate().filter_map(beside).collect()
     }
