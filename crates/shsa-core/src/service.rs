@@ -103,6 +103,11 @@ impl Service {
         Computation::lag(knowledge, way, Computation::fastest_input)
     }
 
+    /// How the way is computed.
+    pub(crate) fn computation(&self) -> &Computation {
+        &self.computation
+    }
+
     /// The computed way.
     #[must_use]
     pub fn way(&self) -> &Way {

@@ -49,6 +49,7 @@ mod assurance;
 mod needs;
 mod under_contract;
 mod switch;
+mod turns;
 mod reported;
 mod delegate;
 mod orders;

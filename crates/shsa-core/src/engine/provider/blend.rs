@@ -2,18 +2,11 @@
 
 use super::Server;
 use super::settings::Settings;
+use super::turn::Turn;
 use crate::alignment::Sample;
 use crate::circle;
-use crate::computation::Timing;
 use crate::interval::Interval;
 use crate::time::{Span, Time};
-
-/// A value, and how the values of its way relate to time.
-#[derive(Clone, Copy, Debug)]
-pub(super) struct Timed {
-    pub(super) sample: Sample,
-    pub(super) timing: Timing,
-}
 
 /// The server of the last value, and the rest of the offset from the server before.
 #[derive(Clone, Copy, Debug, Default)]
@@ -53,14 +46,14 @@ impl Blend {
     /// the new one, unless it were too wide then.
     pub(super) fn apply(
         &mut self,
-        Timed { sample, timing }: Timed,
-        server: Server,
+        sample: Sample,
+        turn: Turn,
         last: Option<Sample>,
         settings: &Settings,
         now: Time,
     ) -> Sample {
         let span = settings.switching.blend;
-        if self.server.replace(server) != Some(server) {
+        if self.server.replace(turn.server) != Some(turn.server) {
             let beside = |value: Interval| {
                 settings.wraps.map_or(value, |turn| circle::nearest(value, sample.value, turn))
             };
@@ -78,7 +71,7 @@ impl Blend {
         let value = moved.widened(shift.abs());
         let blended = Sample { value, ..sample };
         let is_fit =
-            value.is_bounded() && settings.stated(blended, timing).value.width() <= settings.max_width;
+            value.is_bounded() && settings.stated(blended, turn.timing).value.width() <= settings.max_width;
         if is_fit { blended } else { sample }
     }
 }

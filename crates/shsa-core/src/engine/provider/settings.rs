@@ -42,14 +42,20 @@ impl Settings {
         }
     }
 
-    /// What the value of a source says of the moment for which it is published, the middle of its validity: the value grows by as
-    /// much as the variable may change in the time for which the value may be off, and ends at the variable's range. Empty where
-    /// none of it is possible.
-    pub(super) fn stated(&self, Sample { value, validity }: Sample, timing: Timing) -> Sample {
-        let off = timing.off(validity);
+    /// What the value of a source says of the middle of its validity, for which it is published; see
+    /// [`stated_for`](Settings::stated_for).
+    pub(super) fn stated(&self, sample: Sample, timing: Timing) -> Sample {
+        self.stated_for(sample, timing, sample.validity)
+    }
+
+    /// What the value of a source says of the middle of another time: the value grows by as much as the variable may change in the
+    /// time for which the value may be off, and ends at the variable's range. Empty where none of it is possible.
+    pub(super) fn stated_for(&self, sample: Sample, timing: Timing, validity: Validity) -> Sample {
+        let moved = validity.centre() - sample.validity.centre();
+        let off = timing.off(sample.validity) + Span(moved.0.saturating_abs());
         let value = match self.quantity.max_rate {
-            Some(max_rate) if off > Span::ZERO => value.widened(off.seconds() * max_rate),
-            _ => value,
+            Some(max_rate) if off > Span::ZERO => sample.value.widened(off.seconds() * max_rate),
+            _ => sample.value,
         };
         Sample { value: self.possible(value), validity }
     }

@@ -116,7 +116,7 @@ needs:
     let knowledge = load(text, "m.yaml").knowledge;
     let needs: Vec<_> = knowledge.needs().iter().collect();
     let choices: Vec<WhenUnsure> = needs.iter().map(|need| need.when_unsure).collect();
-    let usual = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold, WhenUnsure::Hull];
+    let usual = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Unstated, WhenUnsure::Hull];
     assert_eq!(choices, usual, "the hull where a width is stated");
     assert_eq!((needs[0].min_rate_hz, needs[1].min_rate_hz), (Some(5.0), None));
     let names: Vec<&str> = knowledge.needs().ids().map(|id| knowledge.need_name(id)).collect();

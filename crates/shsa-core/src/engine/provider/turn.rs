@@ -1,0 +1,116 @@
+//! Whose turn it is: one server at a time gives the values of a need, each under its own name, and stamps never go back.
+//!
+//! Where one server follows another, the stamps of the two values are at least half of the faster one's period apart, as stamps of
+//! sources out of phase are at an average: a value from closer to the last one tells nothing new. The last server's turn ends
+//! earlier where the need is about to be overdue.
+
+use super::{Provider, Server};
+use crate::alignment::Sample;
+use crate::computation::{Computation, Timing};
+use crate::knowledge::KnowledgeBase;
+use crate::monitor::{WatchedWay, WayIndex};
+use crate::reason::ServedBy;
+use crate::substitution::Way;
+use crate::time::{Span, Time, Validity};
+use alloc::sync::Arc;
+
+/// A server with the usual time between its values, zero where that is unknown or its values stand, and how its values relate to
+/// time.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Turn {
+    pub(super) server: Server,
+    pub(super) period: Span,
+    pub(super) timing: Timing,
+}
+
+/// What the values of the present servers are called. Names are made once: values share them.
+#[derive(Debug, Default)]
+pub(super) struct Names {
+    own: Option<Arc<ServedBy>>,
+    stand_in: Option<(WayIndex, Arc<ServedBy>)>,
+}
+
+impl Names {
+    /// The source is another one.
+    pub(super) fn forget(&mut self) {
+        *self = Names::default();
+    }
+}
+
+/// The declared time between the values of a way; zero where nothing is declared or its values stand.
+pub(super) fn period_of(knowledge: &KnowledgeBase, computation: &Computation) -> Span {
+    let period = computation.trigger().and_then(|trigger| knowledge.signals()[trigger].period());
+    period.filter(|_| !computation.stands(knowledge)).unwrap_or(Span::ZERO)
+}
+
+fn named(knowledge: &KnowledgeBase, way: &Way) -> Arc<ServedBy> {
+    Arc::new(ServedBy::Way(way.describe(knowledge)))
+}
+
+/// Stands for a server that is gone; it gives no values.
+fn unnamed() -> Arc<ServedBy> {
+    Arc::new(ServedBy::LastTrusted)
+}
+
+impl Provider {
+    /// The turn of the source.
+    pub(super) fn own_turn(&self) -> Turn {
+        let period = self.state.serving().map_or(Span::ZERO, |serving| serving.pace.declared());
+        let timing = self.state.serving().map_or_else(Timing::default, |serving| serving.service.timing());
+        Turn { server: Server::Active { since: self.switched }, period, timing }
+    }
+
+    /// The turn of another way.
+    pub(super) fn turn_of(&self, knowledge: &KnowledgeBase, index: WayIndex, way: &WatchedWay) -> Turn {
+        let (period, timing) = (period_of(knowledge, &way.computation), way.computation.timing());
+        Turn { server: Server::StandIn(index), period, timing }
+    }
+
+    /// Whether a value may follow the last published one.
+    pub(super) fn may_follow(&self, turn: Turn, validity: Validity, now: Time) -> bool {
+        let Some((at, Sample { validity: last, .. })) = self.last else { return true };
+        let (stamp, last) = (validity.to, last.to);
+        let goes_on = self.blend.server() == Some(turn.server) && turn.server != Server::Unsure;
+        let is_apart = || stamp - last >= Span(turn.period.min(self.last_period).0 / 2);
+        let is_due = || now - at > self.settings.half_age();
+        stamp >= last && (goes_on || is_apart() || is_due())
+    }
+
+    /// When a value was true, for readers who take the middle for its stamp. What is true of a window counts for its newer part
+    /// after a value of a moment, until the middle of the window is later than that: at half of the pace, so that stamps advance.
+    pub(super) fn following(&self, validity: Validity) -> Validity {
+        let Some((_, Sample { validity: last, .. })) = self.last else { return validity };
+        let advanced = last.centre() + Span((validity.to - last.to).0 / 2);
+        match advanced.min(validity.to) {
+            least if least > validity.centre() => {
+                let half = validity.to - least;
+                Validity { from: (least - half).max(validity.from), ..validity }
+            }
+            _ => validity,
+        }
+    }
+
+    /// What the server of a value is called.
+    pub(super) fn name_of(&mut self, knowledge: &KnowledgeBase, server: Server) -> Arc<ServedBy> {
+        let name = match server {
+            Server::Unsure => return self.state.unsure_mut().map_or_else(unnamed, |it| it.name(knowledge)),
+            Server::Active { .. } => {
+                let Some(way) = self.state.way() else { return unnamed() };
+                self.names.own.get_or_insert_with(|| named(knowledge, way))
+            }
+            Server::StandIn(index) => match &self.names.stand_in {
+                Some((known, name)) if *known == index => name,
+                _ => return unnamed(),
+            },
+        };
+        name.clone()
+    }
+
+    /// Notes what a stand-in is called, before its value goes out.
+    pub(super) fn name_stand_in(&mut self, knowledge: &KnowledgeBase, index: WayIndex, way: &WatchedWay) {
+        let is_known = self.names.stand_in.as_ref().is_some_and(|(known, _)| *known == index);
+        if !is_known {
+            self.names.stand_in = Some((index, named(knowledge, way.computation.way())));
+        }
+    }
+}
