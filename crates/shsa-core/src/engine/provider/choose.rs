@@ -88,6 +88,7 @@ impl Provider {
         self.contracts.run(self.state.way());
         self.sources.is_unrivalled = false;
         self.names.forget();
+        self.waiting = None;
         self.delegate.retire();
     }
 

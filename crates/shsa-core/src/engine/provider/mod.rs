@@ -45,7 +45,7 @@ use blend::Blend;
 use delegate::Delegate;
 use refusal::Refusals;
 use reported::Reported;
-use settings::Settings;
+use settings::{Given, Settings};
 use sources::Sources;
 use state::State;
 use statistics::Statistics;
@@ -126,6 +126,8 @@ pub(super) struct Provider {
     trusted: Option<Sample>,
     /// The usual time between the values of its server.
     last_period: Span,
+    /// A value of the source that waits for its turn.
+    waiting: Option<Given>,
     names: Names,
     /// The server of the last value, and the rest of the offset from the server before.
     blend: Blend,
@@ -156,6 +158,7 @@ impl Provider {
             last: None,
             trusted: None,
             last_period: Span::ZERO,
+            waiting: None,
             names: Names::default(),
             blend: Blend::default(),
             reported: Reported::NOTHING,
@@ -199,7 +202,8 @@ impl Provider {
         let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
         let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
         let own = self.state.deadline(&self.settings, &self.reported, served, held, now);
-        overdue.into_iter().chain(own).chain(self.contracts.deadline()).min()
+        let turn = self.next_turn().filter(|turn| *turn > now);
+        overdue.into_iter().chain(own).chain(turn).chain(self.contracts.deadline()).min()
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {

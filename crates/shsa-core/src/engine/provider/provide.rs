@@ -59,7 +59,7 @@ impl Provider {
         // A doubted value is better than none.
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
-        let given = given.filter(|(_, validity)| self.may_follow(self.own_turn(), *validity, now));
+        let given = self.in_turn(given, now);
         let is_unfit = self.state.serving().is_some_and(|serving| serving.unfit_since.is_some());
         let fault = match given {
             Some((PublishedValue::Scalar(value), validity)) => {

@@ -1,9 +1,10 @@
 //! Whose turn it is: one server at a time gives the values of a need, each under its own name, and stamps never go back.
 //!
 //! Where one server follows another, the stamps of the two values are at least half of the faster one's period apart, as stamps of
-//! sources out of phase are at an average: a value from closer to the last one tells nothing new. The last server's turn ends
-//! earlier where the need is about to be overdue.
+//! sources out of phase are at an average: a value from closer to the last one tells nothing new. It waits, and goes out where no
+//! newer one follows, or the need is about to be overdue.
 
+use super::settings::Given;
 use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::computation::{Computation, Timing};
@@ -13,6 +14,9 @@ use crate::reason::ServedBy;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::sync::Arc;
+
+/// After so many periods a newer value would have come: one that may be missing, and one that is late.
+const PERIODS: i64 = 2;
 
 /// A server with the usual time between its values, zero where that is unknown or its values stand, and how its values relate to
 /// time.
@@ -72,8 +76,35 @@ impl Provider {
         let (stamp, last) = (validity.to, last.to);
         let goes_on = self.blend.server() == Some(turn.server) && turn.server != Server::Unsure;
         let is_apart = || stamp - last >= Span(turn.period.min(self.last_period).0 / 2);
-        let is_due = || now - at > self.settings.half_age();
+        let is_due = || now - at > self.longest_turn(turn);
         stamp >= last && (goes_on || is_apart() || is_due())
+    }
+
+    /// The value of the source that may follow the last published one: the one given now, or else the one that waits. A value that
+    /// is too close to the last one waits for a newer one.
+    pub(super) fn in_turn(&mut self, given: Option<Given>, now: Time) -> Option<Given> {
+        let has_waited = given.is_none();
+        let given = given.or_else(|| self.waiting.take())?;
+        if self.may_follow(self.own_turn(), given.1, now) {
+            self.waiting = None;
+            let is_old = has_waited && now - given.1.to > self.settings.max_age;
+            return Some(given).filter(|_| !is_old);
+        }
+        let is_newest = self.last.is_none_or(|(_, last)| given.1.to >= last.validity.to);
+        self.waiting = Some(given).filter(|_| is_newest);
+        None
+    }
+
+    /// When a value that waits goes out.
+    pub(super) fn next_turn(&self) -> Option<Time> {
+        let (at, _) = self.last.filter(|_| self.waiting.is_some())?;
+        Some(at + self.longest_turn(self.own_turn()) + Span(1))
+    }
+
+    /// How long after a value no other server's value is too close to it: until a newer one would have come, or the need is about to
+    /// be overdue.
+    fn longest_turn(&self, turn: Turn) -> Span {
+        turn.period.min(self.last_period).times(PERIODS).min(self.settings.half_age())
     }
 
     /// When a value was true, for readers who take the middle for its stamp. What is true of a window counts for its newer part
