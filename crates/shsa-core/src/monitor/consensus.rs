@@ -89,8 +89,8 @@ impl Consensus {
             }
             most = most.max(members.len());
         }
-        let mut of_variable: Vec<_> =
-            (0..).map(WayIndex).zip(ways).map(|(index, way)| (way.variable(), index)).collect();
+        let computed = (0..).map(WayIndex).zip(ways).filter(|(_, way)| !way.is_range());
+        let mut of_variable: Vec<_> = computed.map(|(index, way)| (way.variable(), index)).collect();
         of_variable.sort_unstable();
         for seat in own.iter_mut().chain(others.iter_mut().flatten()) {
             seat.has_majorities = has_majorities.get(seat.way.0 as usize).copied().unwrap_or_default();

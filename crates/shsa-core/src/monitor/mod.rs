@@ -349,7 +349,7 @@ impl Monitor {
     ) -> Votes {
         let mut votes = Votes::default();
         let of_variable = self.index.of_variable(variable).iter().filter_map(|&index| self.way(index));
-        for way in of_variable.filter(|way| way.rests_on != *rests_on && !way.is_range() && trusted(way)) {
+        for way in of_variable.filter(|way| way.rests_on != *rests_on && trusted(way)) {
             let value = sample.value;
             let agrees = |(known, is_certain)| (way.in_turn(known, value).overlaps(value), is_certain);
             match way.vote(sample.validity).map(agrees) {

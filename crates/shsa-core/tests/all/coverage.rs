@@ -309,6 +309,8 @@ fn rates(seed: u64) -> Result<(), String> {
     // Some of the comparisons are of means with means.
     let smooth = chance.next() < 0.3;
     let rate = if smooth { Sensor { mean_over: window, delay: window / 2, ..rate } } else { rate };
+    // Open: after a silence a derivative is over a shorter time, and a mean over all of it leaves more open than is counted.
+    let level = if smooth { Sensor { silent: (0, 0), ..level } } else { level };
     let is_integral = chance.next() < 0.4 && !smooth;
     let sensors = [rate, level];
     let variables = vec![variable("v", Some(max_rate), Some(RANGE)), variable("x", None, None)];

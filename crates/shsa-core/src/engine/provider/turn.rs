@@ -73,7 +73,7 @@ impl Provider {
     /// Whether a value may follow the last published one.
     pub(super) fn may_follow(&self, turn: Turn, validity: Validity, now: Time) -> bool {
         let Some((at, Sample { validity: last, .. })) = self.last else { return true };
-        let (stamp, last) = (validity.to, last.to);
+        let (stamp, last) = (self.following(validity).centre(), last.centre());
         let goes_on = self.blend.server() == Some(turn.server) && turn.server != Server::Unsure;
         let is_apart = || stamp - last >= Span(turn.period.min(self.last_period).0 / 2);
         let is_due = || now - at > self.longest_turn(turn);
@@ -90,7 +90,7 @@ impl Provider {
             let is_old = has_waited && now - given.1.to > self.settings.max_age;
             return Some(given).filter(|_| !is_old);
         }
-        let is_newest = self.last.is_none_or(|(_, last)| given.1.to >= last.validity.to);
+        let is_newest = self.last.is_none_or(|(_, last)| given.1.to >= last.validity.centre());
         self.waiting = Some(given).filter(|_| is_newest);
         None
     }
@@ -111,7 +111,7 @@ impl Provider {
     /// after a value of a moment, until the middle of the window is later than that: at half of the pace, so that stamps advance.
     pub(super) fn following(&self, validity: Validity) -> Validity {
         let Some((_, Sample { validity: last, .. })) = self.last else { return validity };
-        let advanced = last.centre() + Span((validity.to - last.to).0 / 2);
+        let advanced = last.centre() + Span((validity.to - last.to).0.max(0) / 2);
         match advanced.min(validity.to) {
             least if least > validity.centre() => {
                 let half = validity.to - least;

@@ -252,8 +252,9 @@ impl VariableRecord {
         self.watched.clear();
         let Some(variable) = variable else { return };
         let monitor = run.engine.monitor();
+        let is_of = |way: &WatchedWay| way.variable() == variable && !way.is_range();
         let mut ways: Vec<_> =
-            (0..).map(WayIndex).zip(monitor.ways()).filter(|(_, way)| way.variable() == variable).collect();
+            (0..).map(WayIndex).zip(monitor.ways()).filter(|(_, way)| is_of(way)).collect();
         // Direct signals come before computed ways.
         ways.sort_by_key(|(_, way)| way.computation.way().direct().is_none());
         let is_of_it = |index: WayIndex| ways.iter().any(|(it, _)| *it == index);
