@@ -16,6 +16,18 @@ pub enum Step {
     Each,
 }
 
+impl Step {
+    /// The index that it stands for in a list: `[1]`, or the name `1`.
+    #[must_use]
+    pub fn index(&self) -> Option<usize> {
+        match self {
+            Step::Index(index) => Some(*index),
+            Step::Key(key) => key.parse().ok(),
+            Step::Each => None,
+        }
+    }
+}
+
 /// A condition on a message, or the selection of a list's element: `[NAME=TEXT]`.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Condition {

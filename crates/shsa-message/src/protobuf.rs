@@ -4,10 +4,13 @@
 //! fields on the path to the wanted one are read; nothing is built.
 
 mod kind;
+mod absent;
+mod fit;
 
 use crate::MessageError;
 use crate::path::{Step, is_text};
 use crate::wire::{Fields, Wire, put_bytes};
+use absent::{Absent, Presence};
 use kind::Kind;
 use std::collections::BTreeMap;
 use std::sync::OnceLock;
@@ -25,17 +28,25 @@ struct Member {
     number: u64,
     kind: Kind,
     is_list: bool,
+    /// The type of an enumeration.
+    enumeration: Option<String>,
+    absent: Absent,
 }
 
 /// Types by their full names, without a leading dot. A definition is parsed when its type is first asked for.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct Types(BTreeMap<String, Definition>);
+pub struct Types {
+    messages: BTreeMap<String, Definition>,
+    /// The numbers of the names of enumerations.
+    enumerations: BTreeMap<String, BTreeMap<String, i64>>,
+}
 
 /// The definition of a type.
 #[derive(Clone, Debug)]
 struct Definition {
     /// The descriptors of its fields, each with its length.
     fields: Vec<u8>,
+    presence: Presence,
     members: OnceLock<Vec<Member>>,
 }
 
@@ -72,32 +83,47 @@ impl Types {
         for (_, file) in Fields::of(set).filter(|(number, _)| *number == 1) {
             let Wire::Bytes(file) = file else { continue };
             let package = text(file, 2).unwrap_or_default();
-            for (number, message) in Fields::of(file) {
-                if let (4, Wire::Bytes(message)) = (number, message) {
-                    types.add(&package, message, 0);
+            let presence = Presence::of_file(file);
+            for (number, part) in Fields::of(file) {
+                match (number, part) {
+                    (4, Wire::Bytes(message)) => types.add(&package, message, presence, 0),
+                    (5, Wire::Bytes(enumeration)) => types.add_enumeration(&package, enumeration),
+                    _ => {}
                 }
             }
         }
         types
     }
 
-    fn add(&mut self, scope: &str, message: &[u8], depth: usize) {
+    fn add(&mut self, scope: &str, message: &[u8], presence: Presence, depth: usize) {
         let Some(name) = text(message, 1).filter(|_| depth < DEPTH_MAX) else { return };
-        let name = if scope.is_empty() { name } else { format!("{scope}.{name}") };
+        let name = within(scope, name);
+        let presence = presence.of_message(message);
         let mut fields = Vec::new();
         for (number, part) in Fields::of(message) {
             match (number, part) {
                 (FIELD, Wire::Bytes(field)) => put_bytes(FIELD, field, &mut fields),
-                (3, Wire::Bytes(nested)) => self.add(&name, nested, depth + 1),
+                (3, Wire::Bytes(nested)) => self.add(&name, nested, presence, depth + 1),
+                (4, Wire::Bytes(enumeration)) => self.add_enumeration(&name, enumeration),
                 _ => {}
             }
         }
-        self.0.insert(name, Definition { fields, members: OnceLock::new() });
+        self.messages.insert(name, Definition { fields, presence, members: OnceLock::new() });
+    }
+
+    fn add_enumeration(&mut self, scope: &str, enumeration: &[u8]) {
+        let Some(name) = text(enumeration, 1) else { return };
+        let values = Fields::of(enumeration).filter_map(|(number, value)| match (number, value) {
+            (2, Wire::Bytes(value)) => Some((text(value, 1)?, number_of(value, 2).unwrap_or(0) as i64)),
+            _ => None,
+        });
+        let values = values.collect();
+        self.enumerations.insert(within(scope, name), values);
     }
 
     fn members(&self, name: &str) -> Result<&[Member], MessageError> {
         let unknown = || MessageError::UnknownType { name: name.to_owned(), near: None };
-        self.0.get(name).map(Definition::members).ok_or_else(unknown)
+        self.messages.get(name).map(Definition::members).ok_or_else(unknown)
     }
 
     /// Appends the paths of all numbers, texts and lists of them in a type, until there are `at_most`; of a list of messages,
@@ -130,7 +156,7 @@ impl Definition {
     fn members(&self) -> &[Member] {
         self.members.get_or_init(|| {
             let fields = Fields::of(&self.fields).filter_map(|(_, field)| match field {
-                Wire::Bytes(field) => member(field),
+                Wire::Bytes(field) => member(field, self.presence),
                 Wire::Number(_) => None,
             });
             fields.collect()
@@ -138,13 +164,13 @@ impl Definition {
     }
 }
 
-fn member(field: &[u8]) -> Option<Member> {
-    let number = |asked: u64| {
-        Fields::of(field).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
-            Wire::Number(value) => Some(value),
-            Wire::Bytes(_) => None,
-        })
-    };
+/// The full name of what is defined in a package or a type.
+fn within(scope: &str, name: String) -> String {
+    if scope.is_empty() { name } else { format!("{scope}.{name}") }
+}
+
+fn member(field: &[u8], presence: Presence) -> Option<Member> {
+    let number = |asked: u64| number_of(field, asked);
     let kind = match number(5)? {
         1 => Kind::Double,
         2 => Kind::Float,
@@ -160,7 +186,23 @@ fn member(field: &[u8]) -> Option<Member> {
         17 | 18 => Kind::Folded,
         _ => return None,
     };
-    Some(Member { name: text(field, 1)?, number: number(3)?, kind, is_list: number(4) == Some(3) })
+    let type_name = || text(field, 6).map(|name| name.trim_start_matches('.').to_owned());
+    Some(Member {
+        name: text(field, 1)?,
+        number: number(3)?,
+        kind,
+        is_list: number(4) == Some(3),
+        enumeration: if number(5) == Some(14) { type_name() } else { None },
+        absent: Absent::of(field, presence),
+    })
+}
+
+/// The number in a field of a message; `None` where it is not there.
+fn number_of(message: &[u8], asked: u64) -> Option<u64> {
+    Fields::of(message).filter(|(number, _)| *number == asked).find_map(|(_, value)| match value {
+        Wire::Number(value) => Some(value),
+        Wire::Bytes(_) => None,
+    })
 }
 
 fn text(message: &[u8], asked: u64) -> Option<String> {
@@ -190,7 +232,7 @@ impl Plan {
                     known: members.iter().map(|member| member.name.clone()).collect(),
                 });
             };
-            let index = path.peek().and_then(|step| index(step)).filter(|_| member.is_list);
+            let index = path.peek().and_then(|step| step.index()).filter(|_| member.is_list);
             if index.is_some() {
                 path.next();
             }
@@ -212,7 +254,7 @@ impl Plan {
                 }
                 (Kind::Message(inner), Some(_)) => owner = inner,
                 (_, Some(_)) => return Err(MessageError::NoParts(name.clone())),
-                (_, None) => last = Some(member.clone()),
+                (_, None) => last = Some(types.resolved(member)),
             }
         }
         Ok(Plan { steps, last: last.ok_or(MessageError::NoField)?, each: None })
@@ -231,8 +273,9 @@ impl Plan {
         }
     }
 
-    /// The value of the field in a message. A number that is not on the wire is zero, as in the format; `None` where a message on
-    /// the path is missing, a list has no such element, or the bytes are no message. `O(message)`.
+    /// The value of the field in a message. Where it is not on the wire, it is zero or empty, its default, or missing, as its
+    /// definition says. `None` where it is missing, a message on the path is missing, a list has no such element, or the bytes are
+    /// no message. `O(message)`.
     #[must_use]
     pub fn find(&self, message: &[u8]) -> Option<Found> {
         let (last, way) = self.steps.split_last()?;
@@ -280,7 +323,9 @@ impl Plan {
                 match (self.last.is_list, index) {
                     (true, Some(index)) => texts.into_iter().nth(index).map(Found::Text),
                     (true, None) => Some(Found::Texts(texts)),
-                    (false, _) => Some(Found::Text(texts.into_iter().next_back().unwrap_or_default())),
+                    (false, _) => {
+                        texts.into_iter().next_back().or_else(|| self.last.absent.text()).map(Found::Text)
+                    }
                 }
             }
             kind if self.last.is_list => match index {
@@ -299,9 +344,9 @@ impl Plan {
                 }
             },
             kind => {
-                let mut last = 0.0;
-                kind.each(values, &mut |number| last = number)?;
-                Some(Found::Number(last))
+                let mut last = None;
+                kind.each(values, &mut |number| last = Some(number))?;
+                last.or_else(|| self.last.absent.number()).map(Found::Number)
             }
         }
     }
@@ -342,15 +387,6 @@ impl Found {
 /// Whether a type is a point in time or a duration.
 fn is_time(name: &str) -> bool {
     matches!(name, "google.protobuf.Timestamp" | "google.protobuf.Duration")
-}
-
-/// The index of a step: `[1]`, or the name `1`.
-fn index(step: &Step) -> Option<usize> {
-    match step {
-        Step::Index(index) => Some(*index),
-        Step::Key(key) => key.parse().ok(),
-        Step::Each => None,
-    }
 }
 
 #[cfg(test)]

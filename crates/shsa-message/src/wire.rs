@@ -3,10 +3,10 @@
 //! Format: <https://protobuf.dev/programming-guides/encoding>.
 
 /// The wire types of whole numbers of variable length, of 64 bits, of bytes, and of 32 bits.
-const VARINT: u64 = 0;
-const FIXED64: u64 = 1;
-const BYTES: u64 = 2;
-const FIXED32: u64 = 5;
+pub(crate) const VARINT: u64 = 0;
+pub(crate) const FIXED64: u64 = 1;
+pub(crate) const BYTES: u64 = 2;
+pub(crate) const FIXED32: u64 = 5;
 
 /// The value of a field on the wire.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -77,7 +77,13 @@ impl<'a> Fields<'a> {
     #[inline]
     fn field(&mut self) -> Option<(u64, Wire<'a>)> {
         let tag = self.varint()?;
-        let value = match tag & 7 {
+        Some((tag >> 3, self.content(tag & 7)?))
+    }
+
+    /// The next value of this wire type.
+    #[inline]
+    pub(crate) fn content(&mut self, wire_type: u64) -> Option<Wire<'a>> {
+        Some(match wire_type {
             VARINT => Wire::Number(self.varint()?),
             FIXED64 => Wire::Number(u64::from_le_bytes(*self.bytes(8)?.first_chunk()?)),
             BYTES => {
@@ -86,8 +92,7 @@ impl<'a> Fields<'a> {
             }
             FIXED32 => Wire::Number(u32::from_le_bytes(*self.bytes(4)?.first_chunk()?).into()),
             _ => return None,
-        };
-        Some((tag >> 3, value))
+        })
     }
 }
 

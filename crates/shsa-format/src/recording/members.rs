@@ -55,7 +55,7 @@ impl Members {
         if let Some((_, node)) = next.iter().find(|(known, _)| known == step) {
             return Some(*node);
         }
-        if next.iter().any(|(known, _)| index(known).is_some() && index(known) == index(step)) {
+        if next.iter().any(|(known, _)| known.index().is_some() && known.index() == step.index()) {
             return None;
         }
         next.push((step.clone(), new));
@@ -77,15 +77,6 @@ impl Members {
     }
 }
 
-/// The index that a step stands for in a list.
-fn index(step: &Step) -> Option<usize> {
-    match step {
-        Step::Index(index) => Some(*index),
-        Step::Key(key) => key.parse().ok(),
-        Step::Each => None,
-    }
-}
-
 /// The meaning of a name with escapes; `None` for one without.
 fn escaped(name: &str) -> Option<Cow<'_, str>> {
     name.contains('\\').then(|| unescaped(name))
@@ -104,7 +95,7 @@ impl Visitor for Members {
     }
 
     fn element(&mut self, of: usize, at: usize) -> Option<usize> {
-        self.nodes.get(of)?.next.iter().find(|(step, _)| index(step) == Some(at)).map(|(_, node)| *node)
+        self.nodes.get(of)?.next.iter().find(|(step, _)| step.index() == Some(at)).map(|(_, node)| *node)
     }
 
     fn enter(&mut self, _node: usize) {}

@@ -1,6 +1,6 @@
 //! The kinds of fields, and the numbers of their bytes.
 
-use crate::wire::{Fields, Wire};
+use crate::wire::{BYTES, FIXED32, FIXED64, Fields, VARINT, Wire};
 
 /// The kind of a field, or of its elements.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -30,6 +30,16 @@ impl Kind {
             Kind::SignedFixed32 => f64::from(wire as u32 as i32),
             Kind::Folded => ((wire >> 1) as i64 ^ -((wire & 1) as i64)) as f64,
             _ => wire as f64,
+        }
+    }
+
+    /// The wire type of one value.
+    pub(super) fn wire_type(&self) -> u64 {
+        match self {
+            Kind::Double | Kind::Fixed64 | Kind::SignedFixed64 => FIXED64,
+            Kind::Float | Kind::Fixed32 | Kind::SignedFixed32 => FIXED32,
+            Kind::Text | Kind::Bytes | Kind::Message(_) => BYTES,
+            Kind::Signed | Kind::Unsigned | Kind::Folded => VARINT,
         }
     }
 

@@ -46,7 +46,8 @@ fn types() -> Types {
         field("names", 5, 9, 3, ""),
         sized(3, &part.concat()),
     ];
-    let file = [sized(1, b"bot.proto"), sized(2, b"bot"), sized(4, &robot.concat())].concat();
+    let file =
+        [sized(1, b"bot.proto"), sized(2, b"bot"), sized(4, &robot.concat()), sized(12, b"proto3")].concat();
     Types::of_descriptors(&sized(1, &file))
 }
 
@@ -104,6 +105,60 @@ fn fields_are_found() {
     assert_eq!(paths, ["speed", "ranges", "parts[0].wear", "parts[0].name", "parts[0].turns", "names"]);
 }
 
+#[test]
+fn a_message_fits_its_type() {
+    #[track_caller]
+    fn check(bytes: &[u8], expected: bool) {
+        assert_eq!(types().fits("bot.Robot", bytes), expected, "{bytes:?}");
+    }
+    let message = message();
+    check(&message, true);
+    check(&message[..message.len() - 1], false);
+    check(&[&message[..], &[7]].concat(), false);
+    // A field that the type does not have, a number of another wire type, half a packed number.
+    check(&whole(99, 5), true);
+    check(&whole(1, 5), false);
+    check(&sized(2, &[0; 12]), false);
+    check(&sized(3, b"\x0a"), false);
+    check(b"", true);
+}
+
+#[test]
+fn a_field_that_is_not_there_is_what_its_definition_says() {
+    let given = |name: &str, number: u64, kind: u64, default: &str, oneof: Option<u64>| {
+        let mut own = [sized(1, name.as_bytes()), whole(3, number), whole(4, 1), whole(5, kind)].concat();
+        own.extend(if kind == 14 { sized(6, b".E") } else { Vec::new() });
+        own.extend(if default.is_empty() { Vec::new() } else { sized(7, default.as_bytes()) });
+        own.extend(oneof.map(|at| whole(9, at)).unwrap_or_default());
+        sized(2, &own)
+    };
+    let message = [
+        sized(1, b"M"),
+        given("plain", 1, 1, "", None),
+        given("chosen", 2, 1, "", Some(0)),
+        given("warm", 3, 1, "20.5", None),
+        given("on", 4, 8, "true", None),
+        given("mode", 5, 14, "FAST", None),
+        given("name", 6, 9, "left", None),
+    ];
+    let value = sized(2, &[sized(1, b"FAST"), whole(2, 7)].concat());
+    let enumeration = sized(5, &[sized(1, b"E"), value].concat());
+    let check = |syntax: &[u8], path: &str, expected: &str| {
+        let file = [sized(4, &message.concat()), enumeration.clone(), sized(12, syntax)].concat();
+        let types = Types::of_descriptors(&sized(1, &file));
+        let plan = Plan::new(&types, "M", &Path::parse(path).unwrap().steps).unwrap();
+        assert_eq!(format!("{:?}", plan.find(b"")), expected, "{path}");
+    };
+    check(b"proto3", "plain", "Some(Number(0.0))");
+    check(b"proto3", "chosen", "None");
+    check(b"proto2", "plain", "None");
+    check(b"proto2", "chosen", "None");
+    check(b"proto2", "warm", "Some(Number(20.5))");
+    check(b"proto2", "on", "Some(Number(1.0))");
+    check(b"proto2", "mode", "Some(Number(7.0))");
+    check(b"proto2", "name", "Some(Text(\"left\"))");
+}
+
 proptest! {
     #[test]
     fn any_bytes_are_survived(bytes in prop::collection::vec(any::<u8>(), 0..200)) {
@@ -112,6 +167,7 @@ proptest! {
         for path in ["speed", "ranges", "parts[1].wear", "parts[].turns", "stamp", "names"] {
             let plan = Plan::new(&self::types(), "bot.Robot", &Path::parse(path).unwrap().steps).unwrap();
             let _found = plan.find(&bytes);
+            let _fits = self::types().fits("bot.Robot", &bytes);
         }
     }
 }
