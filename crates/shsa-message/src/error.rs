@@ -94,6 +94,9 @@ pub enum MessageError {
     /// A text of wide characters is before the field.
     #[error("a text of wide characters before it cannot be skipped")]
     WideTextBefore,
+    /// The definition is one of an action.
+    #[error("the messages of the action {0} cannot be read")]
+    Action(String),
     /// A folder or file of definitions cannot be read.
     #[error("{}: {reason}", .path.display())]
     Folder {
@@ -106,8 +109,17 @@ pub enum MessageError {
     #[error("{0} bytes are no CDR message")]
     NoCdr(usize),
     /// The message begins with the number of another encoding.
-    #[error("an encapsulation 0x{0:04x} is no plain CDR (0x0000 or 0x0001)")]
+    #[error("an encapsulation 0x{0:04x}{name} is no plain CDR (0x0000 or 0x0001)", name = encoding(*.0))]
     NoPlainCdr(u16),
+}
+
+/// What the number of an encapsulation stands for (OMG DDS-XTypes 1.3, 7.6.3.1.2).
+fn encoding(number: u16) -> &'static str {
+    match number {
+        2 | 3 => " (a parameter list)",
+        6..=11 => " (XCDR version 2)",
+        _ => "",
+    }
 }
 
 fn meant(near: Option<&str>) -> String {

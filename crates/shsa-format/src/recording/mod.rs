@@ -22,6 +22,7 @@ mod names;
 mod members;
 mod json_value;
 mod topic;
+mod guard;
 mod fields;
 mod extract;
 mod extraction;
@@ -62,9 +63,10 @@ pub use cut::{Cuts, Parting, Stretch};
 pub use error::RecordingError;
 use extract::Naming;
 use extraction::Extraction;
-use files::{File, Opened, files_of, format_of, open, without_packing};
+use files::{File, Opened, files_of, format_of, open};
 pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
+use guard::guarded;
 use inventory::Inventory;
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
@@ -73,7 +75,7 @@ use stream::Surveyed;
 pub use stream::{Stream, Survey, stream, survey};
 use topic::{Fields, Input, Listener};
 pub use wanted::Wanted;
-use wanted::{Want, understand};
+use wanted::{Want, lone_table, understand};
 
 /// Options about times and definitions that a file itself does not have.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
@@ -344,9 +346,9 @@ fn read_with(
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
     match format {
-        Format::Bag => rosbag::read(input, listener),
-        Format::Mcap => mcap::read(input, options, listener),
-        Format::Rosbag2 => rosbag2::read(input, options, listener),
+        Format::Bag => guarded(listener, |guard| rosbag::read(input, guard)),
+        Format::Mcap => guarded(listener, |guard| mcap::read(input, options, guard)),
+        Format::Rosbag2 => guarded(listener, |guard| rosbag2::read(input, options, guard)),
         Format::Ulog => ulog::read(input, listener),
         Format::DataFlash => dataflash::binary::read(input, listener),
         Format::DataFlashText => dataflash::text::read(input, listener),
@@ -376,22 +378,6 @@ pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInf
         Ok(inventory.finish(row.name))
     };
     files_of(paths)?.iter().map(of_file).collect()
-}
-
-/// Where a single table has a name that no source knows, the sources mean that table: it may be a copy, a part, a download.
-fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
-    let named = |want: &Want<'_>| want.source.file.is_some();
-    if !wants.iter().any(named)
-        || wants.iter().any(|want| named(want) && want.source.is_of_file(&without_packing(file)))
-    {
-        return;
-    }
-    gathered.about(file);
-    gathered
-        .warn(Place::Whole, "no source names this file; as it is the only one, it is read for all of them");
-    for want in wants {
-        want.source.file = None;
-    }
 }
 
 #[cfg(test)]

@@ -26,7 +26,9 @@ pub(super) fn fields(known: &Arc<Types>, name: &str, definition: &str) -> Fields
     let mut types = known.clone();
     if !definition.trim().is_empty() {
         let mut own = Types::beside(known.clone());
-        own.add_recorded(&kind, definition);
+        if let Err(problem) = own.add_recorded(&kind, definition) {
+            return Fields::Unknown(problem.to_string());
+        }
         types = Arc::new(own);
     }
     if types.has(&kind) {

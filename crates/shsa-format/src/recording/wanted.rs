@@ -1,7 +1,10 @@
 //! Which signals are wanted of a recording.
 
-use super::RecordingError;
+use super::files::without_packing;
+use super::gathered::Gathered;
+use super::{Place, RecordingError};
 use shsa_message::source::Source;
+use std::path::Path;
 
 /// A signal that a model asks for.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -43,4 +46,20 @@ pub(super) fn understand(wanted: &[Wanted]) -> Result<Vec<Want<'_>>, RecordingEr
         Ok(Want { index, signal, text, source })
     });
     understood.collect()
+}
+
+/// Where a single table has a name that no source knows, the sources mean that table: it may be a copy, a part, a download.
+pub(super) fn lone_table(file: &Path, wants: &mut [Want<'_>], gathered: &mut Gathered) {
+    let named = |want: &Want<'_>| want.source.file.is_some();
+    if !wants.iter().any(named)
+        || wants.iter().any(|want| named(want) && want.source.is_of_file(&without_packing(file)))
+    {
+        return;
+    }
+    gathered.about(file);
+    gathered
+        .warn(Place::Whole, "no source names this file; as it is the only one, it is read for all of them");
+    for want in wants {
+        want.source.file = None;
+    }
 }

@@ -140,7 +140,7 @@ fn compile<'t>(
     let data = [PathStep::Key("data".into())];
     let path = if path.is_empty() { &data } else { path };
     let mut steps = Steps::default();
-    let mut compiler = Compiler { types, layout, work_left: WORK_MAX };
+    let mut compiler = Compiler::new(types, layout);
     let (list, rest) = split_each(path).map_or((path, None), |(list, rest)| (list, Some(rest)));
     let (mut kind, mut count) = compiler.descend(message_type, list, &mut steps)?;
     let list = rest.map(|rest| compiler.of_each(kind, count, list, rest)).transpose()?;
@@ -206,13 +206,17 @@ fn is_message(types: &Types, name: &str, path: &[PathStep]) -> MessageError {
 }
 
 /// Compiles the steps of a plan.
-struct Compiler<'t> {
+pub(super) struct Compiler<'t> {
     types: &'t Types,
     layout: Layout,
     work_left: usize,
 }
 
 impl<'t> Compiler<'t> {
+    pub(super) fn new(types: &'t Types, layout: Layout) -> Compiler<'t> {
+        Compiler { types, layout, work_left: WORK_MAX }
+    }
+
     /// Appends the steps to the field at a path within a type, up to its count or its alignment.
     fn descend(
         &mut self,
@@ -226,7 +230,7 @@ impl<'t> Compiler<'t> {
             let PathStep::Key(name) = step else { return Err(MessageError::NoList(owner.to_owned())) };
             let member = self.pass_to(owner, name, steps)?;
             let mut count = member.count;
-            if let Some(index) = path.peek().and_then(|step| index(step)).filter(|_| count != Count::One) {
+            if let Some(index) = path.peek().and_then(|step| step.index()).filter(|_| count != Count::One) {
                 path.next();
                 self.enter(member, index, steps)?;
                 count = Count::One;
@@ -328,7 +332,12 @@ impl<'t> Compiler<'t> {
     }
 
     /// Appends the steps over a value of variable size.
-    fn over_one(&mut self, kind: &Kind, depth: usize, steps: &mut Steps) -> Result<(), MessageError> {
+    pub(super) fn over_one(
+        &mut self,
+        kind: &Kind,
+        depth: usize,
+        steps: &mut Steps,
+    ) -> Result<(), MessageError> {
         match kind {
             Kind::Text(_) => steps.push(Step::Text, 1),
             Kind::WideText => return Err(MessageError::WideTextBefore),
@@ -371,15 +380,6 @@ impl<'t> Compiler<'t> {
             };
         }
         Ok(whole)
-    }
-}
-
-/// The index of a step: `[1]`, or the name `1`.
-fn index(step: &PathStep) -> Option<usize> {
-    match step {
-        PathStep::Index(index) => Some(*index),
-        PathStep::Key(key) => key.parse().ok(),
-        PathStep::Each => None,
     }
 }
 

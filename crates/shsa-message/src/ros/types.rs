@@ -1,6 +1,7 @@
 //! Message types by their names: ROS 2's common ones, those of a workspace, and those in a bag.
 
 use super::definition::{Count, Kind, Language, Member};
+use super::service::{divided, event};
 use crate::MessageError;
 use crate::path::Step;
 use memchr::{memchr, memchr_iter, memmem, memrchr};
@@ -93,8 +94,23 @@ impl Types {
 
     /// Adds the types of a definition in a recording of ROS 2, in the form of [`Types::of_bag`]. Names become ROS 2's full ones;
     /// known types are replaced.
-    pub fn add_recorded(&mut self, root: &str, definition: &str) {
-        self.add_joined(Language::Ros2, root, definition);
+    ///
+    /// # Errors
+    /// A definition of an action, which has more than two parts.
+    pub fn add_recorded(&mut self, root: &str, definition: &str) -> Result<(), MessageError> {
+        let Some((request, response)) = divided(definition) else {
+            self.add_joined(Language::Ros2, root, definition);
+            return Ok(());
+        };
+        if divided(response).is_some() {
+            return Err(MessageError::Action(root.to_owned()));
+        }
+        // What the response uses stands behind it.
+        let root = full_name(root);
+        self.add(&format!("{root}_Request"), request);
+        self.add_joined(Language::Ros2, &format!("{root}_Response"), response);
+        self.add(&root, &event(&root));
+        Ok(())
     }
 
     fn add_joined(&mut self, language: Language, root: &str, definition: &str) {

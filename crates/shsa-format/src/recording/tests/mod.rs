@@ -2,6 +2,7 @@
 
 mod bag_writer;
 mod bags;
+mod fits;
 pub(super) mod independent;
 mod lines;
 mod mcap_writer;
