@@ -53,7 +53,10 @@ pub(super) fn pieces(blocks: &mut Blocks<'_>, link: u64, is_finished: bool, each
                     each(Err((at, problem)));
                 }
             },
-            _ => each(Err((at, "a block that holds no data".to_owned()))),
+            name => {
+                let name = String::from_utf8_lossy(name.as_slice()).into_owned();
+                each(Err((at, format!("a block of the kind {name}, whose data are not read here"))));
+            }
         }
     }
 }

@@ -5,18 +5,25 @@
 //! reported one after the other. Memory: the definitions, and one block of data.
 
 mod block;
+mod algebra;
+mod conversion;
 mod channel;
 mod data;
+mod walk;
+mod variable;
+mod frame;
 mod records;
 
 use super::can::Bus;
 use super::topic::{Input, Listener, TopicId};
 use super::{Place, ReadOptions, RecordingError, stamp};
 use block::{Block, Blocks, Unread};
-use channel::{Channel, Role};
+use channel::Channel;
+use frame::FrameChannels;
 use records::Reporter;
 use shsa_core::time::Time;
 use std::collections::{BTreeMap, BTreeSet};
+use walk::{Layout, Length};
 
 /// The first bytes of a file, and of one that was not finished.
 pub(super) const MAGICS: [&[u8]; 2] = [b"MDF     4", b"UnFinMF 4"];
@@ -33,15 +40,13 @@ const CHANNELS_MAX: usize = 1 << 14;
 /// The most channels of a file.
 const ALL_CHANNELS_MAX: usize = 1 << 17;
 
-/// How many consecutive records show that reading is in step again.
-const CHAIN: usize = 8;
-
 /// Channel groups whose records are stored together.
 struct DataGroup {
     data: u64,
-    /// How many bytes before each record give its group.
-    id_length: usize,
+    layout: Layout,
     groups: BTreeMap<u64, Group>,
+    /// The numbers of the groups by the places of their blocks.
+    places: BTreeMap<u64, u64>,
 }
 
 /// A channel group.
@@ -51,24 +56,15 @@ struct Group {
     channels: Vec<Channel>,
     /// The time channel.
     time: Option<usize>,
+    /// Whether the time is in another group.
+    is_timed_elsewhere: bool,
     data_length: usize,
-    /// The length of a record with the validity bits.
-    length: usize,
-    /// Whether each record has a length of its own.
-    is_variable: bool,
     frame: Option<FrameChannels>,
     /// The number of records so far.
     count: u64,
+    /// The number of records by the definition.
+    stated: u64,
     topic: Option<TopicId>,
-}
-
-/// The channels of a bus frame.
-struct FrameChannels {
-    id: usize,
-    bytes: usize,
-    is_extended: Option<usize>,
-    bus: Option<usize>,
-    length: Option<usize>,
 }
 
 /// Reads all groups.
@@ -118,7 +114,12 @@ impl Definitions {
     fn of(blocks: &mut Blocks<'_>, listener: &mut dyn Listener) -> Result<Definitions, Unread> {
         let is_finished = !blocks.bytes(0, 8)?.starts_with(b"UnFin");
         let head = blocks.of_name(FIRST_BLOCK, b"HD")?;
-        let start = Time(i64::try_from(head.u64(0)).unwrap_or(0));
+        let start = i64::try_from(head.u64(0)).map_or(Time(0), Time);
+        if i64::try_from(head.u64(0)).is_err() {
+            let problem =
+                "the file begins after the year 2262, which is not read here; times count from 1970";
+            listener.damaged(Place::Whole, problem.to_owned());
+        }
         let mut groups = Vec::new();
         let (mut next, mut count, mut channels) = (head.link(0), 0, 0);
         let mut passed = BTreeSet::new();
@@ -162,47 +163,21 @@ fn distinguish(groups: &mut [DataGroup]) {
 
 impl DataGroup {
     fn of(block: &Block, blocks: &mut Blocks<'_>, count: &mut usize) -> Result<DataGroup, Unread> {
-        let mut groups = BTreeMap::new();
+        let (mut groups, mut places, mut lengths) = (BTreeMap::new(), BTreeMap::new(), BTreeMap::new());
         let mut next = block.link(1);
         while next != 0 {
             let found = blocks.of_name(next, b"CG")?;
             let name = blocks.text(found.link(2));
             let name = if name.is_empty() { format!("group_{count}") } else { name };
-            groups.insert(found.u64(0), Group::of(&found, blocks, name)?);
+            let id = found.u64(0);
+            groups.insert(id, Group::of(&found, blocks, name)?);
+            lengths.insert(id, Length::of(&found));
+            places.insert(next, id);
             *count += 1;
             next = found.link(0);
         }
-        Ok(DataGroup { data: block.link(2), id_length: usize::from(block.u8(0)), groups })
-    }
-
-    /// The length of the record that begins here, with its number; `None` where none can begin.
-    fn length(&self, bytes: &[u8]) -> Option<usize> {
-        let group = self.groups.get(&self.id(bytes)?)?;
-        if !group.is_variable {
-            return Some(self.id_length + group.length).filter(|length| *length > 0);
-        }
-        let length = super::record::array(bytes, self.id_length).map(u32::from_le_bytes)?;
-        Some(self.id_length + 4 + length as usize)
-    }
-
-    /// The number of the group; a single group has none.
-    fn id(&self, bytes: &[u8]) -> Option<u64> {
-        if self.id_length == 0 {
-            return self.groups.keys().next().copied();
-        }
-        let id = bytes.get(..self.id_length)?;
-        Some(id.iter().rev().fold(0, |all, byte| all << 8 | u64::from(*byte)))
-    }
-
-    /// Whether records follow each other from here on.
-    fn is_way(&self, mut bytes: &[u8]) -> bool {
-        (0..CHAIN).all(|_| match self.length(bytes) {
-            Some(length) => {
-                bytes = bytes.get(length..).unwrap_or_default();
-                true
-            }
-            None => bytes.is_empty(),
-        })
+        let layout = Layout { id_length: usize::from(block.u8(0)), lengths };
+        Ok(DataGroup { data: block.link(2), layout, groups, places })
     }
 }
 
@@ -210,27 +185,16 @@ impl Group {
     fn of(block: &Block, blocks: &mut Blocks<'_>, name: String) -> Result<Group, Unread> {
         let mut channels = Vec::new();
         collect(block.link(1), 0, blocks, &mut channels)?;
-        let data_length = block.u32(24) as usize;
-        let find = |end: &str| channels.iter().position(|channel: &Channel| channel.name.ends_with(end));
-        let is_bus = channels.iter().any(|channel| channel.name.starts_with("CAN_DataFrame"));
-        let frame = find(".ID").zip(find(".DataBytes")).filter(|_| is_bus).map(|(id, bytes)| FrameChannels {
-            id,
-            bytes,
-            is_extended: find(".IDE"),
-            bus: find(".BusChannel"),
-            length: find(".DataLength").or_else(|| find(".DLC")),
-        });
-        let is_time = |channel: &Channel| matches!(channel.role, Role::Time | Role::VirtualTime);
         Ok(Group {
             full: name.clone(),
             name,
-            time: channels.iter().position(is_time),
-            frame,
-            data_length,
-            length: data_length.saturating_add(block.u32(28) as usize).min(1 << 26),
-            is_variable: block.u16(16) & 1 == 1,
+            time: channels.iter().position(|channel| channel.is_time),
+            is_timed_elsewhere: block.u16(16) & 8 != 0,
+            frame: FrameChannels::of(&channels),
+            data_length: block.u32(24) as usize,
             channels,
             count: 0,
+            stated: block.u64(8),
             topic: None,
         })
     }
@@ -246,11 +210,20 @@ fn collect(
     let mut next = first;
     while next != 0 && channels.len() < CHANNELS_MAX {
         let block = blocks.of_name(next, b"CN")?;
-        channels.push(Channel::of(&block, blocks)?);
-        let parts = block.link(1);
-        // An array (`CA`) is no list of channels.
-        if parts != 0 && depth < 4 && blocks.block(parts).is_ok_and(|parts| parts.name == *b"CN") {
-            collect(parts, depth + 1, blocks, channels)?;
+        let mut channel = Channel::of(&block, blocks)?;
+        let composition = block.link(1);
+        let parts = if composition == 0 { None } else { blocks.block(composition).ok() };
+        let is_structure = parts.as_ref().is_some_and(|parts| parts.name == *b"CN");
+        match parts {
+            // The parts are read, each for itself.
+            Some(_) if is_structure => channel.refused = None,
+            Some(parts) if parts.name == *b"CA" => channel = channel.of_arrays(&parts),
+            Some(_) => channel = channel.refuse(Some("parts of an unknown kind".to_owned())),
+            None => {}
+        }
+        channels.push(channel);
+        if is_structure && depth < 4 {
+            collect(composition, depth + 1, blocks, channels)?;
         }
         next = block.link(0);
     }

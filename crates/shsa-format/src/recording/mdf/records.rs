@@ -1,19 +1,19 @@
-//! The records of a data group: found in its bytes, and reported as messages or as frames of a bus.
+//! The records of a data group, reported as messages or as frames of a bus.
 
 use super::super::Place;
-use super::super::can::{Bus, EXTENDED, Frame};
+use super::super::can::Bus;
 use super::super::topic::{Body, Field, Fields, Listener, Times, Topic, TopicId, Value};
 use super::super::unpack::Budget;
 use super::block::Blocks;
-use super::channel::{Bits, Channel, Role};
-use super::{DataGroup, FrameChannels, Group, data};
+use super::channel::{Channel, Role};
+use super::frame::Recorded;
+use super::variable::AllValues;
+use super::walk::Met;
+use super::{DataGroup, Group};
 use shsa_core::time::{Span, Time};
 
-/// How far the reader searches after damage, bytes.
-const SEARCH_MAX: usize = 1 << 12;
-
-/// The largest part of a record that waits for the next piece, bytes.
-const WAITING_MAX: usize = 1 << 23;
+/// How many channels that are not read are named.
+const NAMED_MAX: usize = 8;
 
 /// Reports the records of a file.
 pub(super) struct Reporter<'a> {
@@ -23,7 +23,26 @@ pub(super) struct Reporter<'a> {
     values: Budget,
     /// Whether that was reported to be too little.
     is_full: bool,
+    lost: Lost,
     listener: &'a mut dyn Listener,
+}
+
+/// The numbers of records that are left out.
+#[derive(Default)]
+struct Lost {
+    /// Frames whose bytes are not there.
+    without_data: u64,
+    /// Records without a time.
+    untimed: u64,
+    /// Records with a time that is too far away.
+    too_late: u64,
+}
+
+/// The values of a channel.
+enum Cell {
+    Missing,
+    Number(f64),
+    List(Vec<f64>),
 }
 
 impl<'a> Reporter<'a> {
@@ -34,7 +53,8 @@ impl<'a> Reporter<'a> {
         length: u64,
         listener: &'a mut dyn Listener,
     ) -> Reporter<'a> {
-        Reporter { start, bus, values: Budget::of(length), is_full: false, listener }
+        let lost = Lost::default();
+        Reporter { start, bus, values: Budget::of(length), is_full: false, lost, listener }
     }
 
     /// Reports what was left out.
@@ -46,34 +66,37 @@ impl<'a> Reporter<'a> {
 
     /// Reports all records of a data group.
     pub(super) fn report_all(&mut self, all: &mut DataGroup, blocks: &mut Blocks<'_>, is_finished: bool) {
-        let mut left: Vec<u8> = Vec::new();
-        let data = all.data;
-        data::pieces(blocks, data, is_finished, &mut |piece| match piece {
-            Ok(bytes) => {
-                self.append(all, &mut left, bytes);
-                if left.len() > WAITING_MAX {
-                    let problem = format!("a record of more than {} MiB, left out", WAITING_MAX >> 20);
-                    self.listener.damaged(Place::Offset(data), problem);
-                    left = Vec::new();
+        let mut values = AllValues::of(all, blocks, is_finished, &mut |at, problem| {
+            self.listener.damaged(Place::Offset(at), problem);
+        });
+        let DataGroup { data, layout, groups, .. } = all;
+        layout.walk(*data, blocks, is_finished, &mut |met| match met {
+            Met::Record(id, record) => {
+                if let Some(group) = groups.get_mut(&id) {
+                    self.record(group, record, &mut values, *data);
                 }
             }
-            Err((at, problem)) => self.listener.damaged(Place::Offset(at), problem),
+            Met::Lost(at, problem) => self.listener.damaged(Place::Offset(at), problem),
         });
-        if !left.is_empty() {
-            let problem = format!("the last {} bytes of a data group are no whole record", left.len());
-            self.listener.damaged(Place::Offset(data), problem);
+        let missing = groups.values().filter(|group| group.count == 0 && group.stated > 0 && is_finished);
+        for Group { full, stated, .. } in missing.filter(|group| !group.channels.is_empty()) {
+            let problem = format!("group {full}: none of its {stated} records can be found");
+            self.listener.damaged(Place::Offset(*data), problem);
         }
+        self.report_lost(*data);
     }
 
-    /// Reports the whole records of the bytes that were left and of the next ones; what is no whole record is left.
-    fn append(&mut self, all: &mut DataGroup, left: &mut Vec<u8>, bytes: &[u8]) {
-        if left.is_empty() {
-            let taken = self.records(all, bytes);
-            return left.extend_from_slice(bytes.get(taken..).unwrap_or_default());
+    /// Reports how many records of a data group were left out.
+    fn report_lost(&mut self, data: u64) {
+        let Lost { without_data, untimed, too_late } = std::mem::take(&mut self.lost);
+        let told = [
+            (without_data, "frames of a bus have no bytes in the file"),
+            (untimed, "records have no time that is read here"),
+            (too_late, "records have times beyond the year 2262, which are not read here"),
+        ];
+        for (count, what) in told.into_iter().filter(|(count, _)| *count > 0) {
+            self.listener.damaged(Place::Offset(data), format!("{count} {what}; left out"));
         }
-        left.extend_from_slice(bytes);
-        let taken = self.records(all, left);
-        left.drain(..taken);
     }
 
     /// Whether so many values of a record may still be read; reports the first time that they may not.
@@ -87,94 +110,98 @@ impl<'a> Reporter<'a> {
         !self.is_full
     }
 
-    /// Reports the whole records of these bytes; returns their length.
-    fn records(&mut self, all: &mut DataGroup, bytes: &[u8]) -> usize {
-        let mut at = 0;
-        while let Some(rest) = bytes.get(at..).filter(|rest| rest.len() > all.id_length) {
-            let Some(length) = all.length(rest) else {
-                let searched = rest.len().min(SEARCH_MAX);
-                let found = (1..searched).find(|at| rest.get(*at..).is_some_and(|rest| all.is_way(rest)));
-                let lost = found.unwrap_or(searched);
-                let problem = format!("{lost} bytes of a data group are no record");
-                self.listener.damaged(Place::Offset(all.data), problem);
-                at += lost;
-                continue;
-            };
-            let Some(record) = rest.get(all.id_length..length) else { break };
-            if let Some(group) = all.id(rest).and_then(|id| all.groups.get_mut(&id)) {
-                self.record(group, record, all.data);
-            }
-            at += length;
-        }
-        at
-    }
-
-    fn record(&mut self, group: &mut Group, record: &[u8], data: u64) {
-        if group.is_variable {
+    fn record(&mut self, group: &mut Group, record: &[u8], values: &mut AllValues, data: u64) {
+        if group.channels.is_empty() {
             return;
         }
         let number = group.count;
         group.count += 1;
-        let value =
-            |at: usize| group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
-        // In a group without a time, records are a second apart.
-        let since_s = group.time.map_or(Some(number as f64), value);
-        let Some(since) = since_s.filter(|since| since.is_finite()) else { return };
-        let time = self.start + Span::from_seconds(since);
+        let since_s = match group.time {
+            Some(at) => group.channels.get(at).and_then(|it| it.value(record, number, group.data_length)),
+            None if group.is_timed_elsewhere => None,
+            // In a group without a time, records are a second apart.
+            None => Some(number as f64),
+        };
+        let Some(since_s) = since_s.filter(|since| since.is_finite()) else {
+            self.lost.untimed += 1;
+            return;
+        };
+        let Some(time) = later(self.start, since_s) else {
+            self.lost.too_late += 1;
+            return;
+        };
         if let (Some(frame), Some(bus)) = (&group.frame, &mut self.bus) {
-            return report_frame(group, frame, record, time, bus, self.listener);
+            let recorded = Recorded { record, time };
+            let is_reported = frame.report(group, recorded, values, bus, self.listener);
+            return self.lost.without_data += u64::from(!is_reported);
         }
-        let topic = *group
-            .topic
-            .get_or_insert_with(|| report_topic(&group.name, &group.full, &group.channels, self.listener));
-        if self.listener.is_wanted(topic) && self.has_room(group.channels.len(), data) {
-            let shown = (0..group.channels.len()).filter(|at| group.channels.get(*at).is_some_and(is_shown));
-            let values: Vec<Value<'_>> = shown
-                .map(|at| {
-                    let value =
-                        group.channels.get(at).and_then(|it| it.value(record, number, group.data_length));
-                    value.map_or(Value::Missing, Value::Number)
-                })
+        let topic = match group.topic {
+            Some(topic) => topic,
+            None => *group.topic.insert(report_topic(group, self.listener)),
+        };
+        let count = group.channels.iter().map(Channel::count).sum();
+        if self.listener.is_wanted(topic) && self.has_room(count, data) {
+            let cells: Vec<Cell> = group
+                .channels
+                .iter()
+                .filter(|channel| is_shown(channel))
+                .map(|channel| Cell::of(channel, record, number, group.data_length))
                 .collect();
+            let values: Vec<Value<'_>> = cells.iter().map(Cell::value).collect();
             self.listener.message(topic, Times::at(time), Body::Values(&values));
         }
     }
 }
 
-/// Whether a channel is a field, that is, a number.
+impl Cell {
+    fn of(channel: &Channel, record: &[u8], number: u64, data_length: usize) -> Cell {
+        if channel.array.is_some() {
+            return Cell::List(channel.elements(record, number, data_length));
+        }
+        channel.value(record, number, data_length).map_or(Cell::Missing, Cell::Number)
+    }
+
+    fn value(&self) -> Value<'_> {
+        match self {
+            Cell::Missing => Value::Missing,
+            Cell::Number(number) => Value::Number(*number),
+            Cell::List(numbers) => Value::List(numbers),
+        }
+    }
+}
+
+/// So many seconds after the start; `None` where the nanoseconds since 1970 are too many for 64 bits.
+fn later(start: Time, since_s: f64) -> Option<Time> {
+    let since = Span::from_seconds(since_s);
+    let is_near = since.0 != i64::MAX && since.0 != i64::MIN;
+    start.0.checked_add(since.0).filter(|_| is_near).map(Time)
+}
+
+/// Whether a channel is a field, that is, numbers.
 fn is_shown(channel: &Channel) -> bool {
     channel.role != Role::Other
 }
 
-fn report_topic(name: &str, full: &str, channels: &[Channel], listener: &mut dyn Listener) -> TopicId {
+fn report_topic(group: &Group, listener: &mut dyn Listener) -> TopicId {
     let field = |channel: &Channel| {
         let unit = (!channel.unit.is_empty()).then(|| channel.unit.clone());
         Field { name: channel.name.clone(), unit }
     };
-    let fields = Fields::named(channels.iter().filter(|channel| is_shown(channel)).map(field));
-    listener.topic(Topic { full, ..Topic::new(name, "MDF channel group", fields) })
-}
-
-fn report_frame(
-    group: &Group,
-    frame: &FrameChannels,
-    record: &[u8],
-    time: Time,
-    bus: &mut Bus,
-    listener: &mut dyn Listener,
-) {
-    let value =
-        |at: usize| group.channels.get(at).and_then(|it| it.value(record, group.count, group.data_length));
-    let whole = |at: Option<usize>| at.and_then(value).map(|value| value as u32);
-    let Some(id) = whole(Some(frame.id)) else { return bus.pass() };
-    let Some(bytes) = group.channels.get(frame.bytes) else { return bus.pass() };
-    let room = if bytes.bits == Bits::Bytes { bytes.length / 8 } else { 0 };
-    let length = whole(frame.length).map_or(room, |length| (length as usize).min(room));
-    let is_extended = whole(frame.is_extended).map_or(id > 0x7ff, |flag| flag == 1);
-    let id = if is_extended { id | EXTENDED } else { id };
-    let channel = whole(frame.bus).map_or(group.name.clone(), |number| number.to_string());
-    match record.get(bytes.byte..bytes.byte.saturating_add(length)) {
-        Some(data) => bus.report(&Frame { time, channel: &channel, id, data }, listener),
-        None => bus.pass(),
+    let refused: Vec<String> = group
+        .channels
+        .iter()
+        .filter_map(|channel| Some(format!("{} ({})", channel.name, channel.refused.as_ref()?)))
+        .collect();
+    if !refused.is_empty() {
+        let rest = refused.len().saturating_sub(NAMED_MAX);
+        let more = if rest > 0 { format!(", and {rest} more") } else { String::new() };
+        let named = refused.get(..NAMED_MAX).unwrap_or(&refused).join(", ");
+        listener.note(Place::Whole, format!("group {}: not read are the channels {named}{more}", group.full));
     }
+    if group.time.is_none() {
+        let what = "has no time; its records are taken as a second apart";
+        listener.note(Place::Whole, format!("group {} {what}", group.full));
+    }
+    let fields = Fields::named(group.channels.iter().filter(|channel| is_shown(channel)).map(field));
+    listener.topic(Topic { full: &group.full, ..Topic::new(&group.name, "MDF channel group", fields) })
 }
