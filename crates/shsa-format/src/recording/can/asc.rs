@@ -13,6 +13,9 @@ use shsa_message::zone::Zone;
 
 const SECOND: Span = Span::from_millis(1_000);
 
+/// The lengths of CAN FD frames that no code of four bits can be.
+const LENGTHS_FD: [usize; 7] = [12, 16, 20, 24, 32, 48, 64];
+
 /// Names of months in English and German, by their first three letters.
 const MONTHS: [&[&str]; 12] = [
     &["jan"],
@@ -142,12 +145,23 @@ impl Head {
         if !is_direction(words.next()?) || words.next()? != "d" {
             return None;
         }
-        let length = words.next().and_then(|length| u8::from_str_radix(length, 16).ok());
-        let line = self.identifier(id).zip(length.filter(|length| *length <= 15)).map(|(id, length)| {
-            let data = self.bytes(words, usize::from(length.min(8)))?;
+        let length = words.next().and_then(|length| self.length(length, words.clone()));
+        let line = self.identifier(id).zip(length).map(|(id, length)| {
+            let data = self.bytes(words, length)?;
             Ok(Line { time, channel, id, data })
         });
         Some(line.unwrap_or_else(|| Err("the identifier or the length is no number".into())))
+    }
+
+    /// The number of bytes behind the length: up to 8, also where the code of a classic frame is larger, or that of a CAN FD frame.
+    fn length<'a>(&self, length: &str, words: impl Iterator<Item = &'a str>) -> Option<usize> {
+        let of_base = |base| usize::from_str_radix(length, base).ok();
+        let (base, there) = (if self.is_decimal { 10 } else { 16 }, words.count());
+        let is_length = |length: &usize| {
+            *length <= 8 || LENGTHS_FD.contains(length) && (*length > 15 || there >= *length)
+        };
+        let found = [base, 16].into_iter().find_map(|base| of_base(base).filter(is_length));
+        found.or_else(|| of_base(16).filter(|code| *code <= 15).map(|_| 8))
     }
 
     /// The words after `CANFD`: channel, direction, identifier, perhaps a name, two flags, a code, the length, bytes.

@@ -46,6 +46,9 @@ const CAN: [u32; 2] = [1, 86];
 const CAN_FD: u32 = 100;
 const CAN_FD_64: u32 = 101;
 
+/// The most bytes of a frame.
+const DATA_MAX: usize = 64;
+
 /// The flag of a remote frame, which has no data.
 const REMOTE: u8 = 0x80;
 
@@ -248,13 +251,17 @@ impl Reader<'_> {
         let parsed = match head.kind {
             kind if CAN.contains(&kind) => classic(content),
             CAN_FD => flexible(content),
-            CAN_FD_64 => flexible_64(content),
+            CAN_FD_64 => flexible_64(content, head.header),
             _ => return,
         };
         let Some(time) = self.time(head, object) else { return };
+        let is_whole = object.len() >= head.length;
         match parsed {
-            Some((channel, id, Some(data))) => {
+            Some((channel, id, Some(bytes))) if is_whole || bytes.there.len() >= bytes.length => {
                 let channel = channel.to_string();
+                let (mut filled, length) = ([0; DATA_MAX], bytes.length.min(DATA_MAX));
+                filled.iter_mut().zip(bytes.there).for_each(|(to, byte)| *to = *byte);
+                let data = filled.get(..length).unwrap_or_default();
                 self.bus.report(&Frame { time, channel: &channel, id, data }, self.listener);
             }
             _ => self.bus.pass(),
@@ -272,31 +279,48 @@ impl Reader<'_> {
     }
 }
 
-/// The channel, the identifier, and the data; `None` for the data of a remote frame.
-type Parsed<'a> = Option<(u16, u32, Option<&'a [u8]>)>;
+/// The bytes of a frame.
+struct Bytes<'a> {
+    /// How many bytes the frame had on the bus.
+    length: usize,
+    /// Those in the object, which recorders may end before the last ones: these are zero.
+    there: &'a [u8],
+}
+
+/// The channel, the identifier, and the bytes; `None` for those of a remote frame.
+type Parsed<'a> = Option<(u16, u32, Option<Bytes<'a>>)>;
+
+/// The first bytes of these, as many as the frame had on the bus, or as there are.
+fn bytes(there: Option<&[u8]>, length: usize) -> Option<Bytes<'_>> {
+    let there = there?;
+    Some(Bytes { length, there: there.get(..length).unwrap_or(there) })
+}
 
 /// Channel, flags, length, identifier, 8 bytes.
 fn classic(content: &[u8]) -> Parsed<'_> {
     let (flags, length) = (*content.get(2)?, usize::from(*content.get(3)?).min(8));
     let id = u32::from_le_bytes(array(content, 4)?);
-    let data = content.get(8..8 + length).filter(|_| flags & REMOTE == 0);
+    let data = bytes(content.get(8..), length).filter(|_| flags & REMOTE == 0);
     Some((u16::from_le_bytes(array(content, 0)?), id, data))
 }
 
 /// Channel, flags, code of the length, identifier, length on the bus, bits, CAN FD flags, number of valid bytes, 64 bytes.
 fn flexible(content: &[u8]) -> Parsed<'_> {
-    let (flags, length) = (*content.get(2)?, usize::from(*content.get(14)?).min(64));
+    let (flags, length) = (*content.get(2)?, usize::from(*content.get(14)?).min(DATA_MAX));
     let id = u32::from_le_bytes(array(content, 4)?);
-    let data = content.get(20..20 + length).filter(|_| flags & REMOTE == 0);
+    let data = bytes(content.get(20..), length).filter(|_| flags & REMOTE == 0);
     Some((u16::from_le_bytes(array(content, 0)?), id, data))
 }
 
-/// Channel, code of the length, number of valid bytes, number of attempts, identifier, length on the bus, flags, .., the bytes.
-fn flexible_64(content: &[u8]) -> Parsed<'_> {
-    let (channel, length) = (*content.first()?, usize::from(*content.get(2)?).min(64));
+/// Channel, code of the length, number of valid bytes, number of attempts, identifier, length on the bus, flags, .., where in the
+/// object further values stand behind the bytes (0 for none), a checksum, the bytes. The content begins after the header.
+fn flexible_64(content: &[u8], header: usize) -> Parsed<'_> {
+    let (channel, length) = (*content.first()?, usize::from(*content.get(2)?).min(DATA_MAX));
     let id = u32::from_le_bytes(array(content, 4)?);
     let flags = u32::from_le_bytes(array(content, 12)?);
-    let data = content.get(40..40 + length).filter(|_| flags & REMOTE_FD == 0);
+    let end = usize::from(*content.get(35)?).checked_sub(header).filter(|end| *end >= 40);
+    let there = end.and_then(|end| content.get(40..end)).or(content.get(40..));
+    let data = bytes(there, length).filter(|_| flags & REMOTE_FD == 0);
     Some((channel.into(), id, data))
 }
 

@@ -1,6 +1,6 @@
 //! DBC: the meaning of the frames of a CAN bus. The reader understands messages (`BO_`), signals (`SG_`), floats
-//! (`SIG_VALTYPE_`), extended multiplexing (`SG_MUL_VAL_`) and the mark of J1939 messages (`BA_ "VFrameFormat"`), and ignores the
-//! rest.
+//! (`SIG_VALTYPE_`), extended multiplexing (`SG_MUL_VAL_`), the mark of J1939 messages (`BA_ "VFrameFormat"`) and the long names of
+//! messages and signals, and ignores the rest.
 
 use super::signal::{Choice, Kind, Order, Signal};
 use std::collections::BTreeMap;
@@ -45,6 +45,7 @@ impl Database {
             }
         }
         reader.finish();
+        reader.rename();
         for (id, message) in reader.messages {
             self.messages.entry(id).or_insert(message);
         }
@@ -84,6 +85,8 @@ struct Reader {
     multiplexing: BTreeMap<u32, Vec<Multiplexing>>,
     /// The message whose signals are being read.
     current: Option<u32>,
+    /// The long names of messages, and of signals by their short names: a name in a line has at most 32 characters.
+    long_names: Vec<(u32, Option<String>, String)>,
     problems: Vec<(u64, String)>,
 }
 
@@ -167,14 +170,38 @@ impl Reader {
         Some(())
     }
 
-    /// `"VFrameFormat" BO_ 1234 3;`: 3 for a parameter group of J1939.
+    /// `"VFrameFormat" BO_ 1234 3;`: 3 for a parameter group of J1939. `"SystemSignalLongSymbol" SG_ 1234 Short "Long";`: a long
+    /// name.
     fn attribute(&mut self, rest: &str) -> Option<()> {
-        let mut words = rest.split_whitespace();
-        let is_format = words.next()? == "\"VFrameFormat\"" && words.next()? == "BO_";
-        let id = words.next().filter(|_| is_format)?.parse().ok()?;
-        let message = self.messages.get_mut(&id)?;
-        message.is_j1939 |= words.next()?.trim_end_matches(';') == "3";
+        let words: Vec<&str> = rest.trim_end_matches([';', ' ']).split_whitespace().collect();
+        match words.as_slice() {
+            ["\"VFrameFormat\"", "BO_", id, format] => {
+                let message = self.messages.get_mut(&id.parse().ok()?)?;
+                message.is_j1939 |= *format == "3";
+            }
+            ["\"SystemMessageLongSymbol\"", "BO_", id, long] => {
+                self.long_names.push((id.parse().ok()?, None, unquoted(long)?));
+            }
+            ["\"SystemSignalLongSymbol\"", "SG_", id, short, long] => {
+                self.long_names.push((id.parse().ok()?, Some((*short).to_owned()), unquoted(long)?));
+            }
+            _ => {}
+        }
         Some(())
+    }
+
+    /// Gives messages and signals their long names; other lines have the short ones.
+    fn rename(&mut self) {
+        for (id, short, long) in std::mem::take(&mut self.long_names) {
+            let Some(message) = self.messages.get_mut(&id) else { continue };
+            let name = match short {
+                None => Some(&mut message.name),
+                Some(short) => {
+                    message.signals.iter_mut().find(|it| it.name == short).map(|signal| &mut signal.name)
+                }
+            };
+            name.into_iter().for_each(|name| name.clone_from(&long));
+        }
     }
 
     /// Resolves signals that depend on one value of the selector; such a message has one selector.
@@ -189,6 +216,12 @@ impl Reader {
             }
         }
     }
+}
+
+/// A text without its quotes; `None` for an empty one.
+fn unquoted(text: &str) -> Option<String> {
+    let text = text.strip_prefix('"')?.strip_suffix('"')?;
+    (!text.is_empty()).then(|| text.to_owned())
 }
 
 /// `1234 Signal` and the rest of the line.
@@ -284,6 +317,21 @@ BA_ \"VFrameFormat\" BO_ 100 0;\n";
         assert_eq!(found, Some((2_566_844_926, "Group")));
         assert!(database.message(0x0cfe_f221 | EXTENDED).is_none());
         assert!(database.message(100 | EXTENDED).is_none());
+    }
+
+    #[test]
+    fn long_names_replace_short_ones() {
+        let mut database = Database::default();
+        let text = "BA_ \"SystemMessageLongSymbol\" BO_ 100 \"EngineOfTheFirstVehicle\";\n\
+                    BA_ \"SystemSignalLongSymbol\" SG_ 100 Deep \"DeepBelowTheWaterline\";\n";
+        assert_eq!(database.add(&TEXT.replace("SIG_VALTYPE_ 2", &format!("{text}SIG_VALTYPE_ 2"))), []);
+        let engine = &database.messages[&100];
+        assert_eq!(
+            (&*engine.name, &*engine.signals[3].name),
+            ("EngineOfTheFirstVehicle", "DeepBelowTheWaterline")
+        );
+        // Other lines have the short names.
+        assert_eq!(engine.signals[4].choice.as_ref().map(|choice| choice.selector), Some(3));
     }
 
     #[test]

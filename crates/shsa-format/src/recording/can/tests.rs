@@ -161,6 +161,43 @@ fn objects_of_blf_are_frames() {
     assert_eq!(all.damages, []);
 }
 
+/// A CAN FD frame of so many valid bytes, of which these are in the object.
+fn frame_fd(valid: u8, there: &[u8]) -> Vec<u8> {
+    let header = [&2_u32.to_le_bytes()[..], &[0; 4], &[0; 8]].concat();
+    object(101, &[&header, &[1, 15, valid, 0][..], &23_u32.to_le_bytes(), &[0; 32], there].concat())
+}
+
+#[test]
+fn bytes_of_a_frame_beyond_its_object_are_zero() {
+    let all = collected(blf::read, &blf_file(&[frame_fd(6, &[1, 2, 3, 4]), frame_fd(3, &[1, 2, 3, 4])]));
+    let values: Vec<String> =
+        all.column("0x17[channel=1]", "data").into_iter().map(|(_, value)| value).collect();
+    assert_eq!(values, ["[1.0, 2.0, 3.0, 4.0, 0.0, 0.0]", "[1.0, 2.0, 3.0]"]);
+    // The file ends within the object: nothing is known of the rest.
+    let mut cut = blf_file(&[frame_fd(6, &[1, 2, 3, 4, 5, 6])]);
+    cut.truncate(cut.len() - 5);
+    let all = collected(blf::read, &cut);
+    assert_eq!((all.count(), all.damages.len()), (0, 1));
+}
+
+#[test]
+fn lengths_of_asc_are_those_of_can_fd_too() {
+    let lines = [
+        "0.1 1 17 Rx d 10 00 01 02 03 04 05 06 07 08 09 0A 0B 0C 0D 0E 0F",
+        "0.2 1 17 Rx d 9 00 01 02 03 04 05 06 07",
+        "0.3 1 17 Rx d c 00 01 02 03 04 05 06 07 08 09 0A 0B",
+        "0.4 1 17 Rx d 11 00",
+    ];
+    let all = collected(
+        asc::read,
+        format!("date unknown\nbase hex timestamps absolute\n{}\n", lines.join("\n")).as_bytes(),
+    );
+    let count = |(_, value): (i64, String)| value.matches(".0").count();
+    let counts: Vec<usize> = all.column("0x17[channel=1]", "data").into_iter().map(count).collect();
+    assert_eq!(counts, [16, 8, 12]);
+    assert_eq!(all.damages[0].1, "the identifier or the length is no number; line left out");
+}
+
 #[test]
 fn a_damaged_container_costs_itself() {
     let full = |from: u64| {
