@@ -56,6 +56,8 @@ pub(super) struct Column {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(super) struct Chunk {
     pub(super) codec: i64,
+    /// Whether the values of all pages are compressed, also of those that say they are not.
+    pub(super) is_always_packed: bool,
     pub(super) begin: u64,
     pub(super) end: u64,
 }
@@ -86,9 +88,10 @@ impl Description {
         for _ in 0..root.whole(5)?.min(PARTS_MAX as i64) {
             below(&mut elements, &top, &mut columns)?;
         }
+        let is_always_packed = file.text(6).is_some_and(|writer| packs_always(&writer));
         let groups = file.structures(4).take(PARTS_MAX).map(|group| Group {
             rows: group.whole(3).and_then(|rows| u64::try_from(rows).ok()).unwrap_or(0),
-            chunks: group.structures(1).map(chunk).collect(),
+            chunks: group.structures(1).map(|column| chunk(column, is_always_packed)).collect(),
         });
         let groups: Vec<Group> = groups.collect();
         let fits = groups.iter().all(|group| group.chunks.len() == columns.len());
@@ -190,7 +193,14 @@ fn meaning(element: &Struct<'_>) -> Meaning {
     }
 }
 
-fn chunk(column: &Struct<'_>) -> Option<Chunk> {
+/// Whether a writer compresses each page, whatever the page says: Arrow before 3.0 (ARROW-10353).
+fn packs_always(writer: &str) -> bool {
+    let version = writer.strip_prefix("parquet-cpp-arrow version ");
+    let major = version.and_then(|version| version.split('.').next()?.parse::<u32>().ok());
+    major.is_some_and(|major| major < 3) || writer.starts_with("parquet-cpp version ")
+}
+
+fn chunk(column: &Struct<'_>, is_always_packed: bool) -> Option<Chunk> {
     if column.text(1).is_some() {
         return None;
     }
@@ -198,5 +208,18 @@ fn chunk(column: &Struct<'_>) -> Option<Chunk> {
     let place = |field| data.whole(field).and_then(|at| u64::try_from(at).ok());
     let pages = place(9)?;
     let begin = place(11).filter(|dictionary| (1..pages).contains(dictionary)).unwrap_or(pages);
-    Some(Chunk { codec: data.whole(4)?, begin, end: begin.checked_add(place(7)?)? })
+    Some(Chunk { codec: data.whole(4)?, is_always_packed, begin, end: begin.checked_add(place(7)?)? })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn old_versions_of_arrow_always_compress() {
+        assert!(packs_always("parquet-cpp-arrow version 2.0.0-SNAPSHOT"));
+        assert!(packs_always("parquet-cpp version 1.5.1"));
+        assert!(!packs_always("parquet-cpp-arrow version 3.0.0"));
+        assert!(!packs_always("parquet-mr version 1.10.0"));
+    }
 }

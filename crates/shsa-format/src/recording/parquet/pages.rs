@@ -176,7 +176,9 @@ impl<'d> Pages<'d> {
             }
             None => (&[][..], packed),
         };
-        let is_packed = head.levels.is_none_or(|(.., is_packed)| is_packed);
+        // Arrow before 3.0 compressed pages that it said it did not.
+        let says_packed = head.levels.is_none_or(|(.., is_packed)| is_packed);
+        let is_packed = says_packed || self.chunk.is_always_packed || head.packed != head.unpacked;
         let codec = if is_packed { self.chunk.codec } else { 0 };
         let unpacked =
             unpacked(&mut source.unpacker, codec, values, head.unpacked.saturating_sub(levels.len()))?;
@@ -223,12 +225,14 @@ impl<'d> Pages<'d> {
     ) -> Option<Page> {
         let column = self.column;
         let mut level = |most: u32, length: Option<usize>| -> Option<Runs<u32>> {
+            // A column without such levels may have bytes for them all the same.
+            let stated = levels.take(length.unwrap_or(0))?;
             if most == 0 {
                 return Some(Runs::default());
             }
             let width = (u32::BITS - most.leading_zeros()) as u8;
             let mut run = match length {
-                Some(length) => Bytes(levels.take(length)?),
+                Some(_) => Bytes(stated),
                 None => {
                     let length = bytes.u32()?;
                     Bytes(bytes.take(length)?)
@@ -325,6 +329,8 @@ fn unpacked<'p>(
     };
     match codec {
         0 => Ok(Cow::Borrowed(packed)),
+        // A page without a value has no bytes.
+        _ if length == 0 => Ok(Cow::Borrowed(&[])),
         1 => all(snappy::unpack(packed, length)),
         2 | 6 => {
             let method = if codec == 2 { GZIP } else { "zstd" };

@@ -47,6 +47,24 @@ fn a_page_that_is_lost_is_told_by_its_place() {
     assert_eq!(what, "a page cannot be read (encoding 8); 3 values of 'v [m/s]' are missing");
 }
 
+#[test]
+fn pages_that_are_odd_are_read() {
+    let values = |file: &str, field: &str| -> Option<Vec<String>> {
+        let path = Path::new("log.parquet");
+        let wanted = [Wanted::new("a", format!("log#{field}@row*1s"))];
+        let recording = read_bytes(path, &sample(&format!("odd/{file}"))?, &wanted, &ReadOptions::default());
+        let recording = recording.unwrap();
+        assert!(!recording.degraded, "{:?}", recording.warnings);
+        Some(recording.samples.iter().map(|sample| format!("{:?}", sample.value)).collect())
+    };
+    let Some(numbers) = values("ARROW-17100.parquet", "col1") else { return };
+    assert_eq!(numbers.join(" "), (1..=5).map(|at| format!("Number({at}.0)")).collect::<Vec<_>>().join(" "));
+    let truths = values("rle_boolean_encoding.parquet", "datatype_boolean").unwrap();
+    let begin = [1, 0, 1, 1, 0, 0, 1, 1, 1].map(|bit| format!("Number({bit}.0)"));
+    assert_eq!((truths.len(), &truths[..9]), (62, &begin[..]));
+    assert_eq!(values("datapage_v2_empty_datapage.snappy.parquet", "value"), Some(Vec::new()));
+}
+
 const FILES: [&str; 5] = [
     "wheel_speed_snappy.parquet",
     "wheel_speed_timestamp_zstd.parquet",
