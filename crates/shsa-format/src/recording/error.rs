@@ -30,6 +30,14 @@ pub enum RecordingError {
         /// The file.
         file: PathBuf,
     },
+    /// The ending of a file stands for formats of lines, and no line is of any of them.
+    #[error("{}: no line of it can be read; tried: {}; known formats are: {}", file.display(), tried.join(", "), format::known())]
+    NoLine {
+        /// The file.
+        file: PathBuf,
+        /// The formats that were tried.
+        tried: Vec<&'static str>,
+    },
     /// A folder without a single file of a known format.
     #[error("{}: no recording in this folder; looked for: {}", folder.display(), format::known())]
     EmptyFolder {

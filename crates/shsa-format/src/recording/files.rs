@@ -1,10 +1,11 @@
 //! The files of a recording: found in folders, identified by format, opened. Files that are compressed as a whole are
 //! decompressed first.
 
-use super::RecordingError;
 use super::format::{self, HEAD, Row};
 use super::near::NearReader;
+use super::topic::Input;
 use super::unpack::{self, Packing};
+use super::{RecordingError, trial};
 use std::fs;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
@@ -55,10 +56,18 @@ pub(super) fn size(path: &Path) -> u64 {
 pub(super) fn files_of(paths: &[PathBuf]) -> Result<Vec<File>, RecordingError> {
     let mut files = Vec::new();
     for path in paths {
+        let before = files.len();
         let found = if path.is_dir() { files_in(path)? } else { vec![path.clone()] };
-        for path in found {
-            let row = format_of_file(&path)?;
-            files.push(File { path, row });
+        for file in found {
+            let row = match format_of_file(&file) {
+                // Notes among recordings, without a line that is of one.
+                Err(RecordingError::NoLine { .. }) if path.is_dir() => continue,
+                row => row?,
+            };
+            files.push(File { path: file, row });
+        }
+        if files.len() == before {
+            return Err(RecordingError::EmptyFolder { folder: path.clone() });
         }
     }
     Ok(files)
@@ -111,9 +120,28 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
         }
         Ok(packing)
     };
-    match read().map_err(|reason| unreadable(file, reason))? {
-        Some(packing) => format_of(&without_packing(file), &packing.head(&head, HEAD)),
-        None => format_of(file, &head),
+    let (name, head) = match read().map_err(|reason| unreadable(file, reason))? {
+        Some(packing) => (without_packing(file), packing.head(&head, HEAD)),
+        None => (file.to_owned(), head),
+    };
+    settled(file, &name, &head, || open(file).map(|opened| opened.input))
+}
+
+/// The format of a file with this name, apart from a packing, and these first bytes. Where only the ending speaks for it, a line of
+/// the file is of the format.
+///
+/// # Errors
+/// When the format is unknown, has to be converted, or is switched off, when no line can be read, and those of `open`.
+pub(super) fn settled<I: Input>(
+    file: &Path,
+    name: &Path,
+    head: &[u8],
+    open: impl Fn() -> Result<I, RecordingError>,
+) -> Result<&'static Row, RecordingError> {
+    let row = format_of(name, head)?;
+    match format::of_lines(name, head).as_slice() {
+        formats @ [_, ..] if !head.is_empty() => trial::one_of(file, formats, open),
+        _ => Ok(row),
     }
 }
 
@@ -121,7 +149,7 @@ pub(super) fn format_of_file(file: &Path) -> Result<&'static Row, RecordingError
 ///
 /// # Errors
 /// When the format is unknown, has to be converted, or is switched off.
-pub(super) fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
+fn format_of(file: &Path, head: &[u8]) -> Result<&'static Row, RecordingError> {
     if let Some((what, how)) = format::conversion(head) {
         return Err(RecordingError::Convert { file: file.into(), what, how });
     }

@@ -210,14 +210,40 @@ pub const FORMATS: &[Row] = &[
     },
 ];
 
+/// Packed files and archives that are not read here, by their first bytes: the name, and how to unpack them.
+const PACKED: [(&[u8], &str, &str); 6] = [
+    (b"\xfd7zXZ\0", "a file packed by xz", "unpack it first: xz -d FILE"),
+    (b"\x04\x22\x4d\x18", "a file packed by LZ4", "unpack it first: lz4 -d FILE"),
+    (b"BZh", "a file packed by bzip2", "unpack it first: bzip2 -d FILE"),
+    (b"PK\x03\x04", "a ZIP archive", "unpack it first: unzip FILE"),
+    (b"7z\xbc\xaf\x27\x1c", "a 7-Zip archive", "unpack it first: 7z x FILE"),
+    (b"Rar!\x1a\x07", "a RAR archive", "unpack it first: unrar x FILE"),
+];
+
+/// What follows the size of the blocks in a file packed by bzip2: the begin of a block, or the end of an empty file.
+const BZIP2: [&[u8]; 2] = [b"1AY&SY", b"\x17\x72\x45\x38\x50\x90"];
+
 /// The name of a format that is not read here, and how to convert it, by the first bytes of a file.
 pub(super) fn conversion(head: &[u8]) -> Option<(&'static str, &'static str)> {
     let how = "convert it to MDF 4 with Python's asammdf: MDF('old.mdf').convert('4.10').save('new.mf4')";
-    mdf::OLD_MAGICS.iter().any(|magic| head.starts_with(magic)).then_some(("MDF 3 and before", how))
+    if mdf::OLD_MAGICS.iter().any(|magic| head.starts_with(magic)) {
+        return Some(("MDF 3 and before", how));
+    }
+    // A text may begin with the letters of bzip2.
+    let is_whole = |magic: &[u8]| {
+        magic != b"BZh" || head.get(4..).is_some_and(|rest| BZIP2.iter().any(|magic| rest.starts_with(magic)))
+    };
+    let found = PACKED.iter().find(|(magic, ..)| head.starts_with(magic) && is_whole(magic));
+    found.map(|(_, name, how)| (*name, *how))
 }
 
 /// How many first bytes of a file decide its format.
 pub(super) const HEAD: u64 = 4_096;
+
+/// The first bytes, which decide the format.
+pub(super) fn head(bytes: &[u8]) -> &[u8] {
+    bytes.get(..HEAD as usize).unwrap_or(bytes)
+}
 
 /// The format of a file by its first bytes where they are decisive, else by the ending of its name; `None` when neither decides.
 pub(super) fn format_of(name: &Path, head: &[u8]) -> Option<&'static Row> {
@@ -239,6 +265,21 @@ pub(super) fn format_of(name: &Path, head: &[u8]) -> Option<&'static Row> {
 pub(super) fn by_ending(file: &Path) -> Option<&'static Row> {
     let ending = file.extension()?.to_str()?.to_ascii_lowercase();
     FORMATS.iter().find(|row| row.endings.contains(&ending.as_str()))
+}
+
+/// The formats of lines with the ending of this file, one of which it may have; none where its first bytes or its ending are
+/// decisive.
+pub(super) fn of_lines(name: &Path, head: &[u8]) -> Vec<&'static Row> {
+    let is_of_lines = |row: &&Row| {
+        let format = row.format;
+        matches!(format, Format::Nmea | Format::DataFlashText | Format::Asc | Format::Candump)
+            || matches!(format, Format::Influx | Format::SignalK)
+    };
+    let is_open =
+        FORMATS.iter().all(|row| !(row.is)(head)) && by_ending(name).as_ref().is_some_and(is_of_lines);
+    let ending = name.extension().unwrap_or_default().to_string_lossy().to_ascii_lowercase();
+    let has_ending = |row: &&Row| is_open && row.endings.contains(&ending.as_str());
+    FORMATS.iter().filter(is_of_lines).filter(has_ending).collect()
 }
 
 /// The known formats for errors: `JSON lines (.jsonl, .ndjson, .json), ...`.

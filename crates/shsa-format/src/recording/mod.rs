@@ -10,6 +10,7 @@ mod table;
 mod error;
 mod near;
 mod files;
+mod trial;
 mod cut;
 mod room;
 mod batch;
@@ -63,7 +64,7 @@ pub use cut::{Cuts, Parting, Stretch};
 pub use error::RecordingError;
 use extract::Naming;
 use extraction::Extraction;
-use files::{File, Opened, files_of, format_of, open};
+use files::{File, Opened, files_of, open};
 pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
 use guard::guarded;
@@ -315,7 +316,7 @@ pub fn read_bytes(
     options: &ReadOptions,
 ) -> Result<Recording, RecordingError> {
     let mut wants = understand(wanted)?;
-    let row = format_of(name, bytes.get(..format::HEAD as usize).unwrap_or(bytes))?;
+    let row = files::settled(name, name, format::head(bytes), || Ok(Cursor::new(bytes)))?;
     let mut gathered = Gathered::new(&wants, Destination::Kept);
     if row.naming == Naming::File {
         lone_table(name, &mut wants, &mut gathered);
@@ -345,6 +346,10 @@ fn read_with(
     options: &ReadOptions,
     listener: &mut dyn Listener,
 ) -> Result<(), RecordingError> {
+    if matches!(input.fill_buf(), Ok([])) {
+        listener.damaged(Place::Whole, "the file is empty".to_owned());
+        return Ok(());
+    }
     match format {
         Format::Bag => guarded(listener, |guard| rosbag::read(input, guard)),
         Format::Mcap => guarded(listener, |guard| mcap::read(input, options, guard)),

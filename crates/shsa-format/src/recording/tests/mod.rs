@@ -217,6 +217,8 @@ fn formats_are_known_by_content_then_by_extension() {
         let said = match files::format_of_file(&folder.0.join(name)) {
             Ok(row) => format!("{:?}", row.format),
             Err(RecordingError::UnknownFormat { .. }) => "unknown".into(),
+            Err(RecordingError::Convert { what, .. }) => what.into(),
+            Err(RecordingError::NoLine { tried, .. }) => tried.join(", "),
             Err(error) => error.to_string(),
         };
         assert_eq!(said, expected);
@@ -227,7 +229,15 @@ fn formats_are_known_by_content_then_by_extension() {
     check("a", b" {\"signal\"", "JsonLines");
     check("a.ndjson", b"", "JsonLines");
     check("a.bag", b"#ROS", "Bag");
-    check("a.bag", b"PK\x03\x04", "unknown");
+    check("a.bag", b"PK\x03\x04", "a ZIP archive");
+    check("a.csv.xz", b"\xfd7zXZ\0", "a file packed by xz");
+    check("a.csv.bz2", b"BZh91AY&SY", "a file packed by bzip2");
+    check("a.csv", b"BZh9,x\n", "Csv");
+    check("a.log", b"nothing\n", "NMEA 0183, DataFlash log as text, CAN frames, candump, Signal K deltas");
+    check("a.lp", b"nothing\n", "InfluxDB line protocol");
+    check("a.log", b"", "Nmea");
+    let late = "nothing of note\n".repeat(300) + "(1.0) can0 123#01\n";
+    check("a.log", late.as_bytes(), "Candump");
     check("a", b"\x89MCAP0\r\n", "Mcap");
     check("a.png", b"\x89PNG\r\n", "unknown");
 }
