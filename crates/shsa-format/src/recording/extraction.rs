@@ -12,6 +12,9 @@ use shsa_message::path::is_text;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
+/// The most reasons why topics do not have signals that are kept.
+const ABSENT_MAX: usize = 1 << 10;
+
 /// Extracts the wanted signals from the messages of one file.
 pub(super) struct Extraction<'a, 'g> {
     wants: &'a [Want<'a>],
@@ -21,6 +24,8 @@ pub(super) struct Extraction<'a, 'g> {
     topics: Vec<Reported<'a>>,
     /// For each wanted signal the topics that its source fits; more than one are an error.
     choices: BTreeMap<usize, Vec<String>>,
+    /// For wanted signals, why topics that their sources fit do not have them; others may come that do.
+    absent: Vec<(usize, String)>,
     /// Why the file cannot be read as requested.
     error: Option<RecordingError>,
 }
@@ -57,7 +62,7 @@ impl<'a, 'g> Extraction<'a, 'g> {
     ) -> Extraction<'a, 'g> {
         let file = gathered.file().to_path_buf();
         let (topics, choices) = (Vec::new(), BTreeMap::new());
-        Extraction { wants, gathered, file, naming, topics, choices, error: None }
+        Extraction { wants, gathered, file, naming, topics, choices, absent: Vec::new(), error: None }
     }
 
     /// Ends the file.
@@ -67,6 +72,11 @@ impl<'a, 'g> Extraction<'a, 'g> {
     pub(super) fn finish(self) -> Result<(), RecordingError> {
         if let Some(error) = self.error {
             return Err(error);
+        }
+        for (index, reason) in &self.absent {
+            let want = self.wants.iter().find(|want| want.index == *index);
+            let want = want.filter(|_| !self.choices.contains_key(index));
+            want.into_iter().for_each(|want| self.gathered.absent(want, reason));
         }
         if self.naming == Naming::File {
             report_oddities(&self.topics, self.gathered);
@@ -143,11 +153,21 @@ impl<'a> Extraction<'a, '_> {
             _ if is_any => return names().iter().for_each(|name| self.gathered.know(name)),
             _ if self.naming == Naming::File => {
                 let problem = wrong.problem.replacen("no field", "no column", 1);
-                return self.gathered.absent(want, &problem);
+                return self.lack(want, problem);
             }
-            _ => return self.gathered.absent(want, &format!("topic {}: {}", topic.full, wrong.problem)),
+            _ => return self.lack(want, format!("topic {}: {}", topic.full, wrong.problem)),
         };
         self.error.get_or_insert(error);
+    }
+}
+
+impl Extraction<'_, '_> {
+    /// Notes why a topic does not have a signal.
+    fn lack(&mut self, want: &Want<'_>, reason: String) {
+        let lacking = (want.index, reason);
+        if !self.absent.contains(&lacking) && self.absent.len() < ABSENT_MAX {
+            self.absent.push(lacking);
+        }
     }
 }
 

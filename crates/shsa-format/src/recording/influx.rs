@@ -34,6 +34,8 @@ struct Point<'a> {
     series: &'a str,
     fields: Vec<(&'a str, &'a str)>,
     time: Option<Time>,
+    /// The number of characters of the time.
+    digits: Option<usize>,
 }
 
 /// A series that was reported as a topic.
@@ -47,14 +49,18 @@ struct Series {
 pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result<(), RecordingError> {
     let mut series: BTreeMap<String, Series> = BTreeMap::new();
     let (mut lines, mut untimed, mut too_many) = (Lines::new(input), 0_u64, 0_u64);
+    let mut digits = None;
     while let Some(line) = lines.next(listener) {
         let text = line.text.trim();
         if text.is_empty() || text.starts_with('#') {
             continue;
         }
-        match point(text) {
+        let point = point(text);
+        let is_whole = line.is_ended || point.as_ref().is_ok_and(|point| point.is_whole(digits));
+        digits = point.as_ref().ok().and_then(|point| point.digits).or(digits);
+        match point {
             // An incomplete time would be read as another time.
-            _ if !line.is_ended => {
+            _ if !is_whole => {
                 listener.damaged(
                     Place::Line(line.number),
                     "the file ends within this line; line left out".into(),
@@ -120,6 +126,15 @@ fn report_series(point: &Point<'_>, before: Option<&Series>, listener: &mut dyn 
 }
 
 impl Point<'_> {
+    /// Whether a line without an end has its whole time: as many digits as the one before, or those of a time of today in seconds,
+    /// milliseconds, microseconds or nanoseconds.
+    fn is_whole(&self, digits: Option<usize>) -> bool {
+        match (self.digits, digits) {
+            (Some(own), Some(before)) => own == before,
+            (own, _) => matches!(own, Some(10 | 13 | 16 | 19)),
+        }
+    }
+
     fn raw(&self, name: &str) -> Option<&str> {
         self.fields.iter().find(|(field, _)| *field == name).map(|(_, value)| *value)
     }
@@ -159,6 +174,7 @@ fn point(line: &str) -> Result<Point<'_>, String> {
     }
     let fields = Split { rest: Some(fields), at: ',', in_quotes: true }.take(PARTS_MAX);
     let fields: Vec<(&str, &str)> = fields.map(field).collect::<Result<_, _>>()?;
+    let digits = time.map(str::len);
     let time = time.map(|time| {
         let whole: i64 = time.parse().map_err(|_| format!("'{}' is no time", shown(time)))?;
         whole
@@ -167,7 +183,7 @@ fn point(line: &str) -> Result<Point<'_>, String> {
             .ok_or("a time that is too late")
             .map_err(str::to_owned)
     });
-    Ok(Point { series, fields, time: time.transpose()? })
+    Ok(Point { series, fields, time: time.transpose()?, digits })
 }
 
 /// The name and the value of a field.
@@ -270,6 +286,20 @@ cpu load=0.5\nroom temperature= 5\nroom a=1 2 3\nroom temperature=1 14228867";
             ]
         );
         assert!(is_log(b"# a\nroom a=1 1422886740\n") && !is_log(TEXT.as_bytes()) && !is_log(b"t,v\n1,2\n"));
+    }
+
+    #[test]
+    fn the_last_line_may_lack_its_end() {
+        #[track_caller]
+        fn check(text: &str, points: usize) {
+            let all = collected(READ, text.as_bytes());
+            assert_eq!((all.count(), all.damages.is_empty()), (points, points > 0), "{text}");
+        }
+        check("room a=1 1422886740\nroom a=2 1422886741", 2);
+        check("room a=1 1422886740000", 1);
+        check("room a=1 142288674", 0);
+        let all = collected(READ, b"room a=1 1422886740000\nroom a=2 1422886741");
+        assert_eq!((all.count(), all.damages.len()), (1, 1));
     }
 
     #[test]

@@ -12,6 +12,9 @@ use std::path::{Path, PathBuf};
 /// The most fields of a topic that are listed.
 const FIELDS_MAX: usize = 400;
 
+/// How many messages of a topic are looked into one by one for fields that no message had before.
+const ALL_MAX: usize = 1 << 12;
+
 /// The longest text that is shown, characters.
 const TEXT_MAX: usize = 40;
 
@@ -58,6 +61,9 @@ impl Listener for Inventory {
     fn topic(&mut self, topic: Topic<'_>) -> TopicId {
         let source = topic.choice();
         let known = self.topics.iter().position(|it| it.info.source == source && it.info.kind == topic.kind);
+        if let Some(entry) = known.and_then(|known| self.topics.get_mut(known)) {
+            entry.extend(&topic.fields);
+        }
         TopicId(known.unwrap_or_else(|| {
             self.topics.push(Entry::new(source, &topic));
             self.topics.len() - 1
@@ -158,6 +164,20 @@ impl Entry {
         paths.into_iter().for_each(|path| self.add(path));
     }
 
+    /// Lists further fields of a topic that is reported again with them.
+    fn extend(&mut self, fields: &Fields) {
+        let (Fields::Named(before), Fields::Named(fields)) = (&self.fields, fields) else { return };
+        if !fields.starts_with(before) {
+            return;
+        }
+        for (at, field) in fields.iter().enumerate().skip(before.len()).take_while(|(at, _)| *at < FIELDS_MAX)
+        {
+            self.locators.push((field.name.clone(), Locator::Named(at, None)));
+            self.info.fields.push(FieldInfo::new(&field.name, field.unit.clone()));
+        }
+        self.fields = Fields::Named(fields.clone());
+    }
+
     fn add(&mut self, path: String) {
         if self.locators.len() >= FIELDS_MAX || self.locators.iter().any(|(known, _)| *known == path) {
             return;
@@ -174,9 +194,19 @@ impl Entry {
             self.see_time(received);
         }
         // Examples are taken from fewer and fewer messages, so that the memory does not grow with the content of the messages.
-        if self.info.count.is_power_of_two() {
+        if self.info.count.is_power_of_two()
+            || self.info.count <= ALL_MAX && matches!(self.fields, Fields::Json)
+        {
             self.look_into(body);
+        } else if self.info.count <= ALL_MAX || matches!(self.fields, Fields::Named(_)) {
+            self.look_for(body);
         }
+    }
+
+    /// Takes examples of the fields that had none so far.
+    fn look_for(&mut self, body: Body<'_>) {
+        let open = self.locators.iter().zip(&mut self.info.fields).filter(|(_, info)| info.kind.is_empty());
+        open.for_each(|((_, locator), info)| info.look(locator, body));
     }
 
     fn see_time(&mut self, received: Time) {
@@ -195,12 +225,7 @@ impl Entry {
             leaves(text).into_iter().for_each(|path| self.add(path));
         }
         for ((_, locator), info) in self.locators.iter().zip(&mut self.info.fields) {
-            if let Some(value) = locator.value(body, None) {
-                info.see(value);
-            } else if let Some(text) = locator.text(body) {
-                info.kind = "text";
-                info.sample = Some(text.chars().take(TEXT_MAX).collect());
-            }
+            info.look(locator, body);
         }
     }
 
@@ -223,6 +248,16 @@ fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
 impl FieldInfo {
     fn new(path: &str, unit: Option<String>) -> FieldInfo {
         FieldInfo { path: path.to_owned(), unit, kind: "", sample: None }
+    }
+
+    /// Takes an example from a message, if it has one.
+    fn look(&mut self, locator: &Locator, body: Body<'_>) {
+        if let Some(value) = locator.value(body, None) {
+            self.see(value);
+        } else if let Some(text) = locator.text(body) {
+            self.kind = "text";
+            self.sample = Some(text.chars().take(TEXT_MAX).collect());
+        }
     }
 
     fn see(&mut self, value: RawValue) {

@@ -24,6 +24,9 @@ const SEARCH_BLOCK: u64 = 1 << 16;
 /// Bytes of a record that the search must see to recognise a chunk.
 const CHUNK_HEADER_MAX: u64 = 256;
 
+/// The most bytes of padding before the index.
+const PADDING_MAX: u64 = 1 << 20;
+
 const OP_MESSAGE: u8 = 2;
 const OP_BAG: u8 = 3;
 const OP_CHUNK: u8 = 5;
@@ -70,7 +73,7 @@ enum Event<'a> {
 /// Those of the input.
 fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {
     let length = input.seek(SeekFrom::End(0))?;
-    let mut bag = Bag { input, length, budget: Budget::of(length) };
+    let mut bag = Bag { input, length, index: 0, budget: Budget::of(length) };
     let start = MAGIC.len() as u64;
     if length <= start {
         visit(Event::Damage { offset: length, problem: "the bag ends before its first record".into() });
@@ -83,6 +86,8 @@ fn walk(mut input: impl Read + Seek, visit: &mut dyn FnMut(Event<'_>)) -> io::Re
 struct Bag<R> {
     input: R,
     length: u64,
+    /// Where the index at the end begins; 0 where that is not known.
+    index: u64,
     /// What the chunks may unpack to.
     budget: Budget,
 }
@@ -131,6 +136,7 @@ impl<R: Read + Seek> Bag<R> {
         let index = header.field("index_pos").and_then(long).filter(|_| header.op() == Some(OP_BAG));
         // If the header is damaged, reading the records reports it.
         let Some(mut offset) = index else { return Ok(()) };
+        self.index = offset;
         let is_empty = header.field("conn_count").and_then(number) == Some(0);
         let problem = match offset {
             0 => Some("the bag was never closed: it has no index, its end may be lost".into()),
@@ -169,6 +175,7 @@ impl<R: Read + Seek> Bag<R> {
                     self.visit(&record, visit)?;
                     self.next_chunk(record.data_at)?
                 }
+                None if self.is_padding(offset)? => self.index,
                 None => {
                     visit(Event::Damage { offset, problem: "no record begins here".into() });
                     self.next_chunk(offset + 1)?
@@ -176,6 +183,16 @@ impl<R: Read + Seek> Bag<R> {
             };
         }
         Ok(())
+    }
+
+    /// Whether only zeros or only blanks stand between here and the index.
+    fn is_padding(&mut self, offset: u64) -> io::Result<bool> {
+        let Some(length) = self.index.checked_sub(offset).filter(|length| (1..=PADDING_MAX).contains(length))
+        else {
+            return Ok(false);
+        };
+        let bytes = self.bytes(offset, length)?;
+        Ok([0, b' '].iter().any(|padding| bytes.iter().all(|byte| byte == padding)))
     }
 
     fn visit(&mut self, record: &Record, visit: &mut dyn FnMut(Event<'_>)) -> io::Result<()> {

@@ -38,7 +38,7 @@ impl Format {
     /// A format from its name, the length of a message with its header, a character for each field, and the fields' names.
     pub(super) fn new(name: &str, length: usize, characters: &str, columns: &str) -> Format {
         let slots = slots(characters, columns).and_then(|slots| match HEADER + size(&slots) {
-            found if found == length => Ok(slots),
+            found if found == length || slots.is_empty() => Ok(slots),
             found => Err(format!("its fields have {found} bytes, and its messages {length}")),
         });
         Format { name: name.to_owned(), length, slots, instance: None }
@@ -55,7 +55,7 @@ impl Format {
         let length = usize::from(*length);
         let is_name =
             !name.is_empty() && name.bytes().all(|byte| byte.is_ascii_alphanumeric() || byte == b'_');
-        (is_name && length > HEADER).then(|| (*kind, Format::new(name, length, characters, columns)))
+        (is_name && length >= HEADER).then(|| (*kind, Format::new(name, length, characters, columns)))
     }
 
     /// Whether both formats are the same, units apart.
@@ -104,7 +104,7 @@ fn slots(characters: &str, columns: &str) -> Result<Vec<Slot>, String> {
         slots.push(Slot { divisor, unit: unit.to_owned(), ..Slot::new(name, scalar, at, count) });
         at += scalar.size() * count.unwrap_or(1);
     }
-    if slots.is_empty() { Err("it has no fields".into()) } else { Ok(slots) }
+    Ok(slots)
 }
 
 /// The meaning of a field's character: the type, the number of elements, the divisor, the unit.

@@ -93,6 +93,20 @@ fn reading_goes_on_after_damage() {
 }
 
 #[test]
+fn padding_before_the_index_of_a_bag_is_no_damage() {
+    let whole = small(Packing::None);
+    let index = whole.windows(10).position(|it| it == b"index_pos=").unwrap() + 10;
+    let place = usize::try_from(u64::from_le_bytes(whole[index..index + 8].try_into().unwrap())).unwrap();
+    for padding in [0, b' '] {
+        let (before, behind) = whole.split_at(place);
+        let mut padded = [before, &[padding; 100], behind].concat();
+        padded[index..index + 8].copy_from_slice(&(place as u64 + 100).to_le_bytes());
+        let said = shown(&[("a.bag", &padded)], &["odom#linear.x"], &ReadOptions::default());
+        assert_eq!(said, "0@90<100=1\n0@190<200=2\n0@300=3");
+    }
+}
+
+#[test]
 fn lengths_are_not_believed() {
     let connection = connection(0, "/a", "std_msgs/Float64", "float64 data");
     let four_gigabytes = u32::MAX.to_le_bytes();

@@ -93,3 +93,13 @@ fn not_a_number_is_written_as_null() {
     let text = String::from_utf8(text).unwrap();
     assert_eq!(text, "{\"signal\":\"/a\",\"time_ns\":1,\"received_ns\":2,\"value\":null}\n");
 }
+
+#[test]
+fn fields_of_the_whole_file_are_known() {
+    let text = "a v=1 1600000000000000000\na v=2 1600000001000000000\na w=3 1600000002000000000\n";
+    assert_eq!(shown(&[("log.lp", text.as_bytes())], &["a#w"], &ReadOptions::default()), "0@1600000002000=3");
+    let folder = Folder::with(&[("log.lp", text.as_bytes())]);
+    let topics = topics(&folder.0.join("log.lp"));
+    let fields: Vec<_> = topics[0].fields.iter().map(|field| (&*field.path, field.kind)).collect();
+    assert_eq!(fields, [("v", "number"), ("w", "number")]);
+}
