@@ -316,11 +316,19 @@ fn of_protobuf(found: Found, element: Option<usize>) -> Option<RawValue> {
     }
 }
 
+/// The number of a word for a truth: 1 or 0, as in JSON.
+fn truth(word: &str) -> Option<f64> {
+    let is = |known: &str| word.eq_ignore_ascii_case(known);
+    if is("true") { Some(1.0) } else { is("false").then_some(0.0) }
+}
+
 fn of_named(value: Value<'_>, element: Option<usize>) -> Option<RawValue> {
     match (value, element) {
         (Value::Number(number), None) => Some(RawValue::Number(number)),
         (Value::Whole(whole), None) => Some(RawValue::Number(whole as f64)),
-        (Value::Text(text), None) => float(text).or_else(|| float(text.trim())).map(RawValue::Number),
+        (Value::Text(text), None) => {
+            float(text).or_else(|| float(text.trim())).or_else(|| truth(text.trim())).map(RawValue::Number)
+        }
         (Value::Interval(lo, hi), None) => Some(RawValue::Interval { lo, hi }),
         (Value::List(items), None) => Some(RawValue::Vector(items.to_vec())),
         (Value::List(items), Some(index)) => items.get(index).copied().map(RawValue::Number),

@@ -1,4 +1,4 @@
-//! Signal K: deltas, one JSON object per line, as its servers log them.
+//! Signal K: deltas, one JSON object per line, as its servers log them, or over several lines.
 //!
 //! Format: <https://signalk.org/specification/1.7.0/doc/data_model.html>. A topic is a path (`navigation.speedOverGround`), its
 //! body the value. The tag `source` names the sender, and `context` the vessel, as other vessels report, too. The stamp is the
@@ -6,13 +6,15 @@
 //! time takes that of the one before.
 
 mod delta;
+mod joined;
 
 use super::lines::{self, Lines};
 use super::topic::{Body, Fields, Input, Listener, Times, Topic, TopicId};
 use super::{Place, RecordingError};
 use delta::{Delta, Entry, Update};
+use joined::{Deltas, Joined, Text};
 use shsa_core::time::Time;
-use shsa_message::json::unescaped;
+use shsa_message::json::{Broken, unescaped};
 use shsa_message::stamp;
 use std::collections::BTreeMap;
 use std::io::SeekFrom;
@@ -24,6 +26,8 @@ const TOPICS_MAX: usize = 1 << 14;
 pub(super) fn is_log(head: &[u8]) -> bool {
     let text = String::from_utf8_lossy(head);
     let first = lines::of(&text).next().unwrap_or_default();
+    // A delta over several lines.
+    let first = if first == "{" { &text } else { first };
     let has = |name: &str| first.contains(&format!("\"{name}\""));
     // A server sends a greeting before its first delta.
     let is_greeting = has("roles") && has("version") && has("self");
@@ -37,31 +41,44 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
         return Ok(());
     }
-    let mut reader = Reader { last: first, ..Reader::default() };
-    let (mut lines, mut delta) = (Lines::new(input), Delta::default());
-    while let Some(line) = lines.next(listener) {
-        let (noted, text) = noted(&line.text);
-        if text.is_empty() {
-            continue;
-        }
-        match delta.read(text) {
-            Ok(()) => reader.report(&delta, text, noted, listener),
-            Err(_) if !line.is_ended => {
-                listener.damaged(
-                    Place::Line(line.number),
-                    "the file ends within this line; line left out".into(),
-                );
-            }
-            Err(broken) => {
-                let column = broken.at + 1 + line.text.len() - text.len();
-                let problem =
-                    format!("no JSON at column {column}: expected {}; line left out", broken.expected);
-                listener.damaged(Place::Line(line.number), problem);
-            }
+    let reader = Reader { last: first, ..Reader::default() };
+    let (mut lines, mut joined) = (Lines::new(input), Joined::default());
+    let mut reading = Reading { reader, delta: Delta::default(), listener };
+    while let Some(line) = lines.next(reading.listener) {
+        if let Some(text) = Text::of(line) {
+            joined.take(text, &mut reading);
         }
     }
+    joined.let_go(&mut reading);
+    let Reading { reader, listener, .. } = reading;
     reader.finish(listener);
     Ok(())
+}
+
+/// Reports deltas.
+struct Reading<'a> {
+    reader: Reader,
+    delta: Delta,
+    listener: &'a mut dyn Listener,
+}
+
+impl Deltas for Reading<'_> {
+    fn read(&mut self, line: &Text) -> Result<(), Broken> {
+        let (noted, text) = noted(&line.text);
+        self.delta.read(text)?;
+        self.reader.report(&self.delta, text, noted, self.listener);
+        Ok(())
+    }
+
+    fn lose(&mut self, line: &Text, broken: Broken) {
+        let text = noted(&line.text).1;
+        let column = broken.at + 1 + line.text.len() - text.len();
+        let problem = match line.is_ended {
+            true => format!("no JSON at column {column}: expected {}; line left out", broken.expected),
+            false => "the file ends within this line; line left out".into(),
+        };
+        self.listener.damaged(Place::Line(line.number), problem);
+    }
 }
 
 /// The time before a line, `1471172400153;A;{..`, and the rest of the line.
@@ -78,17 +95,45 @@ fn noted(line: &str) -> (Option<Time>, &str) {
 
 /// The first time in the recording, which values before it take, too.
 fn first_time(input: &mut dyn Input) -> Option<Time> {
-    let (mut lines, mut delta, mut stamps) = (Lines::new(input), Delta::default(), Stamps::default());
+    let (mut lines, mut joined, mut first) = (Lines::new(input), Joined::default(), First::default());
     while let Some(line) = lines.read() {
-        let Ok(line) = line else { continue };
-        let (noted, text) = noted(&line.text);
-        let is_delta = delta.read(text).is_ok();
-        let mut updates = delta.updates.iter().filter(|_| is_delta);
-        if let Some(time) = noted.or_else(|| updates.find_map(|update| stamps.of(update, text))) {
-            return Some(time);
+        if let Some(text) = line.ok().and_then(Text::of) {
+            joined.take(text, &mut first);
+        }
+        if first.time.is_some() {
+            return first.time;
         }
     }
-    None
+    joined.let_go(&mut first);
+    first.time
+}
+
+/// The first time that is found in deltas.
+#[derive(Default)]
+struct First {
+    time: Option<Time>,
+    delta: Delta,
+    stamps: Stamps,
+}
+
+impl First {
+    fn see(&mut self, found: Option<Time>) {
+        self.time = self.time.or(found);
+    }
+}
+
+impl Deltas for First {
+    fn read(&mut self, line: &Text) -> Result<(), Broken> {
+        let (noted, text) = noted(&line.text);
+        self.delta.read(text)?;
+        let stamp = self.delta.updates.iter().find_map(|update| self.stamps.of(update, text));
+        self.see(noted.or(stamp));
+        Ok(())
+    }
+
+    fn lose(&mut self, line: &Text, _broken: Broken) {
+        self.see(noted(&line.text).0);
+    }
 }
 
 /// The times of updates. Many in a row have the same, whose text is parsed once.
@@ -257,6 +302,15 @@ mod tests {
         );
         assert_eq!(all.damages, [(Place::Line(5), "the file ends within this line; line left out".into())]);
         assert!(is_log(text.as_bytes()) && !is_log(br#"{"signal": "/a", "time_ns": 5, "value": 1}"#));
+    }
+
+    #[test]
+    fn a_delta_may_take_several_lines() {
+        let text = "{\n \"updates\": [{\"timestamp\": \"1970-01-01T00:00:10Z\",\n  \"values\": [\n   {\"path\": \"a\", \"value\": 1}]\n }]\n}\n";
+        let all = collected(READ, text.repeat(2).as_bytes());
+        assert_eq!((all.shown().len(), all.count(), all.damages.len()), (1, 2, 0));
+        assert!(is_log(text.as_bytes()));
+        assert_eq!(all.topics[0].messages[0].0, Times::at(Time(10 * SECOND)));
     }
 
     #[test]

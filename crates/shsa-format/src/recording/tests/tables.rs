@@ -9,6 +9,13 @@ fn check(text: &str, sources: &[&str], expected: &str) {
 }
 
 #[test]
+fn words_for_truths_are_numbers() {
+    let table = b"t [s],on\n1,true\n2,False\n3,TRUE\n4,1\n";
+    let said = shown(&[("a.csv", table)], &["a#on"], &ReadOptions::default());
+    assert_eq!(said, "0@1000=1\n0@2000=0\n0@3000=1\n0@4000=1");
+}
+
+#[test]
 fn columns_by_name_and_times_by_header() {
     check("t [s],v [m/s],w\n0.5,1,2\n1.5,3,4\n", &["log#v", "log#w"], "0@500=1\n1@500=2\n0@1500=3\n1@1500=4");
     check("time(millisecond), xSpeed(m/s)\n100, -1.5\n", &["log#xSpeed"], "0@100=-1.5");
@@ -152,7 +159,7 @@ fn damaged_rows_are_left_out() {
     check(
         "",
         &["log#v"],
-        "! log.csv: holds nothing, not even a row of names\n\
+        "! log.csv: the file is empty\n\
          ! log.csv: signal log#v: no 'log' in the recording\ndegraded",
     );
     let binary = b"t [s],v\n1,\xff\xfe\n2,3\n";
