@@ -101,7 +101,7 @@ pub mod can {
     const DBC: &str = "BO_ 23 speed: 8 X\n SG_ S : 8|16@1+ (0.5,-1) [0|1] \"m\" X\n SG_ M M : 7|4@0- (1,0) [0|1] \"\" X\n\
  SG_ A m1 : 8|8@1- (1,0) [0|1] \"\" X\n SG_ B m2M : 8|64@1- (1,0) [0|1] \"\" X\nSIG_VALTYPE_ 23 B : 2;\nSG_MUL_VAL_ 23 A B 1-2, 5-6;\n";
     const CANDUMP: &str = "(1700000000.5) can0 017#01E803AABBCCDDEE R\n(1700000001.5)  can0  017   [2]  01 02\n(1700000002.5) can1 00000017##1AABB\n";
-    const ASC: &str = "date Wed Jan 11 05:42:09.103 pm 2023\nbase hex  timestamps absolute\n 0.1 1 17 Rx d 3 01 E8 03\n 0.3 CANFD 1 Rx 17x speed 1 0 3 3 01 D0 07\n";
+    const ASC: &str = "date Wed Jan 11 05:42:09.103 pm 2023\nbase hex  timestamps absolute\n 0.1 1 17 Rx d 3 01 E8 03\n 0.3 CANFD 1 Rx 17x speed 1 0 3 3 01 D0 07\n 0.4 1 17 Rx d c 00 01 02 03 04 05 06 07 08 09 0A 0B\n";
 
     /// Reads the rest of the bytes as the DBC and the frames.
     pub fn run(bytes: &[u8]) {
@@ -175,7 +175,8 @@ pub mod signalk {
     #[must_use]
     pub fn seeds() -> Vec<Vec<u8>> {
         let text = "{\"updates\":[{\"source\":{\"label\":\"gps\"},\"timestamp\":\"2016-04-12T17:25:52Z\",\"values\":[{\"path\":\"a.b\",\"value\":1.5}]}]}\n\
-1471172400153;A;{\"context\":\"vessels.x\",\"updates\":[{\"$source\":\"n\",\"values\":[{\"path\":\"a.b\",\"value\":{\"x\":[1]}},{}]}]}\n";
+1471172400153;A;{\"context\":\"vessels.x\",\"updates\":[{\"$source\":\"n\",\"values\":[{\"path\":\"a.b\",\"value\":{\"x\":[1]}},{}]}]}\n\
+{\n\"updates\": [{\"values\": [\n{\"path\": \"a.b\", \"value\": 2}]}\n]}\n";
         vec![text.as_bytes().to_vec()]
     }
 }
