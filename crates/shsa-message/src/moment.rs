@@ -3,6 +3,7 @@
 use crate::stamp::civil;
 use crate::zone::{Doubt, Zone};
 use shsa_core::time::Time;
+use std::str::FromStr;
 
 const SECOND: i64 = 1_000_000_000;
 const HOUR: i64 = 3_600 * SECOND;
@@ -37,6 +38,19 @@ impl DateOrder {
     /// All orders.
     pub const ALL: [DateOrder; 3] =
         [DateOrder::YearMonthDay, DateOrder::DayMonthYear, DateOrder::MonthDayYear];
+}
+
+impl FromStr for DateOrder {
+    type Err = String;
+
+    fn from_str(text: &str) -> Result<DateOrder, String> {
+        match text {
+            "ymd" => Ok(DateOrder::YearMonthDay),
+            "dmy" => Ok(DateOrder::DayMonthYear),
+            "mdy" => Ok(DateOrder::MonthDayYear),
+            _ => Err("write dmy, mdy or ymd".to_owned()),
+        }
+    }
 }
 
 /// A moment, and whether its text gives a zone.

@@ -2,6 +2,7 @@
 
 use shsa_core::time::Span;
 use shsa_format::recording::ReadOptions;
+use shsa_message::moment::DateOrder;
 use shsa_message::span::parse_span;
 use shsa_message::zone::Zone;
 use std::path::PathBuf;
@@ -15,6 +16,9 @@ pub(crate) struct ReadArguments {
     /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
     #[arg(long, value_name = "UNIT", value_parser = parse_span)]
     time_unit: Option<Span>,
+    /// The order of day, month and year in dates that fit several (dmy, mdy, ymd); else the dates of all files decide.
+    #[arg(long, value_name = "ORDER")]
+    date_order: Option<DateOrder>,
     /// Where times without a zone were written down: UTC, +02:00, Europe/Vienna.
     #[arg(long, value_name = "ZONE", allow_hyphen_values = true)]
     time_zone: Option<Zone>,
@@ -32,6 +36,7 @@ impl ReadArguments {
         ReadOptions {
             time_column: self.time_column.clone(),
             time_scale: self.time_unit,
+            date_order: self.date_order,
             zone: self.time_zone.clone().unwrap_or_default(),
             messages: self.messages.clone(),
             dbc: self.dbc.clone(),

@@ -2,7 +2,7 @@
 
 use super::fields::Locator;
 use super::topic::{Body, Fields, Listener, Times, Topic, TopicId};
-use super::{FieldInfo, FileInfo, Place, TopicInfo, Warning};
+use super::{Place, Warning};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_message::json::{Kind, Visitor, unescaped, walk};
@@ -17,6 +17,59 @@ const ALL_MAX: usize = 1 << 12;
 
 /// The longest text that is shown, characters.
 const TEXT_MAX: usize = 40;
+
+/// The content of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FileInfo {
+    /// The file.
+    pub file: PathBuf,
+    /// The name of the format.
+    pub format: &'static str,
+    /// Its topics by name.
+    pub topics: Vec<TopicInfo>,
+    /// Warnings about the file.
+    pub warnings: Vec<Warning>,
+    /// Whether a part of the file is lost.
+    pub degraded: bool,
+}
+
+/// One topic, table or signal of a file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct TopicInfo {
+    /// The name; for a table the file's name without extension.
+    pub name: String,
+    /// The text that means only this topic in a source: `sensor_accel[1]`, `room[sensor=T1]`.
+    pub source: String,
+    /// The message type; for a table its columns; for JSON lines the kind of its first value.
+    pub kind: String,
+    /// Messages, rows or lines.
+    pub count: usize,
+    /// The mean rate by reception; `None` for fewer than two messages, or where they all have the same time.
+    pub rate_hz: Option<f64>,
+    /// The first and the last reception.
+    pub span: Option<(Time, Time)>,
+    /// The longest time between two receptions.
+    pub longest_gap: Option<Span>,
+    /// The fields of its messages.
+    pub fields: Vec<FieldInfo>,
+    /// Why its messages cannot be read; `None` where they can.
+    pub unreadable: Option<String>,
+}
+
+/// One field of a topic.
+#[derive(Clone, Debug, Default, PartialEq, Eq)]
+pub struct FieldInfo {
+    /// The path, as a source names it.
+    pub path: String,
+    /// The unit, where the format has one.
+    pub unit: Option<String>,
+    /// `number`, `list`, `interval`, `text`; empty where no value was seen.
+    pub kind: &'static str,
+    /// An example of a value.
+    pub sample: Option<String>,
+    /// Whether the times of the messages are taken from it.
+    pub is_clock: bool,
+}
 
 /// Collects the content of one file.
 pub(super) struct Inventory {
@@ -83,6 +136,12 @@ impl Listener for Inventory {
             entry.is_untimed = true;
         }
         self.note(Place::Whole, problem);
+    }
+
+    fn clock(&mut self, topic: TopicId, columns: &[usize]) {
+        let Some(entry) = self.topics.get_mut(topic.0) else { return };
+        let fields = entry.info.fields.iter_mut().enumerate();
+        fields.for_each(|(at, field)| field.is_clock |= columns.contains(&at));
     }
 
     fn undated(&mut self, topic: TopicId) {
@@ -247,7 +306,7 @@ fn mean_rate(count: usize, first: Time, last: Time) -> Option<f64> {
 
 impl FieldInfo {
     fn new(path: &str, unit: Option<String>) -> FieldInfo {
-        FieldInfo { path: path.to_owned(), unit, kind: "", sample: None }
+        FieldInfo { path: path.to_owned(), unit, ..FieldInfo::default() }
     }
 
     /// Takes an example from a message, if it has one.

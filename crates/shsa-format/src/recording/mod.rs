@@ -50,6 +50,7 @@ mod session;
 mod stamp;
 mod stamps;
 mod sorted;
+mod dates;
 mod stream;
 
 use std::path::{Path, PathBuf};
@@ -57,6 +58,7 @@ use std::{fmt, io::Cursor};
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
+use shsa_message::moment::DateOrder;
 use shsa_message::zone::Zone;
 
 use clock::Stored;
@@ -69,6 +71,7 @@ pub use format::{FORMATS, Format, Row};
 use gathered::{Destination, Gathered};
 use guard::guarded;
 use inventory::Inventory;
+pub use inventory::{FieldInfo, FileInfo, TopicInfo};
 pub use jsonl::write_jsonl;
 pub use session::{Because, Session};
 pub use stamp::TIME_NAMES;
@@ -85,6 +88,8 @@ pub struct ReadOptions {
     pub time_column: Option<String>,
     /// The length of one step of that column; `None`: from the header's unit.
     pub time_scale: Option<Span>,
+    /// The order of the parts of dates, where a text fits several; `None`: from the dates of all files of a call.
+    pub date_order: Option<DateOrder>,
     /// The zone of times without one.
     pub zone: Zone,
     /// Folders with definitions of ROS 2 messages, `PACKAGE/msg/NAME.msg`, that recordings lack.
@@ -193,57 +198,6 @@ impl Recording {
     }
 }
 
-/// The content of a file.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FileInfo {
-    /// The file.
-    pub file: PathBuf,
-    /// The name of the format.
-    pub format: &'static str,
-    /// Its topics by name.
-    pub topics: Vec<TopicInfo>,
-    /// Warnings about the file.
-    pub warnings: Vec<Warning>,
-    /// Whether a part of the file is lost.
-    pub degraded: bool,
-}
-
-/// One topic, table or signal of a file.
-#[derive(Clone, Debug, Default, PartialEq)]
-pub struct TopicInfo {
-    /// The name; for a table the file's name without extension.
-    pub name: String,
-    /// The text that means only this topic in a source: `sensor_accel[1]`, `room[sensor=T1]`.
-    pub source: String,
-    /// The message type; for a table its columns; for JSON lines the kind of its first value.
-    pub kind: String,
-    /// Messages, rows or lines.
-    pub count: usize,
-    /// The mean rate by reception; `None` for fewer than two messages, or where they all have the same time.
-    pub rate_hz: Option<f64>,
-    /// The first and the last reception.
-    pub span: Option<(Time, Time)>,
-    /// The longest time between two receptions.
-    pub longest_gap: Option<Span>,
-    /// The fields of its messages.
-    pub fields: Vec<FieldInfo>,
-    /// Why its messages cannot be read; `None` where they can.
-    pub unreadable: Option<String>,
-}
-
-/// One field of a topic.
-#[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub struct FieldInfo {
-    /// The path, as a source names it.
-    pub path: String,
-    /// The unit, where the format has one.
-    pub unit: Option<String>,
-    /// `number`, `list`, `interval`, `text`; empty where no value was seen.
-    pub kind: &'static str,
-    /// An example of a value.
-    pub sample: Option<String>,
-}
-
 /// Reads the wanted signals from files and folders (from a folder: its files of known formats, in the order of their names).
 ///
 /// A signal that is not in the recording is no error, as a recording may lack a topic: its [`Found`] has no places, and a warning
@@ -261,7 +215,8 @@ pub fn read(
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let empty = Gathered::new(&wants, Destination::Kept);
-    let gathered = read_all(&files, files.len() == 1, &mut wants, options, empty)?;
+    let options = dates::decided(options, &files);
+    let gathered = read_all(&files, files.len() == 1, &mut wants, &options, empty)?;
     Ok(gathered.finish(&wants).0)
 }
 
@@ -375,14 +330,16 @@ fn read_with(
 /// # Errors
 /// As [`read`]. Memory grows with topics and fields.
 pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInfo>, RecordingError> {
+    let files = files_of(paths)?;
+    let options = dates::decided(options, &files);
     let of_file = |File { path, row }: &File| {
         let mut inventory = Inventory::new(path);
         let Opened { mut input, problem } = open(path)?;
         problem.into_iter().for_each(|problem| inventory.damaged(Place::Whole, problem));
-        read_with(row.format, &mut input, options, &mut inventory)?;
+        read_with(row.format, &mut input, &options, &mut inventory)?;
         Ok(inventory.finish(row.name))
     };
-    files_of(paths)?.iter().map(of_file).collect()
+    files.iter().map(of_file).collect()
 }
 
 #[cfg(test)]

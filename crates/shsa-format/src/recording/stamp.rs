@@ -1,6 +1,7 @@
 //! The time in tables: its column and its unit.
 
 use shsa_core::time::{Span, Time};
+use shsa_core::unit::{Dimension, Unit};
 use shsa_message::moment::Moment;
 use shsa_message::span::time_unit;
 use shsa_message::zone::{Doubt, Zone};
@@ -15,13 +16,19 @@ struct TimeHeader {
     unit: Option<Span>,
 }
 
-/// Names of time columns, the plainest first.
-pub const TIME_NAMES: [&str; 14] = [
-    "t",
+/// Names of time columns, the plainest first; a `t` may be a temperature.
+pub const TIME_NAMES: [&str; 21] = [
     "time",
     "timestamp",
     "time_stamp",
+    "__time",
+    "_time",
+    "datetime",
+    "date_time",
+    "ts",
     "stamp",
+    "unix_time",
+    "unixtime",
     "elapsed",
     "elapsed_time",
     "elapsedtime",
@@ -31,9 +38,13 @@ pub const TIME_NAMES: [&str; 14] = [
     "system_time",
     "seconds",
     "%time",
+    "t",
 ];
 
 fn time_header(header: &str) -> Option<TimeHeader> {
+    if split_unit(header).1.is_some_and(is_no_time) {
+        return None;
+    }
     let (name, unit) = name_and_unit(header);
     let rank = TIME_NAMES.iter().position(|known| *known == name)?;
     let unit = match name.as_str() {
@@ -89,11 +100,28 @@ pub(super) fn of_place(shown: Time, zone: &Zone) -> (Time, Option<String>) {
 #[derive(Default)]
 pub(super) struct Doubts {
     last: Time,
+    /// How many days have passed since the first row, where the times are those of a day.
+    days: Option<i64>,
     twice: usize,
     never: usize,
 }
 
+const DAY: i64 = 86_400 * SECOND;
+
 impl Doubts {
+    /// Of rows with a time of day alone, where that is so: a row belongs to the day on which it is nearest to the row above.
+    pub(super) fn of_days(is_so: bool) -> Doubts {
+        Doubts { days: is_so.then_some(0), ..Doubts::default() }
+    }
+
+    /// A time of day on its day.
+    fn on_its_day(&mut self, time: Time) -> Time {
+        let Some(days) = &mut self.days else { return time };
+        let off = self.last.0.saturating_sub(time.0.saturating_add(*days * DAY));
+        *days += i64::from(off > DAY / 2) - i64::from(off < -DAY / 2 && *days > 0);
+        Time(time.0.saturating_add(*days * DAY))
+    }
+
     /// The moment of a row. A time that the clock showed twice means the second moment where the first would be before the row
     /// above.
     pub(super) fn settle(&mut self, moment: &Moment) -> Time {
@@ -106,7 +134,7 @@ impl Doubts {
                 self.never += 1;
                 moment.time
             }
-            None => moment.time,
+            None => self.on_its_day(moment.time),
         };
         self.last = time;
         time
@@ -126,10 +154,26 @@ impl Doubts {
     }
 }
 
-/// The column whose header fits a time best; the first of equals.
-pub(super) fn time_column(headers: &[String]) -> Option<usize> {
-    let times = headers.iter().enumerate().filter_map(|(index, header)| Some((time_header(header)?, index)));
-    times.min_by_key(|(time, index)| (time.unit_is_missing, time.rank, *index)).map(|(_, index)| index)
+/// Whether a unit measures something else than time, such as `degC`.
+pub(super) fn is_no_time(unit: &str) -> bool {
+    time_unit(&unit.to_lowercase()).is_none()
+        && Unit::parse(unit).is_ok_and(|it| it.dimension != Dimension::TIME)
+}
+
+/// The columns whose headers fit a time, the best first, then the first of equals.
+pub(super) fn time_columns(headers: &[String]) -> Vec<usize> {
+    let mut times: Vec<(TimeHeader, usize)> = headers
+        .iter()
+        .enumerate()
+        .filter_map(|(index, header)| Some((time_header(header)?, index)))
+        .collect();
+    times.sort_by_key(|(time, index)| (time.unit_is_missing, time.rank, *index));
+    times.into_iter().map(|(_, index)| index).collect()
+}
+
+/// Whether a header is the letter `t` alone, which is as likely a temperature.
+pub(super) fn is_letter(header: &str) -> bool {
+    time_header(header).is_some_and(|time| time.unit_is_missing) && name_and_unit(header).0 == "t"
 }
 
 /// The unit of time in a header.
@@ -146,8 +190,8 @@ mod tests {
         #[track_caller]
         fn check(headers: &[&str], expected: Option<(usize, Option<i64>)>) {
             let headers: Vec<String> = headers.iter().map(|header| (*header).to_owned()).collect();
-            let found =
-                time_column(&headers).map(|index| (index, unit_of(&headers[index]).map(|unit| unit.0)));
+            let found = time_columns(&headers).first().copied();
+            let found = found.map(|index| (index, unit_of(&headers[index]).map(|unit| unit.0)));
             assert_eq!(found, expected);
         }
         check(&["t [s]", "acc_x [m/s^2]"], Some((0, Some(SECOND))));
@@ -159,6 +203,9 @@ mod tests {
         check(&["%time", "field.header.seq"], Some((0, Some(1))));
         check(&["reading", "mote_id", "utc [ms]"], None);
         check(&["t_min", "t_max"], None);
+        check(&["T", "ts", "time"], Some((2, None)));
+        check(&["T [degC]", "t (K)", "RH"], None);
+        check(&["t [s]", "time"], Some((0, Some(SECOND))));
         check(&["seconds", "x"], Some((0, Some(SECOND))));
         check(&[], None);
     }

@@ -9,8 +9,9 @@ use super::clock::{Division, Suspicion};
 use super::files::{File, files_of};
 use super::gathered::{Destination, Gathered};
 use super::session::Piece;
-use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, read_all, sorted, understand};
+use super::{ReadOptions, Recording, RecordingError, Sample, Wanted, dates, read_all, sorted, understand};
 use shsa_core::time::Time;
+use shsa_message::moment::DateOrder;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -34,6 +35,8 @@ pub struct Survey {
     pub span: Option<(Time, Time)>,
     /// Whether [`stream`] gives the samples as [`super::read`] does: at most 32 files are of the same time.
     pub can_stream: bool,
+    /// The order of the dates of all files.
+    date_order: Option<DateOrder>,
     /// The files of each session.
     parts: Vec<Vec<Part>>,
 }
@@ -62,7 +65,8 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
     let mut wants = understand(wanted)?;
     let files = files_of(paths)?;
     let gathered = Gathered::new(&wants, Destination::Surveyed(Surveyed::default()));
-    let mut gathered = read_all(&files, files.len() == 1, &mut wants, options, gathered)?;
+    let options = dates::decided(options, &files);
+    let mut gathered = read_all(&files, files.len() == 1, &mut wants, &options, gathered)?;
     let mixed = gathered.surveyed().map(|surveyed| surveyed.mixed.clone()).unwrap_or_default();
     let (unstamped, divisions) = (gathered.unstamped().to_vec(), gathered.divisions().to_vec());
     let (recording, sessions) = gathered.finish(&wants);
@@ -85,6 +89,7 @@ pub fn survey(paths: &[PathBuf], wanted: &[Wanted], options: &ReadOptions) -> Re
         span: spans().map(|span| span.0).min().zip(spans().map(|span| span.1).max()),
         can_stream: parts.iter().all(is_narrow),
         recording,
+        date_order: options.date_order,
         parts,
     })
 }
@@ -141,7 +146,8 @@ pub fn stream(
     let is_alone = files.len() == 1;
     let reader = |(rank, part): (usize, &Part)| {
         let file = [files.get(part.file)?.clone()];
-        let (wanted, options) = (wanted.to_vec(), options.clone());
+        let options = ReadOptions { date_order: survey.date_order, ..options.clone() };
+        let wanted = wanted.to_vec();
         Some((rank, Reader { file, is_alone, wanted, options, part: part.clone() }))
     };
     let parts = survey.parts.get(session).map_or(&[][..], Vec::as_slice);

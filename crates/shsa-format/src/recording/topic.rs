@@ -211,6 +211,8 @@ pub(super) trait Listener {
     }
     /// The reception of this topic's messages is unknown, for this reason; their times count the messages.
     fn untimed(&mut self, _topic: TopicId, _problem: String) {}
+    /// The times of this topic are taken from these of its [`Fields::Named`].
+    fn clock(&mut self, _topic: TopicId, _columns: &[usize]) {}
     /// The next message of this topic has no readable time, although others of its topic have one.
     fn undated(&mut self, _topic: TopicId) {}
     /// Messages without a readable time are here, and are reported all the same.

@@ -13,7 +13,10 @@ pub(super) fn shown(files: &[FileInfo]) -> String {
             "topics": file.topics.iter().map(of_topic).collect::<Vec<_>>(),
         })
     };
-    json!({ "files": files.iter().map(of_file).collect::<Vec<_>>() }).to_string()
+    let topics = files.iter().flat_map(|file| &file.topics);
+    let counted = topics.map(|it| json!({ "topic": it.name, "source": it.source, "messages": it.count }));
+    let topics: Vec<Value> = counted.collect();
+    json!({ "files": files.iter().map(of_file).collect::<Vec<_>>(), "topics": topics }).to_string()
 }
 
 fn of_topic(topic: &TopicInfo) -> Value {

@@ -1,7 +1,8 @@
 //! NMEA 0183: sentences of ships' instruments and GNSS receivers, one per line.
 //!
 //! A topic is the sentence (`RMC`), and in full with its talker (`GPRMC`). Only sentences of GNSS have a time: other sentences
-//! take the time of the last `RMC`, `ZDA`, `GGA`, `GNS`, `GLL` or `GST`, and those before the first one take its time. Where a
+//! take the time of the last `RMC`, `ZDA`, `GGA`, `GNS`, `GLL` or `GST`, and those before the first one take its time. Times of day
+//! without a date anywhere in the file count from 1970-01-01. Where a
 //! logger has noted the time of each line, or a TAG block has it, that time is the reception, and the GNSS time is the stamp.
 
 mod sentence;
@@ -41,6 +42,10 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
         listener.damaged(Place::Whole, format!("reading stopped: {failure}"));
         return Ok(());
     }
+    if rehearsal.has_no_date {
+        let note = "no sentence has a date (RMC, ZDA): the times of day count from 1970-01-01";
+        listener.note(Place::Whole, note.to_owned());
+    }
     let mut reader = Reader { clock: Clock { now: rehearsal.first }, ..Reader::default() };
     let mut lines = Lines::new(input);
     while let Some(line) = lines.next(listener) {
@@ -65,8 +70,9 @@ pub(super) fn read(input: &mut dyn Input, listener: &mut dyn Listener) -> Result
 
 /// The properties of a recording that must be known before its first sentence.
 struct Rehearsal {
-    /// The first time with a date.
+    /// The first time with a date; where there is none, nor a noted time, the first time of day on 1970-01-01.
     first: Option<Time>,
+    has_no_date: bool,
     has_checksums: bool,
 }
 
@@ -74,12 +80,17 @@ impl Rehearsal {
     fn of(input: &mut dyn Input) -> Rehearsal {
         let mut lines = Lines::new(input);
         let (mut first, mut looked_at, mut with) = (None, 0, 0);
+        let (mut of_day, mut is_noted) = (None, false);
         while let Some(line) = lines.read() {
             let Ok(line) = line else { continue };
             let Ok(found) = sentence(&line.text, false) else { continue };
             looked_at += 1;
             with += usize::from(line.text.contains('*'));
-            first = first.or_else(|| sentence(&line.text, with > 0).ok().and_then(|found| dated(&found)));
+            is_noted |= found.noted.is_some();
+            if let (None, Ok(sound)) = (first, sentence(&line.text, with > 0)) {
+                first = dated(&sound);
+                of_day = of_day.or_else(|| self::of_day(&sound));
+            }
             if first.is_some() && looked_at >= LOOKED_AT
                 || found.noted.is_some() && looked_at >= 10 * LOOKED_AT
             {
@@ -87,7 +98,9 @@ impl Rehearsal {
             }
         }
         // Checksums are in all sentences of a recording or in none.
-        Rehearsal { first, has_checksums: with > 0 || looked_at == 0 }
+        let has_no_date = first.is_none() && of_day.is_some() && !is_noted;
+        let first = first.or(of_day.filter(|_| has_no_date).map(|of_day| Time(0) + of_day));
+        Rehearsal { first, has_no_date, has_checksums: with > 0 || looked_at == 0 }
     }
 }
 
@@ -101,7 +114,7 @@ impl Clock {
     /// The time in a sentence; its date is the one that brings it nearest to the time before.
     fn own(&mut self, sentence: &Sentence<'_>) -> Option<Time> {
         let time = dated(sentence).or_else(|| {
-            let of_day = time_of_day(sentence.cells().nth(time_cell(sentence)?)?)?;
+            let of_day = of_day(sentence)?;
             let now = self.now?;
             let day = Time(now.0.div_euclid(DAY.0) * DAY.0);
             let days = [day - DAY, day, day + DAY];
@@ -112,13 +125,19 @@ impl Clock {
     }
 }
 
-/// The index of the cell with the time of the day.
-fn time_cell(sentence: &Sentence<'_>) -> Option<usize> {
-    match kind_of(sentence.address) {
-        "GGA" | "GNS" | "GST" => Some(0),
-        "GLL" => Some(4),
-        _ => None,
-    }
+/// The time of day in a sentence without a date.
+fn of_day(sentence: &Sentence<'_>) -> Option<Span> {
+    let (time, date) = match kind_of(sentence.address) {
+        "GGA" | "GNS" | "GST" => (0, None),
+        "GLL" => (4, None),
+        "RMC" => (0, Some(8)),
+        "ZDA" => (0, Some(3)),
+        _ => return None,
+    };
+    let cell = |at: usize| sentence.cells().nth(at).map(str::trim);
+    // A date that is there and implausible makes the time of day implausible, too.
+    let has_date = date.and_then(cell).is_some_and(|date| !date.is_empty());
+    if has_date { None } else { time_of_day(cell(time)?) }
 }
 
 /// The time of a sentence that also has the date.
@@ -272,7 +291,7 @@ impl Reader {
         }
         if self.untimed > 0 {
             let problem = format!(
-                "{} sentences are left out: none tells the time with its day (RMC, ZDA)",
+                "{} sentences are left out: none tells the time (RMC, ZDA, GGA, GNS, GLL, GST)",
                 self.untimed
             );
             listener.damaged(Place::Whole, problem);

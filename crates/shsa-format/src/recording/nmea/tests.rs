@@ -53,6 +53,25 @@ fn times_are_carried_on() {
 }
 
 #[test]
+fn times_of_day_alone_count_from_the_first_day() {
+    let text = log(&[
+        "$IIVHW,,T,,M,06.11,N,11.31,K",
+        "$GPZDA,235959,,,,00,",
+        "$SDDPT,1.0,0.0",
+        "$GPRMC,000001,A,3503.8851,N,07658.0729,W,3.75,175.45,,,,A",
+        "$SDDPT,2.0,0.0",
+    ]);
+    let all = collected(READ, text.as_bytes());
+    assert_eq!(all.damages, []);
+    let day = 86_400 * SECOND;
+    assert_eq!(all.column("SDDPT", "depth"), [(day - SECOND, "1".into()), (day + SECOND, "2".into())]);
+    assert_eq!(all.notes[0].1, "no sentence has a date (RMC, ZDA): the times of day count from 1970-01-01");
+    // The date of a receiver without a fix says that its time of day is wrong, too.
+    let wrong = collected(READ, log(&["$GPZDA,235959,01,01,1999,00,00", "$SDDPT,1.0,0.0"]).as_bytes());
+    assert_eq!(wrong.column("SDDPT", "depth"), []);
+}
+
+#[test]
 fn what_loggers_note_is_the_reception() {
     let text = log(&[
         "2016-08-12T10:00:00.100Z;N;$SDDPT,1.0,0.0",
@@ -98,11 +117,8 @@ fn torn_sentences_and_lost_commas_are_told() {
 }
 
 #[test]
-fn a_recording_without_a_day_is_left_out() {
-    let all = collected(
-        READ,
-        log(&["$GPGGA,235959.00,3503.8851,N,07658.0729,W,1,08,0.9,545.4,M,46.9,M,,"]).as_bytes(),
-    );
+fn a_recording_without_a_time_is_left_out() {
+    let all = collected(READ, log(&["$SDDPT,1.0,0.0"]).as_bytes());
     assert_eq!(all.count(), 0);
     assert!(all.damages[0].1.starts_with("1 sentences are left out"));
 }

@@ -60,7 +60,7 @@ pub(super) fn candidates(description: &Description, options: &ReadOptions) -> Ve
     };
     match asked {
         Some(at) => vec![at],
-        None => (0..headers.len()).filter(is_moment).chain(stamp::time_column(&headers)).collect(),
+        None => (0..headers.len()).filter(is_moment).chain(stamp::time_columns(&headers)).collect(),
     }
 }
 
@@ -114,7 +114,7 @@ pub(super) fn find(
     });
     let all = || 0..headers.len();
     let by_itself = || {
-        let named = stamp::time_column(&headers).filter(has_values).and_then(moments);
+        let named = stamp::time_columns(&headers).into_iter().filter(has_values).find_map(moments);
         named.or_else(|| all().filter(has_values).find_map(moments)).or_else(|| all().find_map(moments))
     };
     if let Some(kind) = asked.unwrap_or_else(by_itself) {
@@ -131,10 +131,21 @@ pub(super) fn find(
     };
     let rows: Vec<Vec<&str>> = rows.iter().map(|row| row.iter().map(String::as_str).collect()).collect();
     let text = text::find(&layout, &rows, options)?;
-    Ok(found(Kind::Text(text.clock), text.notes))
+    let doubts = Doubts::of_days(text.clock.is_of_day());
+    let mut found = found(Kind::Text(text.clock), text.notes);
+    found.clock.doubts = doubts;
+    Ok(found)
 }
 
 impl Clock {
+    /// The columns with the parts of the time.
+    pub(super) fn columns(&self) -> Vec<usize> {
+        match &self.kind {
+            Kind::Moments(column, _) => vec![*column],
+            Kind::Text(clock) => clock.columns(),
+        }
+    }
+
     /// Whether a column is a part of the time.
     pub(super) fn reads(&self, at: usize) -> bool {
         match &self.kind {

@@ -87,6 +87,7 @@ pub(super) fn read(
         }
         Ok(Ok(found)) => {
             found.notes.into_iter().for_each(|note| listener.note(Place::Whole, note));
+            listener.clock(topic, &found.clock.columns());
             table.clock = Some(found.clock);
         }
         Ok(Err(problem)) if listener.needs_time(topic) => {

@@ -24,6 +24,7 @@ use row::{Points, Row};
 use rows::Rows;
 use shsa_core::time::Time;
 use std::borrow::Cow;
+use std::io::{Read as _, SeekFrom};
 use std::path::Path;
 
 /// How many rows decide where the time is.
@@ -55,6 +56,7 @@ pub(super) fn read(
     let clock = match clock {
         Ok(found) => {
             found.notes.into_iter().for_each(|note| listener.note(Place::Whole, note));
+            listener.clock(topic, &found.clock.columns());
             Some(found.clock)
         }
         Err(problem) if listener.needs_time(topic) => {
@@ -72,6 +74,7 @@ pub(super) fn read(
         let note = "rows have one cell more than the header: the first cell is the number of the row";
         listener.note(Place::Whole, note.into());
     }
+    let doubts = Doubts::of_days(clock.as_ref().is_some_and(Clock::is_of_day));
     let mut table = Table {
         batch: Batch::new(layout.headers.len()),
         layout,
@@ -82,7 +85,7 @@ pub(super) fn read(
         count: 0,
         last: Time(0),
         has_told_zone: false,
-        doubts: Doubts::default(),
+        doubts,
     };
     let is_read = |at: usize| {
         table.listener.is_field_wanted(topic, at)
@@ -101,6 +104,37 @@ pub(super) fn read(
     }
     table.doubts.notes().into_iter().for_each(|note| table.listener.note(Place::Whole, note));
     Ok(())
+}
+
+/// How many bytes at the end of a table are looked at for dates.
+const TAIL: u64 = 1 << 16;
+
+/// The texts of dates in the first and the last rows of a table; none where it has no times as text.
+pub(super) fn dates(input: &mut dyn Input, options: &ReadOptions) -> Vec<String> {
+    let mut rows = Rows::new(&mut *input);
+    let Some(layout) = Layout::of(rows.head()) else { return Vec::new() };
+    let cells = first_rows(rows.head(), &layout);
+    let column = match clock::find(&layout, &cells, options).map(|found| found.clock) {
+        Ok(Clock::Text(column, _) | Clock::Apart(column, ..)) => column,
+        _ => return Vec::new(),
+    };
+    let mut texts: Vec<String> =
+        cells.iter().filter_map(|row| Some((*row.get(column)?).to_owned())).collect();
+    drop(rows);
+    texts.extend(tail(input).lines().skip(1).filter_map(|line| {
+        let cells = layout.separator.split(line).cells()?;
+        cells.get(column).map(|cell| cell.trim().to_owned())
+    }));
+    texts
+}
+
+/// The end of a table as text, from within a line; empty where it cannot be read.
+fn tail(input: &mut dyn Input) -> String {
+    let mut bytes = Vec::new();
+    let end = input.seek(SeekFrom::End(0)).unwrap_or(0);
+    let read = input.seek(SeekFrom::Start(end.saturating_sub(TAIL)));
+    let read = read.and_then(|_| input.take(TAIL).read_to_end(&mut bytes));
+    read.map_or(String::new(), |_| String::from_utf8_lossy(&bytes).into_owned())
 }
 
 fn expect_names(layout: &Layout, file: &Path) -> Result<(), RecordingError> {

@@ -57,6 +57,55 @@ fn the_command_line_can_say_the_time() {
 }
 
 #[test]
+fn the_clock_is_what_behaves_as_one() {
+    let rows = |header: &str, row: &dyn Fn(i32) -> String| {
+        format!("{header}\n{}", (0..40).map(|at| row(at) + "\n").collect::<String>())
+    };
+    // The time of the last of 40 rows tells which column the clock is.
+    let check = |text: &str, last: &str| {
+        let said = shown(&[("log.csv", text.as_bytes())], &["log#v"], &ReadOptions::default());
+        let of_last = said.lines().rfind(|line| !line.starts_with('!')).unwrap_or_default().to_owned();
+        assert_eq!(of_last, last, "{said}");
+    };
+    check(&rows("T,RH,time,v", &|at| format!("{},40,{at},1", 20 + at)), "0@39000=1");
+    check(&rows("time,t,v", &|at| format!("{at},{},1", 2 * at)), "0@39000=1");
+    check(&rows("t [degC],ts,v", &|at| format!("{},{at},1", 20 + at)), "0@39000=1");
+    check(&rows("t,when,v", &|at| format!("{},1970-01-01 00:00:{at:02},1", 20 + at)), "0@39000=1");
+    check(&rows("time,__time,v", &|at| format!("{},{at},1", 7 * at % 10)), "0@39000=1");
+    check(&rows("time,ts,v", &|at| format!("0,{at},1")), "0@39000=1");
+    check(&rows("time,ts,v", &|at| format!("late,{at},1")), "0@39000=1");
+    // Rows of several sources, and no other clock.
+    check(&rows("time,v", &|at| format!("{},1", at % 8)), "0@7000=1");
+}
+
+#[test]
+fn times_of_day_count_from_the_first_day_and_go_on_behind_midnight() {
+    let said = shown(
+        &[("log.csv", b"time,v\n23:59:59,1\n00:00:01.5,2\n23:59:59,3\n00:00:02,4\n")],
+        &["log#v"],
+        &ReadOptions::default(),
+    );
+    let times: Vec<&str> = said.lines().filter(|line| !line.starts_with('!')).collect();
+    assert_eq!(times, ["0@86399000=1", "0@86399000=3", "0@86401500=2", "0@86402000=4"], "{said}");
+    assert!(said.contains("times of day without a date: they count from 1970-01-01"), "{said}");
+}
+
+#[test]
+fn one_file_tells_the_order_of_the_dates_of_all() {
+    let (clear, open) = (b"time,a\n1/25/1970 0:00,1\n1/26/1970 0:00,2\n", b"time,b\n1/2/1970 0:00,1\n");
+    let files: [(&str, &[u8]); 2] = [("1.csv", clear), ("2.csv", open)];
+    let told = |options: &ReadOptions, files: &[(&str, &[u8])]| {
+        let said = shown(files, &["2#b"], options);
+        said.lines().next().unwrap_or_default().to_owned()
+    };
+    let default = ReadOptions::default();
+    assert_eq!(told(&default, &files), "0@86400000=1", "the second of January");
+    assert_eq!(told(&default, &files[1..]), format!("0@{}=1", 31 * 86_400_000_i64), "the first of February");
+    let given = ReadOptions { date_order: Some("mdy".parse().unwrap()), ..ReadOptions::default() };
+    assert_eq!(told(&given, &files[1..]), "0@86400000=1");
+}
+
+#[test]
 fn dates_and_times_of_digits_alone_are_no_seconds() {
     let log = b"time,v\n20180408103137,1\n20180408103138.5,2\n";
     let said = shown(&[("log.csv", log)], &["log#v"], &ReadOptions::default());
