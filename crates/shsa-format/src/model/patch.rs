@@ -13,6 +13,8 @@ use super::write::{self, plain_or_quoted};
 
 /// The text of a model after a change, which is written as for `shsa replay --reload`.
 ///
+/// A change without an entry leaves the text as it is.
+///
 /// # Errors
 /// The problems of the model or of the change, and a layout of the model without a place for the change.
 ///
@@ -26,6 +28,9 @@ use super::write::{self, plain_or_quoted};
 /// ```
 pub fn patched(model: Written<'_>, change: Written<'_>) -> Result<String, Report> {
     let (mut live, _) = Live::load(model)?;
+    if is_nothing(change.text) {
+        return Ok(model.text.to_owned());
+    }
     live.change(change)?;
     let text = Edits::of(model.text, change.text).map(|edits| edits.applied(model.text));
     match text {
@@ -36,6 +41,11 @@ pub fn patched(model: Written<'_>, change: Written<'_>) -> Result<String, Report
             Err(Report::whole(model.name, message.to_owned(), help))
         }
     }
+}
+
+/// Whether a change has comments at most, as one has that found nothing to change.
+fn is_nothing(change: &str) -> bool {
+    change.lines().map(str::trim).all(|line| line.is_empty() || line.starts_with('#'))
 }
 
 /// Whether a text gives the expected draft, in any order.

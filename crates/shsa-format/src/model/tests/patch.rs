@@ -53,6 +53,12 @@ fn check(change: &str, expected: &str) {
 }
 
 #[test]
+fn a_change_without_an_entry_changes_nothing() {
+    assert_eq!(after(""), MODEL);
+    assert_eq!(after("# Calibrated: all numbers stay.\n\n"), MODEL);
+}
+
+#[test]
 fn values_are_put_in_their_places() {
     check(
         "signals:\n  /a: { variable: x, rate: 10 Hz, value_error: [-0.1, 0.3] }\n",
