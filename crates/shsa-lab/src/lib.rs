@@ -21,6 +21,9 @@ pub enum LabError {
     /// Recordings, model and settings do not fit each other.
     #[error("{0}")]
     Unfit(String),
+    /// A draft is no valid model, for these reasons: a defect.
+    #[error("the draft has an error, which is a defect of this program: {0}")]
+    Draft(String),
     /// A recording cannot be read.
     #[error(transparent)]
     Recording(#[from] shsa_format::recording::RecordingError),

@@ -66,7 +66,12 @@ pub fn unit(path: &str, topic: &str) -> Option<&'static str> {
 /// A value with two digits more than a width needs.
 #[must_use]
 pub fn fine(value: f64, width: f64) -> String {
-    let places = if width > 0.0 { (2 - width.log10().floor() as i32).clamp(0, 12) as usize } else { 6 };
+    let needed = if width > 0.0 { 2 - width.log10().floor() as i32 } else { 6 };
+    // More places, or digits before the point, than a number has: the shortest text that is read as this value.
+    if needed > 12 || value.abs() >= 1e15 {
+        return format!("{value:e}");
+    }
+    let places = needed.max(0) as usize;
     let text = format!("{value:.places$}");
     if text.contains('.') { text.trim_end_matches('0').trim_end_matches('.').to_owned() } else { text }
 }

@@ -3,10 +3,10 @@
 use crate::columns::{ColumnArguments, write};
 use crate::outcome::Outcome;
 use crate::progress::Search;
+use crate::show;
 use crate::written;
 use anyhow::bail;
-use shsa_format::model::load;
-use shsa_lab::drafting::{draft, model_text};
+use shsa_lab::drafting::{checked_text, draft};
 use std::path::PathBuf;
 
 /// Arguments of `shsa draft`.
@@ -36,18 +36,16 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let recordings: Vec<&PathBuf> = arguments.columns.recordings.iter().collect();
     written::ensure_free([arguments.output.as_path()], &recordings)?;
-    let read = arguments.columns.read()?;
-    let drafted = draft(&read.columns, &Search::default())?;
+    let mut read = arguments.columns.read()?;
+    let told = read.warnings.len();
+    let mut drafted = draft(&read.columns, &Search::default())?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }
     let names: Vec<String> =
         arguments.columns.recordings.iter().map(|path| path.display().to_string()).collect();
-    let text = model_text(&read, &drafted, &names.join(", "));
-    let loaded = load(&text, "draft");
-    if !loaded.report.ok() {
-        bail!("the draft has an error, which is a defect of this program: {}", loaded.report.render(false));
-    }
+    let text = checked_text(&mut read, &mut drafted, &names.join(", "))?;
+    read.warnings[told..].iter().for_each(show::warn);
     write(&arguments.output, &text)?;
     Ok(if read.degraded { Outcome::Degraded } else { Outcome::Done })
 }

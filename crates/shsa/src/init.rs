@@ -8,9 +8,8 @@ use crate::progress::Search;
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::unit::{Unit, nearest};
-use shsa_format::model::load;
 use shsa_format::text::counted;
-use shsa_lab::drafting::{Because, Columns, Drafted, Needed, draft, model_text, variable_names};
+use shsa_lab::drafting::{Because, Columns, Drafted, Needed, checked_text, draft, variable_names};
 use shsa_message::span::parse_span;
 use std::io::{BufRead, Write, stderr, stdin};
 use std::path::PathBuf;
@@ -61,11 +60,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     ask_needs(&read, &mut drafted, &mut asking)?;
     let recordings: Vec<String> =
         arguments.columns.recordings.iter().map(|path| path.display().to_string()).collect();
-    let text = model_text(&read, &drafted, &recordings.join(", "));
-    let loaded = load(&text, "draft");
-    if !loaded.report.ok() {
-        bail!("the model has an error, which is a defect of this program: {}", loaded.report.render(false));
-    }
+    let told = read.warnings.len();
+    let text = checked_text(&mut read, &mut drafted, &recordings.join(", "))?;
+    read.warnings[told..].iter().for_each(show::warn);
     std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
     let signals = drafted.groups.iter().map(|group| group.members.len()).sum();
     show::notice(&format!(

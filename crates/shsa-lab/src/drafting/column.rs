@@ -1,5 +1,6 @@
 //! One recorded column, and what its values alone show.
 
+use super::glitches;
 use crate::learning::Signal;
 use crate::order::{median, quantile, sorted};
 
@@ -11,6 +12,13 @@ const OFF_EVEN: f64 = 2e-3;
 
 /// A change by more than this share of a turn within one period is a wrap.
 const WRAPPED: f64 = 0.8;
+
+/// More values at one time than these, on average, are of messages whose times do not advance: a GNSS receiver sends no more
+/// sentences before its clock moves.
+const MOST_AT_ONCE: usize = 50;
+
+/// The least different times of a signal: two of them are one interval, which shows no rhythm.
+const LEAST_TIMES: usize = 3;
 
 /// A column of a recording.
 #[derive(Clone, Debug)]
@@ -30,6 +38,8 @@ pub struct Column {
 pub struct Facts {
     /// The number of values.
     pub count: usize,
+    /// The times and values of glitches, of which the other facts know nothing.
+    pub glitches: Vec<(f64, f64)>,
     /// The lowest and the highest value.
     pub range: (f64, f64),
     /// The median time between two values.
@@ -54,12 +64,26 @@ pub struct Facts {
     pub drifts: bool,
     /// Whether the values grow evenly with time: a clock or a counter.
     pub is_even: bool,
+    /// Whether the times do not advance.
+    pub is_untimed: bool,
 }
 
 impl Facts {
     /// The facts of a column; `None` without two values. Time: O(n log n).
     #[must_use]
     pub fn of(column: &Column) -> Option<Facts> {
+        // An angle that swings about the end of its turn jumps and comes back, too.
+        let is_angle = column.turn.is_some();
+        let places = if is_angle { Vec::new() } else { glitches::of(&column.signal.points, &column.breaks) };
+        if places.is_empty() {
+            return Facts::of_sound(column);
+        }
+        let glitches = places.iter().map(|at| column.signal.points[*at]).collect();
+        let sound = Facts::of_sound(&column.without(&places))?;
+        Some(Facts { count: column.signal.points.len(), glitches, ..sound })
+    }
+
+    fn of_sound(column: &Column) -> Option<Facts> {
         let points = &column.signal.points;
         let first = points.first()?;
         let values = || points.iter().map(|(_, value)| *value);
@@ -67,7 +91,8 @@ impl Facts {
         let mut steps = steps(column);
         let wraps = steps.iter().any(|step| step.1.abs() > WRAPPED * whole);
         steps.iter_mut().for_each(|step| step.1 = shorter(step.1, whole));
-        let period_s = median(steps.iter().map(|it| it.0));
+        let length_s = steps.iter().map(|step| step.0).sum::<f64>();
+        let period_s = period(&steps, length_s);
         let quantum = quantum(&steps);
         let noise = noise(&steps).max(quantum / 12.0_f64.sqrt());
         let bound =
@@ -75,9 +100,10 @@ impl Facts {
         let repeats = steps.iter().filter(|step| step.1 == 0.0).count();
         let range = values().fold((first.1, first.1), |(low, high), it| (low.min(it), high.max(it)));
         let changes = steps.len() - repeats;
-        let length_s = steps.iter().map(|step| step.0).sum::<f64>();
+        let fastest = steps.iter().map(bound).filter(|it| it.is_finite()).fold(0.0, f64::max);
         Some(Facts {
             count: points.len(),
+            glitches: Vec::new(),
             range,
             period_s,
             gap_s: steps.iter().map(|step| step.0).fold(0.0, f64::max),
@@ -85,11 +111,12 @@ impl Facts {
             stands_s: length_s / changes.max(1) as f64,
             quantum,
             noise,
-            fastest: steps.iter().map(bound).fold(0.0, f64::max).max(slow_rate(points, whole)),
+            fastest: fastest.max(slow_rate(points, whole)),
             wraps: wraps && range.1 - range.0 <= whole * 1.001,
             levels: levels(points),
             drifts: is_monotone(&steps) || leaves_first_half(points),
             is_even: is_even(points),
+            is_untimed: is_untimed(points),
         })
         .filter(|facts| facts.count > 1)
     }
@@ -105,6 +132,30 @@ impl Facts {
     pub fn tolerance(&self) -> f64 {
         3.0 * self.noise + 0.5 * self.quantum
     }
+}
+
+impl Column {
+    /// The column without the values at these places, which are in order.
+    fn without(&self, places: &[usize]) -> Column {
+        let stays = |at: &usize| places.binary_search(at).is_err();
+        let kept = (0..self.signal.points.len()).filter(stays).map(|at| self.signal.points[at]);
+        let moved = |at: &usize| at - places.partition_point(|place| place < at);
+        let breaks = self.breaks.iter().map(moved).collect();
+        let signal = Signal { points: kept.collect(), ..self.signal.clone() };
+        Column { signal, breaks, kind: self.kind.clone(), turn: self.turn }
+    }
+}
+
+/// The median time between two values; their mean time where most values share the time of another.
+fn period(steps: &[(f64, f64)], length_s: f64) -> f64 {
+    let usual = median(steps.iter().map(|it| it.0));
+    if usual > 0.0 { usual } else { length_s / steps.len().max(1) as f64 }
+}
+
+/// Whether the times do not advance. The points are in the order of time.
+fn is_untimed(points: &[(f64, f64)]) -> bool {
+    let times = 1 + points.windows(2).filter(|pair| pair[1].0 > pair[0].0).count();
+    times < LEAST_TIMES.min(points.len()) || times * MOST_AT_ONCE < points.len()
 }
 
 /// Times and changes from value to value within a session.

@@ -1,13 +1,14 @@
 //! All columns of recordings: named, with their units, each with its values.
 
 use super::Column;
+use super::values::{Points, Values};
 use crate::LabError;
 use crate::learning::Signal;
 use crate::naming::{unique, unit as guessed_unit, variable};
 use shsa_core::observation::RawValue;
-use shsa_core::time::{Span, Time};
+use shsa_core::time::Span;
 use shsa_core::unit::{Dimension, Unit};
-use shsa_format::recording::{self, FieldInfo, ReadOptions, Recording, Sample, TopicInfo, Wanted};
+use shsa_format::recording::{self, FieldInfo, ReadOptions, Recording, TopicInfo, Wanted};
 use shsa_message::source::Source;
 use std::collections::BTreeSet;
 use std::path::PathBuf;
@@ -56,6 +57,8 @@ pub struct Columns {
     pub columns: Vec<Column>,
     /// What the files say of each.
     pub about: Vec<About>,
+    /// When each session begins, in order, in seconds.
+    pub begins: Vec<f64>,
     /// Fields that cannot be signals, with the reason.
     pub left_out: Vec<(String, String)>,
     /// What is to be reported of the recordings.
@@ -87,12 +90,19 @@ impl Columns {
         };
         let listed: Vec<Listed> = all.iter().map(listed).collect();
         let mut about = named(&listed);
-        let columns = all.into_iter().zip(&mut about).map(|(one, about)| {
-            let points = Points { points: one.points, breaks: Vec::new() };
-            points.column(about, kind(&one.path))
-        });
+        let columns = all
+            .into_iter()
+            .zip(&mut about)
+            .map(|(one, about)| Points::of(one.points).column(about, kind(&one.path)));
         let columns = columns.collect();
-        Columns { columns, about, left_out: Vec::new(), warnings: Vec::new(), degraded: false }
+        Columns {
+            columns,
+            about,
+            begins: Vec::new(),
+            left_out: Vec::new(),
+            warnings: Vec::new(),
+            degraded: false,
+        }
     }
 }
 
@@ -128,7 +138,10 @@ impl Origin {
         let mut warnings: Vec<String> = self.mixed_rows(&survey.recording).into_iter().collect();
         let mut values = Values::new(wanted.len());
         if survey.can_stream {
-            for session in 0..survey.recording.sessions.len() {
+            let sessions = &survey.recording.sessions;
+            let mut in_order: Vec<usize> = (0..sessions.len()).collect();
+            in_order.sort_by_key(|it| (sessions[*it].span.0, sessions[*it].samples.len()));
+            for session in in_order {
                 values.begin();
                 for sample in recording::stream(&self.recordings, &wanted, options, &survey, session)? {
                     values.take(&sample?);
@@ -136,16 +149,19 @@ impl Origin {
             }
         } else {
             let recording = recording::read(&self.recordings, &wanted, options)?;
-            for (_, samples) in recording.by_session() {
+            let mut in_order: Vec<_> = recording.by_session().collect();
+            in_order.sort_by_key(|(session, samples)| (session.span.0, samples.len()));
+            for (_, samples) in in_order {
                 values.begin();
                 samples.iter().for_each(|sample| values.take(sample));
             }
         }
         warnings.extend(survey.recording.warnings.iter().map(ToString::to_string));
+        let begins = values.begins;
         let kinds: Vec<String> = listed.iter().map(|it| kind(&it.bare)).collect();
         let columns = values.columns.into_iter().zip(&mut about).zip(kinds);
         let columns = columns.map(|((points, about), kind)| points.column(about, kind)).collect();
-        Ok(Columns { columns, about, left_out, warnings, degraded: survey.recording.degraded })
+        Ok(Columns { columns, about, begins, left_out, warnings, degraded: survey.recording.degraded })
     }
 
     /// What a source says of the time, so that the model needs no arguments.
@@ -262,7 +278,7 @@ fn bare(field: &FieldInfo) -> &str {
 
 /// Why a field cannot be a signal.
 fn reason(topic: &TopicInfo, field: &FieldInfo) -> Option<String> {
-    let is_time = recording::TIME_NAMES.iter().any(|name| bare(field).eq_ignore_ascii_case(name));
+    let is_time = field.is_clock || is_named_time(topic, field);
     match field.kind {
         _ if topic.unreadable.is_some() => topic.unreadable.clone(),
         _ if is_time => Some("time".to_owned()),
@@ -270,6 +286,15 @@ fn reason(topic: &TopicInfo, field: &FieldInfo) -> Option<String> {
         "" => Some("no value".to_owned()),
         kind => Some(kind.to_owned()),
     }
+}
+
+/// Whether a name is that of a time. The letter `t` is as likely a temperature, where the topic has another time.
+fn is_named_time(topic: &TopicInfo, field: &FieldInfo) -> bool {
+    let is_time =
+        |it: &FieldInfo| recording::TIME_NAMES.iter().any(|name| bare(it).eq_ignore_ascii_case(name));
+    let is_letter = |it: &FieldInfo| bare(it).eq_ignore_ascii_case("t");
+    let has_other = || topic.fields.iter().any(|it| it.is_clock || is_time(it) && !is_letter(it));
+    is_time(field) && !(is_letter(field) && has_other())
 }
 
 /// The source text of a field.
@@ -326,48 +351,6 @@ fn unit_of(text: &str) -> Option<Unit> {
     let word = text.trim().to_lowercase();
     let known = WORDS.iter().find(|(words, _)| words.contains(&word.as_str())).map(|(_, unit)| *unit);
     Unit::parse(text).ok().or_else(|| Unit::parse(known?).ok())
-}
-
-/// The values of all columns while they are read.
-struct Values {
-    columns: Vec<Points>,
-    /// Where the first moment of the session lies, and how much later the session is put.
-    first: Option<Time>,
-    shift_s: f64,
-    last_s: f64,
-}
-
-#[derive(Clone, Default)]
-struct Points {
-    points: Vec<(f64, f64)>,
-    breaks: Vec<usize>,
-}
-
-impl Values {
-    fn new(count: usize) -> Values {
-        Values { columns: vec![Points::default(); count], first: None, shift_s: 0.0, last_s: 0.0 }
-    }
-
-    /// Begins a session, which follows at the end of the one before.
-    fn begin(&mut self) {
-        if self.first.take().is_some() {
-            self.shift_s = self.last_s + 1.0;
-        }
-        for column in self.columns.iter_mut().filter(|column| !column.points.is_empty()) {
-            column.breaks.push(column.points.len());
-        }
-    }
-
-    fn take(&mut self, sample: &Sample) {
-        let first = *self.first.get_or_insert(sample.time);
-        let (RawValue::Number(value), Some(column)) = (&sample.value, self.columns.get_mut(sample.wanted))
-        else {
-            return;
-        };
-        let time_s = (sample.time - first).seconds() + self.shift_s;
-        self.last_s = self.last_s.max(time_s);
-        column.points.push((time_s, *value));
-    }
 }
 
 impl Points {

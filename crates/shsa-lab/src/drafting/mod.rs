@@ -1,15 +1,19 @@
 //! The first draft of a model from recordings: which columns are signals, which of them measure the same, with which numbers.
 //!
-//! `recordings -> columns -> facts of each -> roles (constants, clocks, copies, running maxima, signals) -> groups of equal signals -> rates -> model file`
+//! `recordings -> columns -> facts of each -> roles (constants, what has no times, clocks, copies, running maxima, signals) -> groups of equal signals -> rates -> model file`
 
+mod glitches;
 mod column;
 mod groups;
 mod rates;
+mod values;
 mod columns;
 mod text;
 mod answers;
+mod checked;
 
 pub use answers::Needed;
+pub use checked::checked_text;
 pub use column::{Column, Facts};
 pub use columns::{About, Columns, Origin, Series};
 pub use text::{model_text, variable_names};
@@ -23,6 +27,8 @@ use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};
 pub enum Role {
     /// It has a single value, or none.
     Constant,
+    /// Its times do not advance: parameters, formats and texts, which are written once.
+    Untimed,
     /// It grows evenly with time: a clock or a counter.
     Clock,
     /// It is computed from another column: `factor * other + offset`, in SI units.
@@ -92,7 +98,9 @@ pub fn draft(columns: &[Column], progress: &dyn Progress) -> Result<Drafted, Lab
     let facts = on_all_cores(columns.len(), None, progress, "columns", |column| Facts::of(&columns[column]))?;
     let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
     let may_measure = |column: usize| {
-        facts[column].as_ref().is_some_and(|it| !it.is_constant() && !it.is_even && it.levels.is_none())
+        facts[column]
+            .as_ref()
+            .is_some_and(|it| !it.is_constant() && !it.is_untimed && !it.is_even && it.levels.is_none())
     };
     let learned = learn_pairs(&signals, &may_measure, progress)?;
     let roles: Vec<Role> =
@@ -115,6 +123,9 @@ fn role(columns: &[Column], facts: &[Option<Facts>], copies: &[Copied], column: 
     let Some(own) = &facts[column] else { return Role::Constant };
     if own.is_constant() {
         return Role::Constant;
+    }
+    if own.is_untimed {
+        return Role::Untimed;
     }
     if own.is_even {
         return Role::Clock;

@@ -118,6 +118,14 @@ fn variable(read: &Columns, drafted: &Drafted, group: &Group, name: &str) -> Str
         (None, None, Some(guess)) => comments.push(format!("unit: {guess}? guessed from the name")),
         _ => {}
     }
+    let glitches: Vec<(f64, f64)> = facts.iter().flat_map(|it| it.glitches.iter().copied()).collect();
+    if let Some((time_s, value)) = glitches.first() {
+        let (value, time_s) = (number(*value), number(*time_s));
+        comments.push(match glitches.len() {
+            1 => format!("without a glitch: {value} at {time_s} s"),
+            count => format!("without {count} values that are glitches, the first {value} at {time_s} s"),
+        });
+    }
     if drifts {
         comments.push(format!("it drifts, so the range of another hour is another one: {range}"));
     }
@@ -274,6 +282,7 @@ fn left_out(read: &Columns, drafted: &Drafted) -> String {
         let reason = match role {
             Role::Constant => facts
                 .map_or("fewer than two values".to_owned(), |it| format!("always {}", number(it.range.0))),
+            Role::Untimed => "its times do not advance: it is written once, and is no signal".to_owned(),
             Role::Clock => "it grows evenly with time: a clock or a counter".to_owned(),
             Role::RunningMaximum(of) => format!("the largest value of {} so far", read.about[*of].signal),
             Role::Copy(_) | Role::Signal => continue,

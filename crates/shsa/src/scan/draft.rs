@@ -3,13 +3,14 @@
 use super::Scan;
 use super::text::rate;
 use super::topic_record::TopicRecord;
+use crate::show;
 use anyhow::anyhow;
 use shsa_bridge::payload::{Content, Leaf, Reader, SIZE_LIMIT};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::model::live::Written;
 use shsa_format::model::patch;
-use shsa_lab::drafting::{Columns, Series, draft, model_text, variable_names};
+use shsa_lab::drafting::{Columns, Series, checked_text, draft, variable_names};
 use shsa_lab::naming::{quoted, unique, unit, variable};
 use shsa_message::source::{Field, StampField};
 use std::collections::BTreeSet;
@@ -39,12 +40,13 @@ pub(super) fn drafted(scan: &Scan) -> anyhow::Result<String> {
     let (moving, others): (Vec<Received<'_>>, Vec<Received<'_>>) =
         received.into_iter().partition(Received::moves);
     let start = moving.iter().flat_map(|one| one.values().first()).map(|first| first.0.0).min().unwrap_or(0);
-    let columns = Columns::of_series(moving.iter().map(|one| one.series(start)).collect());
-    let drafted = draft(&columns.columns, &())?;
+    let mut columns = Columns::of_series(moving.iter().map(|one| one.series(start)).collect());
+    let mut drafted = draft(&columns.columns, &())?;
     if drafted.groups.is_empty() {
         return Ok(plain(&origin, &others.into_iter().chain(moving).collect::<Vec<_>>()));
     }
-    let text = model_text(&columns, &drafted, &origin);
+    let text = checked_text(&mut columns, &mut drafted, &origin)?;
+    columns.warnings.iter().for_each(show::warn);
     if others.is_empty() {
         return Ok(text);
     }
