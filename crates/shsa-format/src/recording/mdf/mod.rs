@@ -64,6 +64,8 @@ struct Group {
     count: u64,
     /// The number of records by the definition.
     stated: u64,
+    /// The number of values in a record.
+    values: usize,
     topic: Option<TopicId>,
 }
 
@@ -191,6 +193,7 @@ impl Group {
             time: channels.iter().position(|channel| channel.is_time),
             is_timed_elsewhere: block.u16(16) & 8 != 0,
             frame: FrameChannels::of(&channels),
+            values: channels.iter().map(Channel::count).sum(),
             data_length: block.u32(24) as usize,
             channels,
             count: 0,

@@ -139,8 +139,7 @@ impl<'a> Reporter<'a> {
             Some(topic) => topic,
             None => *group.topic.insert(report_topic(group, self.listener)),
         };
-        let count = group.channels.iter().map(Channel::count).sum();
-        if self.listener.is_wanted(topic) && self.has_room(count, data) {
+        if self.listener.is_wanted(topic) && self.has_room(group.values, data) {
             let cells: Vec<Cell> = group
                 .channels
                 .iter()
