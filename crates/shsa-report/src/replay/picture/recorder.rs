@@ -11,7 +11,7 @@ use shsa_core::circle;
 use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::monitor::WayIndex;
+use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Run;
 use shsa_format::words;
