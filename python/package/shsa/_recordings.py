@@ -59,11 +59,19 @@ def _table(recordings: Table | Mapping[str, Any]) -> pyarrow.Table:
     elif isinstance(recordings, Mapping):
         table = pyarrow.table(dict(recordings))
     else:
-        frame = recordings
-        if "time" not in frame.columns:
-            frame = frame.rename_axis("time").reset_index()
-        table = pyarrow.Table.from_pandas(frame, preserve_index=False)
+        table = pyarrow.Table.from_pandas(_with_times(recordings), preserve_index=False)
     return table.rename_columns([_named(field) for field in table.schema])
+
+
+def _with_times(frame: pandas.DataFrame) -> pandas.DataFrame:
+    """The frame with its index as a column of times, unless it has one; numbers of rows count last."""
+    import pandas
+
+    if "time" in frame.columns:
+        return frame
+    if isinstance(frame.index, pandas.RangeIndex):
+        return frame if "t_s" in frame.columns else frame.assign(t_s=frame.index)
+    return frame.rename_axis("time").reset_index()
 
 
 def _named(field: pyarrow.Field) -> str:
