@@ -85,6 +85,10 @@ impl Provider {
             && let Some((sample, way, turn)) =
                 self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
+            if !self.may_follow(turn, sample.validity, now) {
+                // What is doubted does not go out because what is not doubted waits for its turn.
+                return report(outputs, self.check_age(knowledge, monitor, now));
+            }
             self.state.end_unsure();
             monitor.way(way).into_iter().for_each(|it| self.name_stand_in(knowledge, way, it));
             report(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
@@ -187,10 +191,7 @@ impl Provider {
             let sample = self.news(monitor, index, way, now)?;
             let turn = self.turn_of(knowledge, index, way);
             let is_fit = || self.settings.is_fit(&self.settings.stated(sample, turn.timing), now);
-            let usable = trusts(way)
-                && rests_otherwise(way)
-                && is_fit()
-                && self.may_follow(turn, sample.validity, now);
+            let usable = trusts(way) && rests_otherwise(way) && is_fit();
             let votes =
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
             (!votes.is_contradicted()).then_some(((sample, index, turn), votes.is_doubted()))
