@@ -56,7 +56,7 @@ impl Provider {
             "what was found of the sources is out of date"
         );
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
-        // A doubted value is better than none.
+        // A doubted value is better than none, and no better than one that waits for its turn.
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
         let given = self.in_turn(given, now);
@@ -86,11 +86,10 @@ impl Provider {
                 self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
             if !self.may_follow(turn, sample.validity, now) {
-                // What is doubted does not go out because what is not doubted waits for its turn.
                 return report(outputs, self.check_age(knowledge, monitor, now));
             }
             self.state.end_unsure();
-            monitor.way(way).into_iter().for_each(|it| self.name_stand_in(knowledge, way, it));
+            self.name_stand_in(knowledge, monitor, way);
             report(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
                 self.publish_sample(knowledge, sample, turn, admitted, now, outputs);

@@ -9,7 +9,7 @@ use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::computation::{Computation, Timing};
 use crate::knowledge::KnowledgeBase;
-use crate::monitor::{WatchedWay, WayIndex};
+use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::reason::ServedBy;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
@@ -138,9 +138,9 @@ impl Provider {
     }
 
     /// Notes what a stand-in is called, before its value goes out.
-    pub(super) fn name_stand_in(&mut self, knowledge: &KnowledgeBase, index: WayIndex, way: &WatchedWay) {
+    pub(super) fn name_stand_in(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, index: WayIndex) {
         let is_known = self.names.stand_in.as_ref().is_some_and(|(known, _)| *known == index);
-        if !is_known {
+        if let Some(way) = monitor.way(index).filter(|_| !is_known) {
             self.names.stand_in = Some((index, named(knowledge, way.computation.way())));
         }
     }
