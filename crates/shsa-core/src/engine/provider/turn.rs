@@ -101,10 +101,14 @@ impl Provider {
         Some(at + self.longest_turn(self.own_turn()) + Span(1))
     }
 
-    /// How long after a value no other server's value is too close to it: until a newer one would have come, or the need is about to
-    /// be overdue.
+    /// How long after a value another server's value may be too close to it: until the need is about to be overdue; for a new source,
+    /// until a newer value would have come.
     fn longest_turn(&self, turn: Turn) -> Span {
-        turn.period.min(self.last_period).times(PERIODS).min(self.settings.half_age())
+        let half_age = self.settings.half_age();
+        match turn.server {
+            Server::Active { .. } => turn.period.min(self.last_period).times(PERIODS).min(half_age),
+            Server::StandIn(_) | Server::Unsure => half_age,
+        }
     }
 
     /// When a value was true, for readers who take the middle for its stamp. What is true of a window counts for its newer part
