@@ -15,8 +15,8 @@ use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
 use alloc::sync::Arc;
 
-/// After so many periods a newer value would have come: one that may be missing, and one that is late.
-const PERIODS: i64 = 2;
+/// After so many periods a newer value would have come: two that may be missing, and one that is late.
+const PERIODS: i64 = 3;
 
 /// A server with the usual time between its values, zero where that is unknown or its values stand, and how its values relate to
 /// time.
