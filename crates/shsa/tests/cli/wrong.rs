@@ -36,7 +36,7 @@ fn files_of_the_wrong_kind_are_reported() {
     folder.refuses("replay run.csv tank.yaml", &["run.csv:1:1", "expected a model"]);
     folder.refuses("replay tank.yaml tank.yaml", &["tank.yaml: not a recording", "table of text (.csv"]);
     folder.refuses("replay tank.yaml fake.bag", &["fake.bag: not a recording"]);
-    folder.refuses("replay tank.yaml empty.csv", &["empty.csv: holds nothing"]);
+    folder.refuses("replay tank.yaml empty.csv", &["empty.csv: the file is empty"]);
     folder.refuses("replay tank.yaml numbers.csv", &["numbers.csv: the first line holds numbers"]);
     folder.refuses("replay tank.yaml timeless.csv", &["timeless.csv", "--time-column"]);
     let timed = folder.run("replay tank.yaml timeless.csv --time-column /pressure --time-unit 1s");

@@ -56,7 +56,6 @@ impl Provider {
             "what was found of the sources is out of date"
         );
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
-        // A doubted value is better than none, and no better than one that waits for its turn.
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
         let given = self.in_turn(given, now);
@@ -267,12 +266,13 @@ impl Provider {
             return report(outputs, self.check_age(knowledge, monitor, now));
         };
         report(outputs, self.report_postponed(knowledge, now));
+        self.name_next(knowledge, monitor);
         if let Some(admitted) = self.admitted() {
             self.publish_sample(knowledge, sample, self.own_turn(), admitted, now, outputs);
         }
     }
 
-    /// Reports a switch to a source that had no value yet.
+    /// Reports a switch to a source without a value so far.
     fn report_postponed(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
         let because = self.state.serving_mut()?.unreported.take()?;
         Some(self.event(knowledge, EventKind::Substituted, because, now))

@@ -141,6 +141,15 @@ impl Provider {
         name.clone()
     }
 
+    /// Names a stand-in before it is needed, with the first value of a source: what is named later is named once, too.
+    pub(super) fn name_next(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor) {
+        if self.names.own.is_none() {
+            let others = self.sources.ways().filter(|way| self.state.way() != Some(way));
+            let next = others.filter_map(|way| monitor.find(way)).next();
+            next.into_iter().for_each(|index| self.name_stand_in(knowledge, monitor, index));
+        }
+    }
+
     /// Notes what a stand-in is called, before its value goes out.
     pub(super) fn name_stand_in(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, index: WayIndex) {
         let is_known = self.names.stand_in.as_ref().is_some_and(|(known, _)| *known == index);
