@@ -108,7 +108,7 @@ fn what_cannot_be_read_says_why() {
         &format!("`effort[0]` of sensor_msgs/msg/JointState is not within {length} bytes"),
     );
     check(&[], "0 bytes are no CDR message");
-    check(&[0, 7, 0, 0, 1], "an encapsulation 0x0007 is no plain CDR (0x0000 or 0x0001)");
+    check(&[0, 7, 0, 0, 1], "an encapsulation 0x0007 (XCDR version 2) is no plain CDR (0x0000 or 0x0001)");
     let unknown = Reader::new(&[field("x")], "bot/Robot", &Types::standard()).unwrap_err();
     assert!(unknown.to_string().starts_with("the message type bot/msg/Robot is not known"), "{unknown}");
     let text = Reader::new(&[field("header.frame_id")], "sensor_msgs/Imu", &Types::standard()).unwrap_err();
