@@ -159,6 +159,10 @@ impl Listener for Guard<'_> {
         self.listener.untimed(self.behind(topic), problem);
     }
 
+    fn clock(&mut self, topic: TopicId, columns: &[usize]) {
+        self.listener.clock(self.behind(topic), columns);
+    }
+
     fn undated(&mut self, topic: TopicId) {
         self.listener.undated(self.behind(topic));
     }
