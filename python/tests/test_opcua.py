@@ -321,7 +321,8 @@ class Healing(unittest.TestCase):
         self.assertTrue(4.9 < lower < upper < 5.1, (lower, upper))
 
         # It does not change, and is read again and again.
-        await served.until(VALVE, "Good", 0.0)
+        # Its bounds end at the range, 0 to 100 %: the middle of what is left is half of the error.
+        await served.until(VALVE, "Good", 0.25)
         tank.order("valve 40")
         await served.until(VALVE, "Good", 40.0)
         # A variable that takes values alone.

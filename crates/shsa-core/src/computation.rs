@@ -8,7 +8,7 @@ use crate::alignment::{Port, Sample};
 use crate::expression::{InputKind, Program, State, Symbol, Value};
 use crate::interval::Interval;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, Lineage, Shape, SignalId, VariableId};
-use crate::substitution::Way;
+use crate::substitution::{Substitution, Way};
 use crate::time::{Span, Validity};
 use alloc::vec::Vec;
 use compile::{computed, lateness, program, trigger};
@@ -29,9 +29,23 @@ pub struct Timing {
     /// The time over which an output is a mean: that window, else the `mean_over` of the signals. Zero for an output that is true
     /// at a moment.
     pub mean_over: Span,
+    /// The time error of an output that is true over a window, and of the begin of the window: the length of the time in which
+    /// each of them lies. Zero for an output that is true at a moment, whose validity is that time.
+    pub time_error: Span,
 }
 
 impl Timing {
+    /// How far from the middle of its validity, of this length, an output may be true, in time: for an output that is a mean, the mean distance. The
+    /// value at the middle is off by no more than the largest rate of change times this.
+    #[must_use]
+    pub fn off(&self, length: Span) -> Span {
+        let (mean, error) = match self.window > Span::ZERO {
+            true => (length - self.time_error, self.time_error),
+            false => (self.mean_over, length),
+        };
+        Span(mean.0.max(0) / 4 + error.0 / 2)
+    }
+
     /// How long after an event an output contains all of it.
     #[must_use]
     pub fn complete_after(&self) -> Span {
@@ -163,6 +177,10 @@ impl Computation {
         };
         let is_rate = matches!(&body, Body::Computed(computed) if computed.program.is_rate());
         let mean_over = |signal: SignalId| knowledge.signals()[signal].mean_over;
+        let time_error = |signal: SignalId| {
+            let (lowest, highest) = knowledge.signals()[signal].time_error;
+            highest - lowest
+        };
         let timing = Timing {
             period: trigger.and_then(|signal| period(knowledge, signal)),
             lag: Computation::lag(knowledge, &way, goes_before),
@@ -172,8 +190,24 @@ impl Computation {
             } else {
                 way.inputs().map(mean_over).max().unwrap_or(Span::ZERO)
             },
+            time_error: trigger.filter(|_| window > Span::ZERO).map_or(Span::ZERO, time_error),
         };
         Some(Computation { way, trigger, timing, is_rate, body })
+    }
+
+    /// The range of a variable as a computation of it, which rests on nothing; `None` where the range is empty.
+    #[must_use]
+    pub fn of_range(variable: VariableId, range: Interval) -> Option<Computation> {
+        let substitution = Substitution { sink: variable, steps: Vec::new(), sources: Vec::new() };
+        let way = Way { substitution, signals: Vec::new() };
+        let body = Body::Computed(compile::constant(variable, range)?);
+        Some(Computation { way, trigger: None, timing: Timing::default(), is_rate: false, body })
+    }
+
+    /// Whether it is a [range](Computation::of_range).
+    #[must_use]
+    pub fn is_range(&self) -> bool {
+        self.way.signals.is_empty() && self.way.substitution.steps.is_empty()
     }
 
     /// Takes over the memory of a computation from before a change of the knowledge base. Returns whether it does: only when both

@@ -5,7 +5,7 @@
 
 use crate::alignment::{Port, Sample};
 use crate::assurance::Assured;
-use crate::computation::{Computation, Computed, Task};
+use crate::computation::{Computation, Computed, Task, Timing};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, SignalId, VariableId};
 use crate::observation::Observation;
@@ -103,10 +103,21 @@ impl Service {
         Computation::lag(knowledge, way, Computation::fastest_input)
     }
 
+    /// How the way is computed.
+    pub(crate) fn computation(&self) -> &Computation {
+        &self.computation
+    }
+
     /// The computed way.
     #[must_use]
     pub fn way(&self) -> &Way {
         self.computation.way()
+    }
+
+    /// The relation of its outputs to time.
+    #[must_use]
+    pub fn timing(&self) -> Timing {
+        self.computation.timing()
     }
 
     /// Whether a value stands until the next one; see [`Computation::stands`].

@@ -147,7 +147,7 @@ impl Way {
         Some(Way { substitution: Substitution { sink, steps, sources }, signals })
     }
 
-    /// The way in words: its signals and relations, such as `/a, /b by r1`.
+    /// The way in words: its signals and relations, such as `/a, /b by r1`; without both, the variable's range.
     #[must_use]
     pub fn describe(&self, knowledge: &KnowledgeBase) -> String {
         let signals: Vec<&str> =
@@ -159,7 +159,8 @@ impl Way {
             .map(|step| knowledge.relations()[step.relation].name.as_str())
             .collect();
         match (signals.is_empty(), relations.is_empty()) {
-            (_, true) => signals.join(", "),
+            (true, true) => format!("the range of {}", knowledge.variables()[self.substitution.sink].name),
+            (false, true) => signals.join(", "),
             (true, false) => relations.join(", "),
             (false, false) => format!("{} by {}", signals.join(", "), relations.join(", ")),
         }

@@ -12,9 +12,8 @@
 //!
 //! O(N n^2) for a prediction and O(N (n^2 + m n + m^2)) for an update of N particles.
 //!
-//! # What it cannot do
-//! Each resampling leaves fewer ancestors. A state without noise of its own, such as a constant, gets no new values: once a
-//! measurement has selected few particles, or after about as many resamplings as there are particles, its spread is too small.
+//! Where few particles are left, or few ancestors of them, they are softened, and the covariance says how little they show
+//! (`softening`).
 //!
 //! N. Gordon, D. Salmond, A. Smith 1993 (doi:10.1049/ip-f-2.1993.0015); M. S. Arulampalam and others 2002
 //! (doi:10.1109/78.978374).
@@ -22,6 +21,7 @@
 mod moment;
 mod proposal;
 mod resampling;
+mod softening;
 mod sums;
 
 use crate::Error;
@@ -34,6 +34,7 @@ use crate::system::{Ensemble, wrapped};
 use moment::Moment;
 use proposal::Proposal;
 use resampling::Comb;
+use softening::{Ancestry, FEW, inflation, part};
 use sums::sum_of_products;
 
 /// The number of particles, and the criterion for resampling.
@@ -67,8 +68,11 @@ pub struct Particle<S> {
     spare: Matrix,
     /// The weights, which sum to 1.
     weights: Vec<f64>,
-    /// Mean and covariance, with the noise that waits.
+    /// Mean and covariance: that of the particles and the noise that waits, and what few particles do not show.
     estimate: Gaussian,
+    /// The covariance of the particles and the noise that waits.
+    cloud: Matrix,
+    ancestry: Ancestry,
     /// The noise of this step, and that which waits to be drawn.
     noise: Matrix,
     pending: Matrix,
@@ -122,6 +126,8 @@ impl<S: Ensemble> Particle<S> {
             weights: vec![1.0 / options.count as f64; options.count],
             moment: Moment::new(options.count, m, &estimate),
             proposal: Proposal::new(options.count, n, m),
+            cloud: estimate.spread.clone(),
+            ancestry: Ancestry::new(options.count, n),
             estimate,
             noise: Matrix::zeros(n, n),
             pending: Matrix::zeros(n, n),
@@ -139,7 +145,7 @@ impl<S: Ensemble> Particle<S> {
 
     /// Mean and covariance of the weighted particles and the noise that waits.
     fn summarise(&mut self) {
-        let Gaussian { mean, spread } = &mut self.estimate;
+        let mean = &mut self.estimate.mean;
         for (state, mean) in mean.iter_mut().enumerate() {
             *mean = sum_of_products(&self.weights, column(&self.particles, state), 0.0);
         }
@@ -149,10 +155,12 @@ impl<S: Ensemble> Particle<S> {
             for (i, mean) in mean.iter().enumerate().take(j + 1) {
                 let covariance = sum_of_products(&self.numbers, column(&self.particles, i), *mean)
                     + at(&self.pending, i, j);
-                put(spread, i, j, covariance);
-                put(spread, j, i, covariance);
+                put(&mut self.cloud, i, j, covariance);
+                put(&mut self.cloud, j, i, covariance);
             }
         }
+        self.ancestry.count(&self.weights);
+        self.publish();
     }
 
     /// Computes mean and covariance, and resamples if the effective number is low.
@@ -161,8 +169,11 @@ impl<S: Ensemble> Particle<S> {
         if self.effective() <= self.options.resample_below * self.weights.len() as f64 {
             self.comb.resample(&self.particles, &self.weights, &mut self.random, &mut self.spare);
             std::mem::swap(&mut self.particles, &mut self.spare);
+            self.ancestry.resample(self.comb.sources());
             let count = self.weights.len();
             self.weights.fill(1.0 / count as f64);
+            self.ancestry.count(&self.weights);
+            self.soften_if_related();
         }
     }
 
@@ -170,6 +181,54 @@ impl<S: Ensemble> Particle<S> {
     #[must_use]
     pub fn effective(&self) -> f64 {
         1.0 / sum_of_products(&self.weights, &self.weights, 0.0)
+    }
+
+    /// Whether so many points are few. Of few particles not all can be independent.
+    pub(super) fn are_few(&self, points: f64) -> bool {
+        points < FEW.min(self.options.resample_below * self.weights.len() as f64)
+    }
+
+    /// Makes a part of the covariance noise that waits.
+    pub(super) fn soften(&mut self) {
+        let (mean, n) = (&self.estimate.mean, self.estimate.mean.len());
+        let part = part(self.weights.len(), n);
+        let kept = (1.0 - part).sqrt();
+        for (state, mean) in mean.iter().enumerate() {
+            let own = column_mut(&mut self.particles, state).iter_mut();
+            own.for_each(|own| *own = mean + kept * (*own - mean));
+        }
+        for (i, j) in (0..n).flat_map(|i| (0..n).map(move |j| (i, j))) {
+            let waiting = at(&self.pending, i, j);
+            put(&mut self.pending, i, j, waiting + part * (at(&self.cloud, i, j) - waiting));
+        }
+        self.ancestry.begin();
+    }
+
+    /// Softens after resampling where few ancestors are left and noise has not made up for that.
+    fn soften_if_related(&mut self) {
+        if self.are_few(self.ancestry.points) {
+            let part = part(self.weights.len(), self.ancestry.noise.len());
+            let is_new = |(state, noise): (usize, &f64)| *noise >= part * at(&self.cloud, state, state);
+            match self.ancestry.noise.iter().enumerate().all(is_new) {
+                true => self.ancestry.begin(),
+                false => self.soften(),
+            }
+        }
+    }
+
+    /// The published covariance: that of the particles and the noise that waits, and how little the particles may show.
+    fn publish(&mut self) {
+        let inflation = inflation(self.ancestry.points);
+        let spread = &mut self.estimate.spread;
+        spread.copy_from(&self.cloud);
+        if inflation.is_finite() {
+            *spread *= inflation;
+            return;
+        }
+        for state in 0..spread.nrows() {
+            spread.row_mut(state).fill(0.0);
+            put(spread, state, state, f64::INFINITY);
+        }
     }
 
     /// Particles without a predicted value stay where they were, for the next measurement to judge. Returns whether any has one.
@@ -190,7 +249,7 @@ impl<S: Ensemble> Particle<S> {
     /// that the random numbers of later steps are the same whether two measurements have the same stamp or nearly the same.
     fn is_noticeable(&self) -> bool {
         (0..self.particles.ncols())
-            .any(|state| at(&self.pending, state, state) > NOTICED * at(&self.estimate.spread, state, state))
+            .any(|state| at(&self.pending, state, state) > NOTICED * at(&self.cloud, state, state))
     }
 }
 
@@ -219,6 +278,9 @@ impl<S: Ensemble> Method for Particle<S> {
         }
         std::mem::swap(&mut self.particles, &mut self.spare);
         self.pending += &self.noise;
+        for (state, noise) in self.ancestry.noise.iter_mut().enumerate() {
+            *noise += at(&self.noise, state, state);
+        }
         self.summarise();
         true
     }
@@ -241,7 +303,10 @@ impl<S: Ensemble> Method for Particle<S> {
         }
         let mean = sum / total;
         let noise = at(&self.r, 0, 0);
-        let variance = (square / total - mean * mean).max(0.0) + waiting + noise;
+        let own = (square / total - mean * mean).max(0.0) + waiting;
+        let inflation = inflation(self.ancestry.points);
+        // Where the particles show nothing, every measurement fits.
+        let variance = noise + if inflation.is_finite() { own * inflation } else { f64::MAX };
         let value = wrapped(measurement.value - about - mean, turn);
         (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance, noise })
     }
@@ -258,6 +323,7 @@ impl<S: Ensemble> Method for Particle<S> {
     fn widen(&mut self, factor: f64) {
         self.end_moment();
         let Gaussian { mean, spread } = &mut self.estimate;
+        self.cloud *= factor;
         for (state, mean) in mean.iter().enumerate() {
             let own = column_mut(&mut self.particles, state).iter_mut();
             own.for_each(|own| *own = mean + factor.sqrt() * (*own - mean));
@@ -267,25 +333,29 @@ impl<S: Ensemble> Method for Particle<S> {
     }
 
     fn memory_len(&self) -> usize {
-        let Gaussian { mean, spread } = &self.estimate;
-        self.particles.len() + self.weights.len() + mean.len() + 2 * spread.len() + 1
+        let (states, numbers) = (self.estimate.mean.len(), self.cloud.len());
+        self.particles.len() + 2 * self.weights.len() + 2 * states + 2 * numbers + 2
     }
 
     fn save(&self, memory: &mut [f64]) {
-        let Gaussian { mean, spread } = &self.estimate;
-        let random = [f64::from_bits(self.random.state())];
-        let pending = self.pending.as_slice();
-        save(memory, &[self.particles.as_slice(), &self.weights, mean, spread.as_slice(), pending, &random]);
+        let Particle { particles, weights, estimate, cloud, pending, ancestry, .. } = self;
+        let Ancestry { ancestors, points, noise, .. } = ancestry;
+        let single = [f64::from_bits(self.random.state()), *points];
+        let (particles, cloud, pending) = (particles.as_slice(), cloud.as_slice(), pending.as_slice());
+        save(memory, &[particles, weights, &estimate.mean, cloud, pending, ancestors, noise, &single]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
         self.end_moment();
-        let Gaussian { mean, spread } = &mut self.estimate;
-        let (particles, spread) = (self.particles.as_mut_slice(), spread.as_mut_slice());
-        let mut random = [0.0];
-        let pending = self.pending.as_mut_slice();
-        restore(memory, &mut [particles, &mut self.weights, mean, spread, pending, &mut random]);
-        let [state] = random;
+        let Particle { particles, weights, estimate, cloud, pending, ancestry, .. } = self;
+        let mut single = [0.0; 2];
+        let (particles, cloud) = (particles.as_mut_slice(), cloud.as_mut_slice());
+        let (mean, pending) = (estimate.mean.as_mut_slice(), pending.as_mut_slice());
+        let Ancestry { ancestors, points, noise, .. } = ancestry;
+        restore(memory, &mut [particles, weights, mean, cloud, pending, ancestors, noise, &mut single]);
+        let [state, counted] = single;
         self.random.set_state(state.to_bits());
+        *points = counted;
+        self.publish();
     }
 }

@@ -188,3 +188,42 @@ fn what_rules_out_all_particles_changes_nothing() {
     assert_eq!(filter.update(&[of(1, 1.0)], &[]).used, 0);
     assert_eq!(*filter.gaussian(), before);
 }
+
+/// A constant that two sensors measure, of which the second sees a multiple.
+fn constant(deviation: f64) -> Formulas {
+    let variance = format!("{}", deviation * deviation);
+    system(&["x"], &["x"], &["0"], &[("x", &variance, None), ("2*x", &variance, None)])
+}
+
+/// Whatever the spread of the begin, the noise of the sensors and the number of particles, from 50 on: where few particles would be left, the filter is
+/// as certain as the exact one, or less, and where it is not certain it says so. Nothing moves the state.
+#[test]
+fn few_particles_are_never_too_certain() {
+    let (mut off, mut count, mut unknown) = (0, 0, 0);
+    for seed in 1..=60 {
+        let mut random = Random::new(300 + seed);
+        let spread = 10_f64.powf(5.0 * random.share());
+        let deviation = 10_f64.powf(2.0 * random.share() - 2.0);
+        let particle_count = 50 + (1950.0 * random.share().powi(2)) as usize;
+        let truth = spread * random.normal();
+        let p = Matrix::from_element(1, 1, spread * spread);
+        let mut exact = Kalman::new(constant(deviation), &[0.0], &p, Loss::Square).unwrap();
+        let mut filter = particles(constant(deviation), &[0.0], &p, particle_count, seed);
+        for step in 0..150 {
+            let (sensor, times) = if random.share() < 0.5 { (0, 1.0) } else { (1, 2.0) };
+            let measured = [of(sensor, times * truth + deviation * random.normal())];
+            for method in [&mut exact as &mut dyn Method, &mut filter] {
+                assert!(method.predict(0.1, &[]));
+                method.update(&measured, &[]);
+            }
+            let (variance, wanted) = (filter.spread()[(0, 0)], exact.spread()[(0, 0)]);
+            let told = format!("spread {spread}, noise {deviation}, {particle_count} particles, step {step}");
+            assert!(variance > 0.3 * wanted, "{told}: {variance} is not {wanted}");
+            (count, unknown) = (count + 1, unknown + u32::from(variance.is_infinite()));
+            off += u32::from((filter.mean()[0] - truth).abs() > 3.0 * variance.sqrt());
+        }
+    }
+    // Of normal values, 0.3 % are further off.
+    assert!(f64::from(off) < 0.02 * f64::from(count), "{off} of {count} are off");
+    assert!(f64::from(unknown) < 0.05 * f64::from(count), "{unknown} of {count} are unknown");
+}

@@ -16,6 +16,7 @@ use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
 use shsa_format::wiring::Form;
 use shsa_format::words;
+use std::sync::Arc;
 
 /// The form of the messages.
 #[derive(Clone, Debug)]
@@ -40,7 +41,8 @@ pub(super) struct Outlet {
     provenance: Provenance,
     /// The admission of the provenance in words.
     admitted: Admitted,
-    /// The end of the provenance: where the value was computed.
+    /// What has given the last value, and where it was computed: the source of the provenance in words.
+    given_by: Option<Arc<ServedBy>>,
     place: &'static str,
     shape: Shape,
     /// Whether the need has a source.
@@ -95,6 +97,7 @@ impl Outlet {
             probation: need.switching.probation,
             provenance: Provenance::new(Quality::Bad, ""),
             admitted: Admitted::default(),
+            given_by: None,
             place: "",
             shape,
             served: true,
@@ -113,6 +116,7 @@ impl Outlet {
         Outlet {
             provenance: before.provenance.clone(),
             admitted: before.admitted,
+            given_by: before.given_by.clone(),
             place: before.place,
             served: before.served,
             known: before.known,
@@ -148,16 +152,17 @@ impl Outlet {
     pub(super) fn follow(&mut self, kind: EventKind, source: Option<&ServedBy>) {
         self.served = kind != EventKind::Unhealable;
         self.provenance.source = source.map(words::served_by).unwrap_or_default();
-        self.place = "";
+        (self.given_by, self.place) = (None, "");
     }
 
-    /// Sets where the next value was computed; the source's text ends with it.
-    pub(super) fn place(&mut self, place: &'static str) {
-        if self.place != place {
-            let source = &mut self.provenance.source;
-            source.truncate(source.len().saturating_sub(self.place.len()));
-            source.push_str(place);
-            self.place = place;
+    /// Sets what has given the next value, and where it was computed: the source's text ends with that.
+    pub(super) fn credit(&mut self, given_by: &Arc<ServedBy>, place: &'static str) {
+        let is_same = self.given_by.as_ref().is_some_and(|known| Arc::ptr_eq(known, given_by));
+        if !is_same || self.place != place {
+            self.served |= !self.has_source();
+            self.provenance.source = words::served_by(given_by);
+            self.provenance.source.push_str(place);
+            (self.given_by, self.place) = (Some(given_by.clone()), place);
         }
     }
 

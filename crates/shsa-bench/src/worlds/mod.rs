@@ -16,6 +16,7 @@ mod fault;
 mod faulty;
 mod alike;
 mod odds;
+mod voter;
 mod report;
 #[cfg(test)]
 mod tests;
@@ -83,6 +84,8 @@ enum Oracle {
     Alike,
     /// Signals are faulty as often as the printed probabilities say.
     Odds,
+    /// A need errs no more than the median of its sensors while one of these lies.
+    Voter,
 }
 
 fn seeds(text: &str) -> Result<(u64, u64), String> {
@@ -107,8 +110,10 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         writeln!(stdout().lock(), "{}", tally.line(&name, arguments.json))?;
         all.join(tally);
     }
-    if arguments.oracle == Oracle::Odds {
-        writeln!(stdout().lock(), "{}", all.odds(arguments.json))?;
+    match arguments.oracle {
+        Oracle::Odds => writeln!(stdout().lock(), "{}", all.odds(arguments.json))?,
+        Oracle::Voter => writeln!(stdout().lock(), "{}", all.voters.lines(arguments.json))?,
+        _ => {}
     }
     Ok(if all.is_right() { Outcome::Done } else { Outcome::No })
 }
@@ -176,6 +181,7 @@ fn watched(oracle: Oracle, kinds: &[&Kind], seed: u64, tally: &mut Tally) -> any
             tally.worlds += 1;
             odds::watch(kinds, seed, &mut tally.tenths).map(|()| None)
         }
+        Oracle::Voter => voter::watch(kinds, seed, &mut tally.voters),
     }
 }
 

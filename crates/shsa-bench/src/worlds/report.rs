@@ -1,6 +1,7 @@
 //! What came of many worlds.
 
 use super::odds::Tenths;
+use super::voter::Voters;
 use super::watch::Watched;
 use serde_json::json;
 use std::collections::BTreeMap;
@@ -14,6 +15,7 @@ pub(super) struct Tally {
     /// Worlds with something wrong, by what it is.
     wrong: BTreeMap<&'static str, usize>,
     pub(super) tenths: Tenths,
+    pub(super) voters: Voters,
 }
 
 impl Tally {
@@ -43,10 +45,11 @@ impl Tally {
         for (own, other) in self.tenths.iter_mut().zip(other.tenths) {
             *own = (own.0 + other.0, own.1 + other.1, own.2 + other.2);
         }
+        self.voters.join(&other.voters);
     }
 
     pub(super) fn is_right(&self) -> bool {
-        self.untrue == 0 && self.wrong.is_empty()
+        self.untrue == 0 && self.wrong.is_empty() && self.voters.is_right()
     }
 
     /// One line about a kind.

@@ -37,6 +37,8 @@ pub(super) enum Wrong {
     Untrusted,
     /// The same system, written down otherwise, is judged otherwise.
     Otherwise,
+    /// A good value is further off than its need allows.
+    FarOff,
 }
 
 /// A quality, with an order.
@@ -62,6 +64,7 @@ impl Wrong {
             Wrong::Unnamed => "not named",
             Wrong::Untrusted => "not trusted again",
             Wrong::Otherwise => "judged otherwise",
+            Wrong::FarOff => "good and far off",
         }
     }
 }

@@ -5,7 +5,7 @@
 //! newest sample has no value yet, and nothing is extrapolated. Where a value stands until the next one, the last value holds at
 //! every moment.
 
-use super::history::{History, Reach, Reading, Sample};
+use super::history::{History, Reach, Reading, Sample, farthest};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -73,21 +73,28 @@ impl History {
     #[inline(always)]
     #[must_use]
     pub fn newest_about(&self, moment: Validity, reach: Reach) -> Option<f64> {
-        let newest = self.top().validity;
-        if newest.to > moment.to || self.end_before() >= newest.to {
+        if !self.is_certainly_newest(moment) {
             return None;
         }
+        let newest = self.top().validity;
         let away = farthest(newest, moment);
         let is_near =
             away == Span::ZERO || (reach.max_rate > 0.0 && moment.from - newest.to <= reach.max_gap);
         is_near.then(|| away.seconds() * reach.max_rate)
     }
 
+    /// Whether the newest sample is certainly the nearest to a moment: it ends no later than the moment, and after all others.
+    #[inline(always)]
+    pub(super) fn is_certainly_newest(&self, moment: Validity) -> bool {
+        let newest = self.top().validity;
+        newest.to <= moment.to && self.end_before() < newest.to
+    }
+
     #[inline(never)]
     fn about_any(&self, moment: Validity, reach: Reach) -> Known {
         if reach.stands {
-            self.held_reading(moment, reach.max_rate)
-                .map_or(Known::Never, |reading| Known::Value(reading.value))
+            let reading = self.at(moment, reach);
+            reading.map_or(Known::Never, |reading| Known::Value(reading.value))
         } else if reach.max_rate > 0.0 {
             self.within_reach(moment, reach)
         } else {
@@ -95,15 +102,13 @@ impl History {
         }
     }
 
-    /// What stands at a moment: the last value before it, and all that may have followed it by its end, each widened by the
-    /// rate of change since its own time. `None` before the first one. Complexity: O(samples newer than the moment, and those
-    /// that overlap it).
+    /// What stands at a moment: the last value before it, and all that may have followed it by its end. `None` before the first
+    /// one. Complexity: O(samples newer than the moment, and those that overlap it).
     #[must_use]
-    pub fn held_reading(&self, moment: Validity, max_rate: f64) -> Option<Reading> {
+    pub fn held_reading(&self, moment: Validity) -> Option<Reading> {
         let mut value = Interval::EMPTY;
         for sample in self.newest_first().skip_while(|sample| sample.validity.from > moment.to) {
-            let age = (moment.to - sample.validity.from).max(Span::ZERO);
-            value = value.hull(sample.value.widened(age.seconds() * max_rate));
+            value = value.hull(sample.value);
             if sample.validity.to <= moment.from {
                 return Some(Reading { value, gap: moment.from - sample.validity.to });
             }
@@ -122,7 +127,19 @@ impl History {
 
     /// The certainly nearest sample, grown by the rate of change over the longest time in between: this bounds the effect of time
     /// errors.
-    fn within_reach<'h>(&'h self, moment: Validity, reach: Reach) -> Known {
+    fn within_reach(&self, moment: Validity, reach: Reach) -> Known {
+        match self.certainly_nearest(moment) {
+            Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
+                Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
+            }
+            Some((_, sample)) if sample.validity.to >= moment.from => Known::Never,
+            _ => Known::Later,
+        }
+    }
+
+    /// The sample of which no point is as far from any point of a moment as with the others, and that longest time.
+    #[inline(never)]
+    pub(super) fn certainly_nearest<'h>(&'h self, moment: Validity) -> Option<(Span, &'h Sample)> {
         let mut least = Span::MAX;
         let mut nearest: Option<&Sample> = None;
         let mut take = |sample: &'h Sample| {
@@ -138,13 +155,7 @@ impl History {
         if newer.iter().rev().all(&mut take) {
             older.iter().rev().all(&mut take);
         }
-        match nearest.map(|nearest| (least, nearest)) {
-            Some((away, sample)) if sample.validity.gap(moment) <= reach.max_gap => {
-                Known::Value(sample.value.widened(away.seconds() * reach.max_rate))
-            }
-            Some((_, sample)) if sample.validity.to >= moment.from => Known::Never,
-            _ => Known::Later,
-        }
+        nearest.map(|nearest| (least, nearest))
     }
 
     /// The hull of the samples from the last one that is certainly before a moment to the first one that is certainly after
@@ -226,12 +237,6 @@ impl History {
         }
         Some(hull.widened(2.0 * middles.width()))
     }
-}
-
-/// The longest time between points of two validities.
-#[inline]
-fn farthest(one: Validity, other: Validity) -> Span {
-    (one.to - other.from).max(other.to - one.from)
 }
 
 /// How far the parabola through three samples, in the order of time, rises above the higher of the last two between them.

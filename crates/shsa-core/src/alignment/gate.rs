@@ -9,7 +9,11 @@
 //! only after a return, or with a jump that undoes the first one.
 //!
 //! A repeated value may have been held: in the rows of a log, or by a bus that sends more often than the sensor measures. Its age
-//! counts from the first of these readings, and is at most the time for which the signal may be silent.
+//! counts from the first of these readings, and is at most the time for which the signal may be silent. It may as well have been
+//! measured each time. So a reading that is possible only if the value before it was held is in doubt until the next one: what
+//! that one stands by was the next measurement, what it cannot have followed was a glitch.
+//!
+//! What never fell and jumps to where it could have got from 0 counts anew, once it rises again.
 //!
 //! Readings stamped on arrival come in a burst after a bus or a machine has stalled: the time between two of them is then next to
 //! nothing, while they were measured a period apart. So every time between two readings counts as at least a period of the
@@ -32,8 +36,13 @@ pub(super) struct Gate {
     wraps: Option<f64>,
     /// How long a value may be held.
     max_hold: Span,
-    /// The earlier reading against which readings of this moment are measured.
+    /// The earlier reading against which readings of this moment are measured, valid since its first repetition.
     anchor: Option<Sample>,
+    /// From its first repetition to its last one.
+    held: Span,
+    /// The newest reading in doubt: of an earlier moment, and of this one.
+    doubt: Option<Sample>,
+    doubtful: Option<Sample>,
     /// The newest accepted reading of this moment; any reading while the gate is open.
     next: Option<Sample>,
     /// The newest refused reading of this moment.
@@ -41,6 +50,52 @@ pub(super) struct Gate {
     is_open: bool,
     /// The state of readings that have left the possible range.
     away: Option<Away>,
+    /// Where the readings have gone since the beginning or the last jump.
+    course: Option<Course>,
+    /// Whether the readings are at a new level that is as good as the one before the last jump.
+    is_anew: bool,
+}
+
+/// The outcome of measuring a reading.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) enum Measured {
+    /// The reading can have followed.
+    Possible,
+    /// The reading stands by this one, which was in doubt.
+    Confirming(Sample),
+    /// The reading can have followed, but not the one that was in doubt.
+    Refuting(Jump),
+    /// The reading can have followed only if the value before it was held.
+    Doubtful,
+    /// The reading cannot have followed.
+    TooFast(Jump),
+}
+
+/// Where readings have gone since the first of them.
+#[derive(Clone, Copy, Debug)]
+struct Course {
+    first: Interval,
+    /// The highest lower bound.
+    highest: f64,
+    /// Whether a reading was certainly below an earlier one.
+    falls: bool,
+}
+
+impl Course {
+    fn new(first: Interval) -> Course {
+        Course { first, highest: first.lo(), falls: false }
+    }
+
+    #[inline]
+    fn step(&mut self, value: Interval) {
+        self.falls |= value.hi() < self.highest;
+        self.highest = self.highest.max(value.lo());
+    }
+
+    /// Whether the readings have risen and never fallen, as what counts does.
+    fn counts(&self) -> bool {
+        !self.falls && self.highest > self.first.hi()
+    }
 }
 
 /// How far readings can move apart.
@@ -62,6 +117,8 @@ struct Away {
     /// The first jump: at least, and about.
     least: f64,
     about: f64,
+    /// Whether what counted has jumped to where it could have got from 0.
+    restarts: bool,
 }
 
 impl Gate {
@@ -79,26 +136,66 @@ impl Gate {
             return;
         }
         self.refused = None;
-        let Some(mut next) = self.next.take() else { return };
+        let doubtful = self.doubtful.take();
+        let Some(mut next) = self.next.take() else {
+            self.doubt = doubtful.or(self.doubt);
+            return;
+        };
         // The most frequent case: a jump is accepted only through an open gate.
         if self.is_open || self.away.is_some() {
             self.follow(next);
         }
-        if let Some(held) = self.anchor.filter(|held| held.value == next.value) {
+        self.course.get_or_insert(Course::new(next.value)).step(next.value);
+        let read = next.validity.from;
+        if let Some(held) = self.before(next) {
             let since = held.validity.from.max(next.validity.to - self.max_hold);
             next.validity.from = next.validity.from.min(since);
         }
+        self.held = read - next.validity.from;
         self.anchor = Some(next);
+        self.doubt = doubtful.or(self.doubt.filter(|doubt| doubt.validity.to >= next.validity.to));
     }
 
-    /// Measures a reading; returns the jump because of which it is refused.
+    /// The earlier reading that a reading repeats.
     #[inline]
-    pub(super) fn measure(&mut self, sample: Sample) -> Option<Jump> {
-        let pace = self.pace?;
-        let jump = self.anchor.and_then(|anchor| pace.jump(self.beside(anchor, sample), sample));
-        let side = if jump.is_some() && !self.is_open { &mut self.refused } else { &mut self.next };
+    fn before(&self, next: Sample) -> Option<Sample> {
+        let repeats = |held: &Sample| held.value == next.value;
+        self.anchor.filter(repeats).or_else(|| self.doubt.filter(repeats))
+    }
+
+    /// Measures a reading.
+    #[inline]
+    pub(super) fn measure(&mut self, sample: Sample) -> Measured {
+        let Some(pace) = self.pace else { return Measured::Possible };
+        let measured = self.anchor.map_or(Measured::Possible, |anchor| self.compare(pace, anchor, sample));
+        let side = match measured {
+            Measured::TooFast(_) if !self.is_open => &mut self.refused,
+            Measured::Doubtful => &mut self.doubtful,
+            _ => &mut self.next,
+        };
         *side = Some(side.map_or(sample, |other| newer(other, sample)));
-        jump
+        measured
+    }
+
+    #[inline]
+    fn compare(&self, pace: Pace, anchor: Sample, sample: Sample) -> Measured {
+        let anchor = self.beside(anchor, sample);
+        let doubt = self.doubt.filter(|doubt| doubt.validity.to < sample.validity.to);
+        let from_doubt = doubt.map(|doubt| (doubt, pace.jump(self.beside(doubt, sample), sample)));
+        if let Some((doubt, None)) = from_doubt {
+            return Measured::Confirming(doubt);
+        }
+        if let Some(jump) = pace.jump(anchor, sample) {
+            return Measured::TooFast(jump);
+        }
+        if self.held > Span::ZERO && !self.is_open {
+            let mut last = anchor;
+            last.validity.from = last.validity.from + self.held;
+            if pace.jump(last, sample).is_some() {
+                return Measured::Doubtful;
+            }
+        }
+        from_doubt.and_then(|(_, jump)| jump).map_or(Measured::Possible, Measured::Refuting)
     }
 
     /// Notes whether the readings leave the possible range with this one, or return to it.
@@ -108,12 +205,16 @@ impl Gate {
         if pace.jump(anchor, next).is_some() {
             let grown = pace.reach(anchor, next);
             let by = (next.value - anchor.value).widened(grown);
+            let counted = self.course.replace(Course::new(next.value)).is_some_and(|course| course.counts());
+            self.is_anew = false;
             let away = self.away.get_or_insert(Away {
                 last: anchor,
                 offset: Interval::point(0.0),
                 least: by.mignitude(),
                 about: by.midpoint().abs(),
+                restarts: false,
             });
+            away.restarts = counted && self.wraps.is_none() && next.value.overlaps(Interval::new(0.0, grown));
             let offset = away.offset + by;
             // Three jumps by a third of a turn end where they began.
             away.offset =
@@ -122,6 +223,9 @@ impl Gate {
         let beside = |away: Away| Away { last: self.beside(away.last, next), ..away };
         if self.away.is_some_and(|away| beside(away).is_over(next, pace)) {
             self.away = None;
+        }
+        if self.away.is_some_and(|away| away.restarts) && self.course.is_some_and(|course| course.counts()) {
+            self.start_anew();
         }
     }
 
@@ -140,6 +244,17 @@ impl Gate {
         self.away = None;
     }
 
+    /// Accepts the present level of the readings as the beginning of others.
+    pub(super) fn start_anew(&mut self) {
+        self.away = None;
+        self.is_anew = true;
+    }
+
+    /// Whether the readings have started anew with the last jump.
+    pub(super) fn has_started_anew(&self) -> bool {
+        self.is_anew
+    }
+
     /// The reading that a reading is measured by, in the turn of the latter.
     #[inline]
     fn beside(&self, anchor: Sample, sample: Sample) -> Sample {
@@ -152,7 +267,8 @@ impl Gate {
     /// Opens or closes the gate after a moment; an open gate continues from the newest refused reading.
     pub(super) fn set_open(&mut self, open: bool) {
         if open && !self.is_open {
-            self.next = self.refused.or(self.next);
+            self.next = self.refused.or(self.doubtful).or(self.next);
+            (self.doubt, self.doubtful) = (None, None);
         }
         self.is_open = open;
     }
@@ -261,8 +377,8 @@ mod tests {
             gate.measure(Sample { validity, value: Interval::point(value) })
         };
         for (arrival, value) in [(0.1, 0.0), (0.2, 0.9), (0.5, 1.8), (0.5001, 2.7), (0.5002, 3.6)] {
-            assert_eq!(measure(arrival, value), None, "{arrival}");
+            assert_eq!(measure(arrival, value), Measured::Possible, "{arrival}");
         }
-        assert!(measure(0.6, 5.0).is_some());
+        assert!(matches!(measure(0.6, 5.0), Measured::TooFast(_)));
     }
 }

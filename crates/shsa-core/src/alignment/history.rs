@@ -1,12 +1,14 @@
 //! The recent past of one input, bounded, and its value at a moment.
 
 mod near;
+mod possible;
 
 use super::reception::Acceptance;
-use crate::interval::Interval;
+use crate::interval::{Course, Interval};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
 use near::{Nearest, Weighted, between};
+use possible::Areas;
 
 /// A value and the time in which it was true.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -48,6 +50,7 @@ pub struct History {
     /// without samples, an empty value at the earliest time.
     top: Sample,
     before: Time,
+    areas: Areas,
 }
 
 /// Stands for the newest sample of an empty history.
@@ -60,7 +63,7 @@ impl History {
     pub fn new(capacity: usize) -> History {
         let capacity = capacity.max(1);
         let samples = Vec::with_capacity(capacity);
-        History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN }
+        History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN, areas: Areas::default() }
     }
 
     /// The number of samples kept.
@@ -79,6 +82,7 @@ impl History {
     pub fn clear(&mut self) {
         self.samples.clear();
         self.start = 0;
+        self.areas.clear();
         self.look_at_top();
     }
 
@@ -90,6 +94,8 @@ impl History {
             self.start = 0;
             self.capacity = capacity;
             self.samples.reserve_exact(capacity.saturating_sub(self.samples.len()));
+            self.areas.make_room(capacity);
+            self.sum_up_anew();
         }
     }
 
@@ -111,8 +117,7 @@ impl History {
 
     /// The same sample, read from the ring.
     fn kept(&self, back: usize) -> Option<&Sample> {
-        let from_oldest = self.samples.len().checked_sub(back.checked_add(1)?)?;
-        self.samples.get(self.place(from_oldest))
+        self.numbered(self.samples.len().checked_sub(back.checked_add(1)?)?)
     }
 
     /// Reads the newest sample and the end of the one before it again.
@@ -150,6 +155,7 @@ impl History {
         }
         if self.top.validity.to < sample.validity.to {
             self.append(sample);
+            self.sum_up_newest();
             (self.before, self.top) = (self.top.validity.to, sample);
             return Acceptance::Newest;
         }
@@ -168,20 +174,25 @@ impl History {
         }
         self.append(sample);
         self.sink_newest(later);
+        self.sum_up_anew();
         self.look_at_top();
         if later == 0 { Acceptance::Newest } else { Acceptance::Reordered }
     }
 
-    /// The value at `moment`: the hull of all samples that overlap it, else the nearest one within reach.
+    /// The value at `moment`: the hull of all samples that overlap it, else the nearest one within reach; where the rate of change
+    /// is bounded, the nearest one with its growth.
     ///
     /// Complexity: O(samples that are newer than the moment or overlap it).
     #[must_use]
     pub fn at(&self, moment: Validity, reach: Reach) -> Option<Reading> {
+        if reach.max_rate > 0.0 {
+            return self.rated_reading(moment, reach);
+        }
         if let Some(value) = self.alone_at(moment) {
             return Some(Reading { value, gap: Span::ZERO });
         }
         if reach.stands {
-            return self.held_reading(moment, reach.max_rate);
+            return self.held_reading(moment);
         }
         let (gap, value) = match self.newest(0)? {
             newest if newest.validity.to < moment.from => (moment.from - newest.validity.to, newest.value),
@@ -190,8 +201,22 @@ impl History {
         if gap > reach.max_gap || value.is_empty() {
             return None;
         }
-        let value = if gap == Span::ZERO { value } else { value.widened(gap.seconds() * reach.max_rate) };
         Some(Reading { value, gap })
+    }
+
+    /// The same where the rate of change is bounded: the certainly nearest sample, grown by the longest time in between, as both may
+    /// be true at any moment of their validities.
+    fn rated_reading(&self, moment: Validity, reach: Reach) -> Option<Reading> {
+        let newest = self.top();
+        let (away, sample) = match self.is_certainly_newest(moment) {
+            true => (farthest(newest.validity, moment), newest),
+            false => self.certainly_nearest(moment)?,
+        };
+        let gap = sample.validity.gap(moment);
+        let is_after_first =
+            || self.kept(self.len() - 1).is_some_and(|first| first.validity.from <= moment.to);
+        let is_within = if reach.stands { is_after_first() } else { gap <= reach.max_gap };
+        is_within.then(|| Reading { value: sample.value.widened(away.seconds() * reach.max_rate), gap })
     }
 
     /// The newest sample; without samples an empty one at the earliest time.
@@ -235,53 +260,89 @@ impl History {
     }
 
     /// The mean over a stretch of time; each sample in it counts for the time to which its middle is the nearest. `None` with
-    /// fewer than two samples, or where they begin after more than a quarter of the stretch.
+    /// fewer than two samples, or where they begin after more than a quarter of the stretch. Where samples that matter are further
+    /// apart than `max_gap`, the value in between may be any in the range of the course: `None` where that has none.
     ///
     /// A difference quotient over a window is compared with this mean of the derivative. With equal weights, samples at the ends,
     /// or missing ones, would shift the mean while it changes. Complexity: O(samples since the stretch began).
     #[must_use]
-    pub fn mean_over(&self, stretch: Validity) -> Option<Interval> {
+    pub fn mean_over(&self, stretch: Validity, course: Course, max_gap: Span) -> Option<Interval> {
         let mut mean = Weighted::new(stretch);
         let (newer, older) = self.newer_and_older();
         // Two loops: one over a chain of both is twice as slow.
         if newer.iter().rev().all(|sample| mean.take(sample)) {
             older.iter().rev().all(|sample| mean.take(sample));
         }
-        mean.result()
+        match mean.has_gap(max_gap) {
+            true => self.possible_mean(stretch, course, max_gap, |_| Span::ZERO),
+            false => mean.result(),
+        }
     }
 
     /// The value at the middle of a moment, from samples that are true at their middles, with a time `error` to either side: the
-    /// hull of linear interpolations between two samples, or of the newest sample. `None` where the nearest sample is farther
-    /// away than `max_gap`.
+    /// hull of linear interpolations between two samples, or of the newest sample. `None` where both samples are further apart than
+    /// `max_gap`, or the newest one is farther away.
     ///
-    /// So a mean is compared with one over the same time, and not with a mean of means. Complexity: O(samples newer than the
+    /// So a mean is compared with one over the same time, and not with a mean of means. The second result is the time between the
+    /// two samples, or from the newest one; zero at a sample. Complexity: O(samples newer than the
     /// moment).
     #[must_use]
-    pub fn centred_at(&self, moment: Validity, error: Span, max_gap: Span) -> Option<Interval> {
+    pub fn centred_at(&self, moment: Validity, error: Span, max_gap: Span) -> Option<(Interval, Span)> {
         let wanted = moment.centre();
-        let value = self.between_centres(wanted, max_gap)?;
+        let (value, step) = self.between_centres(wanted, max_gap)?;
         if error == Span::ZERO {
-            return Some(value);
+            return Some((value, step));
         }
         let ends = [wanted - error, wanted + error];
         let ends = ends.into_iter().filter_map(|end| self.between_centres(end, max_gap + error));
-        Some(ends.fold(value, Interval::hull))
+        Some((ends.fold(value, |hull, (value, _)| hull.hull(value)), step))
     }
 
-    fn between_centres(&self, wanted: Time, max_gap: Span) -> Option<Interval> {
+    fn between_centres(&self, wanted: Time, max_gap: Span) -> Option<(Interval, Span)> {
         let mut later: Option<&Sample> = None;
         for sample in self.newest_first() {
             let from = sample.validity.centre();
             if from <= wanted {
                 let since = wanted - from;
+                if since == Span::ZERO {
+                    return Some((sample.value, Span::ZERO));
+                }
                 let until = later.map(|later| later.validity.centre() - wanted);
-                let is_near = since.min(until.unwrap_or(Span::MAX)) <= max_gap;
-                let share = until.map_or(0.0, |until| since.seconds() / (since + until).seconds());
-                return is_near.then(|| between(sample.value, later.unwrap_or(sample).value, share));
+                let step = since + until.unwrap_or(Span::ZERO);
+                let share = until.map_or(0.0, |_| since.seconds() / step.seconds());
+                let value = || between(sample.value, later.unwrap_or(sample).value, share);
+                return (step <= max_gap).then(|| (value(), step));
             }
             later = Some(sample);
         }
         None
+    }
+
+    /// The sample whose middle is the nearest to a time. Complexity: O(samples newer than the time).
+    #[must_use]
+    pub fn nearest_middle(&self, time: Time) -> Option<&Sample> {
+        let away = |sample: &Sample| (sample.validity.centre() - time).abs();
+        let mut nearest = self.newest(0)?;
+        for sample in self.newest_first() {
+            if away(sample) < away(nearest) {
+                nearest = sample;
+            }
+            if sample.validity.centre() <= time {
+                break;
+            }
+        }
+        Some(nearest)
+    }
+
+    /// The time that usually passes between two samples: the middle one of the last three times; with fewer samples the last
+    /// time. `None` before the second sample.
+    #[must_use]
+    pub fn usual_step(&self) -> Option<Span> {
+        let end = |back: usize| self.newest(back).map(|sample| sample.validity.to);
+        let step = |back: usize| Some(end(back)? - end(back + 1)?);
+        let last = step(0)?;
+        let Some((one, other)) = step(1).zip(step(2)) else { return Some(last) };
+        Some(last.min(one).max(last.max(one).min(other)))
     }
 
     /// All samples whose validity overlaps `moment`, newest first.
@@ -295,11 +356,17 @@ impl History {
         self.newest(0).map(|newest| newest.validity.to)
     }
 
+    /// The sample of a number, counted from the oldest as 0.
+    fn numbered(&self, from_oldest: usize) -> Option<&Sample> {
+        if from_oldest < self.samples.len() { self.samples.get(self.place(from_oldest)) } else { None }
+    }
+
     fn place(&self, from_oldest: usize) -> usize {
         let place = self.start + from_oldest;
         if place < self.capacity { place } else { place - self.capacity }
     }
 
+    #[inline]
     fn append(&mut self, sample: Sample) {
         if self.samples.len() < self.capacity {
             self.samples.push(sample);
@@ -319,6 +386,12 @@ impl History {
             self.samples.swap(one, other);
         }
     }
+}
+
+/// The longest time between points of two validities.
+#[inline]
+pub(super) fn farthest(one: Validity, other: Validity) -> Span {
+    (one.to - other.from).max(other.to - one.from)
 }
 
 #[cfg(test)]

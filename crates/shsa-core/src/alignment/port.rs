@@ -1,10 +1,11 @@
 //! The port of one signal: its recent observations, ready to be read at any moment.
 
 mod newest;
+mod standstill;
 
 use super::about::Known;
 use super::clock::Misdated;
-use super::gate::Gate;
+use super::gate::{Gate, Measured};
 use super::history::{History, Reach, Reading, Sample};
 use super::reception::{Acceptance, Counts, Defect, Reception, Still};
 use crate::circle;
@@ -13,6 +14,7 @@ use crate::knowledge::{Shape, Signal};
 use crate::observation::{Observation, RawValue};
 use crate::time::{Span, Time, Validity};
 use alloc::vec::Vec;
+use standstill::Standstill;
 
 /// A stamp further than this after the time of reception is impossible in this system.
 const MOST_AHEAD: Span = Span::from_millis(10_000);
@@ -49,30 +51,6 @@ pub struct Port {
     stamp: Option<Time>,
     stamp_before: Option<Time>,
     standstill: Standstill,
-}
-
-/// Consecutive readings that are exactly the same.
-#[derive(Clone, Copy, Debug, Default)]
-struct Standstill {
-    value: Option<Interval>,
-    since: Time,
-    readings: u32,
-}
-
-/// Fewer equal readings are no standstill.
-const FEWEST_STILL: u32 = 3;
-
-impl Standstill {
-    /// Takes in a reading; returns since when the readings have been the same.
-    #[inline]
-    fn record(&mut self, is_same: bool, value: Option<Interval>, now: Time) -> Option<Span> {
-        if is_same {
-            self.readings = self.readings.saturating_add(1);
-        } else {
-            *self = Standstill { value, since: now, readings: 1 };
-        }
-        (self.readings >= FEWEST_STILL).then(|| now - self.since)
-    }
 }
 
 impl Port {
@@ -214,6 +192,17 @@ impl Port {
         self.gate.come_home();
     }
 
+    /// Accepts the present level of the readings as the beginning of others.
+    pub fn start_anew(&mut self) {
+        self.gate.start_anew();
+    }
+
+    /// Whether the readings have started anew with their last jump: what counts from 0, or after a wrong first reading.
+    #[must_use]
+    pub fn has_started_anew(&self) -> bool {
+        self.gate.has_started_anew()
+    }
+
     #[inline]
     fn keep(&mut self, signal: &Signal, value: &RawValue, validity: Validity) -> Acceptance {
         let bounds = match (value, self.shape) {
@@ -242,8 +231,17 @@ impl Port {
             return Acceptance::Repeated;
         }
         match self.gate.measure(sample) {
-            Some(jump) => Acceptance::TooFast(jump),
-            None => self.scalars.push(sample),
+            Measured::Possible => self.scalars.push(sample),
+            Measured::TooFast(jump) => Acceptance::TooFast(jump),
+            Measured::Doubtful => Acceptance::Doubtful,
+            Measured::Refuting(jump) => match self.scalars.push(sample) {
+                Acceptance::Newest => Acceptance::Refuting(jump),
+                other => other,
+            },
+            Measured::Confirming(doubt) => {
+                self.scalars.push(doubt);
+                self.scalars.push(sample)
+            }
         }
     }
 

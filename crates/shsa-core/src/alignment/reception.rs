@@ -37,6 +37,10 @@ pub enum Acceptance {
     Newest,
     /// Kept among older ones, as it came out of order.
     Reordered,
+    /// Kept as the newest; the doubtful value before it cannot have come between.
+    Refuting(Jump),
+    /// Not kept yet: the value is possible only if the one before it was held. The next one decides.
+    Doubtful,
     /// Not kept: the observation repeats the standing value before the next answer is due.
     Repeated,
     /// Dropped: the same value with the same validity is there.
@@ -55,7 +59,7 @@ impl Acceptance {
     /// Whether the value was accepted.
     #[must_use]
     pub fn is_kept(self) -> bool {
-        matches!(self, Acceptance::Newest | Acceptance::Reordered)
+        matches!(self, Acceptance::Newest | Acceptance::Reordered | Acceptance::Refuting(_))
     }
 
     /// Whether the value is possible for the signal.
@@ -118,7 +122,9 @@ impl Counts {
     #[inline(never)]
     pub(super) fn add(&mut self, acceptance: Acceptance, is_late: bool, is_back: bool) {
         let count = match acceptance {
-            Acceptance::Newest | Acceptance::Repeated => &mut self.accepted,
+            Acceptance::Newest | Acceptance::Repeated | Acceptance::Doubtful => &mut self.accepted,
+            // The doubtful one has been counted as accepted: that stands for this one.
+            Acceptance::Refuting(_) => &mut self.too_fast,
             Acceptance::Reordered => {
                 self.reordered += 1;
                 &mut self.accepted
@@ -173,7 +179,10 @@ impl Reception {
     pub fn is_sound(&self) -> bool {
         let refused = matches!(
             self.acceptance,
-            Acceptance::Invalid(_) | Acceptance::OutOfRange(_) | Acceptance::TooFast(_)
+            Acceptance::Invalid(_)
+                | Acceptance::OutOfRange(_)
+                | Acceptance::TooFast(_)
+                | Acceptance::Refuting(_)
         );
         !refused
             && self.late.is_none()

@@ -2,8 +2,9 @@
 
 use super::input::{Input, Source, Wrapping, period};
 use super::{Body, Compiled, Precedence, USUAL_RATE_HZ};
-use crate::expression::{self, Assignment, Formula, InputKind, Program};
-use crate::knowledge::{KnowledgeBase, SignalId};
+use crate::expression::{self, Assignment, Constant, Formula, InputKind, Program, Symbol};
+use crate::interval::{Course, Interval};
+use crate::knowledge::{Id, KnowledgeBase, SignalId, Variable, VariableId};
 use crate::substitution::{Step, Way};
 use crate::time::Span;
 use alloc::vec::Vec;
@@ -37,6 +38,15 @@ pub(super) fn computed(
     let window = program.longest_window();
     let wrapping = wrapping(knowledge, way, &inputs);
     Some((Body::Computed(Compiled { program, state, inputs, wrapping }), window))
+}
+
+/// The program of a variable that is known within these bounds.
+pub(super) fn constant(variable: VariableId, bounds: Interval) -> Option<Compiled> {
+    let formula = Formula::constant(Constant { value: bounds.midpoint(), bounds });
+    let assignment = Assignment { symbol: variable.symbol(), formula: &formula, condition: None };
+    let program = Program::compile(&[assignment]).ok()?;
+    let state = program.new_state(0, USUAL_RATE_HZ);
+    Some(Compiled { program, state, inputs: Vec::new(), wrapping: Vec::new() })
 }
 
 /// The wrapping inputs; none where the program remembers inputs, which must be continuous then.
@@ -79,7 +89,9 @@ pub(super) fn program(
         })
     };
     let assignments = steps.iter().map(assignment).collect::<Option<Vec<_>>>()?;
-    let program = Program::compile(&assignments).ok()?;
+    let variable = |symbol: Symbol| knowledge.variables().find(VariableId::from_index(symbol.0 as usize));
+    let course = |symbol| variable(symbol).map_or(Course::ANY, Variable::course);
+    let program = Program::compile_within(&assignments, &course).ok()?;
     let source = |input: &expression::Input| source(knowledge, way, trigger, input);
     let inputs = program.inputs().iter().map(source).collect::<Option<Vec<_>>>()?;
     Some((program, inputs))

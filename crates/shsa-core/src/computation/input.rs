@@ -85,7 +85,9 @@ impl Input {
         if self.is_trigger {
             return port.scalar_exactly_at(moment);
         }
-        port.scalar_alone_at(moment).or_else(|| self.scalar_near(port, moment))
+        // Where the rate of change is bounded, what overlaps has an age, too.
+        let alone = if self.max_rate > 0.0 { None } else { port.scalar_alone_at(moment) };
+        alone.or_else(|| self.scalar_near(port, moment))
     }
 
     /// Whether the value changes between observations, and none is of this very moment.

@@ -196,6 +196,7 @@ pub(super) fn decision(scene: &Scene<'_>, decision: &Decision) -> Event {
             let because = match proof {
                 Proof::Witness => Reason::WitnessesAgree { lasted },
                 Proof::Return => Reason::CameBack { lasted },
+                Proof::Start => Reason::StartedAnew { lasted },
             };
             event(knowledge, EventKind::Restored, Component::Signal(*signal), because, now)
         }

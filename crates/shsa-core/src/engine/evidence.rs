@@ -184,7 +184,9 @@ impl Engine {
         Some(Comparison {
             pair: number,
             variable: slow.variable(),
-            bears_witness: is_sized && !other.rests_on.meets(&self.knowledge.origins(signal)),
+            bears_witness: is_sized
+                && !fast.is_range()
+                && !other.rests_on.meets(&self.knowledge.origins(signal)),
             own,
             other,
             signals: pair.signals.clone(),

@@ -48,10 +48,11 @@ pub trait Fuse: core::fmt::Debug + Send {
     /// Takes an observation of an input or a control; ignores other signals.
     fn observe(&mut self, input: FusionInput<'_>, now: Time);
 
-    /// Computes the outputs of this moment.
+    /// Begins to compute the outputs of this moment.
     fn settle(&mut self, now: Time);
 
-    /// The next computed observation, received now.
+    /// The next computed observation, received now. Each is given to [`Fuse::observe`] before the next is asked for: another
+    /// estimator may read it.
     fn poll(&mut self) -> Option<Observation>;
 
     /// When an output is due without any input.

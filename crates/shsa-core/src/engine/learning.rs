@@ -1,7 +1,8 @@
 //! Variables that relations `learn`: fitted while all signals of the relation are trusted, and put in place of the range.
 //!
 //! A value is learned one settling after it was compared, so that what the comparisons contradict is not learned. A fault of a
-//! signal or of the relation freezes the variable, and takes back what was not confirmed before.
+//! signal or of the relation freezes the variable, and takes back what was not confirmed before: what is served does not rest on
+//! it. The comparisons keep it until all are trusted again: an accusation does not erase its own witness.
 
 use super::Engine;
 use super::message::{Event, EventKind, Output};
@@ -50,8 +51,11 @@ pub(super) struct Fitted {
     is_frozen: bool,
     /// When the last drift that was seen ends at the end of the range.
     limit_at: Option<Time>,
-    /// The value that everything is computed with, and until when it holds all that is possible.
+    /// What was known when the variable was frozen: the comparisons keep it.
+    witness: Option<Parameter>,
+    /// The values that are served and compared with, and until when they hold all that is possible.
     used: Interval,
+    compared: Interval,
     used_until: Time,
 }
 
@@ -92,7 +96,9 @@ impl Fitted {
             rests_on: SignalSet::new(),
             is_frozen: false,
             limit_at: None,
+            witness: None,
             used,
+            compared: used,
             used_until: Time::MIN,
         })
     }
@@ -182,7 +188,8 @@ impl Engine {
         let trusts = |relation: &RelationId| self.judge.trusts_relation(*relation);
         let is_frozen = fitted.rests_on.iter().any(|signal| !self.judge.trusts(signal))
             || !fitted.relations.iter().all(|(relation, _)| trusts(relation));
-        if is_frozen && !fitted.is_frozen {
+        if is_frozen != fitted.is_frozen {
+            fitted.witness = is_frozen.then(|| fitted.parameter.clone());
             fitted.parameter.take_back();
             fitted.used_until = now;
         }
@@ -230,11 +237,15 @@ impl Engine {
     /// Has everything computed with the present value.
     fn put_in_place(&mut self, fitted: &mut Fitted, now: Time) {
         let value = fitted.parameter.value(now);
+        let compared = fitted.witness.as_ref().map_or(value, |witness| witness.value(now));
         fitted.used_until = now + AHEAD + AHEAD;
+        if compared != fitted.compared {
+            fitted.compared = compared;
+            self.monitor.set_constant(fitted.variable, compared);
+        }
         if value != fitted.used {
             fitted.used = value;
             self.knowledge.set_constant(fitted.variable, value);
-            self.monitor.set_constant(fitted.variable, value);
             for provider in self.providers.iter_mut() {
                 provider.set_constant(fitted.variable, value);
             }
@@ -285,6 +296,7 @@ impl Engine {
             if fitted.relations.iter().any(|(id, _)| *id == relation) {
                 is_any = true;
                 fitted.parameter.forget();
+                fitted.witness = None;
                 (fitted.limit_at, fitted.used_until) = (None, Time::MIN);
             }
         }
@@ -319,11 +331,12 @@ impl Engine {
             let same = |other: &&Fitted| it.goes_on(other, lineage, &old.knowledge, &self.knowledge);
             if let Some(other) = old.fitted.iter().find(same) {
                 it.parameter = other.parameter.clone();
+                it.witness = other.witness.clone();
                 (it.is_frozen, it.limit_at) = (other.is_frozen, other.limit_at);
                 // Exactly what the computations before the change have used, so that they go on.
-                (it.used, it.used_until) = (other.used, Time::MIN);
+                (it.used, it.compared, it.used_until) = (other.used, other.compared, Time::MIN);
                 self.knowledge.set_constant(it.variable, it.used);
-                self.monitor.set_constant(it.variable, it.used);
+                self.monitor.set_constant(it.variable, it.compared);
             }
         }
         self.fitted = fitted;

@@ -11,6 +11,7 @@ use crate::order::Order;
 use crate::reason::{Reasons, ServedBy};
 use crate::time::{Time, Validity};
 use alloc::boxed::Box;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// An input of the engine.
@@ -237,6 +238,8 @@ pub struct Publication {
     pub value: PublishedValue,
     /// Where it comes from.
     pub quality: Quality,
+    /// What has given the value. The values of one source share it.
+    pub source: Arc<ServedBy>,
     /// The ground of the admission by contracts, and the level.
     pub admitted: Admitted,
     /// Whether another process has computed the value.

@@ -177,18 +177,19 @@ impl Engine {
         if self.waiting {
             return Some(now);
         }
-        self.deadlines(now).min()
+        self.first_deadline(now)
     }
 
-    /// When a timeout may run out.
-    #[inline]
-    fn deadlines(&self, now: Time) -> impl Iterator<Item = Time> + '_ {
-        let stages = self.monitor.timeouts().next_deadline().into_iter().chain(self.judge.next_review());
-        let returns = self.returning.iter().map(|it| it.since + self.probation);
-        let needs = self.providers.iter().filter_map(move |provider| provider.next_deadline(now));
-        let fused = self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline());
-        // What was due until now has been done: a driver that obeys never waits in vain.
-        stages.chain(returns).chain(needs).chain(fused).filter(move |due| *due > now && *due < Time::MAX)
+    /// When a timeout may run out. What was due until now has been done: a driver that obeys never waits in vain.
+    fn first_deadline(&self, now: Time) -> Option<Time> {
+        let mut first = Time::MAX;
+        let mut take = |due: Option<Time>| first = due.filter(|it| *it > now).unwrap_or(first).min(first);
+        take(self.monitor.timeouts().next_deadline());
+        take(self.judge.next_review());
+        self.returning.iter().for_each(|it| take(Some(it.since + self.probation)));
+        self.providers.iter().for_each(|provider| take(provider.next_deadline(now)));
+        take(self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline()));
+        (first < Time::MAX).then_some(first)
     }
 
     /// The knowledge base that it works with.
@@ -269,7 +270,7 @@ impl Engine {
             Some(_) if self.waiting => self.settle(),
             _ => {}
         }
-        let is_due = self.now.is_some_and(|now| self.deadlines(now).any(|due| due <= time));
+        let is_due = self.now.and_then(|now| self.first_deadline(now)).is_some_and(|due| due <= time);
         self.now = Some(time);
         let changes = &mut self.changes;
         self.monitor.pass(time, |change| changes.push(change));

@@ -4,8 +4,8 @@ use super::Symbol;
 use super::curve::Curve;
 use super::formula::Formula;
 use super::number::Number;
-use super::operation::{Binary, Operation, Reduction};
-use crate::interval::Interval;
+use super::operation::{Binary, Operation, Reduction, Unary};
+use crate::interval::{Course, Interval};
 use alloc::vec::Vec;
 
 const NOT_NEGATIVE: Interval = Interval::new(0.0, f64::INFINITY);
@@ -38,6 +38,39 @@ impl Formula {
                 [of],
             ) => *of,
             _ => Interval::ENTIRE,
+        }
+    }
+
+    /// What bounds the value between two moments at which it is known, by what bounds the variables. Complexity: O(nodes times levels).
+    #[must_use]
+    pub fn course(&self, of: &dyn Fn(Symbol) -> Course) -> Course {
+        let range = |symbol| Some(of(symbol).range);
+        Course { max_rate: self.rate(of, &range), range: self.bounds(&range) }
+    }
+
+    /// The largest rate of change, by the rates of the variables; infinite where the formula is not known to bound it.
+    fn rate(&self, of: &dyn Fn(Symbol) -> Course, range: Range<'_>) -> f64 {
+        let below = |at: usize| self.arguments().get(at).map_or(0.0, |argument| argument.rate(of, range));
+        let most = |at: usize| {
+            self.arguments().get(at).map_or(f64::INFINITY, |argument| argument.bounds(range).magnitude())
+        };
+        // What stands still changes by nothing, whatever its factor.
+        let product = |rate: f64, factor: f64| if rate == 0.0 { 0.0 } else { (rate * factor).next_up() };
+        match self.operation() {
+            Operation::Constant(_) => 0.0,
+            Operation::Symbol(symbol) => of(symbol).max_rate,
+            Operation::Unary(Unary::Neg | Unary::Abs | Unary::Sin | Unary::Cos | Unary::Atan) => below(0),
+            Operation::Unary(Unary::Sqr) => product(below(0), 2.0 * most(0)),
+            Operation::Within(_) | Operation::Delay(_) | Operation::MovingMean(_) => below(0),
+            Operation::Binary(Binary::Add | Binary::Sub | Binary::Hypot) => (below(0) + below(1)).next_up(),
+            Operation::Binary(Binary::Min | Binary::Max) => below(0).max(below(1)),
+            Operation::Binary(Binary::Mul) => product(below(0), most(1)) + product(below(1), most(0)),
+            Operation::Binary(Binary::Div) if below(1) == 0.0 => {
+                let divisor =
+                    self.arguments().get(1).map_or(0.0, |divisor| divisor.bounds(range).mignitude());
+                product(below(0), 1.0 / divisor)
+            }
+            _ => f64::INFINITY,
         }
     }
 

@@ -11,9 +11,11 @@ use super::lacking::weighs_arguments;
 use super::operation::Operation;
 use super::problem::Problem;
 use super::program::{
-    Assignment, Examined, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register, Retained,
+    Assignment, Examined, Input, InputKind, Instruction, MAX_INSTRUCTIONS, NONE, Program, Register,
+    Remembered, Retained,
 };
 use super::tape::Tape;
+use crate::interval::Course;
 
 impl Program {
     /// Compiles assignments, each of which may use the variables of earlier ones; the last one is the output.
@@ -25,12 +27,25 @@ impl Program {
     /// No assignment, a variable assigned twice or used before it is assigned, an output that is neither number nor
     /// vector, more than [`MAX_INSTRUCTIONS`]. Time: n log n in the size of the formulas.
     pub fn compile(assignments: &[Assignment<'_>]) -> Result<Program, Problem> {
-        Compiler::new(assignments).compile(assignments)
+        Program::compile_within(assignments, &|_| Course::ANY)
+    }
+
+    /// The same, with what bounds each variable between the moments at which it is known: time operators count with what their
+    /// argument can have been between its samples.
+    ///
+    /// # Errors
+    /// As [`Program::compile`].
+    pub fn compile_within(
+        assignments: &[Assignment<'_>],
+        course: &dyn Fn(Symbol) -> Course,
+    ) -> Result<Program, Problem> {
+        Compiler::new(assignments, course).compile(assignments)
     }
 }
 
-struct Compiler {
+struct Compiler<'c> {
     program: Program,
+    course: &'c dyn Fn(Symbol) -> Course,
     /// The registers that hold the values of operations on registers.
     known: BTreeMap<(Operation, Vec<Register>), Register>,
     /// The registers of the formulas that were asked whether they are to be examined.
@@ -38,10 +53,12 @@ struct Compiler {
     /// All variables that the program computes, and those computed so far.
     outputs: Vec<Symbol>,
     assigned: BTreeMap<Symbol, Register>,
+    /// The conditions on which each of these depends.
+    guards: BTreeMap<Symbol, Vec<Register>>,
 }
 
-impl Compiler {
-    fn new(assignments: &[Assignment<'_>]) -> Compiler {
+impl<'c> Compiler<'c> {
+    fn new(assignments: &[Assignment<'_>], course: &'c dyn Fn(Symbol) -> Course) -> Compiler<'c> {
         let program = Program {
             inputs: Vec::new(),
             input_registers: Vec::new(),
@@ -52,6 +69,7 @@ impl Compiler {
             points: Vec::new(),
             retained: Vec::new(),
             memories: Vec::new(),
+            guards: Vec::new(),
             elapsed: None,
             conditions: Vec::new(),
             output: NONE,
@@ -65,10 +83,12 @@ impl Compiler {
         let outputs = assignments.iter().map(|assignment| assignment.symbol).collect();
         Compiler {
             program,
+            course,
             known: BTreeMap::new(),
             asked: BTreeSet::new(),
             outputs,
             assigned: BTreeMap::new(),
+            guards: BTreeMap::new(),
         }
     }
 
@@ -84,10 +104,13 @@ impl Compiler {
             self.examine(formula, register)?;
             self.assigned.insert(*symbol, register);
             self.program.output = register;
+            let mut guards = self.guards_of(formula);
             if let Some(condition) = condition {
                 let register = self.formula(condition)?;
                 self.program.conditions.push(register);
+                guards.push(register);
             }
+            self.guards.insert(*symbol, guards);
         }
         if self.program.output == NONE {
             Err(refused("a program computes nothing"))
@@ -127,8 +150,25 @@ impl Compiler {
         self.program.is_weighed |= weighs_arguments(formula);
         let register = self.register(formula.shape());
         self.emit(key.0, &key.1, register)?;
+        if let (true, Some(argument)) = (key.0.recalls(), formula.arguments().first()) {
+            let first = self.program.guards.len() as u32;
+            let guards = self.guards_of(argument);
+            self.program.guards.extend(guards);
+            let (course, guards) = (argument.course(self.course), (first, self.program.guards.len() as u32));
+            self.program.memories.push(Remembered { operation: key.0, course, guards });
+        }
         self.known.insert(key, register);
         Ok(register)
+    }
+
+    /// The conditions on which the variables in a formula depend.
+    fn guards_of(&self, formula: &Formula) -> Vec<Register> {
+        let symbols = formula.symbols();
+        let mut guards: Vec<Register> =
+            symbols.iter().filter_map(|symbol| self.guards.get(symbol)).flatten().copied().collect();
+        guards.sort_unstable();
+        guards.dedup();
+        guards
     }
 
     /// The registers of a formula's arguments; those of a table hold its argument, and where its points stand.
@@ -199,7 +239,6 @@ impl Compiler {
             }
             (operation, _) if operation.recalls() => {
                 let memory = Register::Scalar(self.program.memories.len() as u32);
-                self.program.memories.push(operation);
                 let [_, second, _] = &mut operands;
                 *second = memory;
             }

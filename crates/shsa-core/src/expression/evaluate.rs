@@ -68,7 +68,7 @@ impl Program {
             scalars: vec![N::MISSING; self.scalar_count as usize],
             truths: vec![Truth::Unknown; self.truth_count as usize],
             vectors,
-            histories: self.memories.iter().map(|operation| History::new(*operation, max_rate)).collect(),
+            histories: self.memories.iter().map(|memory| History::new(*memory, max_rate)).collect(),
             scratch: vec![0.0; stride.saturating_mul(2)],
             max_vector_len,
             last: None,
@@ -221,7 +221,7 @@ impl Program {
                 set(&mut state.scalars, to, number);
             }
             (operation, Register::Scalar(to)) if operation.recalls() => {
-                let number = state.recall(first, second, moment);
+                let number = state.recall(first, second, self.guards(second), moment);
                 set(&mut state.scalars, to, number);
             }
             (operation, Register::Truth(to)) => {

@@ -3,15 +3,20 @@
 //! A sample that follows the last kept one too closely is not kept, so that the memory covers the whole window at any rate.
 //! Samples without a value are not kept. Evaluations at the time of the last one or before it change nothing.
 //!
-//! Where the argument was missing for longer than it usually is between two samples, nothing is known of that time: what
-//! would have to look into it has no value.
+//! Where the rate of change of the argument is bounded, a mean, an integral and a delayed value hold all that the argument can have
+//! been between its samples. Without such a bound, a time in which a condition failed on which the argument depends, or which is
+//! longer than the times between samples usually are, is a gap: a mean or an integral over it holds all values in the argument's range, and
+//! what would have to look into it otherwise has no value.
+
+mod between;
 
 use alloc::vec::Vec;
 
 use super::number::Number;
 use super::operation::{Binary, Constant, Operation};
+use super::program::Remembered;
 use super::temporal::{self, as_number};
-use crate::interval::Interval;
+use crate::interval::{Course, Interval};
 use crate::time::{Span, Time, Validity};
 
 /// What is so many times as long as the usual time between two samples is a gap: single samples may be missing.
@@ -24,12 +29,16 @@ const MAX_SAMPLES: usize = 2048;
 struct Sample<N> {
     at: Validity,
     value: N,
+    /// Whether there is a gap before it.
+    follows_gap: bool,
 }
 
 /// The memory of one time operator.
 #[derive(Clone, Debug)]
 pub(super) struct History<N> {
     operation: Operation,
+    /// What bounds the argument between two samples.
+    course: Course,
     /// A ring: the oldest sample is at `start` once the ring is full.
     samples: Vec<Sample<N>>,
     start: usize,
@@ -37,6 +46,9 @@ pub(super) struct History<N> {
     spacing: Span,
     /// How many samples were before the window of the last evaluation: mostly there is one more now, or none.
     before: usize,
+    /// Whether a condition has failed since the last sample, and the time of the last sample after a gap.
+    is_interrupted: bool,
+    last_gap: Time,
     /// The integral so far.
     sum: N,
     /// What a condition over time needs of the past.
@@ -74,7 +86,7 @@ fn uncertainty(at: Validity) -> Constant {
 
 impl<N: Number> History<N> {
     /// Allocates the memory for samples at up to `rate` per second.
-    pub(super) fn new(operation: Operation, rate: f64) -> History<N> {
+    pub(super) fn new(Remembered { operation, course, .. }: Remembered, rate: f64) -> History<N> {
         let window = match operation {
             Operation::Derivative(window) | Operation::Delay(window) | Operation::MovingMean(window) => {
                 window
@@ -85,11 +97,14 @@ impl<N: Number> History<N> {
         let room = wanted.saturating_add(4).min(MAX_SAMPLES);
         History {
             operation,
+            course,
             samples: Vec::with_capacity(room),
             start: 0,
             room,
             spacing: Span(window.0 / (room as i64 - 2)),
             before: 0,
+            is_interrupted: false,
+            last_gap: Time::MIN,
             sum: N::MISSING,
             seen: temporal::Memory::default(),
         }
@@ -99,26 +114,30 @@ impl<N: Number> History<N> {
         self.samples.clear();
         self.start = 0;
         self.before = 0;
+        (self.is_interrupted, self.last_gap) = (false, Time::MIN);
         self.sum = N::MISSING;
         self.seen = temporal::Memory::default();
     }
 
-    /// The operator's result for its argument's present value; stores the value when it is newer than the last.
-    pub(super) fn recall(&mut self, value: N, at: Validity, is_new: bool) -> Recalled<N> {
+    /// The operator's result for its argument's present value; stores the value when it is newer than the last. `is_there`: whether
+    /// the conditions hold without which the argument has no value.
+    pub(super) fn recall(&mut self, value: N, is_there: bool, at: Validity, is_new: bool) -> Recalled<N> {
+        self.is_interrupted |= is_new && !is_there;
+        let now = Sample { at, value, follows_gap: self.is_after_gap(at) };
         let recalled = match self.operation {
             Operation::Derivative(window) => self.derivative(value, at, window),
-            Operation::Delay(span) => Recalled { value: self.delay(value, at, span), since: None },
+            Operation::Delay(span) => Recalled { value: self.delay(now, span), since: None },
             Operation::MovingMean(window) => {
                 // A mean is valid over its window, like a difference quotient.
-                Recalled { value: self.moving_mean(value, at, window), since: Some(at.from - window) }
+                Recalled { value: self.moving_mean(now, window), since: Some(at.from - window) }
             }
             Operation::Held(_) | Operation::Answered(_) => {
                 Recalled { value: self.verdict(value, at, is_new), since: None }
             }
-            _ => Recalled { value: self.integral(value, at, is_new), since: None },
+            _ => Recalled { value: self.integral(now, is_new), since: None },
         };
         if is_new && !value.is_missing() {
-            self.keep(Sample { at, value });
+            self.keep(now);
         }
         recalled
     }
@@ -128,6 +147,10 @@ impl<N: Number> History<N> {
         let newest = self.samples.len().checked_sub(1).and_then(|number| self.numbered(number));
         if newest.is_some_and(is_close) {
             return;
+        }
+        self.is_interrupted = false;
+        if sample.follows_gap {
+            self.last_gap = middle(sample.at);
         }
         if self.samples.len() < self.room {
             self.samples.push(sample);
@@ -225,6 +248,11 @@ impl<N: Number> History<N> {
         length > self.usual_step(now).times(USUAL_STEPS)
     }
 
+    /// The last sample.
+    fn newest(&self) -> Option<&Sample<N>> {
+        self.samples.len().checked_sub(1).and_then(|number| self.numbered(number))
+    }
+
     /// The mean rate of change since the sample whose age is nearest to the window, and at least half of it.
     fn derivative(&mut self, value: N, at: Validity, window: Span) -> Recalled<N> {
         let now = middle(at);
@@ -245,10 +273,13 @@ impl<N: Number> History<N> {
         Recalled { value: change.binary(Binary::Div, time), since: Some(old.at.from) }
     }
 
-    /// The value a span ago: interpolated between the samples before and after that time.
-    fn delay(&mut self, value: N, at: Validity, span: Span) -> N {
+    /// The value a span ago: what it can be between the samples before and after that time.
+    fn delay(&mut self, now: Sample<N>, span: Span) -> N {
+        if self.course.is_rated() {
+            return self.rated_delay(now, span);
+        }
+        let (at, value) = (now.at, now.value);
         self.before = self.first_ones(self.before, |sample| middle(sample.at) <= at.from - span);
-        let now = Sample { at, value };
         let kept = self.count_before(middle(at));
         let count = kept + usize::from(!value.is_missing());
         // The present sample comes after the kept ones.
@@ -267,31 +298,28 @@ impl<N: Number> History<N> {
         let nominal = (found..count).take_while(|number| time(*number) <= moment).last().unwrap_or(before);
         let Some(after) = after else { return N::MISSING };
         let Some(nominal) = numbered(nominal) else { return N::MISSING };
-        let between = |(one, other): (&Sample<N>, &Sample<N>)| middle(other.at) - middle(one.at);
-        let length = numbered(before).zip(numbered(after)).map_or(Span::MAX, between);
-        if self.is_gap(length - at.length(), middle(at)) {
+        if (found..=after).filter_map(numbered).any(|sample| sample.follows_gap) {
             return N::MISSING;
         }
         (before..=after).filter_map(numbered).fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
     /// The mean of the values within the window, including the present one; missing before the first window is over, and where
-    /// values of its begin are. Complexity: O(samples within the window).
-    fn moving_mean(&mut self, value: N, at: Validity, window: Span) -> N {
-        let age = |sample: &Sample<N>| middle(at) - middle(sample.at);
+    /// nothing bounds a part of it. Complexity: O(samples within the window).
+    fn moving_mean(&mut self, now: Sample<N>, window: Span) -> N {
+        let at = middle(now.at);
+        let age = |sample: &Sample<N>| at - middle(sample.at);
         let is_over = self.numbered(0).is_some_and(|oldest| age(oldest) >= window);
-        if value.is_missing() || !is_over {
+        if now.value.is_missing() || !is_over {
             return N::MISSING;
         }
         self.before = self.first_ones(self.before, |sample| age(sample) >= window);
-        let (from, to) = (self.before, self.count_before(middle(at)));
-        let first = self.numbered(from).filter(|_| from < to).map_or(Span::ZERO, age);
-        let missing = window - first;
-        if missing > Span(window.0 / 4) && self.is_gap(missing, middle(at)) {
-            return N::MISSING;
+        let (from, to) = (self.before, self.count_before(at));
+        if self.course.is_rated() || now.follows_gap || self.last_gap > at - window {
+            return self.bounded_mean(&now, window, from.saturating_sub(1)..to);
         }
         let within = self.range(from, to).map(|sample| sample.value);
-        let sum = value.plus_all(within);
+        let sum = now.value.plus_all(within);
         let count = to.saturating_sub(from) as f64 + 1.0;
         let count = Constant { value: count, bounds: Interval::point(count) };
         sum.binary(Binary::Div, N::constant(count))
@@ -310,23 +338,29 @@ impl<N: Number> History<N> {
         as_number(verdict)
     }
 
-    /// The sum of the trapezoids since the first value. Over intervals, the value between two samples lies in their hull. The
-    /// lengths are those between the middles of the times; the uncertainty of the first and the last time counts with the values
-    /// there.
-    fn integral(&mut self, value: N, at: Validity, is_new: bool) -> N {
-        if value.is_missing() {
+    /// The sum of the trapezoids since the first value. Over intervals, the value between two samples is all that it can have been:
+    /// in their hull, where the rate of change is not bounded. The lengths are those between the middles of the times; the uncertainty
+    /// of the first and the last time counts with the values there.
+    fn integral(&mut self, now: Sample<N>, is_new: bool) -> N {
+        if now.value.is_missing() {
             return N::MISSING;
         }
-        let at_end = value.binary(Binary::Mul, N::constant(uncertainty(at)));
-        let Some(last) = self.samples.first().copied() else {
+        let at_end = now.value.binary(Binary::Mul, N::constant(uncertainty(now.at)));
+        let Some(last) = self.newest().copied() else {
             self.sum = if is_new { at_end } else { N::MISSING };
             return self.sum;
         };
         if is_new {
-            let length = elapsed(Validity::at(middle(last.at)), Validity::at(middle(at)));
-            let area = last.value.between(value).binary(Binary::Mul, N::constant(length));
+            let length = elapsed(Validity::at(middle(last.at)), Validity::at(middle(now.at)));
+            let area = match self.course.is_rated() || now.follows_gap {
+                true => {
+                    let (one, other) = (last.value.bounds().midpoint(), now.value.bounds().midpoint());
+                    let value = one.midpoint(other) * length.value;
+                    N::constant(Constant { value, bounds: self.area(&last, &now, Time::MIN) })
+                }
+                false => last.value.between(now.value).binary(Binary::Mul, N::constant(length)),
+            };
             self.sum = self.sum.binary(Binary::Add, area);
-            self.samples.clear();
         }
         self.sum.binary(Binary::Add, at_end)
     }
@@ -345,11 +379,12 @@ mod tests {
             asked in -1..45_i64,
         ) {
             let window = Span(10);
-            let mut history = History::<f64>::new(Operation::Delay(window), 0.0);
+            let remembered = Remembered { operation: Operation::Delay(window), course: Course::ANY, guards: (0, 0) };
+            let mut history = History::<f64>::new(remembered, 0.0);
             history.room = 20;
             history.spacing = Span(0);
             for time in 0..kept {
-                history.keep(Sample { at: Validity::at(Time(time as i64)), value: 0.0 });
+                history.keep(Sample { at: Validity::at(Time(time as i64)), value: 0.0, follows_gap: false });
             }
             let is_so = |sample: &Sample<f64>| middle(sample.at) <= Time(asked);
             let (older, newer) = history.parts();

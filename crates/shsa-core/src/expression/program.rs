@@ -7,6 +7,7 @@ use super::curve::{Curve, Point};
 use super::formula::Formula;
 use super::operation::{Constant, Operation, Reduction};
 use super::tape::Tape;
+use crate::interval::Course;
 use crate::time::Span;
 
 /// The largest program in operations.
@@ -76,6 +77,15 @@ pub(super) struct Examined {
     pub(super) result: u32,
 }
 
+/// An operation that keeps samples of its argument, and what bounds the argument between them.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(super) struct Remembered {
+    pub(super) operation: Operation,
+    pub(super) course: Course,
+    /// Where the conditions stand without which the argument has no value, from the first to before the second of these places.
+    pub(super) guards: (u32, u32),
+}
+
 pub(super) const NONE: Register = Register::Scalar(u32::MAX);
 
 /// Compiled assignments; independent of the kind of number.
@@ -94,7 +104,9 @@ pub struct Program {
     /// The values to keep for the next evaluation.
     pub(super) retained: Vec<Retained>,
     /// The operations that keep samples of their argument; instructions name them by their place here.
-    pub(super) memories: Vec<Operation>,
+    pub(super) memories: Vec<Remembered>,
+    /// The conditions on which the arguments of these operations depend.
+    pub(super) guards: Vec<Register>,
     pub(super) elapsed: Option<u32>,
     pub(super) conditions: Vec<Register>,
     pub(super) output: Register,
@@ -161,14 +173,14 @@ impl Program {
     /// Whether the program contains a `derivative`: its output is a rate.
     #[must_use]
     pub fn is_rate(&self) -> bool {
-        self.memories.iter().any(|operation| matches!(operation, Operation::Derivative(_)))
+        self.memories.iter().any(|memory| matches!(memory.operation, Operation::Derivative(_)))
     }
 
     /// The longest window of a `derivative` or `moving_mean` in the program; zero without one.
     #[must_use]
     pub fn longest_window(&self) -> Span {
-        let windows = self.memories.iter().map(|operation| match operation {
-            Operation::Derivative(window) | Operation::MovingMean(window) => *window,
+        let windows = self.memories.iter().map(|memory| match memory.operation {
+            Operation::Derivative(window) | Operation::MovingMean(window) => window,
             _ => Span::ZERO,
         });
         windows.max().unwrap_or(Span::ZERO)
@@ -178,12 +190,19 @@ impl Program {
     /// which never forget, do not count.
     #[must_use]
     pub fn looks_back(&self) -> Span {
-        let spans = self.memories.iter().map(|operation| match operation {
-            Operation::Derivative(span) | Operation::Delay(span) | Operation::MovingMean(span) => *span,
-            Operation::Held(span) | Operation::Answered(span) => *span,
+        let spans = self.memories.iter().map(|memory| match memory.operation {
+            Operation::Derivative(span) | Operation::Delay(span) | Operation::MovingMean(span) => span,
+            Operation::Held(span) | Operation::Answered(span) => span,
             _ => Span::ZERO,
         });
         spans.fold(Span::ZERO, |sum, span| sum + span)
+    }
+
+    /// The conditions without which the argument of an operation that keeps samples has no value.
+    pub(super) fn guards(&self, memory: Register) -> &[Register] {
+        let Register::Scalar(place) = memory else { return &[] };
+        let (first, end) = self.memories.get(place as usize).map_or((0, 0), |memory| memory.guards);
+        self.guards.get(first as usize..end as usize).unwrap_or(&[])
     }
 
     /// The curve of a table, by the registers that hold the place of its first point and their number.

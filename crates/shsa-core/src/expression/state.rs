@@ -136,12 +136,19 @@ impl<N: Number> State<N> {
         elements.reduce(N::hull).unwrap_or(N::MISSING)
     }
 
-    pub(super) fn recall(&mut self, argument: Register, memory: Register, moment: &mut Moment) -> N {
-        let (value, Register::Scalar(memory)) = (self.scalar(argument).admitted(), memory) else {
-            return N::MISSING;
-        };
+    /// The result of an operation that keeps samples. Without one of the guards, its argument has no value.
+    pub(super) fn recall(
+        &mut self,
+        argument: Register,
+        memory: Register,
+        guards: &[Register],
+        moment: &mut Moment,
+    ) -> N {
+        let Register::Scalar(memory) = memory else { return N::MISSING };
+        let is_there = guards.iter().all(|guard| self.truth(*guard).is_true());
+        let value = if is_there { self.scalar(argument).admitted() } else { N::MISSING };
         let Some(history) = self.histories.get_mut(memory as usize) else { return N::MISSING };
-        let Recalled { value, since } = history.recall(value, moment.at, moment.is_new);
+        let Recalled { value, since } = history.recall(value, is_there, moment.at, moment.is_new);
         moment.since = since.unwrap_or(moment.since).min(moment.since);
         value
     }

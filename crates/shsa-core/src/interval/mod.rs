@@ -25,7 +25,9 @@ mod power;
 mod trigonometry;
 mod truth;
 mod tolerant;
+mod course;
 
+pub use course::Course;
 pub use tolerant::{holding, tolerant};
 pub use truth::Truth;
 

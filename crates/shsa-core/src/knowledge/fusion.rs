@@ -270,6 +270,15 @@ impl Fusion {
     pub fn states_of(&self, input: &FusionInput) -> BTreeSet<usize> {
         measured_states(&self.states, core::iter::once(&input.measures))
     }
+
+    /// The places of the states that move a state, now or later, and its own.
+    #[must_use]
+    pub fn moved_by(&self, state: usize) -> BTreeSet<usize> {
+        let transition = self.states.get(state).map(|it| &it.transition);
+        let mut found = measured_states(&self.states, transition.into_iter());
+        found.insert(state);
+        found
+    }
 }
 
 impl KnowledgeBase {

@@ -35,13 +35,16 @@ pub enum WhenUnsure {
     Hull,
     /// The last trusted value, until it is too old.
     Last,
-    /// Nothing. The default where no largest width is stated.
-    #[default]
+    /// Nothing.
     Withhold,
+    /// Nothing while sources contradict each other, and the event tells what would serve; a source that nothing contradicts any more
+    /// serves as uncertain. The default where no largest width is stated.
+    #[default]
+    Unstated,
 }
 
 impl WhenUnsure {
-    /// Every choice.
+    /// Every choice that a model can state.
     pub const ALL: [WhenUnsure; 3] = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold];
 
     /// The choice's name in models.
@@ -50,7 +53,7 @@ impl WhenUnsure {
         match self {
             WhenUnsure::Hull => "hull",
             WhenUnsure::Last => "last",
-            WhenUnsure::Withhold => "withhold",
+            WhenUnsure::Withhold | WhenUnsure::Unstated => "withhold",
         }
     }
 }

@@ -7,7 +7,9 @@ mod fields;
 
 use super::change::{Section, function_name};
 use super::contract::HEALER;
-use super::draft::{BodyDraft, ContractDraft, Draft, NeedDraft, Place, Text, UtilityDraft, VariableDraft};
+use super::draft::{
+    BodyDraft, ContractDraft, Draft, FusionDraft, NeedDraft, Place, Text, UtilityDraft, VariableDraft,
+};
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::format;
 use alloc::string::{String, ToString};
@@ -158,6 +160,12 @@ fn needed<'d>(draft: &'d Draft, section: Section, at: usize, mut visit: impl FnM
             fusion.inputs.iter().for_each(|it| formula(&it.name));
             fusion.inputs.iter().for_each(|it| visit(Section::Signals, &it.name.text));
             fusion.controls.iter().for_each(|(_, signal)| visit(Section::Signals, &signal.text));
+            let read = fusion.inputs.iter().map(|it| &it.name).chain(fusion.controls.iter().map(|it| &it.1));
+            for name in read {
+                let makes = |it: &&FusionDraft| it.outputs.iter().any(|it| it.name.text == name.text);
+                let maker = draft.fusions.iter().find(makes);
+                maker.iter().for_each(|it| visit(Section::Fusions, &it.name.text));
+            }
         }
         Section::Needs => {
             let Some(need) = draft.needs.get(at) else { return };

@@ -2,7 +2,7 @@
 
 use super::properties::Properties;
 use crate::circle;
-use crate::interval::Interval;
+use crate::interval::{Course, Interval};
 use crate::unit::Unit;
 use alloc::string::String;
 
@@ -59,6 +59,36 @@ impl Variable {
     #[must_use]
     pub fn brought_back(&self, value: Interval) -> Interval {
         self.wraps.map_or(value, |turn| circle::brought_back(value, self.turn_begins(), turn))
+    }
+
+    /// What bounds the variable between two moments at which it is known. The range does not bound values that wrap, as these are
+    /// stored unwrapped.
+    #[must_use]
+    pub fn course(&self) -> Course {
+        let range = self.range.filter(|_| self.wraps.is_none());
+        Course { max_rate: self.max_rate.unwrap_or(f64::INFINITY), range: range.unwrap_or(Interval::ENTIRE) }
+    }
+
+    /// The part of a value that is possible, SI: empty where the value lies outside of the range altogether. A value that wraps is
+    /// never wider than a turn.
+    #[inline]
+    #[must_use]
+    pub fn possible(&self, value: Interval) -> Interval {
+        match (self.wraps, self.range) {
+            (None, None) => value,
+            (None, Some(range)) => value.intersection(range),
+            (Some(turn), range) => self.possible_turned(value, turn, range.unwrap_or(Interval::ENTIRE)),
+        }
+    }
+
+    fn possible_turned(&self, value: Interval, turn: f64, range: Interval) -> Interval {
+        let begins = self.turn_begins();
+        let range = if range.width() < turn * (1.0 - SPANS_A_TURN) { range } else { Interval::ENTIRE };
+        match value.width() >= turn {
+            true => Interval::new(begins, begins + turn).intersection(range),
+            false if range.is_bounded() => circle::nearest(value, range, turn).intersection(range),
+            false => value,
+        }
     }
 
     /// The range of readings: a range that spans a turn is extended by one turn on either side, as sensors count from different

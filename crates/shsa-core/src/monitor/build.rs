@@ -3,6 +3,9 @@
 use super::consensus::Consensus;
 use super::index::Index;
 use super::past::{capacity, lookback, port, reach_of_inputs};
+use super::ranges::left_ranges;
+use super::support::{reads, rests_on, sized_by};
+use super::way::allowed_gap;
 use super::{
     Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
 };
@@ -39,8 +42,10 @@ impl Monitor {
                 completes[trigger].push(way_index(at));
             }
         }
+        let ranges = left_ranges(knowledge, &computations);
         let ways: Vec<WatchedWay> = computations
             .into_iter()
+            .chain(ranges)
             .map(|computation| watched_way(knowledge, computation, lookback))
             .collect();
         let mut joins = IdVec::filled(knowledge.signals().len(), |_| Vec::new());
@@ -67,15 +72,33 @@ impl Monitor {
             fresh: Vec::with_capacity(4 * count),
         };
         monitor.add_pairs(knowledge, options);
+        monitor.keep_areas();
         monitor.consensus = Consensus::new(&monitor.ways, &monitor.pairs, options.memory);
         monitor.index = Index::new(knowledge, &monitor.ways, &monitor.pairs);
         monitor
     }
 
+    /// Outputs beside means keep the integrals between them, where their rate of change is bounded.
+    pub(super) fn keep_areas(&mut self) {
+        for pair in &self.pairs {
+            for (index, other) in [(pair.way, pair.other), (pair.other, pair.way)] {
+                let is_beside_mean = self.way(other).is_some_and(|other| other.mean_over() > Span::ZERO);
+                if let Some(way) = self.ways.get_mut(index.0 as usize)
+                    && is_beside_mean
+                    && way.course.is_rated()
+                {
+                    way.outputs.keep_areas(way.course);
+                }
+            }
+        }
+    }
+
     fn add_pairs(&mut self, knowledge: &KnowledgeBase, options: Options) {
+        let beside_ranges = self.beside_ranges(knowledge);
         let ways = self
             .ways
             .iter()
+            .filter(|watched| !watched.is_range)
             .map(|watched| SupportedWay { way: watched.computation.way(), rests_on: &watched.rests_on });
         let ways: Vec<SupportedWay<'_>> = ways.collect();
         let compared = compared(knowledge, &ways);
@@ -87,6 +110,11 @@ impl Monitor {
                     // Time errors of one way may hide a single bad value: then the moments of the other way are compared, too.
                     self.pairs.push(pair(knowledge, fast, slow, options));
                 }
+            }
+        }
+        for (at, range) in beside_ranges {
+            if let (Some(one), Some(other)) = (self.ways.get(at), self.ways.get(range)) {
+                self.pairs.push(pair(knowledge, (at, one), (range, other), options));
             }
         }
         let mut waiting = alloc::vec![0; self.ways.len()];
@@ -200,9 +228,12 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let variable = &knowledge.variables()[sink];
     let timing = computation.timing();
     let rate_hz = timing.period.map(|period| 1.0 / period.seconds());
+    let has_condition = |step: &Step| knowledge.relations()[step.relation].condition.is_some();
+    let is_conditional = computation.way().substitution.steps.iter().any(has_condition);
+    let max_rate = variable.max_rate.unwrap_or(0.0);
     let reach = Reach {
-        max_rate: variable.max_rate.unwrap_or(0.0),
-        max_gap: timing.period.map_or(Span::MAX, |period| period.times(2)),
+        max_rate,
+        max_gap: timing.period.map_or(Span::MAX, |period| allowed_gap(period, is_conditional)),
         stands: computation.stands(knowledge),
     };
     let outputs = History::new(capacity(rate_hz, lookback));
@@ -211,8 +242,10 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
     let is_joined_of_noise =
         computation.joined().next().is_some() && computation.way().inputs().all(has_noise);
     let late = VecDeque::with_capacity(if computation.joined().next().is_some() { MOST_LATE } else { 0 });
+    let is_of_moments = !computation.is_windowed() && constant.is_none();
     WatchedWay {
-        is_of_moments: !computation.is_windowed() && constant.is_none(),
+        is_of_moments,
+        is_range: computation.is_range(),
         computation,
         rests_on,
         reads,
@@ -220,6 +253,9 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         outputs,
         measured: None,
         reach,
+        course: variable.course(),
+        blur: if is_of_moments { max_rate * timing.mean_over.seconds() / 4.0 } else { 0.0 },
+        is_conditional,
         turn: variable.wraps,
         range: variable.range,
         is_verdict: knowledge.specifications().iter().any(|it| it.variable == sink),
@@ -228,61 +264,6 @@ fn watched_way(knowledge: &KnowledgeBase, mut computation: Computation, lookback
         triggers: Vec::new(),
         late,
     }
-}
-
-/// The signals of a way and all their origins: a loss of any of them loses the way. Signals from the same source are replaced by
-/// the one that represents the source.
-#[must_use]
-pub fn rests_on(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
-        all.extend(&knowledge.origins(signal));
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The signals that a way reads, itself or by a fusion, which computes its output from all its inputs. The other signals that it
-/// [rests on](rests_on) are declared ancestors: how much of them is in a reading is not known.
-fn reads(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let all = way.inputs().fold(SignalSet::new(), |mut all, signal| {
-        match knowledge.is_computed(signal) {
-            true => all.extend(&knowledge.origins(signal)),
-            false => _ = all.insert(signal),
-        }
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The signals that the value of a way is computed from, and all their origins, without the signals that only conditions read:
-/// these do not change the size of the output. Signals from the same source are replaced by the one that represents the source.
-#[must_use]
-pub fn sized_by(knowledge: &KnowledgeBase, way: &Way) -> SignalSet {
-    let needed = computed_from(knowledge, way);
-    let sources = way.substitution.sources.iter().zip(&way.signals);
-    let signals = sources.filter(|(variable, _)| needed.contains(variable));
-    let all = signals.filter_map(|(_, signal)| *signal).fold(SignalSet::new(), |mut all, signal| {
-        all.extend(&knowledge.origins(signal));
-        all
-    });
-    knowledge.as_witnesses(all)
-}
-
-/// The variables that the value of a way is computed from, including the way's own variable.
-fn computed_from(knowledge: &KnowledgeBase, way: &Way) -> Vec<VariableId> {
-    let mut needed = Vec::from([way.substitution.sink]);
-    for step in way.substitution.steps.iter().rev() {
-        if !needed.contains(&step.output) {
-            continue;
-        }
-        let relation = &knowledge.relations()[step.relation];
-        match relation.formula(step.output) {
-            Some(formula) => needed
-                .extend(formula.symbols().iter().map(|symbol| VariableId::from_index(symbol.0 as usize))),
-            None => needed.extend(relation.needs(step.output)),
-        }
-    }
-    needed
 }
 
 /// What a comparison is about: the same relations and signals, compared in another variable, add nothing.

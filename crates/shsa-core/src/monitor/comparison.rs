@@ -8,6 +8,7 @@ use super::index::Index;
 use super::trend::Measured;
 use super::{Fresh, Residual, WatchedWay, WayIndex};
 use crate::alignment::{Known, Sample};
+use crate::interval::Interval;
 use crate::time::{Span, Time};
 use alloc::vec::Vec;
 
@@ -35,6 +36,19 @@ impl Round<'_> {
         for &number in &watched.triggers {
             let Some(pair) = self.pairs.get_mut(number as usize) else { continue };
             let Some(other) = self.ways.get(pair.other.0 as usize) else { continue };
+            if other.is_range {
+                let range = other.latest_value().unwrap_or(Interval::ENTIRE);
+                if pair.is_within_as_ever(measured.value, range) {
+                    pair.made += 1;
+                } else {
+                    let recorded = pair.record_apart(measured, &Measured::of(range), self.now);
+                    self.changed |= recorded.changed;
+                    if let Some(restless) = recorded.restless {
+                        self.index.note(number, restless);
+                    }
+                }
+                continue;
+            }
             if pair.due.is_some() {
                 // Earlier outputs are compared first.
                 waits = true;

@@ -70,8 +70,10 @@ impl Consensus {
         let mut most = 0;
         for (index, way) in (0..).map(WayIndex).zip(ways) {
             let compared = way.triggers.iter().filter_map(|&pair| pairs.get(pair as usize));
+            let is_way =
+                |pair: &&Residual| !ways.get(pair.other.0 as usize).is_some_and(WatchedWay::is_range);
             let members: Vec<WayIndex> =
-                core::iter::once(index).chain(compared.map(|pair| pair.other)).collect();
+                core::iter::once(index).chain(compared.filter(is_way).map(|pair| pair.other)).collect();
             let seats = seats(ways, &members);
             let is_often =
                 way.computation.timing().period.is_none_or(|period| period.times(OFTEN) <= memory.0);
@@ -87,8 +89,8 @@ impl Consensus {
             }
             most = most.max(members.len());
         }
-        let mut of_variable: Vec<_> =
-            (0..).map(WayIndex).zip(ways).map(|(index, way)| (way.variable(), index)).collect();
+        let computed = (0..).map(WayIndex).zip(ways).filter(|(_, way)| !way.is_range());
+        let mut of_variable: Vec<_> = computed.map(|(index, way)| (way.variable(), index)).collect();
         of_variable.sort_unstable();
         for seat in own.iter_mut().chain(others.iter_mut().flatten()) {
             seat.has_majorities = has_majorities.get(seat.way.0 as usize).copied().unwrap_or_default();

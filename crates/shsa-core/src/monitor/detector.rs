@@ -102,6 +102,8 @@ struct Detector {
     last: Option<Time>,
     lifetime: Option<Span>,
     fault: Option<Symptom>,
+    /// Whether the present fault is a jump from readings that were fewer than those after it: then those were wrong.
+    is_early: bool,
     /// The share of single outliers among the recent readings, the number of these readings, and whether the present fault is
     /// recurring outliers.
     outliers: f64,
@@ -141,6 +143,7 @@ impl Detectors {
                 (before.bits, before.outliers, before.recurs);
             detector.keep_window();
             (detector.seen, detector.last, detector.fault) = (before.seen, before.last, before.fault);
+            detector.is_early = before.is_early;
         }
     }
 
@@ -149,6 +152,7 @@ impl Detectors {
         let detector = &mut self.list[signal];
         (detector.bits, detector.shows, detector.seen, detector.fault) =
             ([0; DETECTED.len()], false, 0, None);
+        detector.is_early = false;
     }
 
     /// Notes how a port has received a reading.
@@ -194,7 +198,11 @@ impl Detectors {
             if let Some(finding) = detector.take(&moment, now) {
                 self.findings.push(Finding { signal, fault: finding });
             }
-            ports[signal].set_gate(detector.is_open());
+            let port = &mut ports[signal];
+            port.set_gate(detector.is_open());
+            if detector.fault.is_none() && core::mem::take(&mut detector.is_early) {
+                port.start_anew();
+            }
         }
     }
 
@@ -227,6 +235,7 @@ impl Detector {
             last: None,
             lifetime,
             fault: None,
+            is_early: false,
             outliers: 0.0,
             memory: in_span.max(RECURS_AMONG),
             recurs: false,
@@ -279,9 +288,13 @@ impl Detector {
     fn take(&mut self, moment: &Moment, now: Time) -> Option<Option<Fault>> {
         self.moment = None;
         self.count(now);
-        let shown = moment.shown();
+        let mut shown = moment.shown();
         for (bits, evidence) in self.bits.iter_mut().zip(&shown) {
             *bits = *bits << 1 | u64::from(evidence.is_some());
+        }
+        if let Some(jump) = moment.refuted() {
+            self.note_refuted();
+            shown[TOO_FAST].get_or_insert(Evidence::TooFast(jump));
         }
         self.keep_window();
         // A jump after a sound reading counts as an outlier; if the next reading jumps, too, it was none.
@@ -295,7 +308,10 @@ impl Detector {
                 (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))?;
             self.fault = Some(fault.symptom);
             let k = self.rules.get(TOO_FAST).map_or(0, |rule| rule.k);
-            self.recurs = fault.symptom == Symptom::TooFast && self.jumps().count_ones() < k;
+            let jumps = self.jumps().count_ones();
+            self.recurs = fault.symptom == Symptom::TooFast && jumps < k;
+            self.is_early =
+                fault.symptom == Symptom::TooFast && !self.recurs && self.seen.saturating_sub(jumps) < jumps;
             return Some(Some(fault));
         }
         let recurs = self.recurs && self.outliers > 0.5 * self.most_outliers();
@@ -304,6 +320,14 @@ impl Detector {
         }
         (self.fault, self.recurs) = (None, false);
         Some(None)
+    }
+
+    /// Notes that the reading of the moment before was an outlier.
+    fn note_refuted(&mut self) {
+        if let Some(bits) = self.bits.get_mut(TOO_FAST) {
+            *bits |= 0b10;
+            self.outliers += 1.0 / self.memory;
+        }
     }
 
     /// The fault that a bad moment completes.

@@ -23,7 +23,7 @@ impl Index {
             pair.signals.iter().for_each(|signal| of_signal[signal].push(number(at)));
         }
         let mut of_variable = IdVec::filled(knowledge.variables().len(), |_: VariableId| Vec::new());
-        for (at, way) in ways.iter().enumerate() {
+        for (at, way) in ways.iter().enumerate().filter(|(_, way)| !way.is_range()) {
             of_variable[way.variable()].push(WayIndex(number(at)));
         }
         let mut index = Index { of_signal, of_variable, restless: Vec::with_capacity(pairs.len()) };

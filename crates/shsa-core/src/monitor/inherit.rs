@@ -43,6 +43,7 @@ impl Monitor {
             }
         }
         let ways = self.inherit_ways(old.ways, lineage);
+        self.keep_areas();
         self.consensus.inherit(&old.consensus, &ways, now);
         self.waiting = self.ways.iter().filter(|way| !way.late.is_empty()).count();
         let mut inheritance = Inheritance { ways, compared: SignalSet::new(), is_whole: true };

@@ -20,6 +20,8 @@ mod reliability;
 mod consensus;
 mod way;
 mod index;
+mod support;
+mod ranges;
 mod comparison;
 pub mod thesis;
 mod past;
@@ -28,13 +30,15 @@ mod inherit;
 mod amend;
 mod coverage;
 
-pub use build::{ALL_PAIRS, PARTNERS, SupportedWay, are_compared, compared, rests_on, sized_by};
+pub use build::{ALL_PAIRS, PARTNERS, SupportedWay, are_compared, compared};
 pub use coverage::Coverage;
 pub use detector::{Detectors, Evidence, Fault, Finding};
 pub use frozen::Frozen;
 pub use inherit::Inheritance;
+pub use ranges::may_leave_range;
 pub use reliability::{Figures, Memory, Reliability};
 pub use residual::{Disagreement, Residual, WayIndex};
+pub use support::{rests_on, sized_by};
 pub use symptom::Symptom;
 pub use timeouts::{Absence, Change, Timeouts};
 pub use trend::{Measured, Noise, Note, Tendency, Trend, TrendOptions, TrendRecord};
@@ -334,8 +338,7 @@ impl Monitor {
         &self.timeouts
     }
 
-    /// How many ways contradict and support a value of a variable right now, without debouncing; ways that rest on the same
-    /// signals as the value have no vote.
+    /// How many ways that rest on other signals contradict and support a value of a variable right now, without debouncing.
     #[must_use]
     pub fn votes(
         &self,
@@ -346,13 +349,10 @@ impl Monitor {
     ) -> Votes {
         let mut votes = Votes::default();
         let of_variable = self.index.of_variable(variable).iter().filter_map(|&index| self.way(index));
-        for way in of_variable.filter(|way| way.rests_on != *rests_on) {
-            if !trusted(way) {
-                continue;
-            }
-            match way.vote(sample.validity).map(|(known, is_certain)| {
-                (way.in_turn(known, sample.value).overlaps(sample.value), is_certain)
-            }) {
+        for way in of_variable.filter(|way| way.rests_on != *rests_on && trusted(way)) {
+            let value = sample.value;
+            let agrees = |(known, is_certain)| (way.in_turn(known, value).overlaps(value), is_certain);
+            match way.vote(sample.validity).map(agrees) {
                 Some((true, _)) => votes.supporting += 1,
                 Some((false, true)) => votes.contradicting += 1,
                 Some((false, false)) => votes.doubting += 1,

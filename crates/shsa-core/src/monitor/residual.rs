@@ -128,6 +128,18 @@ impl Residual {
         }
     }
 
+    /// Takes in a comparison with a range, of which no trend can be seen.
+    pub(super) fn record_apart(&mut self, value: &Measured, range: &Measured, now: Time) -> ResidualRecord {
+        self.made += 1;
+        let was_restless = self.is_restless();
+        let (before, is_surer) = self.look_closely(!value.value.overlaps(range.value), value, range, now);
+        let is_restless = self.window.is_restless();
+        ResidualRecord {
+            changed: is_surer || before != self.window.latest_state(),
+            restless: (was_restless != is_restless).then_some(is_restless),
+        }
+    }
+
     /// Takes in a comparison where the values disagree, or did recently. Returns the relationship before, and whether it has
     /// become [sure](Residual::is_sure).
     #[inline(never)]

@@ -5,7 +5,7 @@ use super::{Fresh, WayIndex};
 use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
 use crate::computation::{Computation, Settled};
-use crate::interval::Interval;
+use crate::interval::{Course, Interval};
 use crate::knowledge::{IdVec, SignalId, SignalSet, VariableId};
 use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
@@ -31,12 +31,20 @@ pub struct WatchedWay {
     /// The newest output, where it was taken in here.
     pub(super) measured: Option<Measured>,
     pub(super) reach: Reach,
+    /// What bounds the variable between two outputs.
+    pub(super) course: Course,
+    /// How far an output that is a mean may be from the value at its moment, SI; 0 for others, and where nothing bounds that.
+    pub(super) blur: f64,
     /// The turn after which the variable's values repeat, SI; `None` if the variable does not wrap.
     pub(super) turn: Option<f64>,
     /// The declared range of the variable, SI.
     pub(super) range: Option<Interval>,
+    /// Whether this is the variable's declared range, and no computation.
+    pub(super) is_range: bool,
     /// Whether the value is the verdict of a specification: that a condition holds says nothing of the size of what it reads.
     pub(super) is_verdict: bool,
+    /// Whether a relation of the way has a condition, without which it says nothing.
+    pub(super) is_conditional: bool,
     /// Whether outputs are true at moments, and not over windows or always.
     pub(super) is_of_moments: bool,
     /// The value of a way that rests on constants alone.
@@ -123,7 +131,10 @@ impl WatchedWay {
     #[must_use]
     pub fn about(&self, moment: Validity) -> Known {
         if self.is_of_moments {
-            return self.outputs.about(moment, self.near_reach());
+            return match self.outputs.about(moment, self.near_reach()) {
+                Known::Value(value) if self.blur > 0.0 => Known::Value(value.widened(self.blur)),
+                known => known,
+            };
         }
         if let Some(constant) = self.constant {
             return Known::Value(constant);
@@ -141,8 +152,8 @@ impl WatchedWay {
             return self.outputs.newest(0).copied();
         }
         let moment = Validity::at(now);
-        let held_reading = self.outputs.held_reading(moment, self.reach.max_rate)?;
-        Some(Sample { validity: moment, value: held_reading.value })
+        let reading = self.outputs.at(moment, self.reach)?;
+        Some(Sample { validity: moment, value: reading.value })
     }
 
     /// The same for the newest output, where this output is certainly the nearest one and the variable does not wrap. This is
@@ -152,7 +163,7 @@ impl WatchedWay {
     pub(super) fn newest_about(&self, moment: Validity) -> Option<Measured> {
         let measured = self.measured.filter(|_| self.is_of_moments && self.turn.is_none())?;
         let margin = self.outputs.newest_about(moment, self.near_reach())?;
-        Some(measured.widened(margin))
+        Some(measured.widened(margin + self.blur))
     }
 
     /// How far from an output its value counts.
@@ -247,9 +258,8 @@ impl WatchedWay {
     /// long a time around the same moment. 3/4 of a time count as all of it, and 1/8 as next to it.
     fn mean_beside(&self, slower: &WatchedWay, moment: Validity) -> Known {
         let (stretch, usual) = (slower.stretch(moment), slower.mean_over());
-        if self.reach.stands {
-            let held_reading = self.outputs.held_reading(stretch, self.reach.max_rate);
-            return Known::or_never(held_reading.map(|reading| reading.value));
+        if self.reach.stands && !self.course.is_rated() {
+            return Known::or_never(self.outputs.held_reading(stretch).map(|reading| reading.value));
         }
         let Some(newest) = self.outputs.newest(0) else { return Known::Later };
         let most = Span(usual.0 / 4 * 3);
@@ -257,22 +267,51 @@ impl WatchedWay {
             if newest.validity.centre() < moment.centre() {
                 return Known::Later;
             }
-            let max_gap = self.max_gap().max(Span(usual.0 / 8));
             // A window of the slower way that has only begun is too short to compare.
             let is_whole = stretch.length() > most;
-            let centred = || self.outputs.centred_at(moment, self.time_error(), max_gap);
-            return Known::or_never(is_whole.then(centred).flatten());
+            return Known::or_never(is_whole.then(|| self.mean_around(slower, moment)).flatten());
         }
-        if newest.validity.to < stretch.to {
+        if newest.validity.to < stretch.to && !self.reach.stands {
             return Known::Later;
         }
+        if self.course.is_rated() {
+            return Known::or_never(self.rated_mean(slower, moment));
+        }
+        let mean = || self.outputs.mean_over(stretch, self.course, self.max_gap());
         let period = self.computation.timing().period;
         if period.is_none_or(|period| period.times(2) > stretch.length()) {
             // Outputs too rare for a mean: the values around are used.
-            let mean = self.outputs.mean_over(stretch).filter(|_| period.is_none());
+            let mean = period.is_none().then(mean).flatten();
             return mean.map_or_else(|| self.outputs.around(stretch, self.max_gap()), Known::Value);
         }
-        Known::or_never(self.outputs.mean_over(stretch))
+        Known::or_never(mean())
+    }
+
+    /// The mean over the time of an output of the slower way, where the rate of change is bounded. When exactly that time was is not
+    /// known better than the times of its ends.
+    fn rated_mean(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
+        let (stretch, error) = slower.mean_time(moment);
+        let off = |length| self.computation.timing().off(length);
+        let mean = self.outputs.possible_mean(stretch, self.course, Span::MAX, off)?;
+        Some(mean.widened(self.course.max_rate * error.seconds() / 2.0))
+    }
+
+    /// The output about the middle of an output of the slower way, where both are means over about as long a time. With a bounded
+    /// rate of change the value grows by how far the means may be apart: over times of different lengths by a quarter of what
+    /// changes in the difference; between two outputs `h` apart, as the rate of a mean changes by no more than twice the bound in the
+    /// time `t` of the mean, by `h^2 / (4 t)` times the bound.
+    fn mean_around(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
+        let max_gap = self.max_gap().max(Span(slower.mean_over().0 / 8));
+        if !self.course.is_rated() {
+            return self.outputs.centred_at(moment, self.time_error(), max_gap).map(|(value, _)| value);
+        }
+        let (value, step) = self.outputs.centred_at(moment, Span::ZERO, max_gap)?;
+        let (times, error) = slower.mean_time(moment);
+        let (own_times, own_error) = self.mean_time(self.outputs.newest(0)?.validity);
+        let (length, own) = (times.length().seconds(), own_times.length().seconds());
+        let between = step.seconds() * step.seconds() / (4.0 * own);
+        let off = between + (length - own).abs() / 4.0 + (error + own_error).seconds() / 2.0;
+        Some(value.widened(self.course.max_rate * off))
     }
 
     /// The time over which an output of this validity is a mean.
@@ -282,6 +321,14 @@ impl WatchedWay {
         }
         let half = Span(self.mean_over().0 / 2);
         Validity { from: validity.from - half, to: validity.to + half }
+    }
+
+    /// The same between the middles of the times in which its ends lie, and the length of these times.
+    fn mean_time(&self, validity: Validity) -> (Validity, Span) {
+        let timing = self.computation.timing();
+        let error = if self.computation.is_windowed() { timing.time_error } else { validity.length() };
+        let (Validity { from, to }, half) = (self.stretch(validity), Span(error.0 / 2));
+        (Validity { from: from + half, to: to - half }, error)
     }
 
     /// The time error of an output, to either side of its middle.
@@ -334,20 +381,35 @@ impl WatchedWay {
         known.unwrap_or_else(|| Measured::of(value))
     }
 
+    /// The value of a way over windows: the hull of those that hold the moment; where the rate of change is bounded, that of the
+    /// window whose middle is the nearest, with its growth.
     #[inline(never)]
     fn near(&self, moment: Validity) -> Option<Interval> {
+        if self.course.is_rated() {
+            let sample = self.outputs.nearest_middle(moment.centre())?;
+            let away = (sample.validity.centre() - moment.centre()).abs() + Span(moment.length().0 / 2);
+            let off = self.computation.timing().off(sample.validity.length()) + away;
+            let is_near = sample.validity.gap(moment) <= self.max_gap();
+            return is_near.then(|| sample.value.widened(self.course.max_rate * off.seconds()));
+        }
         let reach = Reach { max_gap: self.max_gap(), ..self.reach };
-        self.outputs
-            .at(moment, reach)
-            .filter(|reading| reading.gap == Span::ZERO || reach.max_rate > 0.0)
-            .map(|reading| reading.value)
+        let reading = self.outputs.at(moment, reach).filter(|reading| reading.gap == Span::ZERO);
+        reading.map(|reading| reading.value)
     }
 
-    /// How far from an output its value counts: two periods, as declared or else as between the last two outputs.
+    /// How far from an output its value counts: two periods, or less than that where a condition may have failed in between. As
+    /// declared, or else as between the last outputs.
     pub(super) fn max_gap(&self) -> Span {
-        match (self.reach.max_gap, self.outputs.newest(0), self.outputs.newest(1)) {
-            (Span::MAX, Some(newest), Some(before)) => (newest.validity.to - before.validity.to).times(2),
-            (declared, ..) => declared,
+        if self.reach.max_gap < Span::MAX {
+            return self.reach.max_gap;
         }
+        let step = self.outputs.usual_step();
+        step.map_or(Span::MAX, |step| allowed_gap(step, self.is_conditional))
     }
+}
+
+/// How far apart two outputs may be that usually come every `period`, for something to be known of the time in between. One may be
+/// missing; but where a condition can fail, none: of that time the way says nothing, and the next whole number of periods is two.
+pub(super) fn allowed_gap(period: Span, is_conditional: bool) -> Span {
+    if is_conditional { period + Span(period.0 / 2) } else { period.times(2) }
 }

@@ -91,7 +91,6 @@ reasons! {
     "scatters" Scatters;
     /// The difference from other values has grown slowly.
     "built-up" BuiltUp;
-
     // How the accused was found.
     /// A common cause explains the conflicts best.
     "shared-explains-best" SharedExplainsBest {
@@ -136,7 +135,6 @@ reasons! {
     "too-many-possibilities" TooManyPossibilities;
     /// A component was accused again soon after it was trusted.
     "intermittent" Intermittent { times: u64 = "How often." };
-
     // How an accusation ends, or continues.
     /// Every comparison agrees again.
     "all-agree" AllAgree;
@@ -144,6 +142,8 @@ reasons! {
     "witnesses-agree" WitnessesAgree { lasted: Span = "For how long." };
     /// The values are sound and within reach of the last sound one, and nothing has contradicted them.
     "came-back" CameBack { lasted: Span = "For how long." };
+    /// The values are sound since they have started anew: from 0, or after a wrong first value.
+    "started-anew" StartedAnew { lasted: Span = "For how long." };
     /// Evidence neither accuses nor supports the component any more.
     "nothing-either-way" NothingEitherWay { lasted: Span = "For how long." };
     /// The component is contradicted again after evidence no longer accused it.
@@ -156,7 +156,6 @@ reasons! {
     "described-anew" DescribedAnew;
     /// The comparisons that accused the component are gone with the changed model.
     "comparisons-gone" ComparisonsGone;
-
     // Why a source of a need is replaced.
     /// The source served the need before the restart and must not be used now.
     "served-before" ServedBefore { source: String = "The source." };
@@ -179,6 +178,8 @@ reasons! {
     "source-too-old" SourceTooOld {
         source: String = "The source.", age: Span = "How old they are.", most: Span = "What the need allows."
     };
+    /// The values of the source lie outside of the variable's range.
+    "source-impossible" SourceImpossible { source: String = "The source." };
     /// Elements of the source are gone with the changed model.
     "gone" Gone { names: Vec<String> = "The signals and relations." };
     /// The changed model describes signals of the source differently.
@@ -187,7 +188,6 @@ reasons! {
     "signals-withdrawn" SignalsWithdrawn { signals: Vec<String> = "The signals." };
     /// The source no longer serves the need in the changed model.
     "serves-no-more" ServesNoMore { source: String = "The source." };
-
     // What serves a need instead, or again.
     /// A source takes over.
     "takes-over" TakesOver { source: Candidate = "The source." };
@@ -225,7 +225,6 @@ reasons! {
     "served-again-uncertain" ServedAgainUncertain;
     /// It is not known which of several ways is right.
     "uncertain" Uncertain { served_by: ServedBy = "What goes out as uncertain." };
-
     // Why a need is not served.
     /// No value was published.
     "no-value" NoValue { age: Span = "For how long." };
@@ -235,6 +234,10 @@ reasons! {
     "gives-unfit" GivesUnfit;
     /// All available values are contradicted, too wide or too old.
     "all-unfit" AllUnfit;
+    /// No source that is left gives a value.
+    "nothing-given" NothingGiven;
+    /// The need states nothing of how it is served when unsure; what several ways hold possible would serve it.
+    "hull-would-serve" HullWouldServe { ways: Vec<String> = "The ways." };
     /// The limits of the need.
     "limits" Limits { age: Span = "The age.", width: f64 = "The width, SI." };
     /// The uncertain value is wider than the need allows.
@@ -254,7 +257,6 @@ reasons! {
     "forbidden-by-another" ForbiddenByAnother { subjects: Vec<Subject> = "What is forbidden." };
     /// Signals of the source give no usable value.
     "inputs-absent" InputsAbsent { signals: Vec<String> = "The signals." };
-
     // Shortfalls beside a need's demands.
     /// The need demands more than some sources give.
     "demands-more" DemandsMore;
@@ -290,7 +292,6 @@ reasons! {
     "comes-rarely" ComesRarely { period_s: f64 = "The time between two.", most_s: f64 = "What was asked." };
     /// The values of the source are too wide.
     "too-wide" TooWide { width: f64 = "The least width, SI.", most: f64 = "What was asked, SI." };
-
     // Refusals by contracts.
     /// The contract of a need refuses preferred sources.
     "contract-forbids" ContractForbids { need: String = "The need." };
@@ -308,7 +309,6 @@ reasons! {
     "goes-out-all-the-same" GoesOutAllTheSame { level: String = "The level." };
     /// Contracts admit no available source.
     "none-admitted" NoneAdmitted;
-
     // Orders of an operator.
     /// A component must not be used, by order.
     "must-not-be-used" MustNotBeUsed { subject: Subject = "What." };
@@ -336,7 +336,6 @@ reasons! {
     "served-forgotten" ServedForgotten { need: String = "The need." };
     /// An accusation from before the restart is forgotten.
     "accusation-forgotten" AccusationForgotten { subject: Subject = "Who was accused." };
-
     // Why an order cannot be obeyed, and help.
     /// No contract demands anything for a need.
     "nothing-demanded" NothingDemanded { need: String = "The need." };
@@ -394,7 +393,6 @@ reasons! {
     "clear-later" ClearLater;
     /// There is nothing to clear.
     "nothing-to-clear" NothingToClear;
-
     // Words from outside.
     /// Words that were read from a state or a journal of an earlier version.
     "told" Text { words: String = "The words." };

@@ -22,6 +22,7 @@ pub use witnesses::{Witnesses, witnesses};
 
 use crate::computation::Computation;
 use crate::knowledge::{KnowledgeBase, Shape, VariableId};
+use crate::monitor::may_leave_range;
 use crate::plan::Graph;
 use crate::substitution::Way;
 use alloc::vec::Vec;
@@ -32,8 +33,8 @@ pub fn can_be_watched(knowledge: &KnowledgeBase, way: &Way) -> bool {
     !way.substitution.continues_itself(knowledge) && Computation::can_run(knowledge, way)
 }
 
-/// All ways of knowing every variable that can be known in two ways or more, with those that [isolate](isolate()) more, within a
-/// budget: what the engine's monitor compares.
+/// All ways of knowing every variable that can be known in two ways or more, or in one that may leave the variable's range, with
+/// those that [isolate](isolate()) more, within a budget: what the engine's monitor compares.
 #[must_use]
 pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph, budget: WatchBudget) -> Vec<Way> {
     let runs = |way: &Way| can_be_watched(knowledge, way);
@@ -45,6 +46,9 @@ pub fn to_watch(knowledge: &KnowledgeBase, graph: &Graph, budget: WatchBudget) -
     let mut by_variable = all.iter_mut().map(|(variable, witnesses)| (*variable, witnesses)).collect();
     isolate(knowledge, graph, &mut by_variable, budget.ways, runs);
     afford(knowledge, all.iter_mut().map(|(_, witnesses)| witnesses), budget.cost);
-    let watched = all.into_iter().map(|(_, witnesses)| witnesses.ways);
-    watched.filter(|ways| ways.len() > 1).flatten().collect()
+    let is_compared = |ways: &[Way]| match ways {
+        [way] => may_leave_range(knowledge, way),
+        _ => true,
+    };
+    all.into_iter().map(|(_, witnesses)| witnesses.ways).filter(|ways| is_compared(ways)).flatten().collect()
 }

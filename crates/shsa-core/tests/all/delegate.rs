@@ -191,7 +191,7 @@ fn a_wrong_answer_is_not_published() {
         let scalar = |lo: f64, hi: f64| PublishedValue::Scalar(Interval::new(lo, hi));
         let later = Validity { to: valid.to + Span(1), ..valid };
         let reversed = Validity { from: valid.to + Span(1), to: valid.to };
-        let result = match number % 8 {
+        let result = match number % 24 {
             0 => (scalar(f64::NEG_INFINITY, 0.0), valid),
             1 => (scalar(2.0, 1.0), valid),
             2 => (PublishedValue::Vector(vec![value]), valid),

@@ -4,7 +4,8 @@
 use proptest::prelude::*;
 use shsa_core::alignment::Counts;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue};
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Quality};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
     Bounds, Draft, Id, KnowledgeBase, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build,
 };
@@ -14,9 +15,9 @@ use shsa_core::reason::{Amount, Joint, Range, Reason, Reasons};
 use shsa_core::time::{Span, Time};
 
 /// 5 Hz, hence 2 of 4 readings; -50..50 within +-0.1, 2 a second; stamps within 10 ms, at most 300 ms late.
-const PERIOD: i64 = 200_000_000;
-const MAX_RATE: f64 = 2.0;
-const ERROR: f64 = 0.1;
+pub(super) const PERIOD: i64 = 200_000_000;
+pub(super) const MAX_RATE: f64 = 2.0;
+pub(super) const ERROR: f64 = 0.1;
 
 fn text(text: &str) -> Text {
     Text { text: text.into(), ..Text::default() }
@@ -52,16 +53,16 @@ fn knowledge() -> KnowledgeBase {
 }
 
 /// Stamp and reception in nanoseconds, and the value.
-type Reading = (i64, i64, f64);
+pub(super) type Reading = (i64, i64, f64);
 
 /// The outputs, and the final state of the engine.
-struct Run {
-    engine: Engine,
+pub(super) struct Run {
+    pub(super) engine: Engine,
     outputs: Vec<Output>,
 }
 
 impl Run {
-    fn of(readings: &[Reading]) -> Run {
+    pub(super) fn of(readings: &[Reading]) -> Run {
         let mut engine = Engine::new(knowledge(), Options::default());
         let mut outputs = Vec::new();
         for &(stamp, received, value) in readings {
@@ -79,25 +80,39 @@ impl Run {
         Run { engine, outputs }
     }
 
-    fn events(&self, kind: EventKind) -> Vec<&Event> {
+    pub(super) fn events(&self, kind: EventKind) -> Vec<&Event> {
         let of_signal = |event: &&Event| event.kind == kind && event.signal.is_some();
         self.outputs.iter().filter_map(event).filter(of_signal).collect()
     }
 
-    fn counts(&self) -> Counts {
+    pub(super) fn counts(&self) -> Counts {
         self.engine.monitor().ports()[SignalId::from_index(0)].counts()
     }
 
-    /// All published values and their times.
-    fn published(&self) -> Vec<(Time, f64)> {
+    /// The qualities of all published values.
+    pub(super) fn qualities(&self) -> Vec<Quality> {
+        let quality = |output: &Output| match output {
+            Output::Publication(publication) => Some(publication.quality),
+            _ => None,
+        };
+        self.outputs.iter().filter_map(quality).collect()
+    }
+
+    /// All published intervals and their times.
+    pub(super) fn intervals(&self) -> Vec<(Time, Interval)> {
         let value = |output: &Output| match output {
             Output::Publication(publication) => match &publication.value {
-                PublishedValue::Scalar(value) => Some((publication.time, value.midpoint())),
+                PublishedValue::Scalar(value) => Some((publication.time, *value)),
                 PublishedValue::Vector(_) => None,
             },
             _ => None,
         };
         self.outputs.iter().filter_map(value).collect()
+    }
+
+    /// All published values and their times.
+    pub(super) fn published(&self) -> Vec<(Time, f64)> {
+        self.intervals().into_iter().map(|(time, value)| (time, value.midpoint())).collect()
     }
 }
 
@@ -109,7 +124,7 @@ fn event(output: &Output) -> Option<&Event> {
 }
 
 /// Readings on time, one in each period.
-fn regular(values: impl IntoIterator<Item = f64>) -> Vec<Reading> {
+pub(super) fn regular(values: impl IntoIterator<Item = f64>) -> Vec<Reading> {
     let at = |step: usize| step as i64 * PERIOD;
     values.into_iter().enumerate().map(|(step, value)| (at(step), at(step), value)).collect()
 }
@@ -283,7 +298,10 @@ proptest! {
         prop_assert!(wait >= Span::from_millis(5_000) && wait < Span::from_millis(6_500), "{:?}", wait);
         let between = |time: Time| time >= failed[0].time && time < unproven[0].time;
         prop_assert!(!run.published().iter().any(|(time, _)| between(*time)));
-        prop_assert!(run.published().iter().filter(|(_, value)| (value - level).abs() < 0.1).count() > 20);
+        // Neither the new level nor the old one can be excluded.
+        let after = run.intervals().into_iter().filter(|(time, _)| *time > failed[0].time);
+        let holding = after.filter(|(_, value)| value.contains(level) && value.contains(0.0));
+        prop_assert!(holding.count() > 20);
         prop_assert_eq!(run.engine.verdict(SignalId::from_index(0)), Verdict::Unknown);
     }
 }

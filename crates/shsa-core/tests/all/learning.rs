@@ -2,10 +2,14 @@
 
 use crate::cell;
 use crate::models::{self, System};
+use proptest::prelude::*;
 use shsa_core::engine::{Engine, Event, EventKind, Input, LearnedNow, Options, Order, Output, Subject};
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{Id, KnowledgeBase, build};
-use shsa_core::observation::RawValue;
+use shsa_core::knowledge::{
+    BodyDraft, Bounds, Draft, Id, KnowledgeBase, NeedDraft, RelationDraft, Severity, SignalDraft, SignalId,
+    Text, VariableDraft, build,
+};
+use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 
 /// The run of a cell, and the events so far.
@@ -129,4 +133,99 @@ fn an_order_to_clear_the_relation_forgets_what_was_learned() {
     assert!(run.learned().set.contains(0.030));
     run.drive(61, 60, 0, 0.0);
     assert!(is_found(run.learned().set, 0.0025), "{:?}", run.learned());
+}
+
+fn text(text: impl Into<String>) -> Text {
+    Text { text: text.into(), ..Text::default() }
+}
+
+/// Two levels that differ by an offset, which is learned, and the rate of the first one.
+fn levels(error: f64) -> KnowledgeBase {
+    let variable = |name: &str, range: (&str, &str), max_rate: &str| VariableDraft {
+        name: text(name),
+        range: Some((text(range.0), text(range.1))),
+        max_rate: Some(text(max_rate)),
+        ..VariableDraft::default()
+    };
+    let signal = |name: &str, of: &str, error: f64| SignalDraft {
+        name: text(name),
+        variable: Some(text(of)),
+        rate: Some(text("5 Hz")),
+        value_error: Some(Bounds::One(text(format!("{error}")))),
+        ..SignalDraft::default()
+    };
+    let relation =
+        |name: &str, equation: &str| RelationDraft::new(text(name), BodyDraft::Equation(text(equation)));
+    let climbing = RelationDraft {
+        directions: Some(vec![text("climb")]),
+        error: Some(Bounds::One(text("0.5"))),
+        ..relation("climbing", "climb = derivative(height, 2 s)")
+    };
+    let place = RelationDraft { learn: vec![text("field")], ..relation("place", "asl = height + field") };
+    let (knowledge, problems) = build(&Draft {
+        variables: vec![
+            variable("height", ("-1000", "5000"), "20"),
+            variable("climb", ("-20", "20"), "10"),
+            variable("asl", ("-1000", "9000"), "20"),
+            variable("field", ("-50", "50"), "0.001"),
+        ],
+        relations: vec![climbing, place],
+        signals: vec![
+            signal("low", "height", 0.5),
+            signal("high", "asl", error),
+            signal("rate", "climb", 0.3),
+        ],
+        needs: vec![NeedDraft { variable: text("height"), ..NeedDraft::default() }],
+        ..Draft::default()
+    });
+    assert!(problems.iter().all(|it| it.severity != Severity::Error), "{problems:?}");
+    knowledge
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 12, ..ProptestConfig::default() })]
+
+    /// A level that walks off is accused by its rate, which is right again once the level stands still. What was learned before
+    /// contradicts it: the accusation does not erase that.
+    #[test]
+    fn an_accusation_does_not_erase_its_witness(
+        error in 4.0..10.0_f64,
+        size in 26.0..45.0_f64,
+        slope in 1.2..3.0_f64,
+        is_up in any::<bool>(),
+        seed in any::<u32>(),
+    ) {
+        let mut engine = Engine::new(levels(error), Options::default());
+        let (from, until) = (90.0, 90.0 + size / slope + 60.0);
+        let mut noise = seed | 1;
+        let mut draw = || {
+            noise ^= noise << 13;
+            noise ^= noise >> 17;
+            noise ^= noise << 5;
+            f64::from(noise) / f64::from(u32::MAX) * 2.0 - 1.0
+        };
+        let mut restored = Vec::new();
+        for step in 0..(until * 5.0) as i64 {
+            let seconds = step as f64 * 0.2;
+            let (height, climb) = (20.0 * (0.1 * seconds).sin(), 2.0 * (0.1 * seconds).cos());
+            let off = ((seconds - from).max(0.0) * slope).min(size) * if is_up { 1.0 } else { -1.0 };
+            let all = [height + off + 0.4 * draw(), height - 7.0 + error * draw(), climb + 0.2 * draw()];
+            for (at, value) in all.into_iter().enumerate() {
+                engine.handle(Input::Observation(Observation {
+                    signal: SignalId::from_index(at),
+                    stamp: Time::from_seconds(seconds),
+                    received: Time::from_seconds(seconds),
+                    value: RawValue::Number(value),
+                }));
+                restored.extend(core::iter::from_fn(|| engine.poll()).filter_map(|output| match output {
+                    Output::Event(event) if event.kind == EventKind::Restored => Some(event),
+                    _ => None,
+                }));
+            }
+        }
+        let low = Some(SignalId::from_index(0));
+        let wrong = restored.iter().find(|it| it.signal == low && it.time > Time::from_seconds(from + size / slope));
+        prop_assert!(wrong.is_none(), "{wrong:?}");
+        prop_assert!(engine.verdict(SignalId::from_index(0)) > shsa_core::diagnosis::Verdict::Healthy);
+    }
 }

@@ -3,7 +3,8 @@
 
 use proptest::prelude::*;
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, Quality};
+use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Quality};
+use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
     Bounds, Draft, Id, KnowledgeBase, NeedDraft, SignalDraft, SignalId, Text, VariableDraft, build,
 };
@@ -94,6 +95,19 @@ impl Run {
     pub(crate) fn accused(&self) -> Vec<SignalId> {
         let all = [EventKind::Suspected, EventKind::Failed].map(|kind| self.events(kind));
         all.into_iter().flatten().filter_map(|event| event.signal).collect()
+    }
+
+    /// The trusted values, each with the middle of its validity.
+    pub(crate) fn trusted(&self) -> impl Iterator<Item = (Time, Interval)> + '_ {
+        self.outputs.iter().filter_map(|output| match output {
+            Output::Publication(it) if matches!(it.quality, Quality::Good | Quality::Substitute) => {
+                match it.value {
+                    PublishedValue::Scalar(value) => Some((it.validity.centre(), value)),
+                    PublishedValue::Vector(_) => None,
+                }
+            }
+            _ => None,
+        })
     }
 
     fn last_quality(&self) -> Option<(Time, Quality)> {

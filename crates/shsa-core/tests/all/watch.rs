@@ -255,7 +255,9 @@ fn compared_in(knowledge: &KnowledgeBase) -> BTreeSet<String> {
     let signal = knowledge.signal("s0").unwrap();
     let monitor = engine.monitor();
     let variable = |pair: &Residual| monitor.way(pair.way).unwrap().variable();
-    monitor.pairs_of(signal).map(|pair| knowledge.variables()[variable(pair)].name.clone()).collect()
+    let is_of_ways = |pair: &&Residual| !monitor.way(pair.other).unwrap().is_range();
+    let pairs = monitor.pairs_of(signal).filter(is_of_ways);
+    pairs.map(|pair| knowledge.variables()[variable(pair)].name.clone()).collect()
 }
 
 #[test]

@@ -6,7 +6,8 @@
 
 use super::gate::{Gate, Watch};
 use super::moment::{Moment, Taken};
-use super::{Fusion, Verdict};
+use super::{Fusion, Verdict, derived};
+use crate::method::{Measurement, Updated};
 use shsa_core::time::{Span, Time};
 
 /// Moments no further apart than this count as one.
@@ -52,7 +53,11 @@ impl Fusion {
         }
         cluster.iter_mut().for_each(|moment| self.close(moment));
         self.method.save(&mut self.now.memory);
-        cluster.last_mut().into_iter().for_each(|newest| newest.after.clone_from(&self.now));
+        cluster.iter_mut().for_each(|moment| moment.is_newest_of_cluster = false);
+        if let Some(newest) = cluster.last_mut() {
+            newest.after.clone_from(&self.now);
+            newest.is_newest_of_cluster = true;
+        }
     }
 
     /// Compares what is masked, and notes what counted and which control inputs begin.
@@ -70,6 +75,23 @@ impl Fusion {
         }
     }
 
+    /// Updates with a measurement.
+    pub(super) fn update(&mut self, measurement: &Measurement) -> Updated {
+        if !self.is_derived(measurement.sensor) {
+            return self.method.update(&[*measurement], &self.now.controls);
+        }
+        let Some(innovation) = self.method.innovation(measurement, &self.now.controls) else {
+            return Updated::NOTHING;
+        };
+        let own = derived::share(self.method.mean().len(), innovation.uncertainty() / innovation.noise);
+        if own >= 1.0 {
+            return Updated { used: 1, ..Updated::NOTHING };
+        }
+        self.method.widen(1.0 / own);
+        let variance = Some(innovation.noise / (1.0 - own));
+        self.method.update(&[Measurement { variance, ..*measurement }], &self.now.controls)
+    }
+
     fn take_together(&mut self, cluster: &mut [Moment]) {
         self.stack.clear();
         let sensors = 0..self.masked.len();
@@ -83,11 +105,20 @@ impl Fusion {
             taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
             taken.verdict = if taken.innovation.is_some() { Verdict::Used } else { Verdict::Rejected };
             if let Some(innovation) = taken.innovation {
-                self.stack.push(taken.measurement);
+                if !self.is_derived(sensor) {
+                    self.stack.push(taken.measurement);
+                }
                 self.now.note(sensor, innovation);
             }
         }
-        if self.method.update(&self.stack, &self.now.controls).used == 0 {
+        let mut used = self.method.update(&self.stack, &self.now.controls).used;
+        for sensor in sensors.clone() {
+            let Some((_, taken)) = counting(cluster, sensor).filter(|_| self.is_derived(sensor)) else {
+                continue;
+            };
+            used += self.update(&taken.measurement).used;
+        }
+        if used == 0 {
             for sensor in sensors {
                 counting(cluster, sensor)
                     .into_iter()
@@ -103,7 +134,7 @@ impl Fusion {
             let is_near = taken.innovation.is_some_and(|it| it.normalized_square() <= gate.threshold());
             let is_used = match taken.innovation {
                 Some(innovation) if is_near => {
-                    self.method.update(&[taken.measurement], &self.now.controls);
+                    self.update(&taken.measurement);
                     self.now.note(sensor, innovation);
                     self.now.accept(sensor, at);
                     self.go_on_doubting(Span::ZERO, Some(&taken.measurement));

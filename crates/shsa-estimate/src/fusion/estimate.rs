@@ -20,6 +20,9 @@ impl Estimate<'_> {
         let (Some(mean), Some(variance)) = (self.mean.get(state), self.spread.get((state, state))) else {
             return Interval::EMPTY;
         };
+        if variance.is_nan() {
+            return Interval::EMPTY;
+        }
         let reach = two_sided(share) * variance.max(0.0).sqrt();
         Interval::new((mean - reach).next_down(), (mean + reach).next_up())
     }

@@ -140,7 +140,7 @@ impl Fusion {
         self.method.save(&mut self.trial);
         // Wide enough for the measurement: its own noise cannot widen, hence twice the apparent factor.
         self.method.widen(2.0 * innovation.normalized_square() / gate.threshold);
-        self.method.update(&[measurement], &self.now.controls);
+        self.update(&measurement);
         if (0..self.now.watches.len()).any(|other| other != sensor && self.agrees(other, gate)) {
             self.now.accept(sensor, at);
             return true;
@@ -166,7 +166,7 @@ impl Fusion {
         if !fits || !watch.is_away(at, reckoned) {
             return false;
         }
-        self.method.update(&[*measurement], &self.now.controls);
+        self.update(measurement);
         self.now.accept(sensor, at);
         true
     }
@@ -247,7 +247,7 @@ impl Fusion {
         self.method.restore(&self.now.doubt);
         match counted {
             Some(measurement) => {
-                self.method.update(&[*measurement], &self.now.controls);
+                self.update(measurement);
             }
             None => {
                 self.method.predict(elapsed.seconds(), &self.now.controls);

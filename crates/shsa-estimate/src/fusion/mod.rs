@@ -14,6 +14,7 @@ mod window;
 mod gate;
 mod moment;
 mod cluster;
+mod derived;
 mod leave_one_out;
 
 pub use estimate::Estimate;
@@ -78,6 +79,8 @@ pub struct Fusion {
     /// The state of the running computation.
     now: Past,
     masked: Vec<bool>,
+    /// The sensors whose errors are those of earlier measurements.
+    derived: Vec<bool>,
     counts: Vec<Counts>,
     stack: Vec<Measurement>,
     trial: Vec<f64>,
@@ -115,6 +118,7 @@ impl Fusion {
             origin: Origin::Given,
             now: initial.clone(),
             masked: vec![false; sensors],
+            derived: vec![false; sensors],
             counts: vec![Counts::default(); sensors],
             stack: Vec::with_capacity(sensors),
             trial: vec![0.0; method.memory_len()],
@@ -124,6 +128,16 @@ impl Fusion {
             method,
             options,
         })
+    }
+
+    /// Sets which sensors are estimates of other filters. Their measurements never make the estimate more certain than they are, whatever
+    /// they have in common with each other and with other sensors.
+    pub fn set_derived(&mut self, derived: impl Iterator<Item = bool>) {
+        self.derived.iter_mut().zip(derived).for_each(|(to, is_derived)| *to = is_derived);
+    }
+
+    fn is_derived(&self, sensor: usize) -> bool {
+        self.derived.get(sensor).copied().unwrap_or(false)
     }
 
     /// Takes in a measurement, at its time of validity.
@@ -294,6 +308,14 @@ impl Fusion {
         self.method.restore(&self.now.memory);
         let is_there = elapsed <= Span::ZERO || self.method.predict(elapsed.seconds(), &self.now.controls);
         is_there.then(|| Estimate { mean: self.method.mean(), spread: self.method.spread() })
+    }
+
+    /// The newest moment before a time, and the estimate after it; `None` where none is kept. Time: linear in the moments after it.
+    pub fn estimate_before(&mut self, at: Time) -> Option<(Time, Estimate<'_>)> {
+        let used = self.moments.get(..self.count)?;
+        let found = used.iter().rev().find(|moment| moment.at < at && moment.is_newest_of_cluster)?;
+        self.method.restore(&found.after.memory);
+        Some((found.at, Estimate { mean: self.method.mean(), spread: self.method.spread() }))
     }
 
     /// Whether a moment has an estimate.

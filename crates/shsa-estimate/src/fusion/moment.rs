@@ -118,6 +118,7 @@ pub(super) struct Moment {
     pub(super) set: Vec<Option<f64>>,
     /// Only the newest moment of a cluster has it.
     pub(super) after: Past,
+    pub(super) is_newest_of_cluster: bool,
 }
 
 impl Moment {
@@ -127,6 +128,7 @@ impl Moment {
             measured: vec![None; after.watches.len()],
             set: vec![None; after.controls.len()],
             after: after.clone(),
+            is_newest_of_cluster: true,
         }
     }
 

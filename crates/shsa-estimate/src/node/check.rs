@@ -46,6 +46,7 @@ fn of_fusion(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Diagnostic> {
     }
     let mut found = noise::below_zero(knowledge, fusion);
     found.extend(too_sure(fusion));
+    found.extend(without_noise(fusion));
     let Some(Observability { never, without }) = observability(knowledge, fusion) else { return found };
     found.extend(never.iter().map(|state| of_state(fusion, *state)));
     for (lost, states) in without.iter().enumerate().filter(|(_, states)| !states.is_empty()) {
@@ -106,6 +107,36 @@ fn too_sure(fusion: &Fusion) -> impl Iterator<Item = Diagnostic> {
         let help = "give it a `spread` of the size of its `steps`";
         Some(diagnostic(Severity::Warning, place, message, help))
     })
+}
+
+/// Warnings of the states of a particle filter that no noise moves: their particles get no new values.
+fn without_noise(fusion: &Fusion) -> Vec<Diagnostic> {
+    if fusion.method != FusionMethod::Particle {
+        return Vec::new();
+    }
+    let is_still = |place: usize| {
+        let moved_by = fusion.moved_by(place);
+        moved_by.iter().all(|it| {
+            let noise = fusion.states.get(*it).and_then(|state| state.noise.as_constant());
+            noise.is_some_and(|noise| noise.value == 0.0)
+        })
+    };
+    let still = fusion.states.iter().enumerate().filter(|(place, _)| is_still(*place));
+    let warning = |(place, state): (usize, &FusionState)| {
+        let message = format!(
+            "`{}` has no `noise`: its particles get no new values but those that are made up to keep them apart, and what it says is wide \
+             where few are left",
+            state.name
+        );
+        let place = fusion.places.states.get(place).copied().unwrap_or(fusion.places.name);
+        diagnostic(
+            Severity::Warning,
+            place,
+            message,
+            "give it the `noise` of its changes, or take a Kalman filter",
+        )
+    };
+    still.map(warning).collect()
 }
 
 fn of_state(fusion: &Fusion, state: usize) -> Diagnostic {

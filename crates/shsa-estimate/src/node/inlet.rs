@@ -1,10 +1,11 @@
 //! The observations of a node's inputs and controls, as numbers at times.
 
 use super::build::REACH;
+use crate::normal::two_sided;
 use shsa_core::circle;
 use shsa_core::engine::FusionInput;
 use shsa_core::interval::Interval;
-use shsa_core::knowledge::{Fusion, KnowledgeBase, Signal, ValueError};
+use shsa_core::knowledge::{Fusion, FusionMethod, KnowledgeBase, Signal, SignalId, ValueError};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
 
@@ -18,6 +19,8 @@ pub(super) struct Inlet {
     has_formula: bool,
     /// Whether its intervals are intersected with those of the others.
     is_of_intervals: bool,
+    /// The standard deviation of a value with an interval, as a share of the width.
+    share: f64,
     /// The newest moment of its observations.
     newest: Option<Time>,
     refused: u64,
@@ -26,10 +29,16 @@ pub(super) struct Inlet {
 
 impl Inlet {
     pub(super) fn all(knowledge: &KnowledgeBase, fusion: &Fusion) -> Vec<Inlet> {
+        let is_of_intervals = fusion.method.is_of_intervals();
         let inlet = |input: &shsa_core::knowledge::FusionInput| Inlet {
             signal: knowledge.signals()[input.signal].clone(),
             has_formula: input.noise.is_some(),
-            is_of_intervals: fusion.method.is_of_intervals(),
+            is_of_intervals,
+            share: if is_of_intervals {
+                0.5 / REACH
+            } else {
+                share(knowledge, input.signal) * alike(knowledge, fusion)
+            },
             newest: None,
             refused: 0,
             ahead: 0,
@@ -66,8 +75,7 @@ impl Inlet {
         let Signal { noise, value_error: ValueError { lo, hi, relative }, .. } = self.signal;
         // A conversion of units alone widens the interval, too.
         let is_bounded = has_own || lo != hi || relative != 0.0;
-        let share = if self.is_of_intervals { 0.5 / REACH } else { UNIFORM };
-        let bounds = is_bounded.then(|| interval.width() * share);
+        let bounds = is_bounded.then(|| interval.width() * self.share);
         let own = if has_own || self.is_of_intervals { bounds.or(noise) } else { noise.or(bounds) };
         Some(own.unwrap_or(0.0))
     }
@@ -91,6 +99,25 @@ impl Inlet {
     pub(super) fn refused(&self) -> u64 {
         self.refused
     }
+}
+
+/// The standard deviation of a signal's interval as a share of its width: a filter's estimate is normal.
+fn share(knowledge: &KnowledgeBase, signal: SignalId) -> f64 {
+    let estimated = knowledge.fusions().iter().filter(|it| !it.method.is_of_intervals());
+    let output = estimated.flat_map(|it| &it.outputs).find(|it| it.signal == signal);
+    output.map_or(UNIFORM, |it| 0.5 / two_sided(it.confidence))
+}
+
+/// How many times as large the deviations of a direct fusion's inputs count where some are estimates of other fusions: the errors of all
+/// that is averaged may be alike, and the mean of n values errs as their root mean square does then, not as its n-th root.
+fn alike(knowledge: &KnowledgeBase, fusion: &Fusion) -> f64 {
+    let is_derived = fusion.inputs.iter().any(|it| knowledge.is_fused(it.signal));
+    let averaged = match fusion.method {
+        FusionMethod::Average | FusionMethod::Median => fusion.settings.window,
+        FusionMethod::Confidence => fusion.inputs.len(),
+        _ => 1,
+    };
+    if is_derived { (averaged as f64).sqrt() } else { 1.0 }
 }
 
 /// A control input.

@@ -15,6 +15,7 @@ mod noise;
 mod check;
 mod inlet;
 mod outputs;
+mod uniqueness;
 mod nodes;
 
 pub use check::{Observability, check, observability};
@@ -31,6 +32,7 @@ use shsa_core::knowledge::{self, FusionSettings, KnowledgeBase};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use std::collections::VecDeque;
+use uniqueness::Search;
 
 /// The most numbers of the moments that a filter keeps, 32 MiB: with many particles or hypotheses, late values have a shorter horizon.
 const MEMORY: usize = 1 << 22;
@@ -82,10 +84,14 @@ impl Node {
         let make = |options: Options| {
             let method = build::method(knowledge, model)?;
             let moments = options.moments.min(MEMORY / method.memory_len().max(1)).max(1);
-            Fusion::new(method, Time(0), inputs, controls, Options { moments, ..options })
+            let mut fusion = Fusion::new(method, Time(0), inputs, controls, Options { moments, ..options })?;
+            if !model.method.is_direct() {
+                fusion.set_derived(model.inputs.iter().map(|input| knowledge.is_fused(input.signal)));
+            }
+            Ok(fusion)
         };
         let witness = || make(Options { gate: None, ..options });
-        let mut sets: Vec<Vec<usize>> = model.predictions.iter().map(|it| it.without.clone()).collect();
+        let mut sets = witnesses(knowledge, model, options.reckoned())?;
         if !sets.is_empty() {
             sets.push(Vec::new());
         }
@@ -224,8 +230,21 @@ impl Node {
             Some(estimate) => {
                 self.lost_since = None;
                 self.outputs.publish(&estimate, at, now, queue);
+                self.publish_before(at, now, queue);
             }
             None => self.look_after(newest, received, now),
+        }
+    }
+
+    /// Gives what was unknown at a moment as it was at the newest earlier one at which it is known. An input whose stamps are behind
+    /// those of the others counts at its own times: of the newest moments fewer inputs tell than intervals need.
+    fn publish_before(&mut self, mut at: Time, now: Time, queue: &mut VecDeque<Observation>) {
+        let Node { outputs, filters, .. } = self;
+        while outputs.lack(at)
+            && let Some((moment, estimate)) = filters.all_mut().estimate_before(at)
+        {
+            outputs.publish(&estimate, moment, now, queue);
+            at = moment;
         }
     }
 
@@ -255,6 +274,22 @@ impl Node {
             restarts: self.restarts,
         }
     }
+}
+
+/// The sets of inputs that predictions leave out, but those without which it is open what they show: these are no witnesses.
+fn witnesses(
+    knowledge: &KnowledgeBase,
+    model: &knowledge::Fusion,
+    reckoned: Span,
+) -> Result<Vec<Vec<usize>>, Error> {
+    let mut sets: Vec<Vec<usize>> = model.predictions.iter().map(|it| it.without.clone()).collect();
+    sets.sort_unstable();
+    sets.dedup();
+    if !sets.is_empty() {
+        let mut search = Search::new(build::system(knowledge, model, false)?, model, reckoned);
+        sets.retain(|without| !search.is_open(without));
+    }
+    Ok(sets)
 }
 
 /// The first moment of a rhythm after the present.

@@ -28,6 +28,8 @@ pub struct Nodes {
     /// The uses of each signal.
     roles: Vec<Vec<Role>>,
     queue: VecDeque<Observation>,
+    /// The next node to settle, and the moment of it.
+    settling: Option<(usize, Time)>,
 }
 
 /// The engine of a knowledge base with its running fusions.
@@ -101,11 +103,23 @@ impl Fuse for Nodes {
     }
 
     fn settle(&mut self, now: Time) {
-        let Nodes { nodes, queue, .. } = self;
-        nodes.iter_mut().flatten().for_each(|node| node.settle(now, queue));
+        self.settling = Some((0, now));
     }
 
+    /// A node settles when the outputs of all before it were taken: it may read them. The nodes are in that order.
     fn poll(&mut self) -> Option<Observation> {
+        while self.queue.is_empty()
+            && let Some((place, now)) = self.settling
+        {
+            let Nodes { nodes, queue, .. } = self;
+            self.settling = match nodes.get_mut(place) {
+                Some(node) => {
+                    node.iter_mut().for_each(|node| node.settle(now, queue));
+                    Some((place + 1, now))
+                }
+                None => None,
+            };
+        }
         self.queue.pop_front()
     }
 

@@ -42,8 +42,11 @@ impl Computed {
         Computed { signal, unit: made.unit.clone(), turn, reach }
     }
 
-    /// The value as an observation; `None` if it is not a number, or may be anywhere on the circle.
+    /// The value as an observation; `None` if it or its variance is not a number, or it may be anywhere on the circle.
     fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
+        if variance.is_nan() {
+            return None;
+        }
         let reach = self.reach * variance.max(0.0).sqrt();
         let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
         let is_anywhere = self.turn.is_some_and(|(turn, _)| interval.width() >= turn);
@@ -123,8 +126,8 @@ pub(super) struct Outputs {
     mean: Vec<f64>,
     gradient: Vec<f64>,
     work: Vec<f64>,
-    /// The moment of the last outputs.
-    latest: Option<Time>,
+    /// The newest moment of which each output was given.
+    latest: Vec<Option<Time>>,
 }
 
 impl Outputs {
@@ -168,12 +171,12 @@ impl Outputs {
             mean: model.states.iter().map(|state| state.initial).collect(),
             gradient: vec![0.0; n],
             work: vec![0.0; n],
-            latest: None,
+            latest: vec![None; model.outputs.len()],
         })
     }
 
     pub(super) fn forget(&mut self) {
-        self.latest = None;
+        self.latest.fill(None);
         self.expected.fill(None);
         self.predictions.iter_mut().for_each(|it| (it.last_input, it.is_void) = (None, false));
     }
@@ -222,7 +225,7 @@ impl Outputs {
         self.expected.fill(None);
     }
 
-    /// Outputs the estimates of a moment, once.
+    /// Gives the outputs that are known at a moment and were not given of it or of a later one.
     pub(super) fn publish(
         &mut self,
         estimate: &Estimate<'_>,
@@ -230,16 +233,27 @@ impl Outputs {
         now: Time,
         queue: &mut VecDeque<Observation>,
     ) {
-        if self.latest.is_some_and(|latest| at <= latest) {
-            return;
-        }
-        self.latest = Some(at);
         self.mean.copy_from_slice(estimate.mean);
         for place in 0..self.outputs.len() {
+            if !self.is_older(place, at) {
+                continue;
+            }
             let (value, variance) = self.value(place, estimate.spread);
             let computed = self.outputs.get(place);
-            queue.extend(computed.and_then(|it| it.observed(value, variance, at, now)));
+            if let Some(observation) = computed.and_then(|it| it.observed(value, variance, at, now)) {
+                self.latest.get_mut(place).into_iter().for_each(|latest| *latest = Some(at));
+                queue.push_back(observation);
+            }
         }
+    }
+
+    /// Whether some output was not given of this moment or of a later one.
+    pub(super) fn lack(&self, at: Time) -> bool {
+        (0..self.outputs.len()).any(|place| self.is_older(place, at))
+    }
+
+    fn is_older(&self, place: usize, at: Time) -> bool {
+        self.latest.get(place).is_some_and(|latest| latest.is_none_or(|latest| latest < at))
     }
 
     /// An output and its variance.

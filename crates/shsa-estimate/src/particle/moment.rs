@@ -2,6 +2,7 @@
 //! is drawn once for all of them, and the result is the same. The weights that the particles have by them.
 
 use super::Particle;
+use super::softening::Ancestry;
 use super::sums::{add_squares, greatest};
 use crate::exponential::exp_all;
 use crate::kernel::add_scaled;
@@ -16,6 +17,8 @@ pub(super) struct Moment {
     pub(super) particles: Matrix,
     weights: Vec<f64>,
     estimate: Gaussian,
+    cloud: Matrix,
+    ancestry: Ancestry,
     noise: Matrix,
     random: u64,
     /// Whether noise was drawn for the measurements.
@@ -33,6 +36,8 @@ impl Moment {
             particles: Matrix::zeros(count, n),
             weights: vec![0.0; count],
             estimate: estimate.clone(),
+            cloud: estimate.spread.clone(),
+            ancestry: Ancestry::new(count, n),
             noise: Matrix::zeros(n, n),
             random: 0,
             is_drawn: false,
@@ -65,10 +70,11 @@ impl<S> Particle<S> {
         (self.moment.is_drawn, self.moment.returned) = (false, Updated::NOTHING);
     }
 
-    /// Keeps the state before the first draw of a moment.
-    pub(super) fn remember(&mut self) {
-        let Moment { particles, weights, estimate, noise, random, is_drawn, .. } = &mut self.moment;
-        *is_drawn = true;
+    /// Keeps the state before the measurements of a moment.
+    fn remember(&mut self) {
+        let Moment { particles, weights, estimate, cloud, ancestry, noise, random, .. } = &mut self.moment;
+        cloud.copy_from(&self.cloud);
+        ancestry.copy_from(&self.ancestry);
         particles.copy_from(&self.particles);
         weights.copy_from_slice(&self.weights);
         estimate.mean.copy_from_slice(&self.estimate.mean);
@@ -79,7 +85,9 @@ impl<S> Particle<S> {
 
     /// Returns to the state before the first draw of the moment.
     fn return_to_memory(&mut self) {
-        let Moment { particles, weights, estimate, noise, random, .. } = &self.moment;
+        let Moment { particles, weights, estimate, cloud, ancestry, noise, random, .. } = &self.moment;
+        self.cloud.copy_from(cloud);
+        self.ancestry.copy_from(ancestry);
         self.particles.copy_from(particles);
         self.weights.copy_from_slice(weights);
         self.estimate.mean.copy_from_slice(&estimate.mean);
@@ -99,7 +107,7 @@ impl<S: Ensemble> Particle<S> {
             self.return_to_memory();
         }
         self.choose(new, controls);
-        if let Some(all) = self.take_in(controls) {
+        if let Some(all) = self.take_in_all(controls) {
             self.conclude();
             return self.moment.new_part(all, &self.used);
         }
@@ -107,7 +115,7 @@ impl<S: Ensemble> Particle<S> {
         if self.moment.is_drawn {
             self.return_to_memory();
             self.choose(&[], controls);
-            if !self.used.is_empty() && self.take_in(controls).is_some() {
+            if !self.used.is_empty() && self.take_in_all(controls).is_some() {
                 self.conclude();
             }
         }
@@ -167,11 +175,28 @@ impl<S: Ensemble> Particle<S> {
         all.for_each(|sum| *sum = if sum.is_nan() { f64::NEG_INFINITY } else { *sum });
     }
 
+    /// Takes in the measurements in use, with softened particles where few would be left.
+    fn take_in_all(&mut self, controls: &[f64]) -> Option<Updated> {
+        if !self.moment.is_drawn {
+            self.remember();
+        }
+        let all = self.take_in(controls);
+        if all.is_none() || !self.are_few(self.effective()) {
+            return all;
+        }
+        self.return_to_memory();
+        self.soften();
+        // What the moment begins with: particles that draw from the transition return to it.
+        self.remember();
+        self.take_in(controls)
+    }
+
     /// Draws the noise that is due, and weighs the particles by the measurements in use. `None` where no particle has a value.
-    pub(super) fn take_in(&mut self, controls: &[f64]) -> Option<Updated> {
+    fn take_in(&mut self, controls: &[f64]) -> Option<Updated> {
         self.logarithms.fill(0.0);
         self.factors.fill(1.0);
         if self.is_noticeable() {
+            self.moment.is_drawn = true;
             self.propose(controls);
         }
         self.weigh(controls);

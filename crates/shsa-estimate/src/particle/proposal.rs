@@ -159,9 +159,6 @@ impl<S: Ensemble> Particle<S> {
 
     /// Draws the noise that waits with regard to the measurements in use; sets the logarithms to those of `p(w) / q(w)`.
     pub(super) fn propose(&mut self, controls: &[f64]) {
-        if !self.moment.is_drawn {
-            self.remember();
-        }
         self.linearise(controls);
         let variances = self.r_factors.d.get(..self.used.len()).unwrap_or(&[]);
         if !self.proposal.absorb(&self.pending, variances) {

@@ -49,6 +49,11 @@ impl Comb {
         }
     }
 
+    /// For each resampled particle, the place of its source.
+    pub(super) fn sources(&self) -> &[u32] {
+        &self.sources
+    }
+
     /// Sorts particles of a single state: then weights that are a little different choose a neighbour, which is next to the same, and
     /// the resampled ones are spread more evenly. Points of several states have no such order.
     fn line_up(&mut self, particles: &Matrix) {

@@ -102,15 +102,15 @@ fn check(trace: &str, expectation: &str, expected: &str) {
 
 #[test]
 fn events_are_found_and_missed() {
-    let seen = "suspected /a at 11.00 s, suspected /b at 11.00 s";
+    let seen = "suspected /a at 12.00 s, suspected /b at 12.00 s";
     check(SPLIT, "{ event: suspected, between: [10 s, 12 s], times: 2 }", &format!("yes: {seen}"));
     check(SPLIT, "{ event: suspected, times: 1 }", &format!("no: {seen}"));
     check(SPLIT, "{ event: suspected, between: [0 s, 10 s] }", &format!("no: {seen}"));
-    check(SPLIT, "{ never: suspected, signal: /a }", "no: suspected /a at 11.00 s");
+    check(SPLIT, "{ never: suspected, signal: /a }", "no: suspected /a at 12.00 s");
     check(SPLIT, "{ event: suspected, signal: /a, because: [/a says, moon] }", "no: no such event");
-    check(SPLIT, "{ event: suspected, signal: /a, because: /b says }", "yes: suspected /a at 11.00 s");
+    check(SPLIT, "{ event: suspected, signal: /a, because: /b says }", "yes: suspected /a at 12.00 s");
     check(SPLIT, "{ never: failed }", "yes: no such event");
-    check(SPLIT, "{ event: unhealable, variable: room }", "yes: unhealable room at 11.00 s");
+    check(SPLIT, "{ event: unhealable, variable: room }", "yes: unhealable room at 12.00 s");
     check(CALM, "{ never: anything }", "yes: no such event");
 }
 

@@ -72,6 +72,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
         "its values are sound, can have followed from the last one before the fault, and are not \
          contradicted, for {lasted}",
     ),
+    ("started-anew", "it has started anew, and its values are sound and not contradicted for {lasted}"),
     (
         "nothing-either-way",
         "no evidence has accused or supported it for {lasted}: where nothing else is left it may serve, \
@@ -91,6 +92,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("contradicted", "{source} is contradicted"),
     ("source-too-wide", "values of {source} are {width} wide, more than {most}"),
     ("source-too-old", "values of {source} are {age} old, more than {most}"),
+    ("source-impossible", "values of {source} are out of the variable's range"),
     ("gone", "the changed model has no {names:few} any more"),
     ("signals-described-anew", "the changed model describes {signals:few} anew"),
     ("signals-withdrawn", "the changed model withdraws {signals:few}"),
@@ -119,6 +121,11 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("no-value-from", "no value for {age} from {source}, which alone may serve it by order of the operator"),
     ("gives-unfit", "what it gives is too wide or too old"),
     ("all-unfit", "what is there is contradicted, too wide or too old"),
+    ("nothing-given", "no source that is left gives a value"),
+    (
+        "hull-would-serve",
+        "`when_unsure: hull` or a `max_width` would have it served by what {ways} hold possible",
+    ),
     ("limits", "(limits: age {age}, width {width})"),
     ("uncertain-too-wide", "{served_by} is {width} wide, more than {most}"),
     ("uncertain-too-old", "{served_by} is more than {most} old"),

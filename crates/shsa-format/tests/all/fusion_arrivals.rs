@@ -254,3 +254,39 @@ fn intervals_hold_the_truth_at_their_confidence_also_after_drops() {
         }
     }
 }
+
+/// The outputs of a run of 8 s of a constant level, in which the stamps of one sensor are off by a shift, and its values come later by a
+/// delay; those outputs that do not hold the level.
+fn shifted(knowledge: &KnowledgeBase, shifted: usize, shift: i64, delay: i64) -> (usize, usize) {
+    let mut random = Stream(1);
+    let mut arrivals: BTreeMap<(i64, usize), Arrival> = BTreeMap::new();
+    for (sensor, (_, period)) in SENSORS.into_iter().enumerate() {
+        let (shift, delay) = if sensor == shifted { (shift, delay) } else { (0, 0) };
+        for ms in (1..=8_000 / period).map(|place| place * period) {
+            let at = Time(0) + Span::from_millis(10_000 + ms + shift);
+            arrivals.insert((ms + delay, sensor), (sensor, at, 2.0 + 0.2 * (2.0 * random.share() - 1.0)));
+        }
+    }
+    let mut nodes = Nodes::new(knowledge);
+    let all = arrivals.into_iter().flat_map(|((received, _), arrival)| {
+        give(&mut nodes, knowledge, arrival, Time(0) + Span::from_millis(10_000 + received))
+    });
+    let all: Vec<(Time, f64, f64)> = all.collect();
+    (all.len(), all.iter().filter(|(_, lo, hi)| !(*lo <= 2.0 && 2.0 <= *hi)).count())
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(24))]
+
+    /// Where the stamps of one sensor are behind or ahead of those of the others, or its values come late, every method that intersects
+    /// intervals gives about as many outputs as the slowest sensor has values, and each holds the truth.
+    #[test]
+    fn an_input_at_other_times_costs_no_outputs(sensor in 0_usize..3, shift in -1_500_i64..1_500, delay in 0_i64..1_500) {
+        for method in methods().filter(|method| is_of_intervals(method)) {
+            let (count, wrong) = shifted(&knowledge(method, "value_error: 0.2"), sensor, shift, delay);
+            // The slowest has 32 values; at first and at last some have no others beside them.
+            prop_assert!(count >= 32 - 14, "{method}: {count} outputs");
+            prop_assert_eq!(wrong, 0, "{}", method);
+        }
+    }
+}

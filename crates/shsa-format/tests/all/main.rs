@@ -11,6 +11,8 @@
 mod examples;
 mod fusion;
 mod fusion_arrivals;
+mod fusion_chains;
+mod fusion_uniqueness;
 mod reference;
 mod round_trip;
 mod published_structures;

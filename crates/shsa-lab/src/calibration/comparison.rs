@@ -59,7 +59,10 @@ impl Watched {
     fn empty(monitor: Monitor) -> Watched {
         let mut compares = vec![Vec::new(); monitor.ways().len()];
         let mut touches = compares.clone();
-        for (number, pair) in monitor.residuals().iter().enumerate() {
+        // That a value lies within a range shows nothing of its errors.
+        let is_range = |pair: &Residual| monitor.way(pair.other).is_some_and(WatchedWay::is_range);
+        let pairs = monitor.residuals().iter().enumerate();
+        for (number, pair) in pairs.filter(|(_, pair)| !is_range(pair)) {
             compares[pair.way.0 as usize].push(number);
             touches[pair.way.0 as usize].push(number);
             touches[pair.other.0 as usize].push(number);

@@ -242,7 +242,7 @@ impl<'a> Fit<'a> {
             .map(|number| self.fitted(number, &chosen, &shares, &scales, &steps))
             .collect();
         let unseen_hours = unseen.iter().map(|it| it.duration().seconds()).sum::<f64>() / 3600.0;
-        let pairs = self.pairs;
+        let pairs = self.pairs.into_iter().filter(|pair| !pair.is_with_range()).collect();
         Ok(Calibration { rhythms, pairs, fitted, draft, promise, before, after, unseen_hours, unhealthy })
     }
 

@@ -143,7 +143,7 @@ impl<S: Sink> MessageRecorder<S> {
             self.reading(run, signal, received)?;
         }
         for (known, publication) in run.publications_with_models(publications) {
-            self.need(run, known, publication)?;
+            self.need(known, publication)?;
         }
         for number in self.events..run.events.len() {
             self.events = number + 1;
@@ -203,14 +203,13 @@ impl<S: Sink> MessageRecorder<S> {
         tell(&mut self.sink, &topic, Kind::Interval, time, &message.to_string(), &about)
     }
 
-    fn need(&mut self, run: &Run, known: &KnowledgeBase, publication: &Publication) -> io::Result<()> {
+    fn need(&mut self, known: &KnowledgeBase, publication: &Publication) -> io::Result<()> {
         let need = &known.needs()[publication.need];
         let PublishedValue::Scalar(value) = &publication.value else { return Ok(()) };
         let unit = known.variables()[need.variable].unit.as_ref();
         let mut message = interval(*value, unit);
-        let source = run.engine.need_status(publication.need).source;
         message.insert("quality".to_owned(), json!(publication.quality.name()));
-        message.insert("source".to_owned(), json!(source.as_ref().map(words::served_by)));
+        message.insert("source".to_owned(), json!(words::served_by(&publication.source)));
         let message = Value::Object(message).to_string();
         let about = || about("need", &need.signal, unit);
         let topic = topic("needs", &need.signal);

@@ -7,6 +7,7 @@ use shsa_core::assurance::{Admitted, Ground};
 use shsa_core::engine::{Publication, PublishedValue};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_format::words;
 use std::io::{self, Write};
 
 /// Writes the values of needs, in the variables' units.
@@ -88,6 +89,7 @@ fn value_json(knowledge: &KnowledgeBase, publication: &Publication) -> Value {
         "received_ns": publication.time.0,
         "value": value,
         "quality": publication.quality.name(),
+        "source": words::served_by(&publication.source),
     });
     let Admitted { ground, level } = publication.admitted;
     if let (true, Some(described)) = (ground != Ground::Undemanded, described.as_object_mut()) {

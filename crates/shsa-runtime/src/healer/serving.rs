@@ -8,7 +8,7 @@ use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
 use shsa_core::assurance::{self, Admitted, Lacking};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{self, EventKind, NeedAssurance, NeedStatus, Order, Publication, Subject};
+use shsa_core::engine::{self, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
@@ -45,16 +45,13 @@ impl Healer {
             engine::Quality::Uncertain => Quality::Uncertain,
         };
         let outlet = &mut self.outlets[publication.need];
-        if !outlet.has_source() {
-            let source = self.engine.need_status(publication.need).source;
-            outlet.follow(EventKind::Restored, source.as_ref());
-        }
         let is_isolated = self.workers.as_ref().is_some_and(|workers| workers.is_isolated(&publication));
-        outlet.place(match (publication.delegated, is_isolated) {
+        let place = match (publication.delegated, is_isolated) {
             (true, _) => ", in a process of its own",
             (false, true) => ", in the engine for now",
             (false, false) => "",
-        });
+        };
+        outlet.credit(&publication.source, place);
         let time = publication.time;
         let standing = |outlet: &Outlet| (outlet.quality(time), outlet.admitted(time), outlet.ability(time));
         let before = standing(outlet);

@@ -239,7 +239,7 @@ fn what_is_served_is_written() {
     assert_eq!(served.lines().count() as u64, report["needs"]["level"]["published"].as_u64().unwrap());
     for line in served.lines() {
         let value: Value = serde_json::from_str(line).unwrap();
-        assert_eq!(keys(&value), ["signal", "time_ns", "received_ns", "value", "quality"]);
+        assert_eq!(keys(&value), ["signal", "time_ns", "received_ns", "value", "quality", "source"]);
         assert_eq!(value["signal"], "/healed/level");
         let (lo, hi) = (value["value"]["lo"].as_f64().unwrap(), value["value"]["hi"].as_f64().unwrap());
         let level = 2.0 + 0.01 * value["time_ns"].as_f64().unwrap() * 1e-9;

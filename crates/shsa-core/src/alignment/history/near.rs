@@ -16,6 +16,11 @@ pub(super) struct Weighted {
     centre: f64,
     began: Time,
     count: u32,
+    /// The middle of the sample looked at last, and the longest time between two that matter.
+    seen: f64,
+    widest: f64,
+    /// Whether a sample from before the stretch has been looked at.
+    is_before: bool,
     lo: f64,
     hi: f64,
 }
@@ -24,21 +29,40 @@ impl Weighted {
     pub(super) fn new(stretch: Validity) -> Weighted {
         let length = stretch.length().0 as f64;
         let (later, began) = (Interval::EMPTY, Time::MAX);
-        Weighted { stretch, length, until: 0.0, later, centre: 0.0, began, count: 0, lo: 0.0, hi: 0.0 }
+        Weighted {
+            stretch,
+            length,
+            until: 0.0,
+            later,
+            centre: 0.0,
+            began,
+            count: 0,
+            seen: f64::INFINITY,
+            widest: 0.0,
+            is_before: false,
+            lo: 0.0,
+            hi: 0.0,
+        }
     }
 
     /// Takes the next older sample; returns whether a still older one may be in the stretch, too.
     #[inline]
     pub(super) fn take(&mut self, sample: &Sample) -> bool {
         let Validity { from, to } = sample.validity;
-        if to < self.stretch.from {
-            return false;
-        }
-        if from > self.stretch.to {
-            return true;
-        }
         let end = self.stretch.to;
         let centre = 0.5 * ((end - from).0 as f64 + (end - to).0 as f64);
+        let step = centre - self.seen;
+        self.seen = centre;
+        if from > end {
+            return true;
+        }
+        if step > self.widest {
+            self.widest = step;
+        }
+        if to < self.stretch.from {
+            self.is_before = true;
+            return false;
+        }
         if self.count > 0 {
             // Each sample counts from halfway between its middle and that of the one before.
             self.add(0.5 * (self.centre + centre));
@@ -57,6 +81,12 @@ impl Weighted {
         self.lo += self.later.lo() * length;
         self.hi += self.later.hi() * length;
         self.until = since;
+    }
+
+    /// Whether two samples that matter are further apart than that, or the first one is as far from the begin.
+    pub(super) fn has_gap(&self, max_gap: Span) -> bool {
+        let most = max_gap.0 as f64;
+        self.widest > most || (!self.is_before && self.length - self.seen > most)
     }
 
     pub(super) fn result(mut self) -> Option<Interval> {

@@ -267,6 +267,9 @@ impl Judge {
         let (Some(one), Some(other)) = (evidence.way(pair.way), evidence.way(pair.other)) else {
             return false;
         };
+        if other.is_range() {
+            return false;
+        }
         let origins = &self.origins[signal];
         let beside =
             |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);

@@ -30,6 +30,9 @@ pub trait EvidenceView {
 
     /// Whether the value of a signal can be reached from its last sound reading before a detector found a fault.
     fn has_returned(&self, signal: SignalId) -> bool;
+
+    /// Whether the readings of a signal have started anew with their last jump.
+    fn has_started_anew(&self, signal: SignalId) -> bool;
 }
 
 impl EvidenceView for Monitor {
@@ -65,5 +68,8 @@ impl EvidenceView for Monitor {
 
     fn has_returned(&self, signal: SignalId) -> bool {
         self.ports()[signal].has_returned()
+    }
+    fn has_started_anew(&self, signal: SignalId) -> bool {
+        self.ports()[signal].has_started_anew()
     }
 }

@@ -7,7 +7,8 @@ use crate::knowledge::{SignalId, SignalSet};
 use crate::monitor::{Residual, WatchedWay};
 use crate::time::Span;
 
-/// Whether an agreement could well have been a conflict. That a specification holds says nothing of the size of what it reads, and
+/// Whether an agreement could well have been a conflict. That a value is possible says nothing, that a specification holds nothing of
+/// the size of what it reads, and
 /// two values that are half as wide as the variable's range together would agree by chance as often as [`ONE_SIDED`] says.
 pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual) -> bool {
     let (Some(one), Some(other)) = (evidence.way(agreement.way), evidence.way(agreement.other)) else {
@@ -15,7 +16,7 @@ pub(super) fn has_power(evidence: &impl EvidenceView, agreement: &Residual) -> b
     };
     let width = |way: &WatchedWay| way.latest_value().map_or(0.0, Interval::width);
     let is_narrow = |range: f64| width(one) + width(other) < ONE_SIDED * range;
-    !one.is_verdict() && one.range_width().is_none_or(is_narrow)
+    !one.is_verdict() && !other.is_range() && one.range_width().is_none_or(is_narrow)
 }
 
 /// The signals on which both ways rest and that neither of them reads.

@@ -3,7 +3,7 @@
 //! * A component that comparisons have accused is trusted again when at least one of these comparisons agrees and none disagrees,
 //!   for the probation time. Where other failed components explain all of these comparisons, the component is trusted at once.
 //! * A signal that a detector has failed needs a witness that has agreed since, or a value that can be reached from its last sound
-//!   reading. Once comparisons have contradicted the signal, only comparisons can clear it. A comparison of changes is no witness
+//!   reading, or to have started anew. Once comparisons have contradicted the signal, only comparisons can clear it. A comparison of changes is no witness
 //!   after a jump.
 //! * A component that no evidence accuses or supports any more is unproven. It may serve where nothing else is left, and what it
 //!   gives is uncertain. A component that has failed by comparisons does not become unproven: it stays contradicted, though no
@@ -179,8 +179,16 @@ impl<T: EvidenceView> Review<'_, T> {
         };
         match () {
             () if is_met => Weighed::For(Proof::Witness),
-            () if return_is_proof() => Weighed::For(Proof::Return),
+            () if return_is_proof() => Weighed::For(self.proof_of_return(component)),
             () => Weighed::Silent { is_appeased: counts.appeased > 0 && counts.silent == 0 },
+        }
+    }
+
+    /// Why a component whose own readings show that they are possible again is trusted.
+    fn proof_of_return(&self, component: Component) -> Proof {
+        match component {
+            Component::Signal(signal) if self.evidence.has_started_anew(signal) => Proof::Start,
+            _ => Proof::Return,
         }
     }
 

@@ -60,6 +60,9 @@ pub enum Proof {
     Witness,
     /// The value can be reached from the last sound reading before the fault.
     Return,
+    /// The readings before the fault are no measure of those after it: what counts has started from 0 again, or the first
+    /// readings of all were wrong.
+    Start,
 }
 
 /// Settings of the judge.

@@ -2,6 +2,7 @@
 
 use super::Server;
 use super::settings::Settings;
+use super::turn::Turn;
 use crate::alignment::Sample;
 use crate::circle;
 use crate::interval::Interval;
@@ -46,13 +47,13 @@ impl Blend {
     pub(super) fn apply(
         &mut self,
         sample: Sample,
-        server: Server,
+        turn: Turn,
         last: Option<Sample>,
         settings: &Settings,
         now: Time,
     ) -> Sample {
         let span = settings.switching.blend;
-        if self.server.replace(server) != Some(server) {
+        if self.server.replace(turn.server) != Some(turn.server) {
             let beside = |value: Interval| {
                 settings.wraps.map_or(value, |turn| circle::nearest(value, sample.value, turn))
             };
@@ -68,7 +69,9 @@ impl Blend {
         let shift = amount * left;
         let moved = Interval::new(sample.value.lo() + shift, sample.value.hi() + shift);
         let value = moved.widened(shift.abs());
-        let is_fit = value.is_bounded() && value.width() <= settings.max_width;
-        if is_fit { Sample { value, ..sample } } else { sample }
+        let blended = Sample { value, ..sample };
+        let is_fit =
+            value.is_bounded() && settings.stated(blended, turn.timing).value.width() <= settings.max_width;
+        if is_fit { blended } else { sample }
     }
 }

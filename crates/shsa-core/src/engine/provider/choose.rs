@@ -1,14 +1,13 @@
 //! Chooses the source of a need: the best one, a substitute when it is lost, a better one later, or the ordered one.
 
 use super::super::message::{Event, EventKind};
-use super::settings::{Given, width};
+use super::settings::Given;
 use super::situation::{Situation, Succession};
-use super::unsure::{Unsure, independent};
 use super::{Better, Forced, Provider};
 use crate::alignment::{Port, Sample};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, SignalId, VariableId, WhenUnsure};
-use crate::monitor::Monitor;
+use crate::monitor::{Monitor, WatchedWay};
 use crate::order::Subject;
 use crate::reason::{Amount, Joint, Reason, Reasons};
 use crate::service::Service;
@@ -28,7 +27,8 @@ impl Provider {
     /// Finds the sources of the need again.
     pub(super) fn find_sources(&mut self, situation: &Situation<'_>) {
         let Situation { knowledge, graph, ready_sources, monitor, now, .. } = situation;
-        let lost = self.sources.find(self.settings.need, situation, &mut self.contracts);
+        let withholds = self.settings.when_unsure == WhenUnsure::Withhold;
+        let lost = self.sources.find(self.settings.need, withholds, situation, &mut self.contracts);
         let is_left = self.state.way().is_some_and(|way| self.sources.contain(way));
         if self.forced.is_none() && !is_left {
             self.refusals.note(knowledge, graph, ready_sources, self.settings.need, lost);
@@ -87,6 +87,8 @@ impl Provider {
         self.state.take_over(knowledge, service);
         self.contracts.run(self.state.way());
         self.sources.is_unrivalled = false;
+        self.names.forget();
+        self.waiting = None;
         self.delegate.retire();
     }
 
@@ -135,12 +137,28 @@ impl Provider {
             }
         };
         let because = why.then(Joint::Next, self.alternatives(knowledge));
-        Some(self.event(knowledge, EventKind::Substituted, because, now))
+        self.report_switch(knowledge, monitor, because, now)
+    }
+
+    /// Reports a switch: at once where the source has a value, else with its first one. What gives nothing takes nothing over.
+    fn report_switch(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        monitor: &Monitor,
+        because: Reasons,
+        now: Time,
+    ) -> Option<Event> {
+        let serving = self.state.serving()?;
+        if self.delivers(monitor, serving.service.way(), now) {
+            return Some(self.event(knowledge, EventKind::Substituted, because, now));
+        }
+        self.state.serving_mut()?.unreported = Some(because);
+        None
     }
 
     /// Replaces a source that a change of the model has taken away.
     pub(super) fn start_anew(&mut self, lost: Option<&Way>, change: &Succession<'_>) -> Option<Event> {
-        let Situation { knowledge, now, .. } = change.situation;
+        let Situation { knowledge, monitor, now, .. } = change.situation;
         let is_served = self.start_with_inputs(&change.situation);
         let reason = lost.map(|way| Reasons::from(change.lost_by(way)));
         if !is_served {
@@ -149,7 +167,7 @@ impl Provider {
         }
         self.switched = Some(now);
         let because = reason?.then(Joint::Next, self.alternatives(knowledge));
-        Some(self.event(knowledge, EventKind::Substituted, because, now))
+        self.report_switch(knowledge, monitor, because, now)
     }
 
     /// The chosen source and the next ones, with their utilities.
@@ -198,8 +216,10 @@ impl Provider {
     /// Whether the newest value of a way is fit, as far as the way is watched.
     fn delivers(&self, monitor: &Monitor, way: &Way, now: Time) -> bool {
         let watched = monitor.find(way).and_then(|index| monitor.way(index));
-        let fit = |sample: &Sample| self.settings.is_fit(sample, now);
-        watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(&sample)))
+        let fit = |watched: &WatchedWay, sample: Sample| {
+            self.settings.is_fit(&self.settings.stated(sample, watched.computation.timing()), now)
+        };
+        watched.is_none_or(|watched| watched.latest(now).is_some_and(|sample| fit(watched, sample)))
     }
 
     /// The best source, not `left`, whose newest value is fit; a source that is not watched counts as fit.
@@ -210,7 +230,7 @@ impl Provider {
         self.sources.ways().find(fits)
     }
 
-    /// Leaves a source whose value is too wide, or repeatedly too old, for the best source whose newest value is fit.
+    /// Leaves a source whose value is impossible or too wide, or repeatedly too old, for the best source whose newest value is fit.
     pub(super) fn leave_unfit(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -218,11 +238,12 @@ impl Provider {
         given: &Given,
         now: Time,
     ) -> Option<Event> {
-        let (value, validity) = given;
-        let (width, age) = (width(value), now - validity.to);
+        let age = now - given.1.to;
+        let width = self.settings.width(given, self.state.serving()?.service.timing());
         let max_width = self.settings.max_width;
+        let is_narrow = width.is_some_and(|width| width <= max_width);
         let is_first = self.state.serving()?.unfit_since.is_none();
-        if self.forced.is_some() || (is_first && width <= max_width) {
+        if self.forced.is_some() || (is_first && is_narrow) {
             return None;
         }
         // Ranks in place, without allocation: this runs with every value while no source is fit.
@@ -236,9 +257,12 @@ impl Provider {
         self.switched = Some(now);
         let amount = |amount: f64| Amount::of(knowledge, self.settings.variable, amount);
         let source = current.describe(knowledge);
-        let shortfall = match width > max_width {
-            true => Reason::SourceTooWide { source, width: amount(width), most: amount(max_width) },
-            false => Reason::SourceTooOld { source, age, most: self.settings.max_age },
+        let shortfall = match width {
+            None => Reason::SourceImpossible { source },
+            Some(width) if width > max_width => {
+                Reason::SourceTooWide { source, width: amount(width), most: amount(max_width) }
+            }
+            Some(_) => Reason::SourceTooOld { source, age, most: self.settings.max_age },
         };
         let because = Reasons::from(shortfall).then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
@@ -311,79 +335,5 @@ impl Provider {
         let absent = self.state.serving()?.rests_on.iter().filter(is_absent);
         let signals: Vec<String> = absent.map(|signal| knowledge.signals()[signal].name.clone()).collect();
         (!signals.is_empty()).then_some(Reason::InputsAbsent { signals })
-    }
-
-    /// No trusted source can serve the need: goes on with the candidates, or reports that the need is not served.
-    pub(super) fn do_without(
-        &mut self,
-        situation: &Situation<'_>,
-        because: Option<Reasons>,
-    ) -> Option<Event> {
-        let Situation { knowledge, monitor, now, .. } = *situation;
-        let before = self.state.take_unsure();
-        let Some(ways) = self.candidates(situation) else {
-            return self.report_unserved(knowledge, because, now);
-        };
-        let ports = monitor.ports();
-        let unsure = match before {
-            Some(before) => before.goes_on(knowledge, ports, &self.contracts, ways, because),
-            None => self.unsure(knowledge, ports, ways, because, now),
-        };
-        self.state.go_on_unsure(unsure);
-        None
-    }
-
-    /// The candidates for uncertain values, where they are enough.
-    fn candidates(&self, situation: &Situation<'_>) -> Option<Vec<Way>> {
-        let Situation { knowledge, graph, ready_sources, .. } = *situation;
-        let least = match self.settings.when_unsure {
-            WhenUnsure::Withhold => return None,
-            // No certificate covers a value without an observation now.
-            WhenUnsure::Last if self.contracts.is_demanding() => return None,
-            WhenUnsure::Last => 1,
-            WhenUnsure::Hull => 2,
-        };
-        if self.settings.is_vector {
-            return None;
-        }
-        let sources = ready_sources.sources(knowledge, graph, self.settings.need, &situation.doubted);
-        let mut ways = independent(knowledge, &sources);
-        ways.retain(|way| self.contracts.admit(way).is_some());
-        Some(ways).filter(|ways| ways.len() >= least)
-    }
-
-    /// The source is contradicted without a stand-in and without a suspect: candidates serve when the need is about to be
-    /// overdue.
-    pub(super) fn doubt(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, now: Time) {
-        let is_due = self.last_served().is_none_or(|last| now - last > self.settings.half_age());
-        let is_hull = self.settings.when_unsure == WhenUnsure::Hull && !self.settings.is_vector;
-        if self.state.unsure().is_some() || self.sources.is_alone || !is_due || !is_hull {
-            return;
-        }
-        let ways = independent(knowledge, self.sources.all());
-        self.sources.is_alone = ways.len() < 2;
-        if !self.sources.is_alone {
-            let source = self.source_name(knowledge);
-            let because = source.map(|source| Reason::Contradicted { source }.into());
-            let unsure = self.unsure(knowledge, ports, ways, because, now);
-            self.state.go_on_unsure(unsure);
-        }
-    }
-
-    /// The uncertain service by these ways.
-    fn unsure(
-        &self,
-        knowledge: &KnowledgeBase,
-        ports: &IdVec<SignalId, Port>,
-        ways: Vec<Way>,
-        because: Option<Reasons>,
-        now: Time,
-    ) -> Unsure {
-        let kind = self.settings.when_unsure;
-        // A change of the model repeats no event: values may have been uncertain before the change.
-        let is_reported = self.reported.is_uncertain();
-        let last = self.last.map(|(_, sample)| sample);
-        let unsure = Unsure::new(knowledge, ports, &self.contracts, kind, ways, because, now);
-        unsure.following(last, is_reported)
     }
 }

@@ -1,7 +1,8 @@
 //! A source that another process computes. The engine brings the inputs to one moment, hands them out as a task, and judges the
 //! answer like a value of its own. Without such a process, the engine computes the source.
 
-use super::super::message::{Output, PublishedValue};
+use super::super::message::{Output, PublishedValue, Report};
+use super::Provider;
 use super::settings::Given;
 use crate::alignment::{Port, Sample};
 use crate::assurance::Assessments;
@@ -146,5 +147,33 @@ fn owned(computed: Computed<'_>) -> PublishedValue {
     match computed {
         Computed::Scalar(value) => PublishedValue::Scalar(value),
         Computed::Vector(elements) => PublishedValue::Vector(elements.to_vec()),
+    }
+}
+
+impl Provider {
+    /// The source that another process could compute.
+    pub(in super::super) fn delegation(&self) -> Option<Delegation<'_>> {
+        self.delegate.offer(self.state.way())
+    }
+
+    /// Takes a report of the process that computes the source.
+    pub(in super::super) fn take_report(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        report: Report,
+    ) {
+        match report {
+            Report::Ready { era } => self.delegate.begin(era, self.delegation().is_some()),
+            Report::Answer { number, result } => {
+                let shape = knowledge.variables()[self.settings.variable].shape;
+                self.delegate.take(number, result, shape);
+            }
+            Report::Gone => {
+                if let Some(serving) = self.state.serving_mut() {
+                    self.delegate.end(&mut serving.service, knowledge, &self.contracts, ports);
+                }
+            }
+        }
     }
 }

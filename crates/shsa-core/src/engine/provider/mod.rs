@@ -6,8 +6,9 @@
 mod settings;
 mod reported;
 mod statistics;
-mod blend;
 mod pace;
+mod turn;
+mod blend;
 mod situation;
 mod proven;
 mod sources;
@@ -20,17 +21,18 @@ mod state;
 mod choose;
 mod unserved;
 mod provide;
+mod without;
 
 pub use contract::NeedAssurance;
 pub use delegate::Delegation;
 pub(super) use situation::{Resumption, Situation, Succession};
 
-use super::message::{Event, EventKind, Report};
+use super::message::{Event, EventKind};
 use super::ready_sources::ReadySources;
 use super::ways::Lost;
-use crate::alignment::{Port, Sample};
+use crate::alignment::Sample;
 use crate::assurance::{Assessments, Assurance};
-use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
+use crate::knowledge::{KnowledgeBase, NeedId};
 use crate::monitor::{Monitor, WayIndex};
 use crate::observation::Observation;
 use crate::plan::Graph;
@@ -43,10 +45,11 @@ use blend::Blend;
 use delegate::Delegate;
 use refusal::Refusals;
 use reported::Reported;
-use settings::Settings;
+use settings::{Given, Settings};
 use sources::Sources;
 use state::State;
 use statistics::Statistics;
+use turn::Names;
 
 /// How a need is served.
 #[derive(Clone, Debug, PartialEq)]
@@ -119,6 +122,13 @@ pub(super) struct Provider {
     started: Option<Time>,
     /// The last value, and when it was published.
     last: Option<(Time, Sample)>,
+    /// The last value that was trusted.
+    trusted: Option<Sample>,
+    /// The usual time between the values of its server.
+    last_period: Span,
+    /// A value of the source that waits for its turn.
+    waiting: Option<Given>,
+    names: Names,
     /// The server of the last value, and the rest of the offset from the server before.
     blend: Blend,
     reported: Reported,
@@ -146,6 +156,10 @@ impl Provider {
             switched: None,
             started: None,
             last: None,
+            trusted: None,
+            last_period: Span::ZERO,
+            waiting: None,
+            names: Names::default(),
             blend: Blend::default(),
             reported: Reported::NOTHING,
             statistics: Statistics::default(),
@@ -188,7 +202,8 @@ impl Provider {
         let overdue = overdue.map(|last| last + self.settings.max_age + Span(1));
         let held = || self.held_until().filter(|until| *until > now && self.better().is_some());
         let own = self.state.deadline(&self.settings, &self.reported, served, held, now);
-        overdue.into_iter().chain(own).chain(self.contracts.deadline()).min()
+        let turn = self.next_turn().filter(|turn| *turn > now);
+        earlier(earlier(overdue, own), earlier(turn, self.contracts.deadline()))
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -264,36 +279,12 @@ impl Provider {
         self.state.serving().map(|serving| &serving.service)
     }
 
-    /// The source that another process could compute.
-    pub(super) fn delegation(&self) -> Option<Delegation<'_>> {
-        self.delegate.offer(self.state.way())
-    }
-
-    /// Takes a report of the process that computes the source.
-    pub(super) fn take_report(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        ports: &IdVec<SignalId, Port>,
-        report: Report,
-    ) {
-        match report {
-            Report::Ready { era } => self.delegate.begin(era, self.delegation().is_some()),
-            Report::Answer { number, result } => {
-                let shape = knowledge.variables()[self.settings.variable].shape;
-                self.delegate.take(number, result, shape);
-            }
-            Report::Gone => {
-                if let Some(serving) = self.state.serving_mut() {
-                    self.delegate.end(&mut serving.service, knowledge, &self.contracts, ports);
-                }
-            }
-        }
-    }
-
     /// Goes on from the provider of the same need before a change of the model. Reports when the source had to be left.
     pub(super) fn inherit(&mut self, old: Provider, change: &Succession<'_>) -> Option<Event> {
         self.started = old.started;
         self.last = old.last;
+        self.trusted = old.trusted;
+        self.last_period = old.last_period;
         self.statistics = old.statistics;
         self.reported = old.reported;
         self.switched = old.switched;
@@ -366,6 +357,7 @@ impl Provider {
         self.reported.recall(before.unserved);
         // An older value is no evidence about now: it makes no jump, and no computation continues from it.
         self.last = before.last.filter(|(at, _)| now - *at <= self.settings.max_age);
+        self.trusted = self.last.map(|(_, sample)| sample);
         self.blend.pass_to(Server::Active { since: self.switched });
         self.refusals.take_as_reported();
         self.find_sources(situation);
@@ -392,5 +384,14 @@ impl Provider {
         self.switched = Some(now);
         let because = left.then(Joint::Next, self.alternatives(knowledge));
         Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+}
+
+/// The earlier one of two times, of which one or both may not come.
+#[inline]
+fn earlier(one: Option<Time>, other: Option<Time>) -> Option<Time> {
+    match (one, other) {
+        (Some(one), Some(other)) => Some(one.min(other)),
+        (one, other) => one.or(other),
     }
 }

@@ -10,15 +10,30 @@ const DEVIATIONS: i64 = 4;
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Pace {
     last: Option<Time>,
+    stamp: Time,
     mean: Option<Span>,
     deviation: Span,
+    /// The declared time between two values; zero without one.
+    declared: Span,
 }
 
 impl Pace {
-    /// Notes a value of the source.
-    pub(super) fn step(&mut self, now: Time) {
+    /// The pace of a source that is declared to give a value in each period.
+    pub(super) fn of(declared: Span) -> Pace {
+        Pace { declared, ..Pace::default() }
+    }
+
+    /// The declared time between two values; zero without one.
+    pub(super) fn declared(&self) -> Span {
+        self.declared
+    }
+
+    /// Notes a value of the source that was true at `stamp`. Values that were held up come at once: they were true at their own
+    /// times.
+    pub(super) fn step(&mut self, stamp: Time, now: Time) {
+        let before = core::mem::replace(&mut self.stamp, stamp);
         let Some(last) = self.last.replace(now) else { return };
-        let gap = now - last;
+        let gap = (now - last).max(stamp - before);
         match &mut self.mean {
             None => {
                 self.mean = Some(gap);
@@ -39,10 +54,15 @@ impl Pace {
         self.last.is_some()
     }
 
+    /// The mean time between two values, no shorter than declared: a few values tell less than the declaration.
+    fn usual(&self) -> Option<Span> {
+        self.mean.map(|mean| mean.max(self.declared))
+    }
+
     /// How long after a value the next one is late: three quarters of a mean gap more than the mean, so that nobody waits for
     /// two, or what its jitter asks for.
     fn patience(&self) -> Option<Span> {
-        let Span(mean) = self.mean?;
+        let Span(mean) = self.usual()?;
         let jitter = self.deviation.0.saturating_mul(DEVIATIONS);
         Some(Span(mean.saturating_add(mean.saturating_sub(mean / 4).max(jitter))))
     }
@@ -51,7 +71,7 @@ impl Pace {
     /// last value; and half a mean gap after the last published value (`served`).
     pub(super) fn late_after(&self, served: Time, most: Span) -> Time {
         let patience = self.patience().map_or(most, |patience| patience.min(most));
-        let rest = self.mean.map_or(most, |mean| Span(mean.0 / 2).min(most));
+        let rest = self.usual().map_or(most, |mean| Span(mean.0 / 2).min(most));
         (self.last.unwrap_or(served) + patience).max(served + rest)
     }
 }

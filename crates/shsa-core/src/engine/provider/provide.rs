@@ -4,20 +4,23 @@ use super::super::message::{Event, EventKind, Output, Publication, PublishedValu
 use super::episode::{Episode, Fault};
 use super::reported::News;
 use super::settings::Given;
-use super::{Provider, Server, State, unserved};
+use super::turn::Turn;
+use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
+use crate::circle;
 use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::reason::{Joint, Reason, Reasons, ServedBy};
+use crate::substitution::Way;
 use crate::time::Time;
 use alloc::collections::VecDeque;
 
 /// Reports an event where there is one. Most often there is none, and extending a list by nothing costs more.
 #[inline]
-fn report(outputs: &mut VecDeque<Output>, event: Option<Event>) {
+pub(super) fn report(outputs: &mut VecDeque<Output>, event: Option<Event>) {
     if let Some(event) = event {
         outputs.push_back(Output::Event(event));
     }
@@ -53,9 +56,9 @@ impl Provider {
             "what was found of the sources is out of date"
         );
         let trusts = |way: &WatchedWay| judge.trusts_way(way);
-        // A doubted value is better than none.
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
+        let given = self.in_turn(given, now);
         let is_unfit = self.state.serving().is_some_and(|serving| serving.unfit_since.is_some());
         let fault = match given {
             Some((PublishedValue::Scalar(value), validity)) => {
@@ -69,18 +72,26 @@ impl Provider {
             }
             Some((vector, validity)) if !is_unfit => {
                 let Some(admitted) = self.admitted() else { return };
-                return self.publish(knowledge, (vector, validity), admitted, now, outputs);
+                let turn = self.own_turn();
+                self.blend.pass_to(turn.server);
+                let validity = self.following(validity);
+                return self.publish(knowledge, (vector, validity), turn, admitted, now, outputs);
             }
             Some(_) => None,
             None => self.is_late(now).then_some(Fault::Late),
         };
         if let Some(fault) = fault
-            && let Some((sample, way)) = self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
+            && let Some((sample, way, turn)) =
+                self.stand_in(knowledge, monitor, trusts, now, fault == Fault::Late)
         {
+            if !self.may_follow(turn, sample.validity, now) {
+                return report(outputs, self.check_age(knowledge, monitor, now));
+            }
             self.state.end_unsure();
+            self.name_stand_in(knowledge, monitor, way);
             report(outputs, self.note_stand_in(knowledge, monitor, way, fault, now));
             if let Some(admitted) = self.admitted_stand_in(monitor, way) {
-                self.publish_sample(knowledge, sample, Server::StandIn(way), admitted, now, outputs);
+                self.publish_sample(knowledge, sample, turn, admitted, now, outputs);
             }
             return;
         }
@@ -104,8 +115,8 @@ impl Provider {
     ) -> Option<Given> {
         let given = self.computed(monitor, outputs)?;
         let serving = self.state.serving_mut()?;
-        serving.pace.step(now);
-        if self.settings.is_met_by(&given, now) {
+        serving.pace.step(given.1.to, now);
+        if self.settings.is_met_by(&given, serving.service.timing(), now) {
             serving.unfit_since = None;
             return Some(given);
         }
@@ -116,8 +127,9 @@ impl Provider {
         }
         report(outputs, left);
         let given = self.computed(monitor, outputs)?;
-        let is_fit = self.settings.is_met_by(&given, now);
-        self.state.serving_mut()?.unfit_since = if is_fit { None } else { Some(now) };
+        let serving = self.state.serving_mut()?;
+        let is_fit = self.settings.is_met_by(&given, serving.service.timing(), now);
+        serving.unfit_since = if is_fit { None } else { Some(now) };
         Some(given)
     }
 
@@ -153,7 +165,7 @@ impl Provider {
     }
 
     /// The value of a stand-in: of the best proven trusted way that is not contradicted and has a value of this moment, or one
-    /// newer than the last published value.
+    /// newer than the last published value; with its turn.
     fn stand_in(
         &mut self,
         knowledge: &KnowledgeBase,
@@ -161,7 +173,7 @@ impl Provider {
         trusts: impl Fn(&WatchedWay) -> bool + Copy,
         now: Time,
         is_late: bool,
-    ) -> Option<(Sample, WayIndex)> {
+    ) -> Option<(Sample, WayIndex, Turn)> {
         if self.forced.is_some() {
             return None;
         }
@@ -175,17 +187,19 @@ impl Provider {
         let usable = |index: WayIndex| {
             let way = monitor.way(index)?;
             let sample = self.news(monitor, index, way, now)?;
-            let usable = trusts(way) && rests_otherwise(way) && self.settings.is_fit(&sample, now);
+            let turn = self.turn_of(knowledge, index, way);
+            let is_fit = || self.settings.is_fit(&self.settings.stated(sample, turn.timing), now);
+            let usable = trusts(way) && rests_otherwise(way) && is_fit();
             let votes =
                 usable.then(|| monitor.votes(self.settings.variable, &way.rests_on, sample, trusts))?;
-            (!votes.is_contradicted()).then_some((sample, index, votes.is_doubted()))
+            (!votes.is_contradicted()).then_some(((sample, index, turn), votes.is_doubted()))
         };
         // A doubted value is taken only where the source gives no value: it does not replace another doubted value.
         let mut doubted = None;
         for way in self.sources.ways() {
             match monitor.find(way).and_then(usable) {
-                Some((sample, index, false)) => return Some((sample, index)),
-                Some((sample, index, true)) if is_late => doubted = doubted.or(Some((sample, index))),
+                Some((found, false)) => return Some(found),
+                Some((found, true)) if is_late => doubted = doubted.or(Some(found)),
                 _ => {}
             }
         }
@@ -248,30 +262,73 @@ impl Provider {
         if self.state.serving().is_some_and(|serving| serving.episode.is_some()) {
             report(outputs, self.note_own(knowledge, monitor, now));
         }
-        let server = Server::Active { since: self.switched };
+        let Some(sample) = self.with_doubts(knowledge, sample, now) else {
+            return report(outputs, self.check_age(knowledge, monitor, now));
+        };
+        report(outputs, self.report_postponed(knowledge, now));
+        self.name_next(knowledge, monitor);
         if let Some(admitted) = self.admitted() {
-            self.publish_sample(knowledge, sample, server, admitted, now, outputs);
+            self.publish_sample(knowledge, sample, self.own_turn(), admitted, now, outputs);
         }
     }
 
+    /// Reports a switch to a source without a value so far.
+    fn report_postponed(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
+        let because = self.state.serving_mut()?.unreported.take()?;
+        Some(self.event(knowledge, EventKind::Substituted, because, now))
+    }
+
+    /// A value with all that cannot be excluded: where the source is unproven, also what the last trusted value can have become by
+    /// now. `None` where that is wider than the need allows.
+    fn with_doubts(&self, knowledge: &KnowledgeBase, sample: Sample, now: Time) -> Option<Sample> {
+        if !self.sources.is_unproven() {
+            return Some(sample);
+        }
+        let variable = &knowledge.variables()[self.settings.variable];
+        let direct = self.state.way().and_then(Way::direct).map(|signal| knowledge.signals()[signal].limits);
+        let (range, max_rate) = match direct {
+            Some(limits) => (limits.range, limits.max_rate),
+            None => (variable.range, variable.max_rate),
+        };
+        let grown = |last: Sample| {
+            let age = (now - last.validity.to).seconds().max(0.0);
+            let value =
+                variable.wraps.map_or(last.value, |turn| circle::nearest(last.value, sample.value, turn));
+            value.widened(age * max_rate.unwrap_or(0.0))
+        };
+        let possible = match self.trusted {
+            Some(last) => range.map_or(grown(last), |range| grown(last).intersection(range)),
+            None => range.unwrap_or(sample.value),
+        };
+        let value = sample.value.hull(possible);
+        let doubted = Sample { value, ..sample };
+        let stated = || self.settings.stated(doubted, self.own_turn().timing);
+        (value.is_bounded() && self.settings.is_fit(&stated(), now)).then_some(doubted)
+    }
+
+    /// Publishes what a value says of its moment; what goes on from it later goes on from the value itself.
     fn publish_sample(
         &mut self,
         knowledge: &KnowledgeBase,
         sample: Sample,
-        server: Server,
+        turn: Turn,
         admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
         let last = self.last.map(|(_, last)| last);
-        let Sample { value, validity } = self.blend.apply(sample, server, last, &self.settings, now);
-        self.publish(knowledge, (PublishedValue::Scalar(value), validity), admitted, now, outputs);
+        let own = self.blend.apply(sample, turn, last, &self.settings, now);
+        let stated = self.settings.stated_for(own, turn.timing, self.following(own.validity));
+        let given = (PublishedValue::Scalar(stated.value), stated.validity);
+        self.publish(knowledge, given, turn, admitted, now, outputs);
+        self.last.iter_mut().for_each(|(_, last)| last.value = own.value);
     }
 
-    fn publish(
+    pub(super) fn publish(
         &mut self,
         knowledge: &KnowledgeBase,
         (value, validity): Given,
+        turn: Turn,
         admitted: Admitted,
         now: Time,
         outputs: &mut VecDeque<Output>,
@@ -283,30 +340,37 @@ impl Provider {
         self.statistics.count(self.last.map(|(time, _)| now - time), scalar.width());
         report(outputs, self.report_served(knowledge, now));
         self.last = Some((now, Sample { validity, value: scalar }));
+        self.last_period = turn.period;
+        let quality = self.quality(turn.server, now);
+        if quality != Quality::Uncertain {
+            self.trusted = self.last.map(|(_, sample)| sample);
+        }
         let value = match value {
             PublishedValue::Scalar(value) => {
                 PublishedValue::Scalar(knowledge.variables()[self.settings.variable].brought_back(value))
             }
             vector @ PublishedValue::Vector(_) => vector,
         };
-        let stands_in = matches!(self.blend.server(), Some(Server::StandIn(_)));
+        let stands_in = matches!(turn.server, Server::StandIn(_));
+        let source = self.name_of(knowledge, turn.server);
         outputs.push_back(Output::Publication(Publication {
             need: self.settings.need,
             time: now,
             validity,
             value,
-            quality: self.quality(stands_in, now),
+            quality,
+            source,
             admitted,
             delegated: self.delegate.has_given() && !stands_in,
         }));
     }
 
-    fn quality(&self, stands_in: bool, now: Time) -> Quality {
+    fn quality(&self, server: Server, now: Time) -> Quality {
         let is_preferred = || self.state.way() == self.sources.preferred.as_ref();
         let is_doubted = || self.forced.as_ref().is_some_and(|forced| forced.is_doubted);
-        match self.blend.server() {
-            Some(Server::Unsure) => Quality::Uncertain,
-            _ if stands_in => Quality::Substitute,
+        match server {
+            Server::Unsure => Quality::Uncertain,
+            Server::StandIn(_) => Quality::Substitute,
             _ if self.sources.is_unproven() || self.is_unconfirmed(now) => Quality::Uncertain,
             _ if is_preferred() && !is_doubted() => Quality::Good,
             _ => Quality::Substitute,
@@ -332,57 +396,5 @@ impl Provider {
                 News::ServedAgain => Reason::ServedAgainUncertain,
             };
         Some(self.event(knowledge, EventKind::Restored, because, now))
-    }
-
-    /// Publishes an uncertain value where nothing is trusted; else reports when the need has become unserved.
-    fn provide_uncertain(
-        &mut self,
-        knowledge: &KnowledgeBase,
-        monitor: &Monitor,
-        now: Time,
-        outputs: &mut VecDeque<Output>,
-    ) {
-        let unsure = self.state.unsure_mut();
-        let sample = unsure.and_then(|unsure| unsure.value(knowledge, monitor.ports(), &self.settings, now));
-        let admitted = self.state.unsure().and_then(|unsure| unsure.admitted(&self.contracts));
-        if let (Some(Sample { value, validity }), Some(admitted)) = (sample, admitted) {
-            self.blend.stop();
-            report(outputs, self.report_uncertain(knowledge, now));
-            let given = (PublishedValue::Scalar(value), validity);
-            return self.publish(knowledge, given, admitted, now, outputs);
-        }
-        report(outputs, self.report_nothing_certain(knowledge, now));
-        report(outputs, self.check_age(knowledge, monitor, now));
-    }
-
-    /// Reports once that values are uncertain from now on.
-    fn report_uncertain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
-        let is_decided = matches!(self.state, State::Unsure(_));
-        let unsure = self.state.unsure_mut()?;
-        let (served_by, reason) = unsure.report(knowledge, is_decided, self.settings.max_age, now)?;
-        self.reported.doubt();
-        if self.reported.is_unserved() {
-            // The event that the need is served again reports the uncertainty, too.
-            return None;
-        }
-        let because = reason.unwrap_or_default().then(Joint::Next, Reason::Uncertain { served_by });
-        Some(self.event(knowledge, EventKind::Substituted, because, now))
-    }
-
-    /// Reports when no uncertain value is fit from the beginning, or the last trusted value has become too old.
-    fn report_nothing_certain(&mut self, knowledge: &KnowledgeBase, now: Time) -> Option<Event> {
-        // While there is a source, `check_age` reports.
-        let State::Unsure(unsure) = &mut self.state else { return None };
-        let because = unsure.report_nothing(knowledge, &self.settings, now)?;
-        self.report_unserved(knowledge, Some(because), now)
-    }
-    /// Reports when the need has not been served for longer than a value may be old.
-    fn check_age(&mut self, knowledge: &KnowledgeBase, monitor: &Monitor, now: Time) -> Option<Event> {
-        let age = now - self.last_served()?;
-        if age <= self.settings.max_age || self.reported.is_unserved() {
-            return None;
-        }
-        let because = unserved::reasons(self, knowledge, monitor, age, now);
-        self.report_unserved(knowledge, Some(because), now)
     }
 }

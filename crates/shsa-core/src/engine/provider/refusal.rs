@@ -120,8 +120,11 @@ impl Refusals {
     pub(super) fn follow(&mut self, settings: &Settings, monitor: &Monitor, now: Time) {
         for known in &mut self.short {
             let watched = known.index.and_then(|index| monitor.way(index));
-            let falls_short = watched.and_then(|way| way.outputs.newest(0)).is_some_and(|newest| {
-                now - newest.validity.to <= settings.max_age && newest.value.width() > settings.max_width
+            let newest = watched.and_then(|way| Some((way, way.outputs.newest(0)?)));
+            let falls_short = newest.is_some_and(|(way, newest)| {
+                let stated = settings.stated(*newest, way.computation.timing()).value;
+                let is_short = stated.is_empty() || stated.width() > settings.max_width;
+                is_short && now - newest.validity.to <= settings.max_age
             });
             if falls_short {
                 known.last = now;

@@ -2,7 +2,9 @@
 
 use super::super::message::PublishedValue;
 use crate::alignment::Sample;
-use crate::knowledge::{KnowledgeBase, NeedId, Shape, Switching, VariableId, WhenUnsure};
+use crate::computation::Timing;
+use crate::interval::Interval;
+use crate::knowledge::{KnowledgeBase, NeedId, Shape, Switching, Variable, VariableId, WhenUnsure};
 use crate::time::{Span, Time, Validity};
 
 /// A value of a source, with the time in which it was true.
@@ -13,6 +15,7 @@ pub(super) type Given = (PublishedValue, Validity);
 pub(super) struct Settings {
     pub(super) need: NeedId,
     pub(super) variable: VariableId,
+    quantity: Variable,
     pub(super) is_vector: bool,
     /// See [`Variable::wraps`](crate::knowledge::Variable::wraps).
     pub(super) wraps: Option<f64>,
@@ -29,6 +32,7 @@ impl Settings {
         Settings {
             need: id,
             variable: need.variable,
+            quantity: variable.clone(),
             is_vector: variable.shape == Shape::Vector,
             wraps: variable.wraps,
             switching: need.switching,
@@ -38,26 +42,58 @@ impl Settings {
         }
     }
 
-    /// Whether a scalar value is as new and as narrow as the need demands.
-    pub(super) fn is_fit(&self, sample: &Sample, now: Time) -> bool {
-        now - sample.validity.to <= self.max_age && sample.value.width() <= self.max_width
+    /// What the value of a source says of the middle of its validity, for which it is published; see
+    /// [`stated_for`](Settings::stated_for).
+    pub(super) fn stated(&self, sample: Sample, timing: Timing) -> Sample {
+        self.stated_for(sample, timing, sample.validity)
     }
 
-    /// Whether a value of any shape is as new and as narrow as the need demands.
-    pub(super) fn is_met_by(&self, (value, validity): &Given, now: Time) -> bool {
-        now - validity.to <= self.max_age && width(value) <= self.max_width
+    /// What the value of a source says of the middle of another time: the value grows by as much as the variable may change in the
+    /// time for which the value may be off, and ends at the variable's range. Empty where none of it is possible.
+    pub(super) fn stated_for(&self, sample: Sample, timing: Timing, validity: Validity) -> Sample {
+        let moved = validity.centre() - sample.validity.centre();
+        let off = timing.off(sample.validity.length()) + Span(moved.0.saturating_abs());
+        let value = match self.quantity.max_rate {
+            Some(max_rate) if off > Span::ZERO => sample.value.widened(off.seconds() * max_rate),
+            _ => sample.value,
+        };
+        Sample { value: self.possible(value), validity }
+    }
+
+    /// The part of a value that the range of the variable leaves.
+    pub(super) fn possible(&self, value: Interval) -> Interval {
+        self.quantity.possible(value)
+    }
+
+    /// Whether a [stated](Settings::stated) value is possible, and as new and as narrow as the need demands.
+    pub(super) fn is_fit(&self, stated: &Sample, now: Time) -> bool {
+        let is_narrow = !stated.value.is_empty() && stated.value.width() <= self.max_width;
+        is_narrow && now - stated.validity.to <= self.max_age
+    }
+
+    /// Whether a value of any shape is possible, and as new and as narrow as the need demands.
+    #[inline]
+    pub(super) fn is_met_by(&self, given: &Given, timing: Timing, now: Time) -> bool {
+        let is_any = self.max_width == f64::INFINITY && self.quantity.range.is_none();
+        let is_narrow = is_any || self.width(given, timing).is_some_and(|width| width <= self.max_width);
+        is_narrow && now - given.1.to <= self.max_age
+    }
+
+    /// The width of a value as it is stated; for a vector, of its widest element. `None` for what is not possible.
+    pub(super) fn width(&self, (value, validity): &Given, timing: Timing) -> Option<f64> {
+        match value {
+            &PublishedValue::Scalar(value) => {
+                let stated = self.stated(Sample { value, validity: *validity }, timing).value;
+                (!stated.is_empty()).then(|| stated.width())
+            }
+            PublishedValue::Vector(elements) => {
+                Some(elements.iter().map(|it| it.width()).fold(0.0, f64::max))
+            }
+        }
     }
 
     /// Half of the time that a value may be old: after that, the need is about to be overdue.
     pub(super) fn half_age(&self) -> Span {
         Span(self.max_age.0 / 2)
-    }
-}
-
-/// The width of a value; for a vector, of its widest element.
-pub(super) fn width(value: &PublishedValue) -> f64 {
-    match value {
-        PublishedValue::Scalar(value) => value.width(),
-        PublishedValue::Vector(elements) => elements.iter().map(|it| it.width()).fold(0.0, f64::max),
     }
 }

@@ -74,10 +74,12 @@ impl Sources {
         self.returning_since = old.returning_since;
     }
 
-    /// Finds the sources of a need again, without ranking; returns the exclusions that were applied.
+    /// Finds the sources of a need again, without ranking; returns the exclusions that were applied. Where the need withholds what
+    /// is uncertain, an unproven source does not serve.
     pub(super) fn find<'s>(
         &mut self,
         need: NeedId,
+        withholds: bool,
         situation: &'s Situation<'_>,
         contracts: &mut Assessments,
     ) -> &'s Lost {
@@ -87,7 +89,7 @@ impl Sources {
             Some(lists) => lists.get(at).cloned().unwrap_or_default(),
             None => situation.sources(need, lost),
         };
-        let tried = [proven, returning, unproven].into_iter().enumerate();
+        let tried = [proven, returning, unproven].into_iter().take(if withholds { 2 } else { 3 }).enumerate();
         let mut tried = tried.map(|(at, lost)| (lost, find(at, lost)));
         let found = tried.find(|(_, sources)| !sources.is_empty());
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));

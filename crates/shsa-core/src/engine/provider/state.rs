@@ -1,14 +1,16 @@
 //! How a need is served: by a source, by candidates, or not at all. Each state carries its own data.
 
-use super::Better;
 use super::episode::Episode;
 use super::pace::Pace;
 use super::reported::Reported;
 use super::settings::Settings;
+use super::turn::period_of;
 use super::unsure::Unsure;
+use super::{Better, earlier};
 use crate::knowledge::{KnowledgeBase, SignalSet};
 use crate::monitor::rests_on;
 use crate::observation::Observation;
+use crate::reason::Reasons;
 use crate::service::Service;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
@@ -47,6 +49,8 @@ pub(super) struct Serving {
     pub(super) episode: Option<Episode>,
     /// The candidates that serve while the source is contradicted without a stand-in and without a suspect.
     pub(super) doubt: Option<Unsure>,
+    /// Why the source serves, to be reported with its first value.
+    pub(super) unreported: Option<Reasons>,
 }
 
 impl Serving {
@@ -54,13 +58,14 @@ impl Serving {
         Serving {
             rests_on: rests_on(knowledge, service.way()),
             stands: service.stands(knowledge),
+            pace: Pace::of(period_of(knowledge, service.computation())),
             service,
-            pace: Pace::default(),
             unfit_since: None,
             is_confirmed: false,
             better_by: Better::Trusted,
             episode: None,
             doubt: None,
+            unreported: None,
         }
     }
 }
@@ -184,6 +189,6 @@ impl State {
             }
             State::Unserved | State::Unsure(_) => None,
         };
-        late.into_iter().chain(own.filter(|due| *due > now)).min()
+        earlier(late, own.filter(|due| *due > now))
     }
 }

@@ -1,7 +1,9 @@
 //! Why a need has had no value for longer than a value may be old.
 
 use super::Provider;
-use crate::knowledge::KnowledgeBase;
+use super::unsure::{hull_would_serve, independent};
+use crate::alignment::Sample;
+use crate::knowledge::{KnowledgeBase, WhenUnsure};
 use crate::monitor::Monitor;
 use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
@@ -24,9 +26,30 @@ pub(super) fn reasons(
     let unsure = provider.state.unsure();
     let why = unsure.map(|unsure| unsure.why_not(knowledge, &provider.settings).into());
     let why = why.or_else(|| provider.why_none_admitted());
-    let why = why.or_else(|| disagreement(provider, knowledge, monitor, now).map(Reasons::from));
-    let why = why.unwrap_or_else(|| unfit(Reason::AllUnfit));
+    let why = why.or_else(|| {
+        let disagreed = Reasons::from(disagreement(provider, knowledge, monitor, now)?);
+        Some(match would_serve(provider, knowledge) {
+            Some(hull) => disagreed.then(Joint::Next, hull),
+            None => disagreed,
+        })
+    });
+    let gives = |way: &Way| {
+        monitor.find(way).and_then(|index| monitor.way(index)).is_none_or(|it| it.latest(now).is_some())
+    };
+    let is_there = || provider.sources.ways().any(gives);
+    let why = why.unwrap_or_else(|| match is_there() {
+        true => unfit(Reason::AllUnfit),
+        false => Reason::NothingGiven.into(),
+    });
     Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
+}
+
+/// What would serve a need that states nothing of how it is served when unsure.
+fn would_serve(provider: &Provider, knowledge: &KnowledgeBase) -> Option<Reason> {
+    let settings = &provider.settings;
+    let is_open = settings.when_unsure == WhenUnsure::Unstated && !settings.is_vector;
+    let ways = is_open.then(|| independent(knowledge, provider.sources.all()))?;
+    (ways.len() > 1).then(|| hull_would_serve(knowledge, &ways))
 }
 
 /// The disagreement of the source with another one that holds back the newest value, although neither is accused.
@@ -38,7 +61,8 @@ fn disagreement(
 ) -> Option<Reason> {
     let source = provider.state.way()?;
     let own = monitor.way(monitor.find(source)?)?;
-    let newest = own.latest(now).filter(|it| provider.settings.is_fit(it, now))?;
+    let stated = |it: &Sample| provider.settings.stated(*it, own.computation.timing());
+    let newest = own.latest(now).filter(|it| provider.settings.is_fit(&stated(it), now))?;
     let disagrees = |other: &&Way| {
         let other = monitor.find(other).and_then(|index| monitor.way(index));
         let vote = other.and_then(|other| Some((other, other.vote(newest.validity)?.0)));

@@ -208,7 +208,7 @@ fn need(
         // Without a largest width, readers may ignore the bounds and use the middle, which is wrong while one source is faulty.
         when_unsure: when_unsure.unwrap_or(match max_width {
             Some(_) => WhenUnsure::Hull,
-            None => WhenUnsure::Withhold,
+            None => WhenUnsure::Unstated,
         }),
         switching: Switching { hold, probation, blend, hysteresis: hysteresis.unwrap_or(usual.hysteresis) },
         is_isolated,

@@ -1,5 +1,6 @@
 //! Checks signals.
 
+mod sign;
 mod standing;
 
 use super::problems::Problems;
@@ -37,8 +38,10 @@ pub(super) fn build(
     let mut names_of_properties = SharedNames::default();
     let mut declared = IdVec::new();
     let mut left_out = BTreeSet::new();
+    let mut explained = sign::Explained::default();
     source.signals(&mut |draft| match signal(problems, draft, variables) {
         Some(mut signal) => {
+            explained.note(problems, draft, &signal);
             signal.properties = quantity::properties(problems, &mut names_of_properties, &draft.properties);
             signals.push(signal);
             let (derived_from, shares) = (draft.derived_from.clone(), draft.shares.clone());

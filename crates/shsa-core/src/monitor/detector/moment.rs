@@ -11,6 +11,7 @@ pub(super) struct Moment {
     defect: Option<Defect>,
     outside: Option<Interval>,
     jump: Option<Jump>,
+    refuted: Option<Jump>,
     back: Option<Span>,
     late: Option<Span>,
     still: Option<Still>,
@@ -31,12 +32,21 @@ impl Moment {
             Acceptance::TooFast(jump) => {
                 self.jump = Some(self.jump.map_or(jump, |other| worse(other, jump)));
             }
+            Acceptance::Refuting(jump) => {
+                self.refuted = Some(self.refuted.map_or(jump, |other| worse(other, jump)));
+            }
             Acceptance::Newest
+            | Acceptance::Doubtful
             | Acceptance::Repeated
             | Acceptance::Reordered
             | Acceptance::Duplicate
             | Acceptance::Dropped => {}
         }
+    }
+
+    /// The jump from the last reading of before, which was in doubt, to this moment.
+    pub(super) fn refuted(&self) -> Option<Jump> {
+        self.refuted
     }
 
     /// The evidence by symptom, in the order of [`DETECTED`].

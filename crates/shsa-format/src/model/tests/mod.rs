@@ -11,7 +11,7 @@ mod right;
 mod schema;
 mod specifications;
 
-use super::{Loaded, load};
+use super::{Loaded, Report, load};
 
 /// A model with every key.
 const EVERYTHING: &str = r#"
@@ -77,7 +77,16 @@ fn loaded(text: &str) -> Loaded {
 
 /// One line per problem: `line:column severity: message (help)`.
 fn brief(loaded: &Loaded) -> String {
-    let lines = loaded.report.diagnostics.iter().map(|found| {
+    lines(&loaded.report)
+}
+
+/// The same without notes.
+fn serious(loaded: &Loaded) -> String {
+    lines(&loaded.report.without_notes())
+}
+
+fn lines(report: &Report) -> String {
+    let lines = report.diagnostics.iter().map(|found| {
         let json = serde_json::to_value(found).unwrap();
         let severity = json["severity"].as_str().unwrap().to_owned();
         let help = found.help.as_ref().map(|help| format!(" ({help})")).unwrap_or_default();

@@ -143,6 +143,19 @@ signals: { a: { variable: speed, noise: 0.1 }, b: { variable: speed, noise: 0.1,
 }
 
 #[test]
+fn the_sign_of_the_first_lopsided_errors_is_noted() {
+    check(
+        "variables: { speed: { unit: m/s } }
+signals:
+  a: { variable: speed, value_error: [-0.1, 0.1], time_error: [-5 ms, 5 ms] }
+  b: { variable: speed, value_error: [-0.1, 50 cm/s] }
+  c: { variable: speed, value_error: [0, 1], time_error: [-100 ms, 0 ms] }",
+        "5:39 note: the lopsided `value_error` of `b` is added to a reading: the truth is a reading plus -0.1 to 50 cm/s (where a reading minus the truth is meant, as in metrology, write `value_error: [-50 cm/s, 0.1]`)
+         6:59 note: the lopsided `time_error` of `c` is added to a time stamp: the truth is a time stamp plus -100 ms to 0 ms (where a time stamp minus the truth is meant, as in metrology, write `time_error: [0 ms, 100 ms]`)",
+    );
+}
+
+#[test]
 fn signals_carry_variables() {
     check(
         "variables: { speed: { unit: m/s } }

@@ -1,7 +1,7 @@
 //! Valid models and their knowledge bases.
 
 use super::super::tree::{self, Node, Value};
-use super::{EVERYTHING, brief, check, loaded};
+use super::{EVERYTHING, brief, check, loaded, serious};
 use crate::model::load;
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, ReadingLimits, ValueError, WhenUnsure};
@@ -9,7 +9,7 @@ use shsa_core::time::Span;
 
 fn everything() -> KnowledgeBase {
     let loaded = load(EVERYTHING, "everything.yaml");
-    assert_eq!(brief(&loaded), "");
+    assert_eq!(serious(&loaded), "");
     loaded.knowledge
 }
 
@@ -116,7 +116,7 @@ needs:
     let knowledge = load(text, "m.yaml").knowledge;
     let needs: Vec<_> = knowledge.needs().iter().collect();
     let choices: Vec<WhenUnsure> = needs.iter().map(|need| need.when_unsure).collect();
-    let usual = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Withhold, WhenUnsure::Hull];
+    let usual = [WhenUnsure::Hull, WhenUnsure::Last, WhenUnsure::Unstated, WhenUnsure::Hull];
     assert_eq!(choices, usual, "the hull where a width is stated");
     assert_eq!((needs[0].min_rate_hz, needs[1].min_rate_hz), (Some(5.0), None));
     let names: Vec<&str> = knowledge.needs().ids().map(|id| knowledge.need_name(id)).collect();
@@ -149,10 +149,10 @@ fn json_is_the_same_tree() {
     let text = json(&tree::read(EVERYTHING).root.unwrap());
     assert!(serde_json::from_str::<serde_json::Value>(&text).is_ok());
     let loaded = load(&text, "everything.json");
-    assert_eq!(brief(&loaded), "");
+    assert_eq!(serious(&loaded), "");
     assert_eq!(format!("{:?}", loaded.knowledge), format!("{:?}", everything()));
     let pretty = serde_json::from_str::<serde_json::Value>(&text).map(|value| format!("{value:#}")).unwrap();
-    assert_eq!(brief(&load(&pretty.replace("  ", "\t"), "tabs.json")), "");
+    assert_eq!(serious(&load(&pretty.replace("  ", "\t"), "tabs.json")), "");
 }
 
 #[test]

@@ -73,6 +73,11 @@ pub struct PairFit {
 }
 
 impl PairFit {
+    /// Whether the other side is the variable's range, which shows nothing of errors.
+    pub(super) fn is_with_range(&self) -> bool {
+        self.other.0.is_empty() && self.other.1.is_empty()
+    }
+
     /// The signals, if both ways are signals.
     pub(super) fn direct(&self) -> Option<(SignalId, SignalId)> {
         let only = |(relations, signals): &(Vec<RelationId>, Vec<SignalId>)| match signals.as_slice() {

@@ -11,7 +11,7 @@ use shsa_core::circle;
 use shsa_core::engine::{Event, Publication, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
-use shsa_core::monitor::WayIndex;
+use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Run;
 use shsa_format::words;
@@ -252,8 +252,9 @@ impl VariableRecord {
         self.watched.clear();
         let Some(variable) = variable else { return };
         let monitor = run.engine.monitor();
+        let is_of = |way: &WatchedWay| way.variable() == variable && !way.is_range();
         let mut ways: Vec<_> =
-            (0..).map(WayIndex).zip(monitor.ways()).filter(|(_, way)| way.variable() == variable).collect();
+            (0..).map(WayIndex).zip(monitor.ways()).filter(|(_, way)| is_of(way)).collect();
         // Direct signals come before computed ways.
         ways.sort_by_key(|(_, way)| way.computation.way().direct().is_none());
         let is_of_it = |index: WayIndex| ways.iter().any(|(it, _)| *it == index);

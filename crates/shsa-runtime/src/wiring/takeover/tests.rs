@@ -106,6 +106,7 @@ impl Bench {
             validity,
             value: PublishedValue::Scalar(Interval::point(5.0)),
             quality: shsa_core::engine::Quality::Substitute,
+            source: std::sync::Arc::new(shsa_core::reason::ServedBy::Way("radar".into())),
             admitted: Default::default(),
             delegated: false,
         };

@@ -6,6 +6,7 @@
 
 use super::super::ways::Source;
 use super::settings::Settings;
+use super::turn::period_of;
 use crate::alignment::{Port, Sample};
 use crate::assurance::{Admitted, Assessments};
 use crate::circle;
@@ -22,6 +23,7 @@ use crate::substitution::Way;
 use crate::time::{Span, Time};
 use alloc::collections::BTreeSet;
 use alloc::string::String;
+use alloc::sync::Arc;
 use alloc::vec::Vec;
 
 /// The service of a need without a trusted source.
@@ -43,6 +45,8 @@ pub(super) struct Unsure {
     is_reported: bool,
     /// The width of the last value, if that was not fit to publish.
     too_wide: Option<f64>,
+    /// What the values are called, once that was asked.
+    name: Option<Arc<ServedBy>>,
     /// Buffer for the intervals of a moment.
     present: Vec<Interval>,
 }
@@ -76,6 +80,7 @@ impl Unsure {
             since,
             is_reported: false,
             too_wide: None,
+            name: None,
             present: Vec::with_capacity(candidates.len()),
             candidates,
         }
@@ -103,7 +108,7 @@ impl Unsure {
         let candidates = candidates(knowledge, ports, contracts, ways);
         let mut present = self.present;
         present.reserve(candidates.len());
-        Unsure { candidates, faults: 1, present, ..self }
+        Unsure { candidates, faults: 1, present, name: None, ..self }
     }
 
     pub(super) fn observe(&mut self, knowledge: &KnowledgeBase, observation: &Observation) {
@@ -144,6 +149,24 @@ impl Unsure {
         }
     }
 
+    /// The candidates, as their values share them.
+    pub(super) fn name(&mut self, knowledge: &KnowledgeBase) -> Arc<ServedBy> {
+        match &self.name {
+            Some(name) => name.clone(),
+            None => {
+                let name = Arc::new(self.served_by(knowledge));
+                self.name.insert(name).clone()
+            }
+        }
+    }
+
+    /// The shortest declared time between two values of a candidate; zero for the last trusted value, which is repeated.
+    pub(super) fn period(&self, knowledge: &KnowledgeBase) -> Span {
+        let period = |it: &Candidate| period_of(knowledge, it.service.computation());
+        let all = self.candidates.iter().filter(|_| self.kind == WhenUnsure::Hull).map(period);
+        all.min().unwrap_or(Span::ZERO)
+    }
+
     /// The uncertain value of this moment, where a candidate has given a value and the value is fit.
     pub(super) fn value(
         &mut self,
@@ -160,7 +183,8 @@ impl Unsure {
                 && value.is_bounded()
                 && !value.is_empty()
             {
-                candidate.latest = Some(Sample { validity, value });
+                let stated = settings.stated(Sample { validity, value }, candidate.service.timing());
+                candidate.latest = Some(stated).filter(|stated| !stated.value.is_empty());
                 is_news = true;
             }
         }
@@ -169,11 +193,12 @@ impl Unsure {
         }
         let sample = match self.kind {
             WhenUnsure::Last => self.trusted.map(|last| {
-                let age = (now - last.validity.to).seconds().max(0.0);
+                let age = (now - last.validity.from).seconds().max(0.0);
                 Sample { value: last.value.widened(age * variable.max_rate.unwrap_or(0.0)), ..last }
             }),
             _ => self.together(variable, settings.max_age, now),
         }?;
+        let sample = Sample { value: settings.possible(sample.value), ..sample };
         let is_fit = settings.is_fit(&sample, now);
         self.too_wide = (!is_fit).then(|| sample.value.width());
         is_fit.then_some(sample)
@@ -236,7 +261,7 @@ impl Unsure {
         let known = || self.candidates.iter().filter_map(|it| it.latest).filter(fresh);
         let moment = known().map(|sample| sample.validity).max_by_key(|validity| validity.to)?;
         let brought = |sample: Sample| {
-            let gap = (moment.to - sample.validity.to).seconds();
+            let gap = (moment.centre() - sample.validity.centre()).seconds();
             if gap > 0.0 { sample.value.widened(gap * max_rate) } else { sample.value }
         };
         self.present.clear();
@@ -249,7 +274,9 @@ impl Unsure {
         let agreeing = self.present.iter().map(|it| holding(&self.present, it.lo())).max()?;
         let faults = self.faults.max(self.present.len() - agreeing).max(1);
         let value = at_least(faults)?;
-        self.faults = faults;
+        if self.faults != faults {
+            (self.faults, self.name) = (faults, None);
+        }
         Some(Sample { validity: moment, value })
     }
 }
@@ -295,4 +322,9 @@ pub(super) fn independent(knowledge: &KnowledgeBase, sources: &[Source]) -> Vec<
         }
     }
     chosen
+}
+
+/// That these ways would serve a need that states nothing of how it is served when unsure.
+pub(super) fn hull_would_serve(knowledge: &KnowledgeBase, ways: &[Way]) -> Reason {
+    Reason::HullWouldServe { ways: ways.iter().map(|way| way.describe(knowledge)).collect() }
 }

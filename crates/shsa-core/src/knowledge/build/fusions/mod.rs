@@ -2,6 +2,7 @@
 
 mod scope;
 mod settings;
+mod order;
 mod parts;
 
 use super::problems::Problems;
@@ -13,6 +14,7 @@ use crate::knowledge::{
     ReadingLimits, Signal, SignalId, VariableId,
 };
 use crate::unit::nearest;
+use alloc::collections::BTreeMap;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -33,16 +35,73 @@ pub(super) fn build(
     names: &Names,
     signals: &mut IdVec<SignalId, Signal>,
 ) -> Vec<Fusion> {
-    let declared = signals.len();
-    let mut fusions: Vec<Fusion> = Vec::new();
+    let mut drafts: Vec<FusionDraft> = Vec::new();
     source.fusions(&mut |draft| {
-        if fusions.iter().any(|known| known.name == draft.name.text) {
+        if drafts.iter().any(|known| known.name.text == draft.name.text) {
             problems.error(&draft.name, format!("fusion `{}` is given twice", draft.name.text), "keep one");
             return;
         }
-        fusions.extend(fusion(problems, draft, names, signals, declared));
+        drafts.push(draft.clone());
     });
+    let outputs = order::outputs(&drafts, signals);
+    let mut readable = Readable { declared: signals.len(), outputs: Vec::new(), promised: &outputs };
+    let mut fusions = Vec::new();
+    for draft in order::ordered(problems, &drafts, &outputs).into_iter().filter_map(|place| drafts.get(place))
+    {
+        if let Some(fusion) = fusion(problems, draft, names, signals, &readable) {
+            let pace = fusion.settings.period.map_or_else(
+                || fusion.inputs.iter().map(|it| readable.pace(it.signal, signals)).sum(),
+                |period| 1.0 / period.seconds(),
+            );
+            readable.outputs.extend(fusion.outputs.iter().map(|it| (it.signal, pace)));
+            fusions.push(fusion);
+        }
+    }
     fusions
+}
+
+/// How many values a second are expected of a signal without a rate.
+const USUAL_PACE: f64 = 10.0;
+
+/// The signals that a fusion may read: those that the model declares, and the outputs of the fusions before it.
+pub(super) struct Readable<'a> {
+    /// How many of the signals the model declares: they come first.
+    declared: usize,
+    /// The outputs, with the number of their values a second.
+    outputs: Vec<(SignalId, f64)>,
+    /// The names of all outputs in the model, of wrong fusions too.
+    promised: &'a BTreeMap<&'a str, usize>,
+}
+
+impl Readable<'_> {
+    /// Finds a signal by its name.
+    fn find(
+        &self,
+        problems: &mut Problems,
+        name: &Text,
+        signals: &IdVec<SignalId, Signal>,
+    ) -> Option<SignalId> {
+        let all = || signals.ids().take(self.declared).chain(self.outputs.iter().map(|(id, _)| *id));
+        let found = all().find(|id| signals[*id].name == name.text);
+        // What is wrong with the fusion that computes it is reported there.
+        if found.is_none() && !self.promised.contains_key(name.text.as_str()) {
+            let names = || all().map(|id| signals[id].name.as_str()).collect();
+            let count = self.declared + self.outputs.len();
+            problems.unknown(name, "signal", count, names, "declare it under `signals`");
+        }
+        found
+    }
+
+    /// Whether a signal is an output of a fusion.
+    fn is_output(&self, signal: SignalId) -> bool {
+        self.outputs.iter().any(|(id, _)| *id == signal)
+    }
+
+    /// The number of values of a signal in a second: a fusion without a period gives one with each of its inputs.
+    fn pace(&self, signal: SignalId, signals: &IdVec<SignalId, Signal>) -> f64 {
+        let computed = self.outputs.iter().find(|(id, _)| *id == signal).map(|(_, pace)| *pace);
+        computed.or(signals[signal].rate_hz).unwrap_or(USUAL_PACE)
+    }
 }
 
 fn fusion(
@@ -50,7 +109,7 @@ fn fusion(
     draft: &FusionDraft,
     names: &Names,
     signals: &mut IdVec<SignalId, Signal>,
-    declared: usize,
+    readable: &Readable<'_>,
 ) -> Option<Fusion> {
     let lengths = [draft.states.len(), draft.inputs.len(), draft.outputs.len()];
     if lengths.iter().any(|length| !(1..=MOST).contains(length)) {
@@ -60,8 +119,8 @@ fn fusion(
         return None;
     }
     let method = method(problems, draft);
-    let (controls, local) = parts::local(problems, draft, names, signals, declared);
-    let parts = Parts { signals, declared, local: &local };
+    let (controls, local) = parts::local(problems, draft, names, signals, readable);
+    let parts = Parts { signals, readable, local: &local };
     let states = parts.states(problems, draft);
     let inputs = parts.inputs(problems, draft);
     let outputs = parts.outputs(problems, draft);
@@ -79,7 +138,8 @@ fn fusion(
         problems.error(&draft.name, message, "keep those of the sensors that fail most often");
         return None;
     }
-    settings.moments = settings::moments(settings.horizon, inputs.iter().map(|it| it.signal), signals);
+    let pace = inputs.iter().map(|it| readable.pace(it.signal, signals)).sum();
+    settings.moments = settings::moments(settings.horizon, pace);
     let mut origins: Vec<SignalId> =
         inputs.iter().map(|it| it.signal).chain(controls.iter().copied()).collect();
     origins.sort_unstable();

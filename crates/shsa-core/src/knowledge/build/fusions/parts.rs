@@ -1,8 +1,8 @@
 //! States, controls, inputs and outputs of a fusion.
 
-use super::required;
 use super::scope::Local;
 use super::settings::{share, times};
+use super::{Readable, required};
 use crate::expression::{self, Checked, Constant, Formula, Problem, check, is_reserved, parse_expression};
 use crate::interval::Interval;
 use crate::knowledge::build::problems::Problems;
@@ -33,8 +33,7 @@ pub(super) struct Written {
 /// The elements that the parts of a fusion refer to.
 pub(super) struct Parts<'a> {
     pub(super) signals: &'a IdVec<SignalId, Signal>,
-    /// How many of the signals the model declares.
-    pub(super) declared: usize,
+    pub(super) readable: &'a Readable<'a>,
     pub(super) local: &'a Local<'a>,
 }
 
@@ -44,7 +43,7 @@ pub(super) fn local<'a>(
     draft: &FusionDraft,
     model: &'a Names<'a>,
     signals: &IdVec<SignalId, Signal>,
-    declared: usize,
+    readable: &Readable<'_>,
 ) -> (Option<Vec<SignalId>>, Local<'a>) {
     let mut names: Vec<(String, Option<Unit>)> = Vec::new();
     let mut is_right = true;
@@ -71,28 +70,12 @@ pub(super) fn local<'a>(
     }
     let mut controls = Vec::new();
     for (name, signal) in &draft.controls {
-        let found = find(problems, signal, signals, declared);
+        let found = readable.find(problems, signal, signals);
         add(problems, name, found.and_then(|id| model.variables.list[signals[id].variable].unit.clone()));
         controls.push(found);
     }
     let controls = controls.into_iter().collect::<Option<Vec<SignalId>>>().filter(|_| is_right);
     (controls, Local { model, names })
-}
-
-/// Finds a signal that the model declares.
-fn find(
-    problems: &mut Problems,
-    name: &Text,
-    signals: &IdVec<SignalId, Signal>,
-    declared: usize,
-) -> Option<SignalId> {
-    let is_it = |id: &SignalId| signals[*id].name == name.text;
-    let found = signals.ids().take(declared).find(is_it);
-    if found.is_none() {
-        let names = || signals.iter().take(declared).map(|signal| signal.name.as_str()).collect();
-        problems.unknown(name, "signal", declared, names, "declare it under `signals`");
-    }
-    found
 }
 
 impl Parts<'_> {
@@ -175,17 +158,18 @@ impl Parts<'_> {
         let is_named = |id: &SignalId| draft.inputs.iter().any(|it| it.name.text == self.signals[*id].name);
         match self.local.model.variables.find(&input.name.text) {
             Some(variable)
-                if !self.signals.iter().take(self.declared).any(|it| it.name == input.name.text) =>
+                if !self.signals.iter().take(self.readable.declared).any(|it| it.name == input.name.text) =>
             {
                 let carries = |id: &SignalId| self.signals[*id].variable == variable && !is_named(id);
-                let found: Vec<SignalId> = self.signals.ids().take(self.declared).filter(carries).collect();
+                let found: Vec<SignalId> =
+                    self.signals.ids().take(self.readable.declared).filter(carries).collect();
                 if found.is_empty() {
                     let message = format!("no other signal carries `{}`", input.name.text);
-                    problems.error(&input.name, message, "name a signal");
+                    problems.error(&input.name, message, "name a signal, or the output of another fusion");
                 }
                 found
             }
-            _ => find(problems, &input.name, self.signals, self.declared).into_iter().collect(),
+            _ => self.readable.find(problems, &input.name, self.signals).into_iter().collect(),
         }
     }
 
@@ -215,7 +199,8 @@ impl Parts<'_> {
         };
         let error = carried.value_error;
         let says_nothing = error.hi <= error.lo && error.relative == 0.0 && carried.noise.is_none();
-        if draft.noise.is_none() && says_nothing {
+        // An output of a fusion brings its intervals.
+        if draft.noise.is_none() && says_nothing && !self.readable.is_output(signal) {
             let message = format!("nothing says how wrong `{}` may be", carried.name);
             problems.warn(&draft.name, message, "give it a `noise`, or the signal a `noise` or `value_error`: what brings no interval with it does not count");
         }

@@ -3,7 +3,7 @@
 use crate::knowledge::build::problems::Problems;
 use crate::knowledge::build::quantity;
 use crate::knowledge::draft::{FusionDraft, Text};
-use crate::knowledge::{FusionSettings, IdVec, Signal, SignalId, StepsAt};
+use crate::knowledge::{FusionSettings, StepsAt};
 use crate::time::Span;
 use alloc::format;
 use core::ops::RangeInclusive;
@@ -67,14 +67,9 @@ pub(super) fn settings(problems: &mut Problems, draft: &FusionDraft) -> Option<F
     })
 }
 
-/// The number of moments within the horizon, estimated generously from the inputs' rates.
-pub(super) fn moments(
-    horizon: Span,
-    inputs: impl Iterator<Item = SignalId>,
-    signals: &IdVec<SignalId, Signal>,
-) -> usize {
-    let rates: f64 = inputs.map(|signal| signals[signal].rate_hz.unwrap_or(10.0)).sum();
-    (1.5 * rates * horizon.seconds() + MOMENTS.0).min(MOMENTS.1) as usize
+/// The number of moments within the horizon, estimated generously from the number of values in a second.
+pub(super) fn moments(horizon: Span, pace: f64) -> usize {
+    (1.5 * pace * horizon.seconds() + MOMENTS.0).min(MOMENTS.1) as usize
 }
 
 fn steps_at(problems: &mut Problems, text: Option<&Text>) -> Option<StepsAt> {
