@@ -67,9 +67,13 @@ impl Pace {
         Some(Span(mean.saturating_add(mean.saturating_sub(mean / 4).max(jitter))))
     }
 
-    /// From when on a stand-in serves because no value comes: when the source is late by its own pace, at most `most` after its
-    /// last value; and half a mean gap after the last published value (`served`).
-    pub(super) fn late_after(&self, served: Time, most: Span) -> Time {
+    /// From when on a stand-in serves because no value comes: when the source is late by its own pace, at most half of the age that
+    /// the need allows after its last value; and half a mean gap after the last published value (`served`). A source whose mean gap is
+    /// about half of that age has half a gap more, as far as a quarter of the age is left for the stand-in: it is not late each time.
+    pub(super) fn late_after(&self, served: Time, max_age: Span) -> Time {
+        let half = Span(max_age.0 / 2);
+        let slow = self.usual().map_or(half, |mean| mean + Span(mean.0 / 2));
+        let most = slow.min(Span(max_age.0 / 4 * 3)).max(half);
         let patience = self.patience().map_or(most, |patience| patience.min(most));
         let rest = self.usual().map_or(most, |mean| Span(mean.0 / 2).min(most));
         (self.last.unwrap_or(served) + patience).max(served + rest)

@@ -163,10 +163,9 @@ impl State {
 
     /// From when on a stand-in shall serve, where the last value went out at `served`.
     pub(super) fn late_after(&self, served: Time, settings: &Settings) -> Time {
-        let most = settings.half_age();
         match self {
-            State::Serving(serving) => serving.pace.late_after(served, most),
-            State::Unserved | State::Unsure(_) => Pace::default().late_after(served, most),
+            State::Serving(serving) => serving.pace.late_after(served, settings.max_age),
+            State::Unserved | State::Unsure(_) => Pace::default().late_after(served, settings.max_age),
         }
     }
 
