@@ -331,6 +331,12 @@ pub trait Bridge: Send {
         Vec::new()
     }
 
+    /// Messages that the other side has refused after [`Bridge::publish`] took them, since the last call: the topic of each, with
+    /// the reason. Bounded; the oldest are forgotten. Each wakes the inbox's reader. None where the middleware does not tell.
+    fn refusals(&mut self) -> Vec<(Arc<str>, BridgeError)> {
+        Vec::new()
+    }
+
     /// The oldest waiting message, if there is one. Does not block.
     fn receive(&mut self) -> Option<Message> {
         self.inbox().pop()

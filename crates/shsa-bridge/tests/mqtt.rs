@@ -322,13 +322,14 @@ fn the_password_comes_from_a_file_and_a_wrong_one_is_refused() {
         let mut bridge = open(&with("right"));
         contract::send(&mut bridge, "forbidden", "1");
         if version == "5" {
-            let mut troubles = Vec::new();
+            let mut refusals = Vec::new();
             until("the broker's answer", || {
-                troubles.extend(bridge.troubles());
-                !troubles.is_empty()
+                refusals.extend(bridge.refusals());
+                !refusals.is_empty()
             });
-            let expected = "refused: a message on `forbidden`: the broker says NotAuthorized";
-            assert_eq!(troubles[0].to_string(), expected);
+            let (topic, error) = &refusals[0];
+            let expected = ("forbidden", "refused: the broker says NotAuthorized".to_owned());
+            assert_eq!((&**topic, error.to_string()), expected);
         }
         // Mosquitto 2.0.11 disconnects the client then.
         until("the connection", || bridge.link() == Link::Up);

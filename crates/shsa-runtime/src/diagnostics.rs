@@ -69,7 +69,7 @@ impl Reporter<'_> {
             ("quality", quality.name().to_owned()),
             ("source", source),
             ("topic", outlet.topic().to_owned()),
-            ("variable", outlet.variable().to_owned()),
+            ("variable", outlet.variable().0.to_owned()),
         ];
         self.diagnostic(level, &format!("need {}", outlet.key()), message, details)
     }

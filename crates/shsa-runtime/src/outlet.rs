@@ -2,6 +2,7 @@
 
 use super::message_template::{MessageTemplate, raw};
 use super::ownership::Ability;
+use super::undelivered::Refusal;
 use crate::error::RuntimeError;
 use serde_json::{Value, json};
 use shsa_bridge::payload::Writer;
@@ -54,8 +55,9 @@ pub(super) struct Outlet {
     is_settled: bool,
     /// The time of the last published value.
     last: Option<Time>,
-    /// Why the last value could not be written or sent.
+    /// Why the last value could not be written or sent, or was refused.
     unwritten: Option<String>,
+    refusal: Refusal,
     /// The latest value of a scalar, whoever has sent it, SI.
     value: Option<Interval>,
     /// The elements of the latest vector, whoever has sent it, SI.
@@ -106,6 +108,7 @@ impl Outlet {
             is_settled: false,
             last: None,
             unwritten: None,
+            refusal: Refusal::default(),
             value: None,
             elements: Vec::new(),
         })
@@ -123,6 +126,7 @@ impl Outlet {
             sound_since: before.sound_since,
             is_settled: before.is_settled,
             last: before.last,
+            refusal: before.refusal,
             value: before.value,
             elements: before.elements.clone(),
             ..self.clone()
@@ -208,6 +212,12 @@ impl Outlet {
         }
     }
 
+    /// The other side has refused a value that was sent: nobody has received it.
+    pub(super) fn refuse(&mut self, error: &BridgeError, now: Time) {
+        self.refusal.note(now);
+        (self.last, self.unwritten) = (None, Some(error.to_string()));
+    }
+
     /// Another instance, or the source itself, has published the last value.
     pub(super) fn leave(&mut self) {
         self.last = self.known;
@@ -220,14 +230,14 @@ impl Outlet {
 
     /// Whether there are fresh values to serve the need, sent or not.
     fn is_able(&self, now: Time) -> bool {
-        self.served && self.known.is_some_and(|known| self.is_fresh(known, now))
+        self.served && !self.refusal.bars(now) && self.known.is_some_and(|known| self.is_fresh(known, now))
     }
 
     /// Until when quality and ability stay unchanged without a value or a decision.
     pub(super) fn lasts_until(&self, now: Time) -> Time {
         let fresh = |last: &Time| self.is_fresh(*last, now);
         let ends = self.last.into_iter().chain(self.known).filter(fresh).map(|last| last + self.max_age);
-        ends.fold(Time::MAX, Time::min)
+        ends.fold(self.refusal.lasts_until(self.max_age, now), Time::min)
     }
 
     /// The middle of a value's validity, by the wall clock.
@@ -262,7 +272,10 @@ impl Outlet {
             }
         };
         match &sent {
-            Ok(()) => (self.last, self.unwritten) = (Some(publication.time), None),
+            Ok(()) => {
+                self.last = Some(publication.time);
+                self.unwritten.take_if(|_| !self.refusal.is_fresh(self.max_age, publication.time));
+            }
             Err(error) => self.unwritten = Some(error.to_string()),
         }
         sent
@@ -319,7 +332,7 @@ impl Outlet {
 
     /// The present quality of the last published value.
     pub(super) fn quality(&self, now: Time) -> Quality {
-        match self.last {
+        match self.last.filter(|_| !self.refusal.is_fresh(self.max_age, now)) {
             Some(last) if self.is_fresh(last, now) && self.served => self.provenance.quality,
             Some(last) if self.is_fresh(last, now) => Quality::LastUsable,
             _ => Quality::Bad,
@@ -354,14 +367,9 @@ impl Outlet {
         self.last
     }
 
-    /// What it is a value of.
-    pub(super) fn variable(&self) -> &str {
-        &self.variable
-    }
-
-    /// The unit of its values.
-    pub(super) fn unit(&self) -> Option<&Unit> {
-        self.unit.as_ref()
+    /// What it is a value of, and the unit.
+    pub(super) fn variable(&self) -> (&str, Option<&Unit>) {
+        (&self.variable, self.unit.as_ref())
     }
 
     /// How old a value may grow.

@@ -70,7 +70,7 @@ fn of_needs(healer: &Healer, now: Time) -> impl Iterator<Item = Vector<'_>> {
     outlets.map(move |(_, outlet): (NeedId, &Outlet)| Vector {
         table: 1,
         name: outlet.key(),
-        unit: outlet.unit(),
+        unit: outlet.variable().1,
         elements: if outlet.quality(now) == Quality::Bad { &[] } else { outlet.elements() },
     })
 }

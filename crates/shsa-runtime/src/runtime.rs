@@ -14,7 +14,7 @@ use crate::journal::Bounds;
 use crate::neighbours::Neighbours;
 use crate::options::{Model, Options};
 use crate::ownership::Ownership;
-use crate::session::{Reported, Session};
+use crate::session::{Questions, Reported, Session};
 use crate::shared_session::SharedSession;
 use shsa_bridge::Bridge;
 use shsa_core::time::{Span, Time};
@@ -126,7 +126,7 @@ impl Runtime {
             other_pages: options.other_pages,
             explained: Explained::new(options.explainer, clock.now()),
             figures: Figures::new()?,
-            requests,
+            requests: Questions::new(requests),
             stop,
             until: None,
             rests_until: Time::MIN,

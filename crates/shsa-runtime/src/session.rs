@@ -4,10 +4,11 @@ mod report;
 mod requests;
 
 pub(super) use report::Reported;
+pub(super) use requests::Questions;
 
 use crate::connection::Connection;
+use crate::control::Guard;
 use crate::control::bus::Tally;
-use crate::control::{Call, Guard};
 use crate::error::RuntimeError;
 use crate::event_log::EventLog;
 use crate::explained::Explained;
@@ -22,7 +23,6 @@ use shsa_bridge::{Bridge, Clock, Message, Quality};
 use shsa_core::time::Time;
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
-use std::sync::mpsc::Receiver;
 use std::time::Duration;
 
 /// The number of messages handled in a row; then ticks, requests and reports get their turn.
@@ -39,7 +39,7 @@ pub(super) struct Session {
     /// The evidence behind the latest accusations.
     pub(super) explained: Explained,
     pub(super) figures: Figures,
-    pub(super) requests: Receiver<Call>,
+    pub(super) requests: Questions,
     pub(super) stop: Arc<AtomicBool>,
     /// The time at which the run ends by itself.
     pub(super) until: Option<Time>,
@@ -68,6 +68,7 @@ impl Session {
     /// When the bus refuses a model that has just taken over.
     pub(super) fn turn(&mut self) -> Result<Duration, RuntimeError> {
         self.heed()?;
+        self.take_back();
         self.send_again();
         self.answer()?;
         self.healers.iter_mut().for_each(Healer::remember);
@@ -208,6 +209,16 @@ impl Session {
         Ok(())
     }
 
+    /// What the other side has refused was not published.
+    fn take_back(&mut self) {
+        for (name, error) in self.bridge.refusals() {
+            let now = self.now();
+            self.healers.iter_mut().for_each(|healer| healer.refuse(&name, &error, now));
+            self.log.undelivered(&name, &error, self.bridge.as_mut());
+            self.reported.doubt = Time::MIN;
+        }
+    }
+
     /// Sends lost values again.
     fn send_again(&mut self) {
         let now = self.now();
@@ -297,6 +308,6 @@ impl Session {
     fn due(&self, now: Time) -> Time {
         let dues = self.healers.iter().filter_map(Healer::due);
         let dues = dues.chain(self.healers.iter().filter_map(|healer| healer.take_over_due(now)));
-        dues.chain(self.until).fold(self.reported.next, Time::min)
+        dues.chain(self.until).chain(self.requests.due(now)).fold(self.reported.next, Time::min)
     }
 }

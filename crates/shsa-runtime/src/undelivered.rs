@@ -90,6 +90,37 @@ fn kind(error: &BridgeError) -> &'static str {
     }
 }
 
+/// For so long after a refusal an instance claims no need that another one may be allowed to serve.
+const BARRED: Span = Span::from_millis(60_000);
+
+/// Whether the other side refuses what is sent under a name, as a broker does by its access list: nobody receives it.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Refusal {
+    last: Option<Time>,
+}
+
+impl Refusal {
+    pub(super) fn note(&mut self, now: Time) {
+        self.last = Some(now);
+    }
+
+    /// Whether a value was refused within the age that readers allow.
+    pub(super) fn is_fresh(self, max_age: Span, now: Time) -> bool {
+        self.last.is_some_and(|last| now - last <= max_age)
+    }
+
+    /// Whether another instance shall serve.
+    pub(super) fn bars(self, now: Time) -> bool {
+        self.last.is_some_and(|last| now - last < BARRED)
+    }
+
+    /// When the next of these answers changes by itself.
+    pub(super) fn lasts_until(self, max_age: Span, now: Time) -> Time {
+        let ends = self.last.into_iter().flat_map(|last| [last + max_age + Span(1), last + BARRED]);
+        ends.filter(|end| *end > now).fold(Time::MAX, Time::min)
+    }
+}
+
 /// The newest lost value of each name. It is sent again unless a newer value has gone out.
 #[derive(Debug, Default)]
 pub(super) struct Backlog {

@@ -84,9 +84,9 @@ fn needs(healer: &Healer, now: Time) -> Map<String, Value> {
     let row = |(need, outlet): (NeedId, &Outlet)| {
         let status = healer.engine().need_status(need);
         let row = json!({
-            "variable": outlet.variable(),
+            "variable": outlet.variable().0,
             "signal": outlet.topic(),
-            "unit": outlet.unit().map(ToString::to_string),
+            "unit": outlet.variable().1.map(ToString::to_string),
             "quality": outlet.quality(now).name(),
             "source": outlet.provenance().source,
             "forced": status.forced,
@@ -111,7 +111,7 @@ fn way(source: &ServedBy) -> Option<&str> {
 /// The latest value of each need: its bounds, the time of its publication, the number of values so far.
 fn values(healer: &Healer, clock: &Clock) -> Map<String, Value> {
     let row = |(need, outlet): (NeedId, &Outlet)| {
-        let [lo, hi] = bounds(outlet.value(), outlet.unit());
+        let [lo, hi] = bounds(outlet.value(), outlet.variable().1);
         let last = outlet.last().map(|last| clock.by_wall(last).0);
         (outlet.key().to_owned(), json!([lo, hi, last, healer.engine().need_status(need).published]))
     };

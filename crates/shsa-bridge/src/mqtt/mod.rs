@@ -256,6 +256,10 @@ impl Bridge for MqttBridge {
     fn troubles(&mut self) -> Vec<BridgeError> {
         self.shared.troubles()
     }
+
+    fn refusals(&mut self) -> Vec<(Arc<str>, BridgeError)> {
+        self.shared.refusals()
+    }
 }
 
 /// Names are exact: no wildcards, only characters that every broker accepts.

@@ -81,6 +81,8 @@ struct State {
     /// How often in a row messages of a topic were unfinished when a connection broke.
     attempts: BTreeMap<String, u32>,
     troubles: VecDeque<BridgeError>,
+    /// Messages that the broker has refused, by topic.
+    refused: VecDeque<(Arc<str>, BridgeError)>,
 }
 
 /// The subscription to everything; excludes the topics of brokers about themselves.
@@ -117,6 +119,7 @@ impl Shared {
             asking: BTreeMap::new(),
             attempts: BTreeMap::new(),
             troubles: VecDeque::new(),
+            refused: VecDeque::new(),
         };
         let claims = Claims::new(options.claims.clone(), inbox.clone());
         Shared {
@@ -148,6 +151,10 @@ impl Shared {
 
     pub(super) fn troubles(&self) -> Vec<BridgeError> {
         self.lock().troubles.drain(..).collect()
+    }
+
+    pub(super) fn refusals(&self) -> Vec<(Arc<str>, BridgeError)> {
+        self.lock().refused.drain(..).collect()
     }
 
     /// Waits until the first attempt to connect has ended, or the time has passed; returns the result.
@@ -313,11 +320,8 @@ impl Shared {
                 state.unacknowledged.extend(topic.map(|topic| (number, topic)));
             }
             Happening::Refused(number, reason) => {
-                let mut state = self.lock();
-                let topic = state.unacknowledged.remove(&number).unwrap_or_default();
-                state.trouble(BridgeError::Refused(format!(
-                    "a message on `{topic}`: the broker says {reason}"
-                )));
+                self.lock().refuse(number, reason);
+                self.inbox.wake();
             }
             Happening::Connected { .. } | Happening::Other => {}
         }

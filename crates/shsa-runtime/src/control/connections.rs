@@ -97,6 +97,9 @@ impl Open {
         if self.connections.len() >= self.most && !self.make_room() {
             return;
         }
+        // A client that does not read leaves its window shut: without this, what waits for it waits for ever.
+        #[cfg(any(target_os = "linux", target_os = "android"))]
+        let _ = rustix::net::sockopt::set_tcp_user_timeout(&stream, PATIENCE.as_millis() as u32);
         let requests = Arc::new(AtomicUsize::new(0));
         let task = tokio::spawn(converse(stream, caller, routes.clone(), requests.clone())).abort_handle();
         self.connections.push_back(Connection { task, requests });
@@ -143,6 +146,42 @@ async fn answer(request: Request, next: Next, under_way: UnderWay) -> Response {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use axum::response::sse::{Event, Sse};
+    use axum::routing::get;
+    use std::convert::Infallible;
+    use std::io::Write;
+    use tokio_stream::StreamExt;
+
+    #[cfg(target_os = "linux")]
+    #[test]
+    fn a_client_that_does_not_read_is_dropped() {
+        let streams = Arc::new(AtomicUsize::new(0));
+        let counted = streams.clone();
+        let endless = move || {
+            let held = UnderWay::new(counted.clone());
+            let events = tokio_stream::iter(std::iter::repeat(()));
+            let events = events.map(move |()| {
+                let _held = &held;
+                Ok::<_, Infallible>(Event::default().data("x".repeat(64 * 1024)))
+            });
+            async { Sse::new(events) }
+        };
+        let runtime = tokio::runtime::Builder::new_current_thread().enable_all().build().unwrap();
+        runtime.block_on(async {
+            let listener = TcpListener::bind("127.0.0.1:0").await.unwrap();
+            let address = listener.local_addr().unwrap();
+            tokio::spawn(serve(listener, Router::new().route("/", get(endless))));
+            let mut client = std::net::TcpStream::connect(address).unwrap();
+            client.write_all(b"GET / HTTP/1.1\r\nHost: 127.0.0.1\r\n\r\n").unwrap();
+            let until = async |count: usize| {
+                while streams.load(Ordering::Relaxed) != count {
+                    sleep(Duration::from_millis(20)).await;
+                }
+            };
+            timeout(PATIENCE, until(1)).await.expect("it is served");
+            timeout(PATIENCE * 4, until(0)).await.expect("it is dropped");
+        });
+    }
 
     #[test]
     fn connections_take_a_share_of_what_may_be_open() {

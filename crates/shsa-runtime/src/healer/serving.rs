@@ -111,6 +111,17 @@ impl Healer {
         failed
     }
 
+    /// The other side has refused a message under this name.
+    pub(in super::super) fn refuse(&mut self, name: &str, error: &BridgeError, now: Time) {
+        let is_it = |topic: &str| topic.trim_matches('/') == name.trim_matches('/');
+        for need in self.outlets.ids() {
+            let is_taken = self.takeover_of(need).is_some_and(|takeover| is_it(takeover.topic()));
+            if is_taken || is_it(self.outlets[need].topic()) {
+                self.outlets[need].refuse(error, now);
+            }
+        }
+    }
+
     /// Sends the newest values of needs that another instance has served until now; returns the failures.
     pub(in super::super) fn send_withheld(
         &mut self,

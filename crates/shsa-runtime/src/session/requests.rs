@@ -12,15 +12,51 @@ use crate::ownership::Ownership;
 use crate::view::{self, Look};
 use serde_json::{Map, Value, json};
 use shsa_bridge::{Link, Quality};
-use shsa_core::time::Time;
+use shsa_core::time::{Span, Time};
 use std::collections::BTreeMap;
+use std::sync::mpsc::Receiver;
 
 /// The most decisions for a reader that has followed none.
 const MOST_NEWS: u64 = 200;
 
+/// What a request costs: 200 a second are answered, as over the bus, and the rest of the time is that of the needs.
+const COST: Span = Span::from_millis(5);
+
+/// Requests that are answered at once, as those of a page that is opened.
+const AT_ONCE: i64 = 32;
+
+/// The requests that wait, and when those answered so far will have been paid for.
+pub(in super::super) struct Questions {
+    calls: Receiver<Call>,
+    paid: Time,
+}
+
+impl Questions {
+    pub(in super::super) fn new(calls: Receiver<Call>) -> Questions {
+        Questions { calls, paid: Time::MIN }
+    }
+
+    /// The next one, unless too many have been answered lately.
+    fn next(&mut self, now: Time) -> Option<Call> {
+        if self.due(now).is_some() {
+            return None;
+        }
+        let call = self.calls.try_recv().ok()?;
+        self.paid = self.paid.max(now) + COST;
+        Some(call)
+    }
+
+    /// When the next one may be answered, where that is not now.
+    pub(super) fn due(&self, now: Time) -> Option<Time> {
+        let due = self.paid - COST.times(AT_ONCE);
+        (due > now).then_some(due)
+    }
+}
+
 impl Session {
+    /// Answers requests. What comes from the bus meanwhile goes first: no request costs a need its age.
     pub(super) fn answer(&mut self) -> Result<(), RuntimeError> {
-        while let Ok(Call { request, reply }) = self.requests.try_recv() {
+        while let Some(Call { request, reply }) = self.requests.next(self.now()) {
             reply(match request {
                 Request::State => Reply::Json(self.state()),
                 Request::Health => Reply::Json(self.health()),
@@ -44,6 +80,7 @@ impl Session {
                     Reply::Json(Value::Null)
                 }
             });
+            self.heed()?;
         }
         Ok(())
     }
@@ -193,4 +230,27 @@ fn find<'h>(healers: &'h mut [Healer], model: Option<&str>) -> Result<&'h mut He
         None => return Err(format!("say which model: {known}")),
     };
     healers.get_mut(at).ok_or_else(|| "no model".to_owned())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::sync::mpsc::channel;
+
+    #[test]
+    fn a_flood_of_requests_is_answered_at_a_steady_pace() {
+        let (calls, waiting) = channel();
+        let mut questions = Questions::new(waiting);
+        for _ in 0..1_000 {
+            calls.send(Call { request: Request::State, reply: Box::new(|_| ()) }).unwrap();
+        }
+        let mut answered = |ms: i64| {
+            let now = Time(ms * 1_000_000);
+            std::iter::from_fn(|| questions.next(now)).count()
+        };
+        assert_eq!([0, 0, 4, 5, 10, 1_000].map(&mut answered), [33, 0, 0, 1, 1, 33]);
+        let now = Time(1_000_000_000);
+        assert_eq!(questions.due(now), Some(Time(1_005_000_000)));
+        assert_eq!(questions.due(Time(1_005_000_000)), None);
+    }
 }

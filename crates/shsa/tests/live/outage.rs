@@ -1,4 +1,4 @@
-//! The connection to a broker is lost and restored: the messages about it.
+//! The connection to a broker is lost and restored, or the broker refuses what is published: the messages about it.
 
 use crate::broker::{Broker, Cut};
 use crate::real::{self, Script};
@@ -100,4 +100,38 @@ fn the_shortest_outage_is_reported() {
         assert!(state["link"]["last_outage"]["for_s"].as_f64().unwrap() < 60.0);
         assert_eq!(state["figures"]["disconnections"], number);
     }
+}
+
+/// The broker takes the claims of an instance and refuses its values: it says so, gives up its claim, and another instance serves.
+#[test]
+fn a_need_that_the_broker_refuses_is_bad_and_another_instance_serves_it() {
+    let Some(python) = real::python() else { return };
+    let rights = "topic readwrite #\nuser barred\ntopic read #\ntopic readwrite shsa/#\n";
+    let lines = ["acl_file FOLDER/rights"];
+    let broker = Broker::start_with(&lines, |folder| std::fs::write(folder.join("rights"), rights).unwrap());
+    let folder = Folder::new();
+    let model = folder.path("tank.yaml");
+    std::fs::write(&model, MODEL).unwrap();
+    let address = format!("mqtt://127.0.0.1:{}", broker.port());
+    let options = json!({ "name": "reader", "port": broker.port() });
+    let mut client = Script::start(&python, "../../../shsa-bridge/tests/python/mqtt_client.py", &options);
+    client.order(&json!({ "subscribe": "tank/level" }));
+    client.order(&json!({ "publish": "tank/gauge", "text": "1.5", "retain": true }));
+
+    let user = ["env", "SHSA_MQTT_USER=barred", "SHSA_MQTT_PASSWORD=any"];
+    let of = |name: &'static str| [model.to_str().unwrap(), "--bus", &address, "--name", name];
+    let barred = Running::start_under(&user, of("barred"));
+    let undelivered = barred.decision("undelivered");
+    assert!(undelivered["because"].as_str().unwrap().contains("NotAuthorized"), "{undelivered}");
+    let state = barred.until("it is bad", |state| {
+        state["models"]["tank"]["needs"]["level"]["quality"] == "Bad"
+            && state["undelivered"]["tank/level"]["refused"]["count"].as_u64() >= Some(1)
+    });
+    assert_eq!(barred.get("/health").0, 503, "{state}");
+
+    let allowed = Running::start(of("allowed"));
+    let message = client.next_with("topic");
+    assert_eq!(message["topic"], "tank/level", "{message}");
+    allowed.until("it is good", |state| state["models"]["tank"]["needs"]["level"]["quality"] == "Good");
+    assert_eq!(allowed.get("/health").0, 200);
 }

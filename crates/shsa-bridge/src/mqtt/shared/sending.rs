@@ -137,6 +137,15 @@ impl State {
         )));
     }
 
+    /// Keeps that the broker has refused the message of this number.
+    pub(super) fn refuse(&mut self, number: u16, reason: String) {
+        if self.refused.len() == TROUBLES_MAX {
+            self.refused.pop_front();
+        }
+        let topic = self.unacknowledged.remove(&number).unwrap_or_default();
+        self.refused.push_back((topic, BridgeError::Refused(format!("the broker says {reason}"))));
+    }
+
     /// Keeps a trouble; an equal one is kept once.
     pub(super) fn trouble(&mut self, trouble: BridgeError) {
         if self.troubles.contains(&trouble) {
