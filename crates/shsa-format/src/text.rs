@@ -1,8 +1,17 @@
 //! Texts for people: aligned tables, counts, times.
 
-/// Rows with aligned columns, two spaces between them, below a head; the caller formats numbers.
+use std::borrow::Cow;
+
+/// Rows with aligned columns, two spaces between them, below a head; the caller formats numbers. Control characters of cells are
+/// written as escapes, but for colours.
 #[must_use]
 pub fn table(head: &[impl AsRef<str>], mut rows: Vec<Vec<String>>) -> String {
+    let clean = |cell: &mut String| {
+        if cell.contains(char::is_control) {
+            *cell = decent(cell).replace('\n', "\\n");
+        }
+    };
+    rows.iter_mut().flatten().for_each(clean);
     rows.insert(0, head.iter().map(|cell| cell.as_ref().to_owned()).collect());
     let columns = rows.iter().map(Vec::len).max().unwrap_or(0);
     let width = |column: usize| {
@@ -16,6 +25,54 @@ pub fn table(head: &[impl AsRef<str>], mut rows: Vec<Vec<String>>) -> String {
         cells.join("  ").trim_end().to_owned()
     };
     rows.iter().map(line).collect::<Vec<_>>().join("\n")
+}
+
+/// A text from elsewhere, such as a name on a bus or in a recording, for one line of a terminal or a log: control characters are
+/// written as escapes, which neither move the cursor nor begin a line.
+#[must_use]
+pub fn printable(text: &str) -> Cow<'_, str> {
+    if !text.contains(char::is_control) {
+        return Cow::Borrowed(text);
+    }
+    let written = |c: char| if c.is_control() { c.escape_debug().to_string() } else { c.to_string() };
+    Cow::Owned(text.chars().map(written).collect())
+}
+
+/// As [`printable`], for a text of our own that may have colours and lines.
+#[must_use]
+pub fn decent(text: &str) -> Cow<'_, str> {
+    let mut rest = text;
+    let mut decent = Cow::Borrowed(text);
+    while let Some(at) = rest.find(|c: char| c.is_control() && c != '\n') {
+        let (before, found) = rest.split_at(at);
+        let colour = colour_code(found);
+        let (kept, after) = match colour {
+            0 => found.split_at(found.chars().next().map_or(0, char::len_utf8)),
+            length => found.split_at(length),
+        };
+        if matches!(decent, Cow::Borrowed(_)) {
+            decent = Cow::Owned(text[..text.len() - rest.len()].to_owned());
+        }
+        let written = decent.to_mut();
+        written.push_str(before);
+        if colour > 0 {
+            written.push_str(kept)
+        } else {
+            written.push_str(&printable(kept))
+        }
+        rest = after;
+    }
+    if let Cow::Owned(written) = &mut decent {
+        written.push_str(rest);
+    }
+    decent
+}
+
+/// The length of the code of a colour with which a text begins, or 0.
+fn colour_code(text: &str) -> usize {
+    let Some(parameters) = text.strip_prefix("\x1b[") else { return 0 };
+    let end = parameters.find(|c: char| !c.is_ascii_digit() && c != ';');
+    end.filter(|end| parameters[*end..].starts_with('m')).map_or(0, |end| end + 3)
 }
 
 /// The number of visible characters of a text, without the codes of its colour.
@@ -52,6 +109,17 @@ pub fn seconds(value: f64) -> String {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn what_comes_from_elsewhere_moves_no_cursor() {
+        assert_eq!(printable("a/b \u{e4}"), "a/b \u{e4}");
+        assert_eq!(printable("a\x1b]0;x\x07\nfailed b\r"), "a\\u{1b}]0;x\\u{7}\\nfailed b\\r");
+        assert_eq!(
+            decent("\x1b[31;1mred\x1b[0m\n and \x1b[2J\x07"),
+            "\x1b[31;1mred\x1b[0m\n and \\u{1b}[2J\\u{7}"
+        );
+        assert_eq!(decent("two\nlines"), "two\nlines");
+    }
 
     #[test]
     fn times_are_written_for_people() {

@@ -9,6 +9,7 @@ use shsa_core::engine::Event;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::{Span, Time};
 use shsa_format::event;
+use shsa_format::text::printable;
 use std::collections::VecDeque;
 use std::io::{self, Write};
 use tokio::sync::broadcast;
@@ -155,6 +156,8 @@ impl EventLog {
     /// Tells an event of the run itself: a lost connection, dropped messages, an order.
     pub(super) fn noted(&mut self, now: Time, kind: &str, because: &str, bridge: &mut dyn Bridge) {
         let at = self.clock.by_wall(now);
+        // It may tell names from the bus.
+        let because = &*printable(because);
         let decision = Decision::Noted { after: now - self.began, at, kind, because };
         let entry = self.written(now, json!({ "kind": kind, "because": because }), &decision);
         self.publish(entry, bridge);

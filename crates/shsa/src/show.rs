@@ -8,6 +8,7 @@ use shsa_core::unit::nearest;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
 use shsa_format::recording::Recording;
+use shsa_format::text;
 use shsa_report::{ReportError, Style};
 use std::fmt;
 use std::io::{IsTerminal, Write, stderr, stdout};
@@ -82,7 +83,7 @@ pub(crate) fn fail(message: impl fmt::Display) {
 }
 
 fn log(level: Level, message: &str) {
-    log::line(level, message).iter().for_each(|line| write(line));
+    log::line(level, &text::decent(message)).iter().for_each(|line| write(line));
 }
 
 /// Tells that a bus cannot be reached, with the reason.

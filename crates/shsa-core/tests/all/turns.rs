@@ -296,3 +296,56 @@ fn a_value_that_nothing_follows_goes_out() {
     given(&mut engine, 0, 5_000);
     assert_eq!(published.last(), Some(&(2_200, 1)), "{published:?}");
 }
+
+/// A source whose values are about as old as the need allows leaves no gap beside another one, whatever its delay and rate.
+#[test]
+fn who_gives_old_values_leaves_no_gap() {
+    for (delay_ms, period_ms) in
+        [(0, 90), (50, 103), (120, 103), (170, 80), (170, 103), (170, 115), (150, 130), (195, 60)]
+    {
+        let signal = |name: &str, rate: String, delay: String| SignalDraft {
+            name: text(name),
+            properties: vec![(text("accuracy"), text(if name == "slow" { "1.0" } else { "0.9" }))],
+            variable: Some(text("v")),
+            rate: Some(text(rate)),
+            delay: Some(text(delay)),
+            timeout: Some(text("900 ms")),
+            value_error: Some(Bounds::One(text("0.1"))),
+            ..SignalDraft::default()
+        };
+        let need = NeedDraft { variable: text("v"), max_age: Some(text("200 ms")), ..NeedDraft::default() };
+        let slow = signal("slow", format!("{} Hz", 1_000.0 / f64::from(period_ms)), format!("{delay_ms} ms"));
+        let (knowledge, problems) = build(&Draft {
+            variables: vec![VariableDraft { name: text("v"), ..VariableDraft::default() }],
+            signals: vec![slow, signal("fast", "80 Hz".into(), "0 ms".into())],
+            needs: vec![need],
+            ..Draft::default()
+        });
+        assert!(problems.iter().all(|it| it.severity != Severity::Error), "{problems:?}");
+        let mut engine = Engine::new(knowledge, Options::default());
+        let mut last = Time(0);
+        for ms in 0..10_000_i64 {
+            let now = Time(ms * MS);
+            while let Some(due) = engine.next_deadline().filter(|due| *due <= now) {
+                engine.handle(Input::Tick(due));
+            }
+            // The fast one comes in bursts, as over a busy network.
+            let given = [(0, ms % i64::from(period_ms) == 0), (1, ms % 140 < 3)];
+            for (at, _) in given.into_iter().filter(|given| given.1) {
+                let value = RawValue::Number(1.0);
+                let signal = SignalId::from_index(at);
+                engine.handle(Input::Observation(Observation { signal, stamp: now, received: now, value }));
+            }
+            while let Some(output) = engine.poll() {
+                let Output::Publication(publication) = output else { continue };
+                let gap = publication.time - last;
+                assert!(
+                    gap.0 <= 200 * MS || ms < 1_000,
+                    "{delay_ms} {period_ms}: {gap:?} before {publication:?}"
+                );
+                last = publication.time;
+            }
+        }
+        assert!(last.0 > 9_800 * MS, "{delay_ms} {period_ms}: nothing after {last:?}");
+    }
+}

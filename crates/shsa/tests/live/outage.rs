@@ -116,11 +116,13 @@ fn a_need_that_the_broker_refuses_is_bad_and_another_instance_serves_it() {
     let options = json!({ "name": "reader", "port": broker.port() });
     let mut client = Script::start(&python, "../../../shsa-bridge/tests/python/mqtt_client.py", &options);
     client.order(&json!({ "subscribe": "tank/level" }));
-    client.order(&json!({ "publish": "tank/gauge", "text": "1.5", "retain": true }));
+    let reading = json!({ "publish": "tank/gauge", "text": "1.5" });
 
     let user = ["env", "SHSA_MQTT_USER=barred", "SHSA_MQTT_PASSWORD=any"];
     let of = |name: &'static str| [model.to_str().unwrap(), "--bus", &address, "--name", name];
     let barred = Running::start_under(&user, of("barred"));
+    barred.until("it hears", |state| state["link"]["up"] == true);
+    client.order(&reading);
     let undelivered = barred.decision("undelivered");
     assert!(undelivered["because"].as_str().unwrap().contains("NotAuthorized"), "{undelivered}");
     let state = barred.until("it is bad", |state| {
@@ -130,6 +132,8 @@ fn a_need_that_the_broker_refuses_is_bad_and_another_instance_serves_it() {
     assert_eq!(barred.get("/health").0, 503, "{state}");
 
     let allowed = Running::start(of("allowed"));
+    allowed.until("it hears", |state| state["link"]["up"] == true);
+    client.order(&reading);
     let message = client.next_with("topic");
     assert_eq!(message["topic"], "tank/level", "{message}");
     allowed.until("it is good", |state| state["models"]["tank"]["needs"]["level"]["quality"] == "Good");

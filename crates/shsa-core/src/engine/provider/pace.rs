@@ -76,6 +76,8 @@ impl Pace {
         let most = slow.min(Span(max_age.0 / 4 * 3)).max(half);
         let patience = self.patience().map_or(most, |patience| patience.min(most));
         let rest = self.usual().map_or(most, |mean| Span(mean.0 / 2).min(most));
-        (self.last.unwrap_or(served) + patience).max(served + rest)
+        let late = (self.last.unwrap_or(served) + patience).max(served + rest);
+        // What the source gives may be older than what has gone out, and help nobody.
+        late.min(served + most)
     }
 }

@@ -39,6 +39,7 @@ pub(super) fn build(
     let mut needed = Vec::new();
     let ages = usual_ages(signals);
     source.needs(&mut |draft| {
+        draft.signal.iter().for_each(|name| problems.printable(name));
         if let Some(need) = need(problems, draft, variables, &ages) {
             needed.push(Needed { at: draft.variable.place, variable: need.variable });
             published.push(Place::from(draft.signal.as_ref().unwrap_or(&draft.variable)));

@@ -31,6 +31,17 @@ impl Problems {
         self.push(Severity::Error, at.into(), message.into(), help.into());
     }
 
+    /// Reports a name that is printed where it would change what a terminal or a line of a log shows.
+    pub(super) fn printable(&mut self, name: &Text) {
+        if name.text.chars().any(char::is_control) {
+            self.error(
+                name,
+                "a name with a control character",
+                "write it without line breaks, tabs and escape sequences",
+            );
+        }
+    }
+
     /// Adds a warning about a whole piece of text.
     pub(super) fn warn(&mut self, at: impl Into<Place>, message: impl Into<String>, help: impl Into<String>) {
         self.push(Severity::Warning, at.into(), message.into(), help.into());

@@ -45,6 +45,7 @@ pub(super) fn build(problems: &mut Problems, source: &mut dyn Source, names: &Na
     let mut undecided = BTreeSet::new();
     let mut learning = Vec::new();
     source.relations(&mut |draft| {
+        problems.printable(&draft.name);
         let relation = match &draft.body {
             BodyDraft::Equation(text) => equation(problems, draft, text, names),
             BodyDraft::Structure { outputs, inputs } => structure(problems, draft, outputs, inputs, names),

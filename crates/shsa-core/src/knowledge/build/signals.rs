@@ -112,6 +112,9 @@ fn drop_repeated(
 }
 
 fn signal(problems: &mut Problems, draft: &SignalDraft, variables: &Variables) -> Option<Signal> {
+    problems.printable(&draft.name);
+    let shared = draft.shares.iter().map(|(name, _)| name);
+    draft.source.iter().chain(shared).for_each(|name| problems.printable(name));
     let variable = carried(problems, draft, variables);
     let (unit, multiple) = unit(problems, draft, variable, variables);
     let scaling = scaling(problems, draft, unit.as_ref(), multiple);
