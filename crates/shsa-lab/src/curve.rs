@@ -11,6 +11,8 @@ pub(crate) struct Curve {
     sums: Vec<f64>,
     /// The median time between two values.
     period_s: f64,
+    /// When sessions begin: nothing is known between the last value before and the first one after such a time.
+    begins: Vec<f64>,
 }
 
 impl Curve {
@@ -26,7 +28,12 @@ impl Curve {
         }
         let period_s = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
         let (times, values) = points.into_iter().unzip();
-        Curve { times, values, sums, period_s }
+        Curve { times, values, sums, period_s, begins: Vec::new() }
+    }
+
+    /// Of sessions that begin at these times, in order.
+    pub(crate) fn of_sessions(points: Vec<(f64, f64)>, begins: &[f64]) -> Curve {
+        Curve { begins: begins.to_vec(), ..Curve::new(points) }
     }
 
     /// What follows it with a time constant above 0, in seconds, from rest. Time: O(n).
@@ -76,6 +83,9 @@ impl Curve {
         let end = *self.times.get(after)?;
         let before = if end == time { after } else { after.checked_sub(1)? };
         let (start, value) = (self.times[before], self.values[before]);
+        if self.begins.iter().any(|begin| start < *begin && *begin <= end) {
+            return None;
+        }
         let share = if end > start { (time - start) / (end - start) } else { 0.0 };
         let here = value + share * (self.values[after] - value);
         Some((here, self.sums[before] + 0.5 * (value + here) * (time - start)))

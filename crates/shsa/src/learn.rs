@@ -12,7 +12,7 @@ use anyhow::{Context, anyhow, bail};
 use shsa_format::model::live::Written;
 use shsa_format::model::read_text;
 use shsa_format::recording;
-use shsa_lab::learning::learn;
+use shsa_lab::learning::learn_sessions;
 use shsa_lab::proposal::{Proposals, Subject};
 use shsa_report::learning::Report;
 use shsa_report::recorded::wanted;
@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
-    let learned = learn(&subject.signals, &Search::default())?;
+    let learned = learn_sessions(&subject.signals, &subject.begins, &Search::default())?;
     let mut proposals = Proposals::new(&subject, &learned, &Search::default())?;
     let serving = arguments.need.as_ref().map(|need| proposals.serve(&subject, need)).transpose()?;
     let report =

@@ -1,20 +1,9 @@
-//! Signals that are computed from another one with its noise: they are no independent witnesses.
+//! Signals that repeat another one with its noise, exactly or but for rounding: they are no independent witnesses.
 
 use crate::learning::least_squares::solve;
+use crate::learning::rounded;
+use crate::learning::shape::Copied;
 use crate::learning::signal::Seen;
-
-/// A signal that repeats another.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Copied {
-    /// The copy.
-    pub signal: usize,
-    /// The original.
-    pub of: usize,
-    /// The factor, in SI units.
-    pub factor: f64,
-    /// The offset, in SI units.
-    pub offset: f64,
-}
 
 /// The relative rounding of written numbers.
 const ROUNDED: f64 = 2e-6;
@@ -38,6 +27,8 @@ struct Shape {
     largest: f64,
     /// Whether it has enough different values or changes.
     is_varied: bool,
+    /// The step to which its values are rounded; 0 where there is none.
+    step: f64,
 }
 
 impl Shape {
@@ -50,11 +41,11 @@ impl Shape {
         let extremes = [(0..values.len()).min_by(by_value)?, (0..values.len()).max_by(by_value)?];
         let largest = values.iter().map(|it| it.abs()).fold(0.0, f64::max);
         let is_varied = changes(values) >= LEAST_CHANGES || different(values) >= LEAST_VALUES;
-        Some(Shape { signal, extremes, largest, is_varied })
+        Some(Shape { signal, extremes, largest, is_varied, step: rounded::step(values) })
     }
 }
 
-/// All copies; of two signals with the same values, the later one counts as the copy.
+/// All copies; of two signals with the same values, the later one counts as the copy; of two that differ by rounding, the coarser one.
 ///
 /// Time: O(signals^2), and O(n) for each two signals that look alike.
 pub(crate) fn all(seen: &Seen<'_>) -> Vec<Copied> {
@@ -63,8 +54,10 @@ pub(crate) fn all(seen: &Seen<'_>) -> Vec<Copied> {
     let mut copies: Vec<Copied> = Vec::new();
     for (at, shape) in shapes.iter().enumerate().filter(|(_, shape)| shape.is_varied) {
         let is_original = |it: &&Shape| copies.iter().all(|copy| copy.signal != it.signal);
-        let copy = shapes[..at].iter().filter(is_original).find_map(|of| copied(seen, shape, of));
-        copies.extend(copy);
+        if let Some(copy) = shapes[..at].iter().filter(is_original).find_map(|of| copied(seen, shape, of)) {
+            copies.iter_mut().filter(|it| it.of == copy.signal).for_each(|it| it.follow(&copy));
+            copies.push(copy);
+        }
     }
     copies
 }
@@ -75,6 +68,13 @@ fn copied(seen: &Seen<'_>, shape: &Shape, original: &Shape) -> Option<Copied> {
     if !have_one_length || !look_alike(seen, shape, original) || own.times() != other.times() {
         return None;
     }
+    exact(seen, shape, original)
+        .or_else(|| rounded::of(seen, (shape.signal, shape.step), (original.signal, original.step)))
+}
+
+/// A copy that differs by the digits of written numbers alone.
+fn exact(seen: &Seen<'_>, shape: &Shape, original: &Shape) -> Option<Copied> {
+    let (own, other) = (&seen.curves[shape.signal], &seen.curves[original.signal]);
     let columns = [other.values().to_vec(), vec![1.0; other.values().len()]];
     let numbers = solve(&columns, own.values(), |_| true)?;
     let (factor, offset) = (numbers[0], numbers[1]);
@@ -92,7 +92,8 @@ fn look_alike(seen: &Seen<'_>, shape: &Shape, original: &Shape) -> bool {
     let [least, most] = original.extremes;
     let factor = (own[most] - own[least]) / (other[most] - other[least]);
     let offset = own[least] - factor * other[least];
-    let rounded = ROUNDED * (shape.largest + factor.abs() * original.largest);
+    let rounded = ROUNDED * (shape.largest + factor.abs() * original.largest)
+        + 0.5 * (shape.step + factor.abs() * original.step);
     let mut samples = own.iter().zip(other).step_by(own.len().div_ceil(SAMPLES));
     samples.all(|(own, other)| (own - factor * other - offset).abs() <= 4.0 * rounded)
 }
@@ -108,4 +109,57 @@ fn different(values: &[f64]) -> usize {
 /// How often a value differs from the one before.
 fn changes(values: &[f64]) -> usize {
     values.windows(2).filter(|pair| pair[0] != pair[1]).count()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::learning::signal::Signal;
+    use shsa_core::unit::Unit;
+
+    fn depth(time: f64) -> f64 {
+        10.0 + 3.0 * (time / 40.0).sin() + (time / 13.0).cos()
+    }
+
+    fn signal(unit: Option<&str>, step: f64, value: impl FnMut(f64) -> f64) -> Signal {
+        let round = |value: f64| (value / step).round() * step;
+        let values = (0..600).map(f64::from).map(value).map(round);
+        let points = values.enumerate().map(|(at, value)| (at as f64, value)).collect();
+        Signal { name: "one".to_owned(), unit: unit.map(|it| Unit::parse(it).unwrap()), points }
+    }
+
+    /// The copy and its original among two signals.
+    #[track_caller]
+    fn check(signals: [Signal; 2], expected: &[(usize, usize)]) {
+        let found = all(&Seen::new(&signals));
+        assert_eq!(found.iter().map(|it| (it.signal, it.of)).collect::<Vec<_>>(), expected, "{found:?}");
+    }
+
+    #[test]
+    fn one_measurement_in_two_units_is_a_copy_of_the_finer_one() {
+        let feet = |unit| signal(unit, 0.1, |time| depth(time) / 0.3048);
+        let metres = |unit| signal(unit, 0.01, depth);
+        check([feet(Some("ft")), metres(Some("m"))], &[(0, 1)]);
+        check([metres(Some("m")), feet(Some("ft"))], &[(1, 0)]);
+        check([feet(None), metres(None)], &[(0, 1)]);
+        check([metres(Some("m")), signal(Some("m"), 0.1, depth)], &[(1, 0)]);
+        let fahrenheit = signal(None, 0.1, |time| 1.8 * depth(time) + 32.0);
+        check([metres(None), fahrenheit], &[(1, 0)]);
+    }
+
+    #[test]
+    fn two_sensors_are_no_copies() {
+        let mut state = 1_u64;
+        let mut chance = || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
+        };
+        let mut noisy = |unit, step, factor: f64, noise: f64| {
+            signal(unit, step, |time| (depth(time) + 3.5 * noise * chance()) * factor)
+        };
+        check([noisy(Some("m"), 0.01, 1.0, 0.005), noisy(Some("m"), 0.01, 1.0, 0.005)], &[]);
+        check([noisy(Some("m"), 0.01, 1.0, 0.02), noisy(Some("ft"), 0.1, 1.0 / 0.3048, 0.02)], &[]);
+        check([noisy(Some("m"), 0.01, 1.0, 0.0), noisy(Some("m"), 0.1, 1.013, 0.0)], &[]);
+        check([noisy(None, 0.01, 1.0, 0.0), noisy(None, 0.1, 2.7, 0.0)], &[]);
+    }
 }

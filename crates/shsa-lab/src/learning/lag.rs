@@ -43,8 +43,12 @@ impl Lagged {
         let step = longest / f64::from(STEPS);
         let (start, end) =
             curve.times().first().copied().zip(curve.times().last().copied()).unwrap_or((0.0, 0.0));
-        let inner: Vec<f64> =
-            times.iter().copied().filter(|it| start + longest < *it && *it < end - longest).collect();
+        // Delays that reach out of the session of a moment are no values.
+        let is_inner = |it: &f64| {
+            let is_known = |time: f64| curve.read(time).is_some();
+            start + longest < *it && *it < end - longest && is_known(it - longest) && is_known(it + longest)
+        };
+        let inner: Vec<f64> = times.iter().copied().filter(is_inner).collect();
         let every = inner.len().div_ceil(FEW).max(1);
         let column = |at: i32| {
             let lag = f64::from(at) * step;
@@ -164,8 +168,8 @@ fn correlated_at(
     let every = rows.len().div_ceil(moments).max(1);
     let rows: Vec<(f64, f64)> = rows.into_iter().step_by(every).collect();
     move |lag: f64| {
-        let value = |time: f64| curve.read(time - sign * lag).map_or(f64::NAN, |(value, _)| value);
-        correlation(&rows.iter().map(|(time, own)| (*own, value(*time))).collect::<Vec<_>>())
+        let value = |time: f64| curve.read(time - sign * lag).map(|(value, _)| value);
+        correlation(&rows.iter().filter_map(|(time, own)| Some((*own, value(*time)?))).collect::<Vec<_>>())
     }
 }
 

@@ -10,6 +10,7 @@ mod shape;
 mod regressors;
 mod saturation;
 mod form;
+mod rounded;
 mod copies;
 mod lag;
 mod pairs;
@@ -26,9 +27,8 @@ mod tests;
 
 pub(crate) use least_squares::solve;
 
-pub use copies::Copied;
 pub use formula::formula;
-pub use shape::{Mode, Relation, Score, Shape};
+pub use shape::{Copied, Mode, Relation, Score, Shape};
 pub use signal::Signal;
 
 use crate::LabError;
@@ -60,7 +60,20 @@ pub struct Learned {
 /// # Errors
 /// When a thread panics.
 pub fn learn(signals: &[Signal], progress: &dyn Progress) -> Result<Learned, LabError> {
-    let seen = Seen::new(signals);
+    learn_sessions(signals, &[], progress)
+}
+
+/// As [`learn`], from sessions that begin at these times, in order: constants are fitted to the first half of each, and so on, so that
+/// no session is one alone that a part has seen.
+///
+/// # Errors
+/// As [`learn`].
+pub fn learn_sessions(
+    signals: &[Signal],
+    begins: &[f64],
+    progress: &dyn Progress,
+) -> Result<Learned, LabError> {
+    let seen = Seen::over(signals, begins);
     let (copies, own) = own(&seen);
     let mut choice = choice::Choice::new(signals.len());
     choice.take_pairs(pairs(&seen, &own, Forms::All, progress)?);

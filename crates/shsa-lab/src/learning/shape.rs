@@ -3,6 +3,28 @@
 use crate::learning::signal::Signal;
 use shsa_core::unit::Dimension;
 
+/// A signal that repeats another.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Copied {
+    /// The copy.
+    pub signal: usize,
+    /// The original.
+    pub of: usize,
+    /// The factor, in SI units.
+    pub factor: f64,
+    /// The offset, in SI units.
+    pub offset: f64,
+}
+
+impl Copied {
+    /// Becomes a copy of what its original has turned out to repeat.
+    pub(crate) fn follow(&mut self, original: &Copied) {
+        self.offset += self.factor * original.offset;
+        self.factor *= original.factor;
+        self.of = original.of;
+    }
+}
+
 /// How the target follows from the inputs; the constants are in [`Relation::numbers`].
 #[derive(Clone, Debug, PartialEq)]
 pub enum Shape {

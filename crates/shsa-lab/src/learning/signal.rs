@@ -73,9 +73,15 @@ pub(crate) struct Seen<'s> {
 }
 
 impl<'s> Seen<'s> {
-    /// Time and memory: O(signals * moments * rates).
+    /// Of one session. Time and memory: O(signals * moments * rates).
     pub(crate) fn new(signals: &'s [Signal]) -> Seen<'s> {
-        let curves: Vec<Curve> = signals.iter().map(|it| Curve::new(in_si(it))).collect();
+        Seen::over(signals, &[])
+    }
+
+    /// Of sessions that begin at these times, in order, of which each has parts of its own: so the result does not depend on their
+    /// order. No times are one session.
+    pub(crate) fn over(signals: &'s [Signal], begins: &[f64]) -> Seen<'s> {
+        let curves: Vec<Curve> = signals.iter().map(|it| Curve::of_sessions(in_si(it), begins)).collect();
         let ends = curves.iter().filter_map(|it| it.times().first().zip(it.times().last()));
         let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), (first, last)| {
             (lo.min(*first), hi.max(*last))
@@ -83,7 +89,8 @@ impl<'s> Seen<'s> {
         let mut keepers: Vec<usize> = Vec::new();
         let clock_of: Vec<usize> =
             (0..signals.len()).map(|signal| clock_of(&curves, &mut keepers, signal)).collect();
-        let clock = |keeper: &usize| Clock::new(&curves, *keeper, start, end);
+        let begins = if begins.is_empty() { &[start] } else { begins };
+        let clock = |keeper: &usize| Clock::new(&curves, *keeper, begins, end);
         let clocks: Vec<Clock> = keepers.iter().map(clock).collect();
         let duration_s = (end - start).max(0.0);
         let lagged = |(curve, clock): (&Curve, &usize)| Lagged::new(curve, &clocks[*clock].times, duration_s);
@@ -118,6 +125,14 @@ impl<'s> Seen<'s> {
     }
 }
 
+/// The share of its session that has passed at a time.
+fn share(begins: &[f64], end: f64, time: f64) -> f64 {
+    let next = begins.partition_point(|begin| *begin <= time).max(1);
+    let from = begins.get(next - 1).copied().unwrap_or(time);
+    let to = begins.get(next).copied().unwrap_or(end);
+    (time - from) / (to - from)
+}
+
 /// The values in SI units, counted from the zero of the signal's own unit.
 fn in_si(signal: &Signal) -> Vec<(f64, f64)> {
     let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -136,11 +151,11 @@ fn clock_of(curves: &[Curve], keepers: &mut Vec<usize>, signal: usize) -> usize 
 }
 
 impl Clock {
-    fn new(curves: &[Curve], keeper: usize, start: f64, end: f64) -> Clock {
+    fn new(curves: &[Curve], keeper: usize, begins: &[f64], end: f64) -> Clock {
         let own = &curves[keeper];
         let every = own.times().len().div_ceil(MOST_MOMENTS).max(1);
         let times: Vec<f64> = own.times().iter().copied().step_by(every).collect();
-        let part = |time: &f64| Part::at((time - start) / (end - start));
+        let part = |time: &f64| Part::at(share(begins, end, *time));
         let values = |curve: &Curve| {
             if curve.period_s() > SAME_RATE * own.period_s() {
                 return Vec::new();

@@ -40,6 +40,30 @@ fn two_that_say_the_same_with_an_offset_and_later() {
     check(&[signal("speed", "m/s", 0.0, speed), other], &["other = delay(speed, 0.7 s)"]);
 }
 
+/// Two days, of which the second one is another part of the same waves.
+#[test]
+fn the_order_of_sessions_does_not_matter() {
+    let later = |number: u32| move |time: f64| 20.0 + 0.4 * wave(number, time - 3.0);
+    let day = |from: f64, at: f64, signal: &Signal| -> Vec<(f64, f64)> {
+        let points = signal.points.iter().filter(|it| from <= it.0 && it.0 < from + DURATION_S / 2.0);
+        points.map(|(time, value)| (time - from + at, *value)).collect()
+    };
+    let whole = [
+        signal("room", "degC", 0.005, |time| 20.0 + 0.4 * wave(1, time)),
+        signal("late", "degC", 0.005, later(1)),
+    ];
+    let half = DURATION_S / 2.0;
+    let sessions = |days: [f64; 2]| -> Vec<String> {
+        let points = |it: &Signal| [day(days[0], 0.0, it), day(days[1], half + 10.0, it)].concat();
+        let signals = whole.each_ref().map(|it| Signal { points: points(it), ..it.clone() });
+        let learned = super::learn_sessions(&signals, &[0.0, half + 10.0], &()).unwrap();
+        learned.relations.iter().map(|it| it.shape.kind().to_owned()).collect()
+    };
+    let forward = sessions([0.0, half]);
+    assert_eq!(forward.len(), 1, "{forward:?}");
+    assert_eq!(forward, sessions([half, 0.0]));
+}
+
 #[test]
 fn what_only_drifts_or_swings_alike_is_not_related() {
     let drift = |number: u32| move |time: f64| 20.0 + 9.0 * time / DURATION_S + 0.3 * wave(number, time);

@@ -77,6 +77,9 @@ fn signal(knowledge: &KnowledgeBase, variable: VariableId, points: Vec<(f64, f64
     Signal { name: variable.name.clone(), unit: variable.unit.clone(), points }
 }
 
+/// The time between two sessions in seconds: longer than any delay, so that none reaches from one into the other.
+const BETWEEN_S: f64 = 10.0;
+
 /// The beginning of a session: its first moment, and how much later than the first session it is put, in seconds.
 #[derive(Clone, Copy)]
 struct Beginning {
@@ -90,14 +93,21 @@ impl Beginning {
     }
 }
 
-/// The samples of each session with its beginning; sessions follow each other.
+/// When each session begins, in seconds of the series.
+pub(super) fn begins(recording: &Recording) -> Vec<f64> {
+    sessions(recording).iter().map(|(_, beginning)| beginning.shift_s).collect()
+}
+
+/// The samples of each session with its beginning; sessions follow each other in the order of time, however the files were named.
 fn sessions(recording: &Recording) -> Vec<(&[Sample], Beginning)> {
     let mut shift_s = 0.0;
     let mut sessions = Vec::new();
-    for (_, samples) in recording.by_session() {
+    let mut in_order: Vec<&[Sample]> = recording.by_session().map(|(_, samples)| samples).collect();
+    in_order.sort_by_key(|samples| (samples.first().map(|it| it.time), samples.len()));
+    for samples in in_order {
         let Some(first) = samples.first().map(|it| it.time) else { continue };
         let from = Beginning { first, shift_s };
-        shift_s = samples.iter().map(|it| from.seconds_to(it.time)).fold(shift_s, f64::max) + 1.0;
+        shift_s = samples.iter().map(|it| from.seconds_to(it.time)).fold(shift_s, f64::max) + BETWEEN_S;
         sessions.push((samples, from));
     }
     sessions

@@ -5,7 +5,7 @@ use crate::campaign::Progress;
 use crate::drafting::{Columns, Role, draft, model_text, variable_names};
 use crate::learning::Signal;
 use crate::naming::number;
-use crate::proposal::series::{computed, measured};
+use crate::proposal::series::{begins, computed, measured};
 use shsa_core::knowledge::{KnowledgeBase, Relation, VariableId};
 use shsa_format::model::live::Written;
 use shsa_format::recording::Recording;
@@ -16,6 +16,8 @@ use std::collections::BTreeSet;
 pub struct Subject {
     /// One for each variable that is recorded, named as the variable.
     pub signals: Vec<Signal>,
+    /// When each session begins, in order, in seconds of the series; empty for one.
+    pub begins: Vec<f64>,
     /// The name of the model.
     pub model: String,
     /// Its text.
@@ -65,7 +67,8 @@ impl Subject {
         }
         let text = model_text(read, &drafted, recordings);
         let (model, known, rests_on) = ("the draft".to_owned(), Vec::new(), Vec::new());
-        Ok(Subject { signals, model, text, equal, known, rests_on, degraded: read.degraded })
+        let begins = read.begins.clone();
+        Ok(Subject { signals, begins, model, text, equal, known, rests_on, degraded: read.degraded })
     }
 
     /// The variables of a model, each by its fastest recorded signal that is derived from no other; one that no signal measures, by its
@@ -84,7 +87,16 @@ impl Subject {
         };
         let known = knowledge.relations().iter().map(relation).collect();
         let (text, degraded) = (model.text.to_owned(), recording.degraded);
-        Subject { signals, model: model.name.to_owned(), text, equal: Vec::new(), known, rests_on, degraded }
+        Subject {
+            signals,
+            begins: begins(recording),
+            model: model.name.to_owned(),
+            text,
+            equal: Vec::new(),
+            known,
+            rests_on,
+            degraded,
+        }
     }
 
     /// Whether the model has a relation of these variables, or computes one of them from the others.

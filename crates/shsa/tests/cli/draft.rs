@@ -57,6 +57,30 @@ fn what_measures_the_same_shares_a_variable() {
 }
 
 #[test]
+fn what_is_missing_or_wrong_in_a_recording_stays_out_of_the_model() {
+    let mut rows = "time,T,missing,rarely,feet [ft],depth [m]\n".to_owned();
+    for row in 0..400 {
+        let depth = 10.0 + 3.0 * (f64::from(row) / 40.0).sin() + (f64::from(row) / 13.0).cos();
+        let temperature = if row == 200 { -127.0 } else { 20.0 + 0.5 * (f64::from(row) / 50.0).sin() };
+        let rarely = if row % 50 == 0 { "inf".to_owned() } else { format!("{:.3}", depth * depth) };
+        writeln!(rows, "{row},{temperature:.2},NaN,{rarely},{:.1},{depth:.2}", depth / 0.3048).unwrap();
+    }
+    let folder = Folder::with(&[("log.csv", rows.as_bytes())]);
+    folder.ends("draft log.csv -o m.yaml", 0);
+    folder.ends("check m.yaml", 0);
+    let model = folder.read("m.yaml");
+    for part in [
+        "source: \"log#T\"",
+        "without a glitch: -127 at 200 s",
+        "#   log#missing: fewer than two values",
+        "derived_from: [depth]",
+        "source: \"log#rarely\"",
+    ] {
+        assert!(model.contains(part), "{part}: {model}");
+    }
+}
+
+#[test]
 fn from_a_recording_to_a_watching_model_in_three_commands() {
     let folder = Folder::with(&[("drive.csv", drive(2_000).as_bytes())]);
     folder.ends("draft drive.csv -o m.yaml", 0);
