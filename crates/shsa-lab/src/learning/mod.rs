@@ -145,10 +145,11 @@ fn own(seen: &Seen<'_>) -> (Vec<Copied>, Vec<usize>) {
     (copies, own)
 }
 
-/// What 99.9 % of the errors of each relation do not exceed, in the unit of the left side of its formula.
+/// What 99.9 % of the errors of each relation do not exceed, in the unit of the left side of its formula; over sessions that begin at
+/// these times.
 #[must_use]
-pub fn tolerances(signals: &[Signal], relations: &[Relation]) -> Vec<f64> {
-    let seen = Seen::new(signals);
+pub fn tolerances(signals: &[Signal], begins: &[f64], relations: &[Relation]) -> Vec<f64> {
+    let seen = Seen::over(signals, begins);
     relations.iter().map(|relation| form::tolerance(&seen, relation)).collect()
 }
 
