@@ -248,7 +248,7 @@ fn copies(read: &Columns, drafted: &Drafted, names: &[String]) -> String {
         };
         let described = format!("{times}{}{plus}", original.signal);
         let unit = unit(read, column).map_or(String::new(), |it| format!(", unit: {}", unit_text(&it)));
-        let offset = match copy.offset / scale(read, column) {
+        let offset = match (copy.offset - zero(read, copy.of) + zero(read, column)) / scale(read, column) {
             offset if offset.abs() > facts.tolerance() => format!(", offset: {}", number(-offset)),
             _ => String::new(),
         };
@@ -310,6 +310,11 @@ fn unit_text(unit: &Unit) -> String {
 
 fn scale(read: &Columns, column: usize) -> f64 {
     unit(read, column).map_or(1.0, |unit| unit.scale)
+}
+
+/// The SI value of the zero of the column's unit.
+fn zero(read: &Columns, column: usize) -> f64 {
+    unit(read, column).map_or(0.0, |unit| unit.offset)
 }
 
 fn same_dimension(read: &Columns, one: usize, other: usize) -> bool {

@@ -114,7 +114,9 @@ fn changes(values: &[f64]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::calibration::Chance;
     use crate::learning::signal::Signal;
+    use proptest::prelude::*;
     use shsa_core::unit::Unit;
 
     fn depth(time: f64) -> f64 {
@@ -147,13 +149,95 @@ mod tests {
         check([metres(None), fahrenheit], &[(1, 0)]);
     }
 
+    /// One measurement as two displays show it, with noise of their own: units, steps in the unit of the second one, and whether digits
+    /// are cut off or rounded.
+    #[derive(Clone, Debug)]
+    struct Shown {
+        units: [&'static str; 2],
+        are_known: bool,
+        steps: [f64; 2],
+        is_cut: bool,
+        is_single: bool,
+        noise: f64,
+        waves: [f64; 4],
+        seed: u64,
+    }
+
+    impl Shown {
+        fn signals(&self) -> [Signal; 2] {
+            let mut chance = Chance::new(self.seed);
+            let units = self.units.map(|it| Unit::parse(it).unwrap());
+            let [one, two, offset, size] = self.waves;
+            let coarse = self.steps[0] + self.steps[1];
+            let value = |time: f64| {
+                coarse
+                    * (offset
+                        + size * ((time / one).sin() + 0.5 * (time / two).cos() + 0.1 * (time / 3.1).sin()))
+            };
+            [0, 1].map(|at| {
+                let step = self.steps[at] * units[1].scale / units[at].scale;
+                let points = (0..700).map(f64::from).map(|time| {
+                    let measured = value(time) + self.noise * coarse * chance.normal();
+                    let steps = units[at].from_si(units[1].to_si(measured)) / step;
+                    let written = step * if self.is_cut { steps.floor() } else { steps.round() };
+                    (time, if self.is_single { f64::from(written as f32) } else { written })
+                });
+                let unit = self.are_known.then(|| units[at].clone());
+                Signal { name: format!("shown_{at}"), unit, points: points.collect() }
+            })
+        }
+    }
+
+    /// Steps that differ by their size: 0.001 and 0.05, say.
+    fn shown(noise: f64) -> impl Strategy<Value = Shown> {
+        let units = prop::sample::select(vec![
+            ["m", "ft"],
+            ["ft", "m"],
+            ["m", "m"],
+            ["degC", "degF"],
+            ["degF", "degC"],
+            ["m/s", "km/h"],
+            ["kPa", "psi"],
+            ["rad", "deg"],
+            ["km/h", "m/s"],
+        ]);
+        let steps = (1..=3_i32, 1.6..30.0_f64, any::<bool>()).prop_map(|(tens, ratio, is_first)| {
+            let fine = 0.1_f64.powi(tens);
+            if is_first { [fine * ratio, fine] } else { [fine, fine * ratio] }
+        });
+        let waves = [30.0..90.0_f64, 11.0..25.0_f64, -200.0..200.0_f64, 20.0..200.0_f64];
+        (units, any::<bool>(), steps, any::<[bool; 2]>(), waves, any::<u64>()).prop_map(
+            move |(units, are_known, steps, [is_cut, is_single], waves, seed)| Shown {
+                units,
+                are_known,
+                steps,
+                is_cut,
+                is_single,
+                noise,
+                waves,
+                seed,
+            },
+        )
+    }
+
+    proptest! {
+        #[test]
+        fn two_displays_of_one_measurement_are_a_copy_of_the_finer_one(shown in shown(0.0)) {
+            let coarse = usize::from(shown.steps[1] > shown.steps[0]);
+            let found = all(&Seen::new(&shown.signals()));
+            prop_assert_eq!(found.iter().map(|it| (it.signal, it.of)).collect::<Vec<_>>(), [(coarse, 1 - coarse)]);
+        }
+
+        #[test]
+        fn noise_beyond_rounding_shows_two_sensors(shown in shown(0.5)) {
+            prop_assert_eq!(all(&Seen::new(&shown.signals())), []);
+        }
+    }
+
     #[test]
     fn two_sensors_are_no_copies() {
-        let mut state = 1_u64;
-        let mut chance = || {
-            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
-            (state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5
-        };
+        let mut chance = Chance::new(1);
+        let mut chance = || chance.share() - 0.5;
         let mut noisy = |unit, step, factor: f64, noise: f64| {
             signal(unit, step, |time| (depth(time) + 3.5 * noise * chance()) * factor)
         };

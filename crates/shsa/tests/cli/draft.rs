@@ -81,6 +81,23 @@ fn what_is_missing_or_wrong_in_a_recording_stays_out_of_the_model() {
 }
 
 #[test]
+fn one_thermometer_in_two_units_is_one_witness() {
+    let mut rows = "time [s],fine [degC],coarse [degF]\n".to_owned();
+    for row in 0..400 {
+        let celsius = 20.0 + 3.0 * (f64::from(row) / 40.0).sin() + (f64::from(row) / 13.0).cos();
+        writeln!(rows, "{row},{celsius:.2},{:.1}", 1.8 * celsius + 32.0).unwrap();
+    }
+    let folder = Folder::with(&[("log.csv", rows.as_bytes())]);
+    folder.ends("draft log.csv -o m.yaml", 0);
+    folder.ends("check m.yaml", 0);
+    let model = folder.read("m.yaml");
+    let copy = model.lines().find(|line| line.starts_with("  coarse: ")).unwrap_or_else(|| panic!("{model}"));
+    assert!(copy.contains("unit: degF, rate:") && copy.contains("derived_from: [fine]"), "{copy}");
+    let report = folder.json("replay m.yaml log.csv", 0);
+    assert_eq!(report["events"], serde_json::json!([]), "{report}");
+}
+
+#[test]
 fn from_a_recording_to_a_watching_model_in_three_commands() {
     let folder = Folder::with(&[("drive.csv", drive(2_000).as_bytes())]);
     folder.ends("draft drive.csv -o m.yaml", 0);
