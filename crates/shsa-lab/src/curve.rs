@@ -11,8 +11,8 @@ pub(crate) struct Curve {
     sums: Vec<f64>,
     /// The median time between two values.
     period_s: f64,
-    /// When sessions begin: nothing is known between the last value before and the first one after such a time.
-    begins: Vec<f64>,
+    /// Where sessions meet, in order: nothing is known between the last value before and the first one after such a time.
+    joints: Vec<f64>,
 }
 
 impl Curve {
@@ -28,19 +28,31 @@ impl Curve {
         }
         let period_s = median(points.windows(2).map(|pair| pair[1].0 - pair[0].0));
         let (times, values) = points.into_iter().unzip();
-        Curve { times, values, sums, period_s, begins: Vec::new() }
+        Curve { times, values, sums, period_s, joints: Vec::new() }
     }
 
-    /// Of sessions that begin at these times, in order.
-    pub(crate) fn of_sessions(points: Vec<(f64, f64)>, begins: &[f64]) -> Curve {
-        Curve { begins: begins.to_vec(), ..Curve::new(points) }
+    /// Of sessions that meet at these times, in order.
+    pub(crate) fn of_sessions(points: Vec<(f64, f64)>, joints: &[f64]) -> Curve {
+        Curve { joints: joints.to_vec(), ..Curve::new(points) }
     }
 
-    /// What follows it with a time constant above 0, in seconds, from rest. Time: O(n).
+    /// Whether both times are in one session. Time: O(log sessions).
+    fn is_whole(&self, from: f64, to: f64) -> bool {
+        self.joints.is_empty() || self.session(from) == self.session(to)
+    }
+
+    fn session(&self, time: f64) -> usize {
+        self.joints.partition_point(|joint| *joint <= time)
+    }
+
+    /// What follows it with a time constant above 0, in seconds, from rest in each session. Time: O(n).
     pub(crate) fn followed(&self, tau_s: f64) -> Curve {
         let (mut last, mut before) = (self.values.first().copied().unwrap_or(0.0), None::<(f64, f64)>);
         let mut follow = |(time, value): (f64, f64)| {
-            if let Some((start, earlier)) = before.replace((time, value)) {
+            let earlier = before.replace((time, value));
+            if earlier.is_some_and(|(start, _)| !self.is_whole(start, time)) {
+                last = value;
+            } else if let Some((start, earlier)) = earlier {
                 let kept = (-(time - start) / tau_s).exp();
                 // The exact answer to a line from one value to the next.
                 let slope = (value - earlier) / (time - start);
@@ -48,7 +60,8 @@ impl Curve {
             }
             (time, last)
         };
-        Curve::new(self.times.iter().copied().zip(self.values.iter().copied()).map(&mut follow).collect())
+        let points = self.times.iter().copied().zip(self.values.iter().copied()).map(&mut follow).collect();
+        Curve::of_sessions(points, &self.joints)
     }
 
     /// The median time between two values, in seconds.
@@ -83,12 +96,17 @@ impl Curve {
         let end = *self.times.get(after)?;
         let before = if end == time { after } else { after.checked_sub(1)? };
         let (start, value) = (self.times[before], self.values[before]);
-        if self.begins.iter().any(|begin| start < *begin && *begin <= end) {
+        if !self.is_whole(start, end) {
             return None;
         }
         let share = if end > start { (time - start) / (end - start) } else { 0.0 };
         let here = value + share * (self.values[after] - value);
         Some((here, self.sums[before] + 0.5 * (value + here) * (time - start)))
+    }
+
+    /// The value at this time before a moment, or after it where it is below 0; `None` also where that is in another session.
+    pub(crate) fn before(&self, time: f64, lag_s: f64) -> Option<f64> {
+        self.is_whole(time - lag_s, time).then(|| self.read(time - lag_s))?.map(|it| it.0)
     }
 
     /// The value of the nearest moment, for what takes steps.
@@ -102,7 +120,7 @@ impl Curve {
 
     /// The value at a moment, or its mean where the moment is long.
     pub(crate) fn at(&self, from: f64, to: f64) -> Option<f64> {
-        let (value, end) = self.read(to)?;
+        let (value, end) = self.read(to).filter(|_| self.is_whole(from, to))?;
         if to - from < 1e-9 {
             return Some(value);
         }

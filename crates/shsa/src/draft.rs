@@ -38,7 +38,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     written::ensure_free([arguments.output.as_path()], &recordings)?;
     let mut read = arguments.columns.read()?;
     let told = read.warnings.len();
-    let mut drafted = draft(&read.columns, &Search::default())?;
+    let mut drafted = draft(&read.columns, &read.joints, &Search::default())?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }

@@ -52,7 +52,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let mut read = arguments.columns.read()?;
     let mut asking = Asking { is_over: arguments.yes };
     ask_units(&mut read, &mut asking)?;
-    let mut drafted = draft(&read.columns, &Search::default())?;
+    let mut drafted = draft(&read.columns, &read.joints, &Search::default())?;
     if drafted.groups.is_empty() {
         bail!("nothing in the recording can be a signal: it has no number that changes");
     }

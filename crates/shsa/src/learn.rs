@@ -65,7 +65,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
     }
-    let learned = learn_sessions(&subject.signals, &subject.begins, &Search::default())?;
+    let learned = learn_sessions(&subject.signals, &subject.joints, &Search::default())?;
     let mut proposals = Proposals::new(&subject, &learned, &Search::default())?;
     let serving = arguments.need.as_ref().map(|need| proposals.serve(&subject, need)).transpose()?;
     let report =

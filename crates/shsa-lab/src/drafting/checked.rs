@@ -88,7 +88,7 @@ mod tests {
             points: (0..200).map(f64::from).map(|time| (time, value(time))).collect(),
         });
         let columns = Columns::of_series(series.collect());
-        let drafted = draft(&columns.columns, &()).unwrap();
+        let drafted = draft(&columns.columns, &[], &()).unwrap();
         (columns, drafted)
     }
 

@@ -57,8 +57,8 @@ pub struct Columns {
     pub columns: Vec<Column>,
     /// What the files say of each.
     pub about: Vec<About>,
-    /// When each session begins, in order, in seconds.
-    pub begins: Vec<f64>,
+    /// A time between each two sessions, in order, in seconds.
+    pub joints: Vec<f64>,
     /// Fields that cannot be signals, with the reason.
     pub left_out: Vec<(String, String)>,
     /// What is to be reported of the recordings.
@@ -98,7 +98,7 @@ impl Columns {
         Columns {
             columns,
             about,
-            begins: Vec::new(),
+            joints: Vec::new(),
             left_out: Vec::new(),
             warnings: Vec::new(),
             degraded: false,
@@ -138,10 +138,7 @@ impl Origin {
         let mut warnings: Vec<String> = self.mixed_rows(&survey.recording).into_iter().collect();
         let mut values = Values::new(wanted.len());
         if survey.can_stream {
-            let sessions = &survey.recording.sessions;
-            let mut in_order: Vec<usize> = (0..sessions.len()).collect();
-            in_order.sort_by_key(|it| (sessions[*it].span.0, sessions[*it].samples.len()));
-            for session in in_order {
+            for session in 0..survey.recording.sessions.len() {
                 values.begin();
                 for sample in recording::stream(&self.recordings, &wanted, options, &survey, session)? {
                     values.take(&sample?);
@@ -149,19 +146,17 @@ impl Origin {
             }
         } else {
             let recording = recording::read(&self.recordings, &wanted, options)?;
-            let mut in_order: Vec<_> = recording.by_session().collect();
-            in_order.sort_by_key(|(session, samples)| (session.span.0, samples.len()));
-            for (_, samples) in in_order {
+            for (_, samples) in recording.by_session() {
                 values.begin();
                 samples.iter().for_each(|sample| values.take(sample));
             }
         }
         warnings.extend(survey.recording.warnings.iter().map(ToString::to_string));
-        let begins = values.begins;
+        let (columns, joints) = values.in_order();
         let kinds: Vec<String> = listed.iter().map(|it| kind(&it.bare)).collect();
-        let columns = values.columns.into_iter().zip(&mut about).zip(kinds);
+        let columns = columns.into_iter().zip(&mut about).zip(kinds);
         let columns = columns.map(|((points, about), kind)| points.column(about, kind)).collect();
-        Ok(Columns { columns, about, begins, left_out, warnings, degraded: survey.recording.degraded })
+        Ok(Columns { columns, about, joints, left_out, warnings, degraded: survey.recording.degraded })
     }
 
     /// What a source says of the time, so that the model needs no arguments.

@@ -23,16 +23,18 @@ const MOMENTS: usize = 4_000;
 const LETTERS: usize = 3;
 
 /// The groups of some columns, each column in one of them; those of equal content by relations, then those of one kind that are
-/// nearly equal.
+/// nearly equal. `joints` are times between sessions.
 pub(super) fn of(
     columns: &[Column],
+    joints: &[f64],
     facts: &[Option<Facts>],
     own: &[usize],
     equal: &[Relation],
 ) -> Vec<Group> {
     let mut parts = Parts { of: (0..columns.len()).collect() };
-    let curves: Vec<Curve> = columns.iter().map(|it| Curve::new(it.signal.points.clone())).collect();
-    let measured = Measured { columns, facts, curves: &curves };
+    let curves: Vec<Curve> =
+        columns.iter().map(|it| Curve::of_sessions(it.signal.points.clone(), joints)).collect();
+    let measured = Measured { columns, joints, facts, curves: &curves };
     for relation in equal.iter().filter(|it| matches!(it.shape, Shape::Equal { .. })) {
         parts.join(relation.target, relation.inputs[0]);
     }
@@ -68,6 +70,7 @@ impl Parts {
 /// The columns with what is known of them, and their values as curves.
 struct Measured<'a> {
     columns: &'a [Column],
+    joints: &'a [f64],
     facts: &'a [Option<Facts>],
     curves: &'a [Curve],
 }
@@ -147,7 +150,7 @@ impl Measured<'_> {
     /// The delay of a column after another, where a relation shows one, and whether a relation shows that both are equal.
     fn delay(&self, column: usize, first: usize) -> (f64, bool) {
         let signals = [column, first].map(|it| self.columns[it].signal.clone());
-        let Some(found) = between(&signals) else { return (0.0, false) };
+        let Some(found) = between(&signals, self.joints) else { return (0.0, false) };
         match found.shape {
             Shape::Equal { lag_s } if found.target == 0 => (lag_s, true),
             Shape::Equal { lag_s } => (-lag_s, true),

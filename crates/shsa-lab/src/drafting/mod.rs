@@ -89,12 +89,12 @@ pub struct Drafted {
     pub needs: Vec<Needed>,
 }
 
-/// Drafts a model of columns, and reports the progress. Equal columns give equal drafts. Time: O(pairs of columns), with bounded
+/// Drafts a model of columns of sessions that meet at these times, in order, and reports the progress. Equal columns give equal drafts. Time: O(pairs of columns), with bounded
 /// moments each; on all cores.
 ///
 /// # Errors
 /// When a thread panics.
-pub fn draft(columns: &[Column], progress: &dyn Progress) -> Result<Drafted, LabError> {
+pub fn draft(columns: &[Column], joints: &[f64], progress: &dyn Progress) -> Result<Drafted, LabError> {
     let facts = on_all_cores(columns.len(), None, progress, "columns", |column| Facts::of(&columns[column]))?;
     let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
     let may_measure = |column: usize| {
@@ -102,7 +102,7 @@ pub fn draft(columns: &[Column], progress: &dyn Progress) -> Result<Drafted, Lab
             .as_ref()
             .is_some_and(|it| !it.is_constant() && !it.is_untimed && !it.is_even && it.levels.is_none())
     };
-    let learned = learn_pairs(&signals, &may_measure, progress)?;
+    let learned = learn_pairs(&signals, joints, &may_measure, progress)?;
     let roles: Vec<Role> =
         (0..columns.len()).map(|column| role(columns, &facts, &learned.copies, column)).collect();
     let own: Vec<usize> = (0..columns.len()).filter(|it| roles[*it] == Role::Signal).collect();
@@ -111,10 +111,10 @@ pub fn draft(columns: &[Column], progress: &dyn Progress) -> Result<Drafted, Lab
         .into_iter()
         .filter(|it| it.signals().iter().all(|signal| roles[*signal] == Role::Signal))
         .collect();
-    let groups = groups::of(columns, &facts, &own, &relations);
+    let groups = groups::of(columns, joints, &facts, &own, &relations);
     let is_rate = |it: &Relation| matches!(it.shape, Shape::Rate { .. } | Shape::Integral);
     let mut rates: Vec<Relation> = relations.into_iter().filter(is_rate).collect();
-    let likely = rates::of(columns, &groups, &rates);
+    let likely = rates::of(columns, joints, &groups, &rates);
     rates.extend(likely);
     Ok(Drafted { facts, roles, groups, rates, needs: Vec::new() })
 }

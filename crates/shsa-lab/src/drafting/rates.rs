@@ -24,10 +24,10 @@ const LEAST_FACTOR: f64 = 0.6;
 const ALIKE: f64 = 0.75;
 
 /// The rates among the first columns of groups, of those in no known relation: pairs whose units say so, with a factor near to 1 or
-/// to -1.
+/// to -1. `joints` are times between sessions.
 ///
 /// Time: O(pairs of such units), with bounded moments each.
-pub(super) fn of(columns: &[Column], groups: &[Group], known: &[Relation]) -> Vec<Relation> {
+pub(super) fn of(columns: &[Column], joints: &[f64], groups: &[Group], known: &[Relation]) -> Vec<Relation> {
     let first: Vec<usize> = groups.iter().map(|group| group.members[0].column).collect();
     let dimension = |column: usize| columns[column].signal.unit.as_ref().map(|unit| unit.dimension);
     let is_rate = |target: usize, input: usize| {
@@ -38,22 +38,25 @@ pub(super) fn of(columns: &[Column], groups: &[Group], known: &[Relation]) -> Ve
     let mut found = Vec::new();
     for &target in first.iter().filter(|it| !is_known(it)) {
         for &input in first.iter().filter(|it| is_rate(target, **it)) {
-            found.extend(rate(columns, target, input));
+            found.extend(rate(
+                [target, input].map(|column| Curve::of_sessions(in_si(&columns[column]), joints)),
+                target,
+                input,
+            ));
         }
     }
     found
 }
 
 /// The rate over the window that leaves least of the target, if any leaves little enough.
-fn rate(columns: &[Column], target: usize, input: usize) -> Option<Relation> {
-    let [own, other] = [target, input].map(|column| Curve::new(in_si(&columns[column])));
+fn rate([own, other]: [Curve; 2], target: usize, input: usize) -> Option<Relation> {
     let period_s = own.period_s().max(other.period_s());
     let times = if own.period_s() >= other.period_s() { own.times() } else { other.times() };
     let lasts_s = times.last()? - times.first()?;
     let windows = WINDOWS.iter().map(|periods| periods * period_s).filter(|it| *it <= LONGEST * lasts_s);
     let over = |window_s: f64| {
         let at = |time: &f64| {
-            let rate = (other.read(*time)?.0 - other.read(time - window_s)?.0) / window_s;
+            let rate = (other.read(*time)?.0 - other.before(*time, window_s)?) / window_s;
             Some((own.at(time - window_s, *time)?, rate))
         };
         let every = times.len().div_ceil(MOMENTS).max(1);
@@ -123,7 +126,7 @@ mod tests {
         let member = |column| Member { column, delay_s: 0.0, offset: 0.0, apart: 0.0, share: 0.0, because };
         let groups: Vec<Group> =
             (0..columns.len()).map(|column| Group { members: vec![member(column)] }).collect();
-        of(columns, &groups, &[]).into_iter().map(|it| (it.target, it.inputs)).collect()
+        of(columns, &[], &groups, &[]).into_iter().map(|it| (it.target, it.inputs)).collect()
     }
 
     fn speed(time: f64) -> f64 {

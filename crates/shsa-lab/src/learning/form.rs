@@ -4,6 +4,7 @@ use crate::learning::MOST_UNEXPLAINED;
 use crate::learning::least_squares::solve;
 use crate::learning::regressors::Regressors;
 use crate::learning::saturation;
+use crate::learning::sessions::Place;
 use crate::learning::shape::{Relation, Score, Shape};
 use crate::learning::signal::{Part, Seen};
 
@@ -23,6 +24,7 @@ const LEAST_LEFT: f64 = 1e-4;
 /// A form with its data: the target, the term with the factor 1, and the columns whose factors are fitted.
 pub(crate) struct Design {
     parts: Vec<Part>,
+    places: Vec<Place>,
     target: Vec<f64>,
     fixed: Vec<f64>,
     columns: Vec<Vec<f64>>,
@@ -38,7 +40,8 @@ impl Design {
     fn of_every(every: usize, seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
         let clock = seen.slowest(inputs.iter().copied().chain([target]));
         let regressors = Regressors::new(seen, inputs, shape);
-        let mut design = Design { parts: vec![], target: vec![], fixed: vec![], columns: vec![] };
+        let mut design =
+            Design { parts: vec![], places: vec![], target: vec![], fixed: vec![], columns: vec![] };
         for (row, &time) in clock.times.iter().enumerate().step_by(every) {
             let value = |signal: usize| clock.values[signal].get(row).copied();
             let predicted = match shape {
@@ -52,6 +55,7 @@ impl Design {
                 continue;
             }
             design.parts.push(clock.parts[row]);
+            design.places.push(clock.places[row]);
             design.target.push(predicted);
             design.fixed.push(fixed);
             design.columns.resize_with(regressors.len(), Vec::new);
@@ -59,6 +63,9 @@ impl Design {
         }
         if shape.takes_steps() {
             design.part_each_gear();
+        }
+        if *shape == Shape::Integral && !design.is_one_session() {
+            design.begin_anew();
         }
         design
     }
@@ -126,9 +133,10 @@ impl Design {
 
     /// Divides the time of each gear into parts, as some gears are used late only.
     fn part_each_gear(&mut self) {
-        for column in &self.columns {
-            let rows: Vec<usize> = (0..column.len()).filter(|row| column[*row] != 0.0).collect();
-            divide(&mut self.parts, &rows);
+        for column in 0..self.columns.len() {
+            let is_on = |row: &usize| self.columns[column][*row] != 0.0;
+            let rows: Vec<usize> = (0..self.target.len()).filter(is_on).collect();
+            self.divide(rows);
         }
     }
 
@@ -136,8 +144,38 @@ impl Design {
     fn part_each_piece(&mut self, shape: &Shape) -> Option<()> {
         let numbers = self.fit(shape, |_| true)?;
         let pieces = saturation::pieces(&self.columns, &numbers);
-        pieces.iter().for_each(|rows| divide(&mut self.parts, rows));
+        pieces.into_iter().for_each(|rows| self.divide(rows));
         Some(())
+    }
+
+    /// Divides these rows into parts, by their order within the sessions.
+    fn divide(&mut self, mut rows: Vec<usize>) {
+        self.by_share(&mut rows);
+        for (rank, row) in rows.iter().enumerate() {
+            self.parts[*row] = Part::at(rank as f64 / rows.len() as f64);
+        }
+    }
+
+    /// Puts rows into the order in which they come within the sessions.
+    fn by_share(&self, rows: &mut [usize]) {
+        rows.sort_by(|one, other| self.places[*one].share.total_cmp(&self.places[*other].share));
+    }
+
+    fn is_one_session(&self) -> bool {
+        self.places.windows(2).all(|pair| pair[0].session == pair[1].session)
+    }
+
+    /// Takes the mean of its fitted part from each session: an integral begins in each with another value. So the factor is the one
+    /// beside an offset for each session.
+    fn begin_anew(&mut self) {
+        let mut rows: Vec<usize> = (0..self.target.len()).collect();
+        for of in rows.chunk_by_mut(|one, next| self.places[*one].session == self.places[*next].session) {
+            for values in [&mut self.target].into_iter().chain(self.columns.first_mut()) {
+                let fitted = of.iter().filter(|row| self.parts[**row] == Part::Fitted);
+                let middle = crate::order::mean(&fitted.map(|row| values[*row]).collect::<Vec<_>>());
+                of.iter().for_each(|row| values[*row] -= middle);
+            }
+        }
     }
 
     /// The factors of the gears, fitted without the samples around each change.
@@ -225,15 +263,26 @@ impl Design {
     /// The factor of the first column beside a parabola in time, in either half.
     pub(crate) fn factors_beside_time(&self) -> Option<[f64; 2]> {
         let columns: Vec<Vec<f64>> = self.columns.first().cloned().into_iter().chain(self.time()).collect();
-        let half = self.target.len() / 2;
-        let early = solve(&columns, &self.target, |row| row < half)?;
-        let late = solve(&columns, &self.target, |row| row >= half)?;
+        let mut rows: Vec<usize> = (0..self.target.len()).collect();
+        self.by_share(&mut rows);
+        let mut is_early = vec![false; rows.len()];
+        rows.iter().take(rows.len() / 2).for_each(|row| is_early[*row] = true);
+        let early = solve(&columns, &self.target, |row| is_early[row])?;
+        let late = solve(&columns, &self.target, |row| !is_early[row])?;
         Some([early[0], late[0]])
     }
 
-    fn time(&self) -> [Vec<f64>; 3] {
-        let at = |row: usize| row as f64 / self.target.len() as f64;
-        [0, 1, 2].map(|power| (0..self.target.len()).map(|row| at(row).powi(power)).collect())
+    /// A parabola over all sessions, and where there are several, one that is the same in each.
+    fn time(&self) -> Vec<Vec<f64>> {
+        let rows = 0..self.target.len();
+        let whole = |row: usize| row as f64 / self.target.len() as f64;
+        let parabola = [0, 1, 2].map(|power| rows.clone().map(|row| whole(row).powi(power)).collect());
+        let mut columns = Vec::from(parabola);
+        if !self.is_one_session() {
+            let within = |power: i32| self.places.iter().map(|it| it.share.powi(power)).collect();
+            columns.extend([1, 2].map(within));
+        }
+        columns
     }
 }
 
@@ -291,13 +340,6 @@ pub(crate) fn share_elsewhere(seen: &Seen<'_>, relation: &Relation) -> Option<f6
     let errors = design.errors(&relation.shape, &relation.numbers);
     let moves = deviation(design.target.iter().copied());
     (errors.len() >= 10 && moves > 0.0).then(|| deviation(errors.iter().copied()) / moves)
-}
-
-/// Divides these rows into parts, by their order.
-fn divide(parts: &mut [Part], rows: &[usize]) {
-    for (rank, row) in rows.iter().enumerate() {
-        parts[*row] = Part::at(rank as f64 / rows.len() as f64);
-    }
 }
 
 /// The largest size without the trimmed share.

@@ -45,8 +45,8 @@ impl Lagged {
             curve.times().first().copied().zip(curve.times().last().copied()).unwrap_or((0.0, 0.0));
         // Delays that reach out of the session of a moment are no values.
         let is_inner = |it: &f64| {
-            let is_known = |time: f64| curve.read(time).is_some();
-            start + longest < *it && *it < end - longest && is_known(it - longest) && is_known(it + longest)
+            let is_known = |lag_s: f64| curve.before(*it, lag_s).is_some();
+            start + longest < *it && *it < end - longest && is_known(longest) && is_known(-longest)
         };
         let inner: Vec<f64> = times.iter().copied().filter(is_inner).collect();
         let every = inner.len().div_ceil(FEW).max(1);
@@ -168,7 +168,7 @@ fn correlated_at(
     let every = rows.len().div_ceil(moments).max(1);
     let rows: Vec<(f64, f64)> = rows.into_iter().step_by(every).collect();
     move |lag: f64| {
-        let value = |time: f64| curve.read(time - sign * lag).map(|(value, _)| value);
+        let value = |time: f64| curve.before(time, sign * lag);
         correlation(&rows.iter().filter_map(|(time, own)| Some((*own, value(*time)?))).collect::<Vec<_>>())
     }
 }

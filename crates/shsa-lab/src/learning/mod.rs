@@ -4,6 +4,7 @@
 //! from others)`. Constants are fitted to the first half of the time; forms compete on the next fifth; the rest gives the error
 //! of each relation. Simple forms are preferred, and units must match.
 
+mod sessions;
 mod signal;
 mod least_squares;
 mod shape;
@@ -63,17 +64,17 @@ pub fn learn(signals: &[Signal], progress: &dyn Progress) -> Result<Learned, Lab
     learn_sessions(signals, &[], progress)
 }
 
-/// As [`learn`], from sessions that begin at these times, in order: constants are fitted to the first half of each, and so on, so that
+/// As [`learn`], from sessions that meet at these times, in order: constants are fitted to the first half of each, and so on, so that
 /// no session is one alone that a part has seen.
 ///
 /// # Errors
 /// As [`learn`].
 pub fn learn_sessions(
     signals: &[Signal],
-    begins: &[f64],
+    joints: &[f64],
     progress: &dyn Progress,
 ) -> Result<Learned, LabError> {
-    let seen = Seen::over(signals, begins);
+    let seen = Seen::over(signals, joints);
     let (copies, own) = own(&seen);
     let mut choice = choice::Choice::new(signals.len());
     choice.take_pairs(pairs(&seen, &own, Forms::All, progress)?);
@@ -95,10 +96,11 @@ pub fn learn_sessions(
 /// each.
 pub(crate) fn learn_pairs(
     signals: &[Signal],
+    joints: &[f64],
     may_relate: &dyn Fn(usize) -> bool,
     progress: &dyn Progress,
 ) -> Result<Learned, LabError> {
-    let seen = Seen::new(signals);
+    let seen = Seen::over(signals, joints);
     let (copies, mut own) = own(&seen);
     own.retain(|signal| may_relate(*signal));
     let mut choice = choice::Choice::new(signals.len());
@@ -129,8 +131,8 @@ fn pairs(
 }
 
 /// The best relation of two signals, if there is any.
-pub(crate) fn between(signals: &[Signal; 2]) -> Option<Relation> {
-    pairs::of(&Seen::new(signals), 0, 1, Forms::Motion)
+pub(crate) fn between(signals: &[Signal; 2], joints: &[f64]) -> Option<Relation> {
+    pairs::of(&Seen::over(signals, joints), 0, 1, Forms::Motion)
 }
 
 /// Copies, and the signals that move and are no copies.
@@ -145,11 +147,11 @@ fn own(seen: &Seen<'_>) -> (Vec<Copied>, Vec<usize>) {
     (copies, own)
 }
 
-/// What 99.9 % of the errors of each relation do not exceed, in the unit of the left side of its formula; over sessions that begin at
+/// What 99.9 % of the errors of each relation do not exceed, in the unit of the left side of its formula; over sessions that meet at
 /// these times.
 #[must_use]
-pub fn tolerances(signals: &[Signal], begins: &[f64], relations: &[Relation]) -> Vec<f64> {
-    let seen = Seen::over(signals, begins);
+pub fn tolerances(signals: &[Signal], joints: &[f64], relations: &[Relation]) -> Vec<f64> {
+    let seen = Seen::over(signals, joints);
     relations.iter().map(|relation| form::tolerance(&seen, relation)).collect()
 }
 

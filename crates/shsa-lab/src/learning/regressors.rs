@@ -28,7 +28,7 @@ impl<'s> Regressors<'s> {
     pub(crate) fn at(&self, time: f64, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, Vec<f64>)> {
         let first = *self.inputs.first()?;
         let curve = &self.seen.curves[first];
-        let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { Some(curve.read(time - lag_s)?.0) };
+        let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { curve.before(time, lag_s) };
         let values = || self.inputs.iter().map(|input| value(*input));
         let fixed = |of: f64| Some((of, vec![1.0]));
         let columns = match self.shape {
@@ -63,7 +63,7 @@ impl<'s> Regressors<'s> {
             Shape::Mean { window_s } => vec![curve.at(time - window_s, time)?, 1.0],
             Shape::Follower { .. } => vec![self.followed.as_ref()?.read(time)?.0, 1.0],
             Shape::Rate { window_s } => {
-                vec![(curve.read(time)?.0 - curve.read(time - window_s)?.0) / window_s]
+                vec![(curve.read(time)?.0 - curve.before(time, *window_s)?) / window_s]
             }
             Shape::Integral => vec![curve.read(time)?.1, 1.0],
             Shape::Product(powers) => vec![self.product(powers, &value)?],

@@ -185,16 +185,17 @@ impl Relation {
     }
 
     /// Whether only the recording is evidence for the relation: a line or a curve between two quantities of different kinds, unless
-    /// it is a radius that turns an angle into a length.
+    /// it is a radius that turns an angle into a length, or a length into an angle.
     #[must_use]
     pub fn is_statistical(&self, signals: &[Signal]) -> bool {
         let dimension = |signal: usize| signals[signal].unit.as_ref().map(|unit| unit.dimension);
-        let radius = Dimension::LENGTH.over(Dimension::ANGLE);
+        let (length, angle) = (Dimension::LENGTH, Dimension::ANGLE);
+        let radius = [length.over(angle), angle.over(length)];
         let has_ground = |input: usize| {
             let (own, other) = (dimension(self.target), dimension(input));
             let ratio = own.zip(other).and_then(|(own, other)| own.over(other));
             let is_multiple = matches!(self.numbers[..], [_, 0.0]);
-            own == other || is_multiple && ratio.is_some() && ratio == radius
+            own == other || is_multiple && ratio.is_some() && radius.contains(&ratio)
         };
         let is_curve = matches!(
             self.shape,

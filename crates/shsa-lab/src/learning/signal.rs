@@ -2,12 +2,13 @@
 
 use crate::curve::Curve;
 use crate::learning::lag::Lagged;
+use crate::learning::sessions::{Place, Sessions};
 use shsa_core::unit::{Dimension, Unit};
 
 /// The most moments at which relations are searched, taken evenly.
 const MOST_MOMENTS: usize = 2_000;
 
-/// The end of the part for fits, and the end of the part for the choice of forms, as shares of the time.
+/// The end of the part for fits, and the end of the part for the choice of forms, as shares of the time of each session.
 const FITTED: f64 = 0.5;
 const CHOSEN: f64 = 0.7;
 
@@ -54,6 +55,7 @@ impl Part {
 pub(crate) struct Clock {
     pub(crate) times: Vec<f64>,
     pub(crate) parts: Vec<Part>,
+    pub(crate) places: Vec<Place>,
     /// The values of each signal; not a number where it has none; empty for slower signals.
     pub(crate) values: Vec<Vec<f64>>,
 }
@@ -68,7 +70,7 @@ pub(crate) struct Seen<'s> {
     clock_of: Vec<usize>,
     /// Each signal with delays, by its clock.
     pub(crate) lagged: Vec<Lagged>,
-    /// The time from the first to the last moment, in seconds.
+    /// The time of the sessions in seconds, of which windows and delays are shares.
     pub(crate) duration_s: f64,
 }
 
@@ -78,21 +80,16 @@ impl<'s> Seen<'s> {
         Seen::over(signals, &[])
     }
 
-    /// Of sessions that begin at these times, in order, of which each has parts of its own: so the result does not depend on their
-    /// order. No times are one session.
-    pub(crate) fn over(signals: &'s [Signal], begins: &[f64]) -> Seen<'s> {
-        let curves: Vec<Curve> = signals.iter().map(|it| Curve::of_sessions(in_si(it), begins)).collect();
-        let ends = curves.iter().filter_map(|it| it.times().first().zip(it.times().last()));
-        let (start, end) = ends.fold((f64::INFINITY, f64::NEG_INFINITY), |(lo, hi), (first, last)| {
-            (lo.min(*first), hi.max(*last))
-        });
+    /// Of sessions that meet at these times, in order, of which each has parts of its own. No times are one session.
+    pub(crate) fn over(signals: &'s [Signal], joints: &[f64]) -> Seen<'s> {
+        let curves: Vec<Curve> = signals.iter().map(|it| Curve::of_sessions(in_si(it), joints)).collect();
+        let sessions = Sessions::new(&curves, joints);
         let mut keepers: Vec<usize> = Vec::new();
         let clock_of: Vec<usize> =
             (0..signals.len()).map(|signal| clock_of(&curves, &mut keepers, signal)).collect();
-        let begins = if begins.is_empty() { &[start] } else { begins };
-        let clock = |keeper: &usize| Clock::new(&curves, *keeper, begins, end);
+        let clock = |keeper: &usize| Clock::new(&curves, *keeper, &sessions);
         let clocks: Vec<Clock> = keepers.iter().map(clock).collect();
-        let duration_s = (end - start).max(0.0);
+        let duration_s = sessions.duration_s();
         let lagged = |(curve, clock): (&Curve, &usize)| Lagged::new(curve, &clocks[*clock].times, duration_s);
         let lagged = curves.iter().zip(&clock_of).map(lagged).collect();
         Seen { signals, clocks, clock_of, lagged, duration_s, curves }
@@ -125,14 +122,6 @@ impl<'s> Seen<'s> {
     }
 }
 
-/// The share of its session that has passed at a time.
-fn share(begins: &[f64], end: f64, time: f64) -> f64 {
-    let next = begins.partition_point(|begin| *begin <= time).max(1);
-    let from = begins.get(next - 1).copied().unwrap_or(time);
-    let to = begins.get(next).copied().unwrap_or(end);
-    (time - from) / (to - from)
-}
-
 /// The values in SI units, counted from the zero of the signal's own unit.
 fn in_si(signal: &Signal) -> Vec<(f64, f64)> {
     let scale = signal.unit.as_ref().map_or(1.0, |unit| unit.scale);
@@ -151,17 +140,18 @@ fn clock_of(curves: &[Curve], keepers: &mut Vec<usize>, signal: usize) -> usize 
 }
 
 impl Clock {
-    fn new(curves: &[Curve], keeper: usize, begins: &[f64], end: f64) -> Clock {
+    fn new(curves: &[Curve], keeper: usize, sessions: &Sessions) -> Clock {
         let own = &curves[keeper];
         let every = own.times().len().div_ceil(MOST_MOMENTS).max(1);
         let times: Vec<f64> = own.times().iter().copied().step_by(every).collect();
-        let part = |time: &f64| Part::at(share(begins, end, *time));
+        let places: Vec<Place> = times.iter().map(|time| sessions.place(*time)).collect();
+        let parts = places.iter().map(|place| Part::at(place.share)).collect();
         let values = |curve: &Curve| {
             if curve.period_s() > SAME_RATE * own.period_s() {
                 return Vec::new();
             }
             times.iter().map(|time| curve.read(*time).map_or(f64::NAN, |(value, _)| value)).collect()
         };
-        Clock { parts: times.iter().map(part).collect(), values: curves.iter().map(values).collect(), times }
+        Clock { parts, places, values: curves.iter().map(values).collect(), times }
     }
 }

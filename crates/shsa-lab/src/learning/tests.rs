@@ -1,5 +1,7 @@
 //! Signals made of known relations: which relations are found, and which are not.
 
+mod sessions;
+
 use super::{Signal, formula, learn};
 use crate::calibration::Chance;
 use shsa_core::unit::Unit;
@@ -38,30 +40,6 @@ fn two_that_say_the_same_with_an_offset_and_later() {
     let speed = |time: f64| 12.0 + 4.0 * wave(1, time);
     let other = signal("other", "km/h", 0.0, move |time| 3.6 * speed(time - 0.7));
     check(&[signal("speed", "m/s", 0.0, speed), other], &["other = delay(speed, 0.7 s)"]);
-}
-
-/// Two days, of which the second one is another part of the same waves.
-#[test]
-fn the_order_of_sessions_does_not_matter() {
-    let later = |number: u32| move |time: f64| 20.0 + 0.4 * wave(number, time - 3.0);
-    let day = |from: f64, at: f64, signal: &Signal| -> Vec<(f64, f64)> {
-        let points = signal.points.iter().filter(|it| from <= it.0 && it.0 < from + DURATION_S / 2.0);
-        points.map(|(time, value)| (time - from + at, *value)).collect()
-    };
-    let whole = [
-        signal("room", "degC", 0.005, |time| 20.0 + 0.4 * wave(1, time)),
-        signal("late", "degC", 0.005, later(1)),
-    ];
-    let half = DURATION_S / 2.0;
-    let sessions = |days: [f64; 2]| -> Vec<String> {
-        let points = |it: &Signal| [day(days[0], 0.0, it), day(days[1], half + 10.0, it)].concat();
-        let signals = whole.each_ref().map(|it| Signal { points: points(it), ..it.clone() });
-        let learned = super::learn_sessions(&signals, &[0.0, half + 10.0], &()).unwrap();
-        learned.relations.iter().map(|it| it.shape.kind().to_owned()).collect()
-    };
-    let forward = sessions([0.0, half]);
-    assert_eq!(forward.len(), 1, "{forward:?}");
-    assert_eq!(forward, sessions([half, 0.0]));
 }
 
 #[test]
@@ -236,6 +214,23 @@ fn two_terms_a_projection_and_a_power() {
         &[signal("speed", "m/s", 0.0, volts), signal("time", "s", 0.0, move |time| 100.0 / volts(time))],
         &["time = 100 m * speed^-1"],
     );
+}
+
+#[test]
+fn a_radius_is_no_matter_of_statistics_whichever_way_it_is_read() {
+    let turning = |time: f64| 50.0 + 20.0 * wave(1, time);
+    let of = |noises: [f64; 2], unit: &str| {
+        let signals = [
+            signal("turns", "rad/s", noises[0], turning),
+            signal("speed", unit, noises[1], move |time| 0.3 * turning(time)),
+        ];
+        let learned = learn(&signals, &()).unwrap();
+        let [relation] = &learned.relations[..] else { panic!("{learned:?}") };
+        (relation.target, relation.is_statistical(&signals))
+    };
+    let targets = [of([0.5, 0.0], "m/s"), of([0.0, 0.3], "m/s")];
+    assert!(targets.iter().all(|(_, is_statistical)| !is_statistical), "{targets:?}");
+    assert!(of([0.5, 0.0], "V").1);
 }
 
 #[test]

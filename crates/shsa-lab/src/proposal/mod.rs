@@ -82,7 +82,7 @@ impl Proposals {
             subject.knows(&own)
         };
         let relations: Vec<Relation> = learned.relations.iter().filter(|it| !is_known(it)).cloned().collect();
-        let errors = tolerances(&subject.signals, &subject.begins, &relations);
+        let errors = tolerances(&subject.signals, &subject.joints, &relations);
         let with_error = relations.iter().zip(errors);
         let mut all: Vec<Proposal> =
             with_error.map(|(it, error)| proposal(&subject.signals, it, error, &mut taken)).collect();

@@ -93,17 +93,19 @@ impl Beginning {
     }
 }
 
-/// When each session begins, in seconds of the series.
-pub(super) fn begins(recording: &Recording) -> Vec<f64> {
-    sessions(recording).iter().map(|(_, beginning)| beginning.shift_s).collect()
+/// A time between each two sessions, in seconds of the series.
+pub(super) fn joints(recording: &Recording) -> Vec<f64> {
+    let begins = sessions(recording).into_iter().map(|(_, beginning)| beginning.shift_s);
+    begins.skip(1).map(|begin| begin - 0.5 * BETWEEN_S).collect()
 }
 
-/// The samples of each session with its beginning; sessions follow each other in the order of time, however the files were named.
+/// The samples of each session with its beginning. Sessions follow each other in the order of time, and those that begin at one time in
+/// the order of their values, however the files were named.
 fn sessions(recording: &Recording) -> Vec<(&[Sample], Beginning)> {
     let mut shift_s = 0.0;
     let mut sessions = Vec::new();
     let mut in_order: Vec<&[Sample]> = recording.by_session().map(|(_, samples)| samples).collect();
-    in_order.sort_by_key(|samples| (samples.first().map(|it| it.time), samples.len()));
+    in_order.sort_by(|one, other| one.iter().map(key).cmp(other.iter().map(key)));
     for samples in in_order {
         let Some(first) = samples.first().map(|it| it.time) else { continue };
         let from = Beginning { first, shift_s };
@@ -111,6 +113,12 @@ fn sessions(recording: &Recording) -> Vec<(&[Sample], Beginning)> {
         sessions.push((samples, from));
     }
     sessions
+}
+
+/// What gives a sample its place among others.
+fn key(sample: &Sample) -> (Time, usize, u64) {
+    let number = if let RawValue::Number(number) = sample.value { number.to_bits() } else { 0 };
+    (sample.time, sample.wanted, number)
 }
 
 /// The values of each signal in the unit of its variable, at the moments at which they were measured.

@@ -5,7 +5,7 @@ use crate::campaign::Progress;
 use crate::drafting::{Columns, Role, draft, model_text, variable_names};
 use crate::learning::Signal;
 use crate::naming::number;
-use crate::proposal::series::{begins, computed, measured};
+use crate::proposal::series::{computed, joints, measured};
 use shsa_core::knowledge::{KnowledgeBase, Relation, VariableId};
 use shsa_format::model::live::Written;
 use shsa_format::recording::Recording;
@@ -16,8 +16,8 @@ use std::collections::BTreeSet;
 pub struct Subject {
     /// One for each variable that is recorded, named as the variable.
     pub signals: Vec<Signal>,
-    /// When each session begins, in order, in seconds of the series; empty for one.
-    pub begins: Vec<f64>,
+    /// A time between each two sessions, in order, in seconds of the series.
+    pub joints: Vec<f64>,
     /// The name of the model.
     pub model: String,
     /// Its text.
@@ -38,7 +38,7 @@ impl Subject {
     /// # Errors
     /// When a thread panics.
     pub fn of_draft(read: &Columns, recordings: &str, progress: &dyn Progress) -> Result<Subject, LabError> {
-        let drafted = draft(&read.columns, progress)?;
+        let drafted = draft(&read.columns, &read.joints, progress)?;
         let names = variable_names(read, &drafted);
         let mut signals = Vec::new();
         let mut equal = Vec::new();
@@ -67,8 +67,8 @@ impl Subject {
         }
         let text = model_text(read, &drafted, recordings);
         let (model, known, rests_on) = ("the draft".to_owned(), Vec::new(), Vec::new());
-        let begins = read.begins.clone();
-        Ok(Subject { signals, begins, model, text, equal, known, rests_on, degraded: read.degraded })
+        let joints = read.joints.clone();
+        Ok(Subject { signals, joints, model, text, equal, known, rests_on, degraded: read.degraded })
     }
 
     /// The variables of a model, each by its fastest recorded signal that is derived from no other; one that no signal measures, by its
@@ -89,7 +89,7 @@ impl Subject {
         let (text, degraded) = (model.text.to_owned(), recording.degraded);
         Subject {
             signals,
-            begins: begins(recording),
+            joints: joints(recording),
             model: model.name.to_owned(),
             text,
             equal: Vec::new(),

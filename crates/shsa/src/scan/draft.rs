@@ -41,7 +41,7 @@ pub(super) fn drafted(scan: &Scan) -> anyhow::Result<String> {
         received.into_iter().partition(Received::moves);
     let start = moving.iter().flat_map(|one| one.values().first()).map(|first| first.0.0).min().unwrap_or(0);
     let mut columns = Columns::of_series(moving.iter().map(|one| one.series(start)).collect());
-    let mut drafted = draft(&columns.columns, &())?;
+    let mut drafted = draft(&columns.columns, &columns.joints, &())?;
     if drafted.groups.is_empty() {
         return Ok(plain(&origin, &others.into_iter().chain(moving).collect::<Vec<_>>()));
     }

@@ -81,6 +81,32 @@ fn the_change_is_put_into_the_model_which_knows_it_then() {
     assert!(first.is_some(), "{report}");
 }
 
+#[test]
+fn the_order_in_which_sessions_are_named_changes_nothing() {
+    let session = |from: usize, to: usize| {
+        let text = power(2_000);
+        let rows: Vec<&str> = text.lines().skip(1).collect();
+        let shifted = rows[from..to].iter().enumerate().map(|(at, row)| {
+            let (_, values) = row.split_once(',').unwrap();
+            format!("{:.1},{values}\n", at as f64 * 0.1)
+        });
+        format!("{}\n{}", text.lines().next().unwrap(), shifted.collect::<String>())
+    };
+    let (one, two) = (session(0, 800), session(800, 2_000));
+    let folder = Folder::new();
+    for (day, text) in [("one", one), ("two", two)] {
+        std::fs::create_dir(folder.path(day)).unwrap();
+        folder.write(&format!("{day}/power.csv"), text);
+    }
+    folder.ends("draft one two -o m.yaml", 0);
+    for model in ["", " --model m.yaml"] {
+        let found = ["one two", "two one"].map(|order| folder.json(&format!("learn {order}{model}"), 0));
+        assert_eq!(found[0]["relations"], found[1]["relations"]);
+        let is_product = |it: &Value| it["equation"] == "power = volts * amps";
+        assert!(found[0]["relations"].as_array().unwrap().iter().any(is_product), "{}", found[0]);
+    }
+}
+
 /// The draft of a recording, with its power as a need.
 pub(crate) fn with_need(folder: &Folder, recording: &str) -> String {
     let draft = folder.ends(&format!("draft {recording}"), 0).stdout;
