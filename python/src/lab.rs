@@ -175,7 +175,7 @@ pub(crate) fn learn(
         (None, Recordings::Table(_)) => return Err(failed(py, "a table is learned from with a model")),
     };
     let found = work::run(py, progress.as_ref(), |progress| {
-        let learned = learning::learn(&subject.signals, progress)?;
+        let learned = learning::learn_sessions(&subject.signals, &subject.joints, progress)?;
         let mut proposals = Proposals::new(&subject, &learned, progress)?;
         let serving = need.map(|need| proposals.serve(&subject, need)).transpose()?;
         let report = learned::Report {
