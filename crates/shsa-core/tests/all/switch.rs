@@ -130,26 +130,3 @@ fn a_source_that_begins_late_waits_for_no_probation() {
     let good = publications(&outputs).find(|publication| publication.quality == Quality::Good).unwrap();
     assert_eq!(good.time, Time((1_089 + PERIOD_MS) * MS));
 }
-
-/// What nobody has ever confirmed, where others could have, is not known to be right.
-#[test]
-fn a_source_whose_witnesses_never_spoke_is_uncertain_until_one_does() {
-    let qualities = |others: i64| {
-        let outputs = run(|signal, ms, right| (signal == 0 || ms >= others).then_some(right));
-        let late = publications(&outputs).filter(|publication| publication.time >= Time(1_000 * MS));
-        late.map(|publication| (publication.time.0 / MS, publication.quality)).collect::<Vec<_>>()
-    };
-    let never = qualities(i64::MAX);
-    assert!(never.len() > 60 && never.iter().all(|it| it.1 == Quality::Uncertain), "{never:?}");
-    let late = qualities(4_000);
-    let is_right = |it: &(i64, Quality)| match it.0 {
-        ..4_000 => it.1 == Quality::Uncertain,
-        ..4_200 => true,
-        _ => it.1 == Quality::Good,
-    };
-    assert!(late.iter().all(is_right), "{late:?}");
-    // Whom others have confirmed before they fell silent, is.
-    let outputs = run(|signal, ms, right| (signal == 0 || ms < 3_000).then_some(right));
-    let after = publications(&outputs).filter(|publication| publication.time >= Time(3_000 * MS));
-    assert!(after.map(|publication| publication.quality).all(|it| it == Quality::Good));
-}

@@ -4,7 +4,6 @@ use super::super::message::{Event, EventKind, Output, Publication, PublishedValu
 use super::episode::{Episode, Fault};
 use super::reported::News;
 use super::settings::Given;
-use super::sources::has_agreed;
 use super::turn::Turn;
 use super::{Provider, Server};
 use crate::alignment::Sample;
@@ -64,7 +63,7 @@ impl Provider {
         let fault = match given {
             Some((PublishedValue::Scalar(value), validity)) => {
                 let sample = Sample { validity, value };
-                let (fault, is_usable) = self.weigh(monitor, sample, is_unfit, now, trusts);
+                let (fault, is_usable) = self.weigh(monitor, sample, is_unfit, trusts);
                 doubted = is_usable.then_some(sample);
                 if fault.is_none() {
                     return self.publish_own(knowledge, monitor, sample, now, outputs);
@@ -147,15 +146,11 @@ impl Provider {
         monitor: &Monitor,
         sample: Sample,
         is_unfit: bool,
-        now: Time,
         trusts: impl Fn(&WatchedWay) -> bool,
     ) -> (Option<Fault>, bool) {
         let Some(serving) = self.state.serving_mut() else { return (None, false) };
         let votes = monitor.votes(self.settings.variable, &serving.rests_on, sample, trusts);
         serving.is_confirmed |= votes.supporting > 0;
-        if !serving.is_confirmed && !self.sources.are_returning(now) && self.sources.are_unchecked(now) {
-            serving.is_confirmed = has_agreed(monitor, serving.service.way(), now);
-        }
         let fault = match is_unfit {
             true => Some(Fault::Unfit),
             false if self.forced.is_some() => None,
@@ -380,6 +375,14 @@ impl Provider {
             _ if is_preferred() && !is_doubted() => Quality::Good,
             _ => Quality::Substitute,
         }
+    }
+
+    /// Whether the source has just returned after a silence of all, and no other way has agreed with it: it may be faulty now.
+    fn is_unconfirmed(&self, now: Time) -> bool {
+        let unconfirmed = self.state.serving().is_some_and(|serving| !serving.is_confirmed);
+        // Vectors are not compared element by element.
+        let is_weighed = !self.settings.is_vector && self.forced.is_none();
+        unconfirmed && is_weighed && self.sources.are_returning(now)
     }
 
     /// Reports that the need is served again, or by a trusted source again.

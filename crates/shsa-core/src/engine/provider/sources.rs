@@ -46,12 +46,6 @@ pub(super) struct Sources {
     pub(super) is_unrivalled: bool,
 }
 
-/// Whether a way has agreed with the consensus of others lately, while it was watched.
-pub(super) fn has_agreed(monitor: &Monitor, way: &Way, now: Time) -> bool {
-    let agreement = monitor.find(way).and_then(|index| monitor.figures(index, now).agreement);
-    agreement.is_some_and(|share| share > 0.0)
-}
-
 impl Sources {
     /// The sources with nothing lost, not ranked yet.
     pub(super) fn new(
@@ -122,19 +116,9 @@ impl Sources {
         self.found = kept.iter().filter_map(|&at| self.found.get(at)).cloned().collect();
     }
 
-    /// Whether sources that could confirm the others do not: all give values again after a recent silence, or all but one are gone.
-    pub(super) fn are_unchecked(&self, now: Time) -> bool {
-        self.are_returning(now) || self.has_lost_others()
-    }
-
     /// Whether all sources give values again after a recent silence, and sources that could confirm them may not yet.
     pub(super) fn are_returning(&self, now: Time) -> bool {
         self.returning_since.is_some_and(|since| now - since < CONFIRMATION)
-    }
-
-    /// Whether only one is left of several.
-    fn has_lost_others(&self) -> bool {
-        self.has_others && self.found.len() == 1
     }
 
     /// All sources, best utility first.

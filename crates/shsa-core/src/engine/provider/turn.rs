@@ -128,14 +128,6 @@ impl Provider {
         }
     }
 
-    /// Whether no other way has ever agreed with the source, and none can: it may be faulty now.
-    pub(super) fn is_unconfirmed(&self, now: Time) -> bool {
-        let unconfirmed = self.state.serving().is_some_and(|serving| !serving.is_confirmed);
-        // Vectors are not compared element by element.
-        let is_weighed = !self.settings.is_vector && self.forced.is_none();
-        unconfirmed && is_weighed && self.sources.are_unchecked(now)
-    }
-
     /// What the server of a value is called.
     pub(super) fn name_of(&mut self, knowledge: &KnowledgeBase, server: Server) -> Arc<ServedBy> {
         let name = match server {
