@@ -121,8 +121,12 @@ fn a_need_that_the_broker_refuses_is_bad_and_another_instance_serves_it() {
     let user = ["env", "SHSA_MQTT_USER=barred", "SHSA_MQTT_PASSWORD=any"];
     let of = |name: &'static str| [model.to_str().unwrap(), "--bus", &address, "--name", name];
     let barred = Running::start_under(&user, of("barred"));
-    barred.until("it hears", |state| state["link"]["up"] == true);
-    client.order(&reading);
+    // A run that is connected need not have subscribed yet.
+    barred.until("it has been refused", |state| {
+        client.order(&reading);
+        thread::sleep(Duration::from_millis(100));
+        !state["undelivered"]["tank/level"].is_null()
+    });
     let undelivered = barred.decision("undelivered");
     assert!(undelivered["because"].as_str().unwrap().contains("NotAuthorized"), "{undelivered}");
     let state = barred.until("it is bad", |state| {
@@ -132,8 +136,11 @@ fn a_need_that_the_broker_refuses_is_bad_and_another_instance_serves_it() {
     assert_eq!(barred.get("/health").0, 503, "{state}");
 
     let allowed = Running::start(of("allowed"));
-    allowed.until("it hears", |state| state["link"]["up"] == true);
-    client.order(&reading);
+    allowed.until("it has published", |state| {
+        client.order(&reading);
+        thread::sleep(Duration::from_millis(100));
+        state["models"]["tank"]["needs"]["level"]["quality"] == "Good"
+    });
     let message = client.next_with("topic");
     assert_eq!(message["topic"], "tank/level", "{message}");
     allowed.until("it is good", |state| state["models"]["tank"]["needs"]["level"]["quality"] == "Good");

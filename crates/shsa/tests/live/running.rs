@@ -137,7 +137,7 @@ impl Running {
 
     /// Waits until the state meets a condition.
     #[track_caller]
-    pub(crate) fn until(&self, what: &str, is_so: impl Fn(&Value) -> bool) -> Value {
+    pub(crate) fn until(&self, what: &str, mut is_so: impl FnMut(&Value) -> bool) -> Value {
         let end = Instant::now() + PATIENCE;
         while Instant::now() < end {
             let (_, state) = self.get("/state");
