@@ -41,31 +41,20 @@ pub fn printable(text: &str) -> Cow<'_, str> {
 /// As [`printable`], for a text of our own that may have colours and lines.
 #[must_use]
 pub fn decent(text: &str) -> Cow<'_, str> {
-    let mut rest = text;
-    let mut decent = Cow::Borrowed(text);
-    while let Some(at) = rest.find(|c: char| c.is_control() && c != '\n') {
-        let (before, found) = rest.split_at(at);
-        let colour = colour_code(found);
-        let (kept, after) = match colour {
-            0 => found.split_at(found.chars().next().map_or(0, char::len_utf8)),
-            length => found.split_at(length),
-        };
-        if matches!(decent, Cow::Borrowed(_)) {
-            decent = Cow::Owned(text[..text.len() - rest.len()].to_owned());
-        }
-        let written = decent.to_mut();
-        written.push_str(before);
-        if colour > 0 {
-            written.push_str(kept)
-        } else {
-            written.push_str(&printable(kept))
-        }
-        rest = after;
+    if !text.contains(|c: char| c.is_control() && c != '\n') {
+        return Cow::Borrowed(text);
     }
-    if let Cow::Owned(written) = &mut decent {
-        written.push_str(rest);
+    let (mut decent, mut colour_end) = (String::with_capacity(text.len()), 0);
+    for (at, c) in text.char_indices() {
+        if c == '\x1b' {
+            colour_end = at + colour_code(&text[at..]);
+        }
+        match at < colour_end || c == '\n' {
+            true => decent.push(c),
+            false => decent.push_str(&printable(c.encode_utf8(&mut [0; 4]))),
+        }
     }
-    decent
+    Cow::Owned(decent)
 }
 
 /// The length of the code of a colour with which a text begins, or 0.

@@ -63,7 +63,7 @@ impl History {
     pub fn new(capacity: usize) -> History {
         let capacity = capacity.max(1);
         let samples = Vec::with_capacity(capacity);
-        History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN, areas: Areas::default() }
+        History { samples, capacity, start: 0, top: NOTHING, before: Time::MIN, areas: Areas::NONE }
     }
 
     /// The number of samples kept.

@@ -29,7 +29,7 @@ struct Stretch {
 
 /// The integrals up to each sample, from what bounds the value between neighbours: kept where means are asked for again and again,
 /// so that the time of a mean does not grow with its samples.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub(super) struct Areas {
     course: Option<Course>,
     /// The sums of the lowest and highest areas, by the places of the samples in the ring.
@@ -37,12 +37,17 @@ pub(super) struct Areas {
     /// The largest of all sums, and the longest validity, since sums began anew.
     largest: f64,
     longest: Span,
+    /// The middle of the newest sample up to which an area has no bounds; the sums leave that area out.
+    unbounded: Time,
 }
 
 impl Areas {
+    pub(super) const NONE: Areas =
+        Areas { course: None, sums: Vec::new(), largest: 0.0, longest: Span::ZERO, unbounded: Time::MIN };
+
     pub(super) fn clear(&mut self) {
         self.sums.clear();
-        (self.largest, self.longest) = (0.0, Span::ZERO);
+        (self.largest, self.longest, self.unbounded) = (0.0, Span::ZERO, Time::MIN);
     }
 
     /// Makes room for the sums of so many samples, where any are kept.
@@ -124,7 +129,12 @@ impl History {
         {
             let seconds = (sample.validity.centre() - before.validity.centre()).seconds();
             let area = course.integral(before.value, sample.value, seconds);
-            sum = (up_to_it.0 + area.lo(), up_to_it.1 + area.hi());
+            sum = *up_to_it;
+            if area.is_bounded() {
+                sum = (sum.0 + area.lo(), sum.1 + area.hi());
+            } else {
+                self.areas.unbounded = sample.validity.centre();
+            }
         }
         let areas = &mut self.areas;
         areas.largest = areas.largest.max(sum.0.abs()).max(sum.1.abs());
@@ -175,9 +185,17 @@ impl History {
         }
         let mut mean = area / Interval::point((to - from).seconds());
         if course.is_rated() {
-            mean = course.away(mean, off(self.areas.longest).seconds());
+            mean = course.away(mean, off(self.longest(course)).seconds());
         }
         mean.is_bounded().then_some(mean)
+    }
+
+    /// The longest validity, or a longer one before.
+    fn longest(&self, course: Course) -> Span {
+        match self.areas.course == Some(course) {
+            true => self.areas.longest,
+            false => self.newest_first().map(|sample| sample.validity.length()).max().unwrap_or(Span::ZERO),
+        }
     }
 
     /// The number of the first sample whose middle is not before a time, of those before a number.
@@ -193,15 +211,17 @@ impl History {
 
     /// The integral between two samples that lie within a stretch.
     fn area_within(&self, first: usize, last: usize, stretch: &Stretch) -> Interval {
-        let kept = (self.areas.course == Some(stretch.course))
-            .then(|| self.areas.between(self.place(first), self.place(last)))
-            .flatten();
+        let is_bounded = |from: &Sample| from.validity.centre() >= self.areas.unbounded;
+        if self.areas.course == Some(stretch.course)
+            && self.numbered(first).is_some_and(is_bounded)
+            && let Some(kept) = self.areas.between(self.place(first), self.place(last))
+        {
+            return kept;
+        }
         let neighbours =
             |number: usize| Some((self.numbered(number)?.into(), self.numbered(number + 1)?.into()));
-        kept.unwrap_or_else(|| {
-            let areas = (first..last).filter_map(neighbours).map(|(one, other)| stretch.between(one, other));
-            areas.fold(Interval::point(0.0), |sum, area| sum + area)
-        })
+        let areas = (first..last).filter_map(neighbours).map(|(one, other)| stretch.between(one, other));
+        areas.fold(Interval::point(0.0), |sum, area| sum + area)
     }
 }
 
