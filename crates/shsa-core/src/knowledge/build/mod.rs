@@ -12,6 +12,7 @@ mod learning;
 mod parsed;
 mod vague;
 mod specifications;
+mod directions;
 mod relations;
 mod signals;
 mod fusions;
