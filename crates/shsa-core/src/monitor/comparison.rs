@@ -174,8 +174,8 @@ impl Round<'_> {
     }
 }
 
-/// The alternatives that two values agree in best, where one of them has several. The value beside is taken apart only where it
-/// is the faster way's newest output.
+/// The alternatives in which two values agree best, where one of them has several. The value beside is taken apart only where it
+/// is the faster way's newest output. Complexity: O(alternatives of one times those of the other).
 #[inline(never)]
 fn nearest_alternatives(
     slower: &WatchedWay,
@@ -184,11 +184,20 @@ fn nearest_alternatives(
     known: Measured,
     is_newest: bool,
 ) -> (Measured, Measured) {
-    let nearest = slower.nearest_alternative(output.value, output, known.value);
-    match faster.measured.filter(|_| is_newest) {
-        Some(newest) => (nearest, faster.nearest_alternative(newest.value, known, nearest.value)),
-        None => (nearest, known),
-    }
+    let evaluated = faster.measured.filter(|_| is_newest).map_or(Interval::EMPTY, |newest| newest.value);
+    let beside = faster.alternatives(evaluated, known);
+    let all = slower
+        .alternatives(output.value, output)
+        .flat_map(|one| beside.clone().map(move |other| (one, other)));
+    let apart = |(one, other): &(Measured, Measured)| {
+        let gap = (one.value.lo() - other.value.hi()).max(other.value.lo() - one.value.hi()).max(0.0);
+        (gap, (one.middle() - other.middle()).abs())
+    };
+    let nearer = |one: &(Measured, Measured), other: &(Measured, Measured)| {
+        let ((gap, off), (its_gap, its_off)) = (apart(one), apart(other));
+        gap.total_cmp(&its_gap).then(off.total_cmp(&its_off))
+    };
+    all.min_by(nearer).unwrap_or((output, known))
 }
 
 /// Inserts in ascending order, so that it does not matter which pair began to wait first.

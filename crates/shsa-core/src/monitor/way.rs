@@ -344,32 +344,23 @@ impl WatchedWay {
         self.computation.timing().mean_over
     }
 
-    /// The alternative that is nearest to another value, where the output is one of several values: of `one_of`, or of several
-    /// inverses. `evaluated` is the result of the last evaluation, which the output holds, perhaps grown. Linear in the alternatives.
-    #[inline(never)]
-    pub(super) fn nearest_alternative(
+    /// The values of which the output is one: those of `one_of`, or of several inverses; the output itself where it is one value, or
+    /// where the alternatives are those of another moment. `evaluated` is the result of the last evaluation, which the output holds,
+    /// perhaps grown.
+    pub(super) fn alternatives(
         &self,
         evaluated: Interval,
         output: Measured,
-        beside: Interval,
-    ) -> Measured {
-        let alternatives = self.computation.alternatives();
-        if alternatives.iter().copied().fold(Interval::EMPTY, Interval::hull) != evaluated {
-            // The alternatives are those of another moment, or there are none.
-            return output;
-        }
+    ) -> impl Iterator<Item = Measured> + Clone {
+        let all = self.computation.alternatives();
+        let are_of_moment = all.iter().copied().fold(Interval::EMPTY, Interval::hull) == evaluated;
+        let all = if are_of_moment { all } else { &[] };
         let grown = (evaluated.lo() - output.value.lo()).max(output.value.hi() - evaluated.hi());
         let margin = if grown > 0.0 { grown.next_up() } else { 0.0 };
-        let distance = |one: &Interval| {
-            let gap = (one.lo() - beside.hi()).max(beside.lo() - one.hi()).max(0.0);
-            (gap, (one.midpoint() - beside.midpoint()).abs())
-        };
-        let present = alternatives.iter().filter(|one| !one.is_empty()).map(|one| one.widened(margin));
-        let nearest = present.min_by(|one, other| {
-            let ((gap, off), (its_gap, its_off)) = (distance(one), distance(other));
-            gap.total_cmp(&its_gap).then(off.total_cmp(&its_off))
-        });
-        nearest.map_or(output, Measured::of)
+        let present =
+            all.iter().filter(|one| !one.is_empty()).map(move |one| Measured::of(one.widened(margin)));
+        let alone = all.iter().all(|one| one.is_empty()).then_some(output);
+        present.chain(alone)
     }
 
     /// The value beside an output of the slower way, in the same turn, with middle and width; those of the newest output are
