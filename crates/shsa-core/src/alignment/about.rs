@@ -34,6 +34,19 @@ pub struct Line {
     pub bulge: f64,
     /// The time between the two samples.
     pub gap: Span,
+    /// The time since the earlier of them.
+    pub since: Span,
+}
+
+impl Line {
+    /// How far below and above the line a value may be that changes by no more than this rate (SI a second), at a moment that is known
+    /// up to `late`.
+    pub(crate) fn room(&self, max_rate: f64, late: Span) -> (f64, f64) {
+        let (since, until) = ((self.since + late).seconds(), (self.gap - self.since + late).seconds());
+        // A slope beyond the rate is one of noise.
+        let (rises, falls) = ((max_rate - self.slope).max(0.0), (max_rate + self.slope).max(0.0));
+        ((falls * since).min(rises * until), (rises * since).min(falls * until))
+    }
 }
 
 impl Known {
@@ -210,12 +223,12 @@ impl History {
             };
             let Some(later) = after.filter(|_| time < moment) else {
                 let slope = older.or(after).map_or(0.0, |beside| slope_to(sample, beside));
-                return (time == moment).then_some(Line { value, slope, bulge: 0.0, gap: Span::ZERO });
+                return (time == moment).then_some(Line { value, slope, bulge: 0.0, gap: Span::ZERO, since: Span::ZERO });
             };
             let slope = slope_to(sample, later);
             let bulge = older.map_or(0.0, |older| bulge(older, sample, later));
-            let gap = later.validity.centre() - time;
-            return Some(Line { value: value + slope * (moment - time).seconds(), slope, bulge, gap });
+            let (gap, since) = (later.validity.centre() - time, moment - time);
+            return Some(Line { value: value + slope * since.seconds(), slope, bulge, gap, since });
         }
         None
     }

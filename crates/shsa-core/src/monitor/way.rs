@@ -227,15 +227,22 @@ impl WatchedWay {
     }
 
     /// The best guess of the value at the moment of another way's output, for statistics: on the line between both neighbours, and
-    /// as near to that output as the line leaves open. Open is what the value changes within the errors of time, and how far it
-    /// curves beyond noise of this deviation (SI). Without neighbours, everything is open.
+    /// as near to that output as the line leaves open. Open is what the value changes within the errors of time, and how far it may be
+    /// from the line: as far as its declared rate allows, else as it curves beyond noise of this deviation (SI). Without neighbours,
+    /// everything is open.
     pub(super) fn guess(&self, output: &Measured, moment: Validity, deviation: f64) -> f64 {
         let Some(line) = self.line(moment, output.value) else { return output.middle() };
         let late = Span(moment.length().0 / 2) + self.time_error();
-        let curved = (line.bulge - BULGE_OF_NOISE * deviation).max(0.0);
+        let (below, above) = match self.course.is_rated() {
+            true => line.room(self.course.max_rate, late),
+            false => {
+                let curved = (line.bulge - BULGE_OF_NOISE * deviation).max(0.0);
+                (curved, curved)
+            }
+        };
         // What is usual may come from one end of the errors of time, and this value from the other.
-        let open = 2.0 * line.slope.abs() * late.seconds() + curved;
-        line.value + (output.middle() - line.value).clamp(-open, open)
+        let moved = 2.0 * line.slope.abs() * late.seconds();
+        line.value + (output.middle() - line.value).clamp(-below - moved, above + moved)
     }
 
     /// The value of the present outputs at a moment, without waiting for more, and whether the value is certain.
