@@ -39,10 +39,16 @@ pub struct Line {
 }
 
 impl Line {
+    /// The time until the later of the two samples.
+    #[must_use]
+    pub fn until(&self) -> Span {
+        self.gap - self.since
+    }
+
     /// How far below and above the line a value may be that changes by no more than this rate (SI a second), at a moment that is known
     /// up to `late`.
     pub(crate) fn room(&self, max_rate: f64, late: Span) -> (f64, f64) {
-        let (since, until) = ((self.since + late).seconds(), (self.gap - self.since + late).seconds());
+        let (since, until) = ((self.since + late).seconds(), (self.until() + late).seconds());
         // A slope beyond the rate is one of noise.
         let (rises, falls) = ((max_rate - self.slope).max(0.0), (max_rate + self.slope).max(0.0));
         ((falls * since).min(rises * until), (rises * since).min(falls * until))
@@ -223,7 +229,13 @@ impl History {
             };
             let Some(later) = after.filter(|_| time < moment) else {
                 let slope = older.or(after).map_or(0.0, |beside| slope_to(sample, beside));
-                return (time == moment).then_some(Line { value, slope, bulge: 0.0, gap: Span::ZERO, since: Span::ZERO });
+                return (time == moment).then_some(Line {
+                    value,
+                    slope,
+                    bulge: 0.0,
+                    gap: Span::ZERO,
+                    since: Span::ZERO,
+                });
             };
             let slope = slope_to(sample, later);
             let bulge = older.map_or(0.0, |older| bulge(older, sample, later));

@@ -16,7 +16,7 @@ use crate::knowledge::{
     Id, IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, Shape, Signal, SignalId, SignalSet, VariableId,
 };
 use crate::substitution::{Step, Way};
-use crate::time::Span;
+use crate::time::{Span, Time};
 use alloc::collections::{BTreeMap, BTreeSet, VecDeque};
 use alloc::vec::Vec;
 
@@ -335,6 +335,8 @@ fn pair(
         signals,
         has_branches,
         is_of_lines,
+        line_ends: Time::MIN,
+        repeats: false,
         window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
         trend: Trend::new(options.trends, timing.mean_over, noise),
         disagreement: None,

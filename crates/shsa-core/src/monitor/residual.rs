@@ -40,6 +40,10 @@ pub struct Residual {
     /// Whether the trend goes by noise, so that outputs are compared with the line between both neighbours of the faster way: a
     /// comparison waits for the later one.
     pub(super) is_of_lines: bool,
+    /// Until when the last line reached, and whether the newest comparison is with the same line again: statistics count it once, as
+    /// its errors are the same.
+    pub(super) line_ends: Time,
+    pub(super) repeats: bool,
     /// The recent comparisons.
     pub window: Window,
     /// The trend over many comparisons.
@@ -82,7 +86,7 @@ impl Residual {
     /// difference is zero.
     #[inline]
     pub(super) fn guessed(
-        &self,
+        &mut self,
         slower: &WatchedWay,
         faster: &WatchedWay,
         output: &Measured,
@@ -92,11 +96,16 @@ impl Residual {
         if !self.is_of_lines {
             return known;
         }
-        if slower.lags() || faster.lags() {
+        let line = faster.line(moment, output.value).filter(|_| !slower.lags() && !faster.lags());
+        let Some(line) = line else {
+            self.repeats = false;
             return known.with_guess(output.middle());
-        }
+        };
+        let ends = moment.centre() + line.until();
+        self.repeats = ends <= self.line_ends;
+        self.line_ends = ends;
         let deviation = self.trend.deviation(0.5 * (output.width() + known.width()));
-        known.with_guess(faster.guess(output, moment, deviation))
+        known.with_guess(faster.guess(&line, output, moment, deviation))
     }
 
     /// Takes in a comparison.
@@ -119,7 +128,9 @@ impl Residual {
             self.trend.relax();
             (self.window.record(false, false, now), false)
         };
-        self.trend.record(value, other, validity, now);
+        if !self.repeats {
+            self.trend.record(value, other, validity, now);
+        }
         let tendency = self.trend.tendency();
         let is_restless = self.window.is_restless() || tendency != Tendency::Calm;
         ResidualRecord {

@@ -228,10 +228,8 @@ impl WatchedWay {
 
     /// The best guess of the value at the moment of another way's output, for statistics: on the line between both neighbours, and
     /// as near to that output as the line leaves open. Open is what the value changes within the errors of time, and how far it may be
-    /// from the line: as far as its declared rate allows, else as it curves beyond noise of this deviation (SI). Without neighbours,
-    /// everything is open.
-    pub(super) fn guess(&self, output: &Measured, moment: Validity, deviation: f64) -> f64 {
-        let Some(line) = self.line(moment, output.value) else { return output.middle() };
+    /// from the line: as far as its declared rate allows, else as it curves beyond noise of this deviation (SI).
+    pub(super) fn guess(&self, line: &Line, output: &Measured, moment: Validity, deviation: f64) -> f64 {
         let late = Span(moment.length().0 / 2) + self.time_error();
         let (below, above) = match self.course.is_rated() {
             true => line.room(self.course.max_rate, late),
