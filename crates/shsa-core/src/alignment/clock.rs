@@ -44,6 +44,8 @@ pub enum Misdated {
 struct Clock {
     /// The largest deviation from the usual amount that is no error.
     margin: Span,
+    /// The time of which a value is a mean, after its stamp: it comes after its end.
+    ahead: Span,
     /// Below this amount a stamp is in the future: negative.
     future: Span,
     /// Whether the clock was found to be set forward, since its amounts are unusual.
@@ -83,9 +85,9 @@ impl Clocks {
     pub fn inherit(&mut self, old: &Clocks, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(clock) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
-            *clock = Clock { margin: clock.margin, ..*before };
+            *clock = Clock { margin: clock.margin, ahead: clock.ahead, ..*before };
             if let Some(usual) = clock.usual {
-                self.learnt.push(usual);
+                self.learnt.push(clock.unexplained(usual));
             }
         }
         self.learnt.sort_unstable();
@@ -138,7 +140,7 @@ impl Clocks {
             }
             // The clock has been corrected.
             Some(usual) if lasted && is_usual(amount) && !is_usual(usual) => {
-                self.forget(usual);
+                self.forget(observation.signal, usual);
                 self.learn(observation.signal, amount);
                 None
             }
@@ -167,14 +169,16 @@ impl Clocks {
         let is_alone = 2 * ahead <= all;
         self.list[signal].is_set_forward = is_alone;
         if let Some(usual) = self.list[signal].usual.filter(|_| !is_alone) {
-            self.forget(usual);
+            self.forget(signal, usual);
             self.learn(signal, amount);
         }
         is_alone
     }
 
     fn learn(&mut self, signal: SignalId, usual: Span) {
-        self.list[signal].usual = Some(usual);
+        let clock = &mut self.list[signal];
+        clock.usual = Some(usual);
+        let usual = clock.unexplained(usual);
         // Inserted after its equals, so that equal amounts move nothing.
         let place = self.learnt.partition_point(|other| *other <= usual);
         self.learnt.insert(place, usual);
@@ -182,7 +186,8 @@ impl Clocks {
     }
 
     /// Removes the amount of a signal that is learnt anew: the nearest one, as the usual amount has moved a little since.
-    fn forget(&mut self, usual: Span) {
+    fn forget(&mut self, signal: SignalId, usual: Span) {
+        let usual = self.list[signal].unexplained(usual);
         let distance = |other: &Span| (*other - usual).0.saturating_abs();
         let nearest = self.learnt.iter().enumerate().min_by_key(|(_, other)| distance(other));
         if let Some(place) = nearest.map(|(place, _)| place) {
@@ -224,8 +229,10 @@ impl Clock {
     fn new(signal: &Signal) -> Clock {
         let (early, late) = signal.time_error;
         let longest = signal.limits.max_delay.unwrap_or(Span::ZERO);
+        let ahead = (Span(signal.mean_over.0 / 2) - signal.delay).max(Span::ZERO);
         Clock {
-            margin: MOST_OFF.max(longest) + (late - early),
+            margin: MOST_OFF.max(longest) + ahead + (late - early),
+            ahead,
             future: Span::ZERO - FUTURE - (late - early),
             is_set_forward: false,
             usual: None,
@@ -236,6 +243,11 @@ impl Clock {
             stamped: Time::MIN,
             value: None,
         }
+    }
+
+    /// The part of an amount that the time of a mean does not explain.
+    fn unexplained(&self, amount: Span) -> Span {
+        amount - amount.min(self.ahead).max(Span::ZERO)
     }
 
     /// Whether its stamps are further in the future than usual now.

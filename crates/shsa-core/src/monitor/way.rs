@@ -302,13 +302,22 @@ impl WatchedWay {
     }
 
     /// The output about the middle of an output of the slower way, where both are means over about as long a time. With a bounded
-    /// rate of change the value grows by how far the means may be apart: over times of different lengths by a quarter of what
+    /// rate of change the value grows by how far the means may be apart, else by how far they are as the values bend now: over times of different lengths by a quarter of what
     /// changes in the difference; between two outputs `h` apart, as the rate of a mean changes by no more than twice the bound in the
     /// time `t` of the mean, by `h^2 / (4 t)` times the bound.
     fn mean_around(&self, slower: &WatchedWay, moment: Validity) -> Option<Interval> {
         let max_gap = self.max_gap().max(Span(slower.mean_over().0 / 8));
         if !self.course.is_rated() {
-            return self.outputs.centred_at(moment, self.time_error(), max_gap).map(|(value, _)| value);
+            let (value, step) = self.outputs.centred_at(moment, self.time_error(), max_gap)?;
+            let (length, own) = (slower.mean_over().seconds(), self.mean_over().seconds());
+            let half = Span(self.mean_over().0 / 2);
+            // Newer values may bend twice as much as those that are known.
+            let bent =
+                2.0 * self.outputs.bend(moment.centre(), half, max_gap)? / (half.seconds() * half.seconds());
+            let step = step.seconds();
+            return Some(
+                value.widened(bent * ((length * length - own * own).abs() / 24.0 + step * step / 8.0)),
+            );
         }
         let (value, step) = self.outputs.centred_at(moment, Span::ZERO, max_gap)?;
         let (times, error) = slower.mean_time(moment);

@@ -19,6 +19,9 @@ pub(super) struct Weighted {
     /// The middle of the sample looked at last, and the longest time between two that matter.
     seen: f64,
     widest: f64,
+    /// The largest slope between two in the stretch, and the middle of the newest one there.
+    steepest: f64,
+    newest: f64,
     /// Whether a sample from before the stretch has been looked at.
     is_before: bool,
     lo: f64,
@@ -39,6 +42,8 @@ impl Weighted {
             count: 0,
             seen: f64::INFINITY,
             widest: 0.0,
+            steepest: 0.0,
+            newest: 0.0,
             is_before: false,
             lo: 0.0,
             hi: 0.0,
@@ -66,6 +71,14 @@ impl Weighted {
         if self.count > 0 {
             // Each sample counts from halfway between its middle and that of the one before.
             self.add(0.5 * (self.centre + centre));
+            let change =
+                0.5 * ((sample.value.lo() - self.later.lo()) + (sample.value.hi() - self.later.hi()));
+            let slope = change.abs() / (centre - self.centre);
+            if slope > self.steepest {
+                self.steepest = slope;
+            }
+        } else {
+            self.newest = centre;
         }
         (self.later, self.centre, self.began) = (sample.value, centre, from);
         self.count += 1;
@@ -95,7 +108,11 @@ impl Weighted {
             return None;
         }
         self.add(self.length);
-        Some(Interval::new(self.lo / self.length, self.hi / self.length))
+        // Between the outermost samples and the ends, the value may go on as steeply as anywhere in the stretch. Between two samples
+        // it curves: the trapezoids are off by a twelfth of the change of the slope times the square of the step.
+        let (end, begin, step) = (self.newest, self.length - self.centre, self.widest);
+        let margin = self.steepest * (0.5 * (end * end + begin * begin) + step * step / 6.0);
+        Some(Interval::new((self.lo - margin) / self.length, (self.hi + margin) / self.length))
     }
 }
 
