@@ -229,9 +229,11 @@ impl Clock {
     fn new(signal: &Signal) -> Clock {
         let (early, late) = signal.time_error;
         let longest = signal.limits.max_delay.unwrap_or(Span::ZERO);
+        // Errors of its own stamps may be all to one side, beside a clock without any.
+        let errors = (late - early).max(late).max(Span::ZERO - early);
         let ahead = (Span(signal.mean_over.0 / 2) - signal.delay).max(Span::ZERO);
         Clock {
-            margin: MOST_OFF.max(longest) + ahead + (late - early),
+            margin: MOST_OFF.max(longest) + ahead + errors,
             ahead,
             future: Span::ZERO - FUTURE - (late - early),
             is_set_forward: false,

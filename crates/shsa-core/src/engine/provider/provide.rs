@@ -349,7 +349,12 @@ impl Provider {
             PublishedValue::Scalar(value) => {
                 PublishedValue::Scalar(knowledge.variables()[self.settings.variable].brought_back(value))
             }
-            vector @ PublishedValue::Vector(_) => vector,
+            PublishedValue::Vector(mut elements) => {
+                // An element without a possible value, such as one of a beam without an echo, is left to the reader.
+                let possible = |it: Interval| Some(self.settings.possible(it)).filter(|it| !it.is_empty());
+                elements.iter_mut().for_each(|it| *it = possible(*it).unwrap_or(*it));
+                PublishedValue::Vector(elements)
+            }
         };
         let stands_in = matches!(turn.server, Server::StandIn(_));
         let source = self.name_of(knowledge, turn.server);
