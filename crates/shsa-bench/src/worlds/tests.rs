@@ -6,11 +6,11 @@ use super::watch::{Watched, Wrong};
 use super::{report, sound};
 
 /// Kinds of which sound signals are accused today.
-const NOT_YET: [&str; 4] = ["mean_over", "when_inverse", "gears", "noise"];
+const NOT_YET: [&str; 1] = ["mean_over"];
 /// Kinds of which a signal is not always trusted again after a fault, or a sound one fails after its end.
 const NOT_AFTER_A_FAULT: [&str; 3] = ["filter", "table", "turning"];
 /// What is not asserted of any kind today.
-const NOT_ASSERTED: [Wrong; 2] = [Wrong::OutOfRange, Wrong::Unnamed];
+const NOT_ASSERTED: [Wrong; 1] = [Wrong::Unnamed];
 
 /// Asserts that nothing is wrong with a world but what is not asserted.
 #[track_caller]

@@ -1,6 +1,7 @@
 //! Residuals: two ways of knowing the same variable, and their recent comparisons.
 
 use super::WatchedWay;
+use super::bends::Bends;
 use super::trend::{Measured, Tendency, Trend};
 use super::window::{ResidualState, Window};
 use crate::alignment::Known;
@@ -44,6 +45,8 @@ pub struct Residual {
     /// its errors are the same.
     pub(super) line_ends: Time,
     pub(super) repeats: bool,
+    /// How far the values are from these lines.
+    pub(super) bends: Bends,
     /// The recent comparisons.
     pub window: Window,
     /// The trend over many comparisons.
@@ -83,7 +86,7 @@ impl Residual {
     }
 
     /// The value beside an output, with the best guess as its middle where the trend goes by noise. Where nothing can be guessed, the
-    /// difference is zero.
+    /// difference is the usual one.
     #[inline]
     pub(super) fn guessed(
         &mut self,
@@ -99,13 +102,17 @@ impl Residual {
         let line = faster.line(moment, output.value).filter(|_| !slower.lags() && !faster.lags());
         let Some(line) = line else {
             self.repeats = false;
-            return known.with_guess(output.middle());
+            return known.with_guess(output.middle() - self.trend.usual());
         };
         let ends = moment.centre() + line.until();
         self.repeats = ends <= self.line_ends;
         self.line_ends = ends;
-        let deviation = self.trend.deviation(0.5 * (output.width() + known.width()));
-        known.with_guess(faster.guess(&line, output, moment, deviation))
+        if !self.repeats {
+            let deviation = self.trend.deviation(0.5 * (output.width() + known.width()));
+            self.bends.take(line.bulge, deviation);
+        }
+        let usual = output.middle() - self.trend.usual();
+        known.with_guess(faster.guess(&line, usual, moment, self.bends.most()))
     }
 
     /// Takes in a comparison.

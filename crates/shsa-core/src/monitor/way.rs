@@ -11,10 +11,6 @@ use crate::time::{Span, Time, Validity};
 use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 
-/// A line's bulge by white noise of deviation 1, at three deviations: that of a second difference is the root of 6, and an eighth of
-/// it is the bulge.
-const BULGE_OF_NOISE: f64 = 3.0 * 2.449_489_742_783_178 / 8.0;
-
 /// A way of knowing under watch, with its recent outputs.
 #[derive(Debug)]
 pub struct WatchedWay {
@@ -227,20 +223,20 @@ impl WatchedWay {
     }
 
     /// The best guess of the value at the moment of another way's output, for statistics: on the line between both neighbours, and
-    /// as near to that output as the line leaves open. Open is what the value changes within the errors of time, and how far it may be
-    /// from the line: as far as its declared rate allows, else as it curves beyond noise of this deviation (SI).
-    pub(super) fn guess(&self, line: &Line, output: &Measured, moment: Validity, deviation: f64) -> f64 {
+    /// as near to the `usual` value beside that output as the line leaves open. Open is what the value changes within the errors of time, and how far it may be
+    /// from the line: as far as it bends, and no further than its rate allows. Of a value that bends as much as its rate allows, too few
+    /// samples come to tell how much it bends.
+    pub(super) fn guess(&self, line: &Line, usual: f64, moment: Validity, bends: f64) -> f64 {
         let late = Span(moment.length().0 / 2) + self.time_error();
         let (below, above) = match self.course.is_rated() {
             true => line.room(self.course.max_rate, late),
-            false => {
-                let curved = (line.bulge - BULGE_OF_NOISE * deviation).max(0.0);
-                (curved, curved)
-            }
+            false => (f64::INFINITY, f64::INFINITY),
         };
         // What is usual may come from one end of the errors of time, and this value from the other.
         let moved = 2.0 * line.slope.abs() * late.seconds();
-        line.value + (output.middle() - line.value).clamp(-below - moved, above + moved)
+        let open = |room: f64| if bends < 0.5 * room { bends } else { room };
+        let (below, above) = (open(below) + moved, open(above) + moved);
+        line.value + (usual - line.value).clamp(-below, above)
     }
 
     /// The value of the present outputs at a moment, without waiting for more, and whether the value is certain.

@@ -73,9 +73,9 @@ impl Weighted {
             self.add(0.5 * (self.centre + centre));
             let change =
                 0.5 * ((sample.value.lo() - self.later.lo()) + (sample.value.hi() - self.later.hi()));
-            let slope = change.abs() / (centre - self.centre);
-            if slope > self.steepest {
-                self.steepest = slope;
+            let apart = centre - self.centre;
+            if apart > 0.0 && change.abs() > self.steepest * apart {
+                self.steepest = change.abs() / apart;
             }
         } else {
             self.newest = centre;

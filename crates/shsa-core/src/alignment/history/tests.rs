@@ -55,10 +55,12 @@ fn in_a_mean_each_sample_counts_for_the_time_around_it() {
         |from, to| history.mean_over(Validity { from: Time(from), to: Time(to) }, Course::ANY, Span::MAX);
     // 0 for 5, 10 for 10, 20 for 25, 60 for 25, 70 for 5.
     let expected = (100.0 + 500.0 + 1500.0 + 350.0) / 70.0;
-    assert!((mean(0, 70).unwrap().lo() - expected).abs() < 1e-9);
+    assert!((mean(0, 70).unwrap().midpoint() - expected).abs() < 1e-9);
     // The last sample counts for the time without one.
     let expected = (60.0 * 5.0 + 70.0 * 35.0) / 40.0;
-    assert!((mean(60, 100).unwrap().hi() - expected).abs() < 1e-9);
+    assert!((mean(60, 100).unwrap().midpoint() - expected).abs() < 1e-9);
+    // Of a straight line it holds the truth, although the last sample stands for a time without one.
+    assert!(mean(0, 80).unwrap().contains(40.0));
     assert_eq!(mean(15, 25), None);
     assert_eq!(mean(20, 20), None);
     // A mean with more than a quarter missing at its begin is unknown.
@@ -91,7 +93,7 @@ fn between_the_middles_of_two_means_a_value_is_in_proportion() {
 }
 
 proptest! {
-    /// A mean lies within its samples, and that of a constant is exact but for rounding.
+    /// The middle of a mean lies within its samples, and the mean of a constant is exact but for rounding.
     #[test]
     fn means_lie_within_their_samples(
         samples in proptest::collection::vec((0i64..40, 0i64..12, -3i32..3), 1..8), from in -5i64..60, length in 1i64..40,
@@ -112,7 +114,8 @@ proptest! {
                 inside.iter().copied().fold(f64::INFINITY, f64::min),
                 inside.iter().copied().fold(f64::NEG_INFINITY, f64::max),
             );
-            prop_assert!(lo - 1e-9 <= mean.lo() && mean.lo() <= mean.hi() && mean.hi() <= hi + 1e-9);
+            prop_assert!(lo - 1e-9 <= mean.midpoint() && mean.midpoint() <= hi + 1e-9 && !mean.is_empty());
+            prop_assert!(lo < hi || mean.width() < 1e-9);
         }
     }
 

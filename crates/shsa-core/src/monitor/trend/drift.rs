@@ -110,6 +110,11 @@ impl Drift {
         self.follow_change(difference);
     }
 
+    /// The usual difference, SI; 0 until it is known.
+    pub(super) fn usual(&self) -> f64 {
+        self.usual.unwrap_or(0.0)
+    }
+
     /// Takes a difference into the mean.
     #[inline(always)]
     pub(super) fn average(&mut self, difference: f64, gain: f64) {

@@ -148,6 +148,11 @@ impl Trend {
         *self = Trend::empty(self.options, self.noise);
     }
 
+    /// The usual difference, SI; 0 until it is known.
+    pub(super) fn usual(&self) -> f64 {
+        self.drift.usual()
+    }
+
     /// The largest deviation of the differences by declared noise, SI; 0 where no noise is declared.
     pub(super) fn deviation(&self, tolerance: f64) -> f64 {
         match self.noise {
