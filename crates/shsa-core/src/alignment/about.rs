@@ -6,6 +6,7 @@
 //! every moment.
 
 use super::history::{History, Reach, Reading, Sample, farthest};
+use super::line::{Line, bulge};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -21,38 +22,6 @@ pub enum Known {
     Later,
     /// Not known, and no later sample will give the value.
     Never,
-}
-
-/// The straight line between two samples, at a moment.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Line {
-    /// The value on the line, SI.
-    pub value: f64,
-    /// The change in a second, SI.
-    pub slope: f64,
-    /// How far the curve through these two samples and the one before may be from the line, SI.
-    pub bulge: f64,
-    /// The time between the two samples.
-    pub gap: Span,
-    /// The time since the earlier of them.
-    pub since: Span,
-}
-
-impl Line {
-    /// The time until the later of the two samples.
-    #[must_use]
-    pub fn until(&self) -> Span {
-        self.gap - self.since
-    }
-
-    /// How far below and above the line a value may be that changes by no more than this rate (SI a second), at a moment that is known
-    /// up to `late`.
-    pub(crate) fn room(&self, max_rate: f64, late: Span) -> (f64, f64) {
-        let (since, until) = ((self.since + late).seconds(), (self.until() + late).seconds());
-        // A slope beyond the rate is one of noise.
-        let (rises, falls) = ((max_rate - self.slope).max(0.0), (max_rate + self.slope).max(0.0));
-        ((falls * since).min(rises * until), (rises * since).min(falls * until))
-    }
 }
 
 impl Known {
@@ -210,6 +179,14 @@ impl History {
         if after.is_some() { Known::Never } else { Known::Later }
     }
 
+    /// How far the value at a moment, and those one and two steps before, are from a straight line: the magnitude of the second
+    /// difference of their middles. `None` where one of them is not known. Complexity: O(samples since then).
+    #[must_use]
+    pub fn bend(&self, moment: Time, step: Span, max_gap: Span) -> Option<f64> {
+        let middle = |at| self.between_centres(at, max_gap).map(|(value, _)| value.midpoint());
+        Some((middle(moment)? - 2.0 * middle(moment - step)? + middle(moment - step.times(2))?).abs())
+    }
+
     /// The best guess of the value at a moment between two samples: on the straight line through their middles. It is no bound,
     /// and used for statistics. Complexity: O(samples newer than the moment).
     #[must_use]
@@ -262,22 +239,6 @@ impl History {
         }
         Some(hull.widened(2.0 * middles.width()))
     }
-}
-
-/// How far the parabola through three samples, in the order of time, rises above the higher of the last two between them.
-///
-/// For samples `h` apart it is at most `c h^2 / 8` for the curvature `c`.
-fn bulge(older: &Sample, sample: &Sample, later: &Sample) -> f64 {
-    let middle = |sample: &Sample| (sample.value.midpoint(), sample.validity.centre());
-    let ((first, start), (second, turn), (third, end)) = (middle(older), middle(sample), middle(later));
-    let (before, after) = ((turn - start).seconds(), (end - turn).seconds());
-    // A sample that is much farther away than the other does not show the present curvature.
-    if before <= 0.0 || after <= 0.0 || before > 3.0 * after || after > 3.0 * before {
-        return 0.0;
-    }
-    let curvature = 2.0 * ((third - second) / after - (second - first) / before) / (before + after);
-    let bulge = curvature.abs() * after * after / 8.0;
-    if bulge.is_finite() { bulge } else { 0.0 }
 }
 
 #[cfg(test)]

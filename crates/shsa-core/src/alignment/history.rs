@@ -298,15 +298,7 @@ impl History {
         Some((ends.fold(value, |hull, (value, _)| hull.hull(value)), step))
     }
 
-    /// How far the value at a moment, and those one and two steps before, are from a straight line: the magnitude of the second
-    /// difference of their middles. `None` where one of them is not known. Complexity: O(samples since then).
-    #[must_use]
-    pub fn bend(&self, moment: Time, step: Span, max_gap: Span) -> Option<f64> {
-        let middle = |at| self.between_centres(at, max_gap).map(|(value, _)| value.midpoint());
-        Some((middle(moment)? - 2.0 * middle(moment - step)? + middle(moment - step.times(2))?).abs())
-    }
-
-    fn between_centres(&self, wanted: Time, max_gap: Span) -> Option<(Interval, Span)> {
+    pub(super) fn between_centres(&self, wanted: Time, max_gap: Span) -> Option<(Interval, Span)> {
         let mut later: Option<&Sample> = None;
         for sample in self.newest_first() {
             let from = sample.validity.centre();

@@ -10,13 +10,15 @@
 mod clock;
 mod reception;
 mod history;
+mod line;
 mod about;
 mod ahead;
 mod gate;
 mod port;
 
-pub use about::{Known, Line};
+pub use about::Known;
 pub use clock::{Clocks, Misdated};
 pub use history::{History, Reach, Reading, Sample};
+pub use line::Line;
 pub use port::{LONGEST_VECTOR, Port};
 pub use reception::{Acceptance, Counts, Defect, Jump, Reception, Still};

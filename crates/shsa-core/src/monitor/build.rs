@@ -1,6 +1,5 @@
 //! Sets the monitor up: chooses which ways are compared with each other, and how often.
 
-use super::bends::Bends;
 use super::consensus::Consensus;
 use super::index::Index;
 use super::past::{capacity, lookback, port, reach_of_inputs};
@@ -338,7 +337,7 @@ fn pair(
         is_of_lines,
         line_ends: Time::MIN,
         repeats: false,
-        bends: Bends::default(),
+        bends: Default::default(),
         window: if is_noisy(knowledge, slow.1, fast.1) { window.of_noise() } else { window },
         trend: Trend::new(options.trends, timing.mean_over, noise),
         disagreement: None,

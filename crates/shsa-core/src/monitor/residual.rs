@@ -1,13 +1,15 @@
 //! Residuals: two ways of knowing the same variable, and their recent comparisons.
 
+mod bends;
+
 use super::WatchedWay;
-use super::bends::Bends;
 use super::trend::{Measured, Tendency, Trend};
 use super::window::{ResidualState, Window};
 use crate::alignment::Known;
 use crate::interval::Interval;
 use crate::knowledge::SignalSet;
 use crate::time::{Span, Time, Validity};
+use bends::Bends;
 
 /// The index of a way of knowing in the monitor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]

@@ -310,10 +310,9 @@ impl WatchedWay {
             // Newer values may bend twice as much as those that are known.
             let bent =
                 2.0 * self.outputs.bend(moment.centre(), half, max_gap)? / (half.seconds() * half.seconds());
-            let step = step.seconds();
-            return Some(
-                value.widened(bent * ((length * length - own * own).abs() / 24.0 + step * step / 8.0)),
-            );
+            return Some(value.widened(
+                bent * ((length * length - own * own).abs() / 24.0 + step.seconds() * step.seconds() / 8.0),
+            ));
         }
         let (value, step) = self.outputs.centred_at(moment, Span::ZERO, max_gap)?;
         let (times, error) = slower.mean_time(moment);

@@ -345,17 +345,7 @@ impl Provider {
         if quality != Quality::Uncertain {
             self.trusted = self.last.map(|(_, sample)| sample);
         }
-        let value = match value {
-            PublishedValue::Scalar(value) => {
-                PublishedValue::Scalar(knowledge.variables()[self.settings.variable].brought_back(value))
-            }
-            PublishedValue::Vector(mut elements) => {
-                // An element without a possible value, such as one of a beam without an echo, is left to the reader.
-                let possible = |it: Interval| Some(self.settings.possible(it)).filter(|it| !it.is_empty());
-                elements.iter_mut().for_each(|it| *it = possible(*it).unwrap_or(*it));
-                PublishedValue::Vector(elements)
-            }
-        };
+        let value = self.settings.shown(value);
         let stands_in = matches!(turn.server, Server::StandIn(_));
         let source = self.name_of(knowledge, turn.server);
         outputs.push_back(Output::Publication(Publication {

@@ -65,6 +65,19 @@ impl Settings {
         self.quantity.possible(value)
     }
 
+    /// A value as it goes out: within one turn where the variable wraps; the elements of a vector within its range. An element without a
+    /// possible value, such as one of a beam without an echo, stays as it is.
+    pub(super) fn shown(&self, value: PublishedValue) -> PublishedValue {
+        match value {
+            PublishedValue::Scalar(value) => PublishedValue::Scalar(self.quantity.brought_back(value)),
+            PublishedValue::Vector(mut elements) => {
+                let possible = |it: Interval| Some(self.possible(it)).filter(|it| !it.is_empty());
+                elements.iter_mut().for_each(|it| *it = possible(*it).unwrap_or(*it));
+                PublishedValue::Vector(elements)
+            }
+        }
+    }
+
     /// Whether a [stated](Settings::stated) value is possible, and as new and as narrow as the need demands.
     pub(super) fn is_fit(&self, stated: &Sample, now: Time) -> bool {
         let is_narrow = !stated.value.is_empty() && stated.value.width() <= self.max_width;

@@ -15,7 +15,7 @@ const MORE: f64 = 3.0;
 
 /// How far a value has been from the lines between its samples.
 #[derive(Clone, Copy, Debug, Default)]
-pub(super) struct Bends {
+pub(in super::super) struct Bends {
     /// The largest bulge that is beyond noise, fading, SI.
     largest: f64,
     /// The mean square of the bulges without the part of noise, SI.
@@ -26,7 +26,7 @@ pub(super) struct Bends {
 
 impl Bends {
     /// Takes in the bulge of a line between values with noise of this deviation, both SI.
-    pub(super) fn take(&mut self, bulge: f64, deviation: f64) {
+    pub(in super::super) fn take(&mut self, bulge: f64, deviation: f64) {
         let noise = OF_NOISE * deviation;
         self.largest = (bulge - SURELY * noise).max(self.largest * (1.0 - 1.0 / MEMORY));
         self.lines = MEMORY.min(self.lines + 1.0);
@@ -34,7 +34,7 @@ impl Bends {
     }
 
     /// How far a value may be from a line, SI.
-    pub(super) fn most(&self) -> f64 {
+    pub(in super::super) fn most(&self) -> f64 {
         MORE * self.largest.max(libm::sqrt(self.square.max(0.0)))
     }
 }
