@@ -187,11 +187,12 @@ fn longest_s(parts: &Parts<'_>) -> f64 {
     parts.pieces.iter().map(|it| it.lasts).fold(0.0, f64::max)
 }
 
-/// Changes a reading by an amount in its signal's unit; the reading stays a multiple of its quantum.
+/// Changes a reading by an amount in its signal's unit, and a reading with a quantum by a multiple of it: set points of 55 and 65 are no
+/// multiples of their step.
 fn move_by(reading: &mut RawValue, by: f64, quantum: f64, scaling: Option<Scaling>) {
     let moved = |reading: f64| {
+        let by = if quantum > 0.0 { (by / quantum).round() * quantum } else { by };
         let value = scaling.map_or(reading, |it| it.value(reading)) + by;
-        let value = if quantum > 0.0 { (value / quantum).round() * quantum } else { value };
         scaling.map_or(value, |it| it.reading(value))
     };
     let by = scaling.map_or(by, |it| by / it.scale);
