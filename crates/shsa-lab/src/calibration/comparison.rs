@@ -23,6 +23,14 @@ pub(crate) struct Comparison {
     pub(crate) width: f64,
 }
 
+impl Comparison {
+    /// The difference of both values beyond what they leave open: 0 where they overlap.
+    pub(crate) fn beyond(&self) -> f64 {
+        let apart = self.value - self.known;
+        (apart.abs() - 0.5 * self.width).max(0.0).copysign(apart)
+    }
+}
+
 /// All ways of a model with their outputs, and all pairs with their comparisons.
 pub(crate) struct Watched {
     pub(crate) monitor: Monitor,

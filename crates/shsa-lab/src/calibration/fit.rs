@@ -6,11 +6,14 @@ mod parts;
 mod tail;
 mod surrogate;
 mod scales;
+mod exact;
 mod promise;
 mod unhealthy;
 mod smallest;
+mod power;
 
 pub use found::{Calibration, Fitted, PairFit, Parameter};
+pub use power::{Open, Unfaulted};
 pub use promise::{Promise, Verdicts};
 pub use unhealthy::Stretch;
 
@@ -24,16 +27,13 @@ use found::pair_fit;
 use parts::Parts;
 use scales::{Compared, Share};
 use shsa_core::engine;
-use shsa_core::knowledge::{Bounds, Draft, Id, IdVec, KnowledgeBase, RelationId, SignalId};
+use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId};
 use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::Span;
 use smallest::smallest_steps;
 use std::collections::BTreeSet;
 use surrogate::Source;
-
-/// The resolution of single precision, as a share of the largest reading.
-const RESOLUTION: f64 = f32::EPSILON as f64;
 
 /// An error that makes a relation say nothing.
 const VACUOUS: f64 = 1e12;
@@ -183,10 +183,16 @@ impl<'a> Fit<'a> {
         }
         (self.options.progress)();
         let delayed = edit::built(&trial.ungated(self.draft))?;
-        let parts = Parts::of(&delayed, self.sessions);
-        let scales = self.scales(&parts, &compared);
-        let between = self.between_sessions(&parts, &scales);
+        let none_exact = IdVec::filled(self.knowledge.signals().len(), |_: SignalId| false);
+        let mut parts = Parts::of(&delayed, self.sessions, &none_exact);
+        let mut scales = self.scales(&parts, &compared, &none_exact);
         let gains = self.gains(&trial, &|signal| scales[signal].deviation)?;
+        let exact = exact::all(&self, &parts, &compared, &gains);
+        if exact.iter().any(|it| *it) {
+            parts = Parts::of(&delayed, self.sessions, &exact);
+            scales = self.scales(&parts, &compared, &exact);
+        }
+        let between = self.between_sessions(&parts, &scales);
         let shares = self.shares(&parts, &scales, between, &compared, &gains);
         let rhythms = Rhythm::of_all(self.knowledge, self.sessions);
         let limited = edit::limited(self.draft, &rhythms, self.knowledge);
@@ -237,13 +243,28 @@ impl<'a> Fit<'a> {
             pair.given = given.sum();
         }
         self.count_unseen(&trial, unseen)?;
-        let steps = self.steps(&draft, &chosen)?;
+        let (now, then) = (power::open(&self, self.draft)?, power::open(&self, &draft)?);
+        let open = now.into_iter().zip(then).map(|(now, then)| Open { now, then });
+        self.pairs.iter_mut().zip(open).for_each(|(pair, open)| pair.open = open);
+        let before_fitted = verdicts(self.draft, self.sessions)?.alarms;
+        let steps = smallest_steps(&self, &draft, &chosen)?;
         let fitted = (0..self.parameters.len())
             .map(|number| self.fitted(number, &chosen, &shares, &scales, &steps))
             .collect();
-        let unseen_hours = unseen.iter().map(|it| it.duration().seconds()).sum::<f64>() / 3600.0;
+        let unseen_hours = power::hours(unseen);
         let pairs = self.pairs.into_iter().filter(|pair| !pair.is_with_range()).collect();
-        Ok(Calibration { rhythms, pairs, fitted, draft, promise, before, after, unseen_hours, unhealthy })
+        Ok(Calibration {
+            rhythms,
+            pairs,
+            fitted,
+            before_fitted: Unfaulted { alarms: before_fitted, hours: power::hours(self.sessions) },
+            draft,
+            promise,
+            before,
+            after,
+            unseen_hours,
+            unhealthy,
+        })
     }
 
     /// All pairs, and their comparisons in each session.
@@ -330,18 +351,6 @@ impl<'a> Fit<'a> {
         Ok(gains)
     }
 
-    /// The least error of each parameter: the resolution of single precision.
-    fn floors(&self, rhythms: &[Rhythm]) -> Vec<f64> {
-        let floor = |parameter: &Parameter| match parameter {
-            Parameter::Relation(_) => 0.0,
-            Parameter::Signal(signal) => {
-                let range = rhythms.get(signal.index()).and_then(|it| it.range).unwrap_or_default();
-                RESOLUTION * range.0.abs().max(range.1.abs())
-            }
-        };
-        self.parameters.iter().map(floor).collect()
-    }
-
     /// Counts the comparisons in the part that is not fitted.
     fn count_unseen(&mut self, trial: &Trial, unseen: &[Session]) -> Result<(), Problem> {
         let knowledge = edit::built(&trial.ungated(self.draft))?;
@@ -351,18 +360,6 @@ impl<'a> Fit<'a> {
             pair.compared.1 = compared.len();
         }
         Ok(())
-    }
-
-    fn steps(&self, draft: &Draft, chosen: &Trial) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
-        let count = self.knowledge.signals().len();
-        if !self.options.finds_steps {
-            return Ok(IdVec::filled(count, |_| None));
-        }
-        let first = IdVec::filled(count, |signal: SignalId| {
-            let number = self.parameters.iter().position(|it| *it == Parameter::Signal(signal));
-            number.and_then(|at| chosen.errors[at]).unwrap_or(1.0)
-        });
-        smallest_steps(draft, self.sessions, &first, self.options)
     }
 
     fn fitted(

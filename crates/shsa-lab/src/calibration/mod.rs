@@ -19,7 +19,8 @@ pub(crate) use parted::observations;
 
 pub use chance::Chance;
 pub use fit::{
-    Calibration, Fitted, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Verdicts, calibrate,
+    Calibration, Fitted, Open, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Unfaulted,
+    Verdicts, calibrate,
 };
 pub use parted::Parted;
 pub use poisson::{fewest_expected, most_expected};

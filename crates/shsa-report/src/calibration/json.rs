@@ -74,6 +74,8 @@ impl Report<'_> {
             "late_s": pair.late.map(|(late_s, _)| late_s),
             "holds": pair.holds,
             "given": in_unit(pair.given),
+            "open_now": in_unit(pair.open.now),
+            "open_then": in_unit(pair.open.then),
         })
     }
 

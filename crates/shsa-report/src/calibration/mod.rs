@@ -6,7 +6,7 @@ mod page;
 mod patch;
 
 use crate::Style;
-use shsa_core::knowledge::{Bounds, Draft, KnowledgeBase, RelationId, SignalId};
+use shsa_core::knowledge::{Bounds, Draft, Id, KnowledgeBase, RelationId, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_lab::calibration::{Calibration, PairFit, Parameter, Stretch};
 use shsa_lab::campaign::Smallest;
@@ -158,6 +158,19 @@ impl Report<'_> {
         let unit = self.unit_of(&self.knowledge.variables()[pair.variable].name);
         let shown = number(self.in_own_unit(pair, value));
         unit.map_or_else(|| shown.clone(), |unit| format!("{shown} {unit}"))
+    }
+
+    /// The width of the range of a pair's variable, else of what was seen of it, in SI.
+    fn range(&self, pair: &PairFit) -> f64 {
+        let seen = |signal: &SignalId| {
+            let (lo, hi) = self.found.rhythms.get(signal.index())?.range?;
+            let unit = self.knowledge.signals()[*signal].unit.as_ref();
+            Some(unit.map_or(hi - lo, |unit| unit.to_si_difference(hi - lo).abs()))
+        };
+        let declared =
+            self.knowledge.variables()[pair.variable].range.map(shsa_core::interval::Interval::width);
+        let carriers = self.knowledge.carriers(pair.variable);
+        declared.unwrap_or_else(|| carriers.iter().filter_map(seen).fold(0.0, f64::max))
     }
 
     /// Seconds since the beginning of a stretch's session.

@@ -208,10 +208,23 @@ impl Report<'_> {
                 amount(pair.spread),
                 if pair.holds { "yes".to_owned() } else { "not shown".to_owned() },
                 amount(pair.given),
+                amount(pair.open.now),
+                amount(pair.open.then),
                 pair.compared.1.to_string(),
             ]
         };
-        let head = ["way", "other way", "compared", "offset", "spread", "holds", "gets", "compared later"];
+        let head = [
+            "way",
+            "other way",
+            "compared",
+            "offset",
+            "spread",
+            "holds",
+            "gets",
+            "open now",
+            "open then",
+            "compared later",
+        ];
         Columns { head: head.map(str::to_owned).into(), rows: self.found.pairs.iter().map(row).collect() }
     }
 
@@ -284,7 +297,15 @@ impl Report<'_> {
                  are where nothing else shows them"
             )
         });
-        let words: Vec<String> = holds.into_iter().chain(delay).collect();
+        let range = self.range(pair);
+        let never = pair.never_contradicts(range).then(|| {
+            format!(
+                "{name}: can never contradict, its errors leave open {}, and the values range over {}",
+                self.amount(pair, pair.open.then),
+                self.amount(pair, range)
+            )
+        });
+        let words: Vec<String> = holds.into_iter().chain(delay).chain(never).collect();
         (!words.is_empty()).then(|| words.join("; "))
     }
 

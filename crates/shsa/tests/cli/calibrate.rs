@@ -265,3 +265,68 @@ needs: { h: { signal: /h, max_age: 5 s } }
         assert!((2.0..10.0).contains(&of("error")) && of("smallest_bias") < 6.0, "{fitted}");
     }
 }
+
+/// Set points of some levels, in the unit of the model, with a witness that follows them at once.
+fn commanded(levels: &[f64], noise: f64, stands: usize, seed: u64) -> String {
+    let mut state = seed;
+    let mut noise = || {
+        state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        2.0 * noise * ((state >> 33) as f64 / f64::from(u32::MAX >> 1) - 0.5)
+    };
+    let mut text = "t [s],command,seen\n".to_owned();
+    for row in 0..1_200 {
+        let level = levels[row / stands % levels.len()];
+        writeln!(text, "{},{level},{:.3}", row * 60, level + noise()).unwrap();
+    }
+    text
+}
+
+#[test]
+fn a_set_point_is_exact_and_its_witness_has_all_of_the_error() {
+    let cases: [(&[f64], f64, usize); 5] = [
+        (&[55.0, 65.0], 0.2, 300),
+        (&[18.5, 21.0, 23.5], 0.3, 90),
+        (&[0.0, 1.0], 0.05, 47),
+        (&[-12.0, 7.0, 40.0, 41.0], 0.1, 130),
+        (&[20.0], 0.2, 100),
+    ];
+    for (seed, (levels, noise, stands)) in (1..).zip(cases) {
+        let model = "shsa: 1
+variables: { x: { unit: degC } }
+signals:
+  command: { variable: x, source: \"c#command\", rate: 1 1/min }
+  seen: { variable: x, source: \"c#seen\", rate: 1 1/min, value_error: 3 K }
+";
+        let recording = commanded(levels, noise, stands, seed);
+        let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("c.csv", recording.as_bytes())]);
+        let report = folder.json("calibrate m.yaml c.csv -o tuned.yaml", 0);
+        let of = |name: &str| fitted(&report, name)["error"].as_f64();
+        assert_eq!(of("command"), None, "{levels:?}: {report}");
+        let error = of("seen").unwrap();
+        assert!((noise..8.0 * noise).contains(&error), "{levels:?}: {error}");
+        let command = folder.read("tuned.yaml");
+        let command = command.lines().find(|line| line.contains("command:")).unwrap();
+        assert!(!command.contains("value_error") && !command.contains("noise"), "{command}");
+        assert_eq!(folder.json("replay tuned.yaml c.csv", 0)["events"], serde_json::json!([]), "{levels:?}");
+    }
+}
+
+#[test]
+fn a_thermometer_with_coarse_steps_is_not_exact() {
+    let mut text = "t [s],command,seen\n".to_owned();
+    for row in 0..1_200 {
+        let (slow, fast) = (f64::from(row) / 97.0, f64::from(row) / 13.0);
+        let value = 20.0 + 2.1 * slow.sin() + 0.4 * fast.cos();
+        writeln!(text, "{},{value:.0},{value:.3}", row * 60).unwrap();
+    }
+    let model = "shsa: 1
+variables: { x: { unit: degC } }
+signals:
+  command: { variable: x, source: \"c#command\", rate: 1 1/min }
+  seen: { variable: x, source: \"c#seen\", rate: 1 1/min, value_error: 3 K }
+";
+    let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("c.csv", text.as_bytes())]);
+    let report = folder.json("calibrate m.yaml c.csv", 0);
+    let error = fitted(&report, "command")["error"].as_f64().unwrap();
+    assert!(error >= 0.4, "{report}");
+}

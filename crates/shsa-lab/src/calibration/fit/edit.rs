@@ -40,9 +40,7 @@ impl Trial {
 
     /// The model with these errors and delays, and without limits on the rate of change: without errors, noise would exceed them.
     pub(super) fn ungated(&self, draft: &Draft) -> Draft {
-        let mut draft = self.applied(draft);
-        draft.signals.iter_mut().for_each(|it| it.max_rate = Some(text("none".to_owned())));
-        draft
+        ungated(self.applied(draft))
     }
 
     pub(super) fn applied(&self, draft: &Draft) -> Draft {
@@ -56,6 +54,12 @@ impl Trial {
         }
         draft
     }
+}
+
+/// A model without limits on the rate of change.
+pub(super) fn ungated(mut draft: Draft) -> Draft {
+    draft.signals.iter_mut().for_each(|it| it.max_rate = Some(text("none".to_owned())));
+    draft
 }
 
 /// Builds a draft that should be valid.

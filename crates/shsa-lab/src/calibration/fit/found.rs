@@ -1,5 +1,6 @@
 //! The results of a calibration: numbers of the model, the differences of its pairs, and whether the numbers may be used.
 
+use super::power::{Open, Unfaulted};
 use super::{Promise, Stretch, Verdicts, scales};
 use crate::calibration::comparison::Comparison;
 use crate::calibration::poisson::fewest_expected;
@@ -70,6 +71,8 @@ pub struct PairFit {
     pub late: Option<(f64, f64)>,
     /// How much wider the fitted errors make them: half of both widths.
     pub given: f64,
+    /// What both leave open.
+    pub open: Open,
 }
 
 impl PairFit {
@@ -103,7 +106,9 @@ pub struct Calibration {
     pub promise: Promise,
     /// The verdicts about the unseen part with the given model,
     pub before: Verdicts,
-    /// and with the fitted model.
+    /// its alarms about the fitted part,
+    pub before_fitted: Unfaulted,
+    /// and the verdicts about the unseen part with the fitted model.
     pub after: Verdicts,
     /// The length of the unseen part in hours.
     pub unseen_hours: f64,
@@ -130,12 +135,13 @@ impl Calibration {
                 after.alarms, self.unseen_hours, before.alarms, self.promise.alarms_per_hour
             ));
         }
-        (after.suspected > before.suspected).then(|| {
-            format!(
+        if after.suspected > before.suspected {
+            return Some(format!(
                 "in the part that it has not seen, the fitted model suspects {} healthy signals, and the model as it is {}",
                 after.suspected, before.suspected
-            )
-        })
+            ));
+        }
+        self.blindness()
     }
 }
 
@@ -160,5 +166,6 @@ pub(super) fn pair_fit(one: &WatchedWay, other: &WatchedWay, compared: &[Vec<Com
         holds: is_direct || unexplained <= scales::UNEXPLAINED,
         late: None,
         given: 0.0,
+        open: Open::default(),
     }
 }

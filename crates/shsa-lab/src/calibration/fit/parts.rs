@@ -60,8 +60,12 @@ pub(super) struct Parts<'a> {
 }
 
 impl<'a> Parts<'a> {
-    /// Decomposes sessions. Time: O(n log n).
-    pub(super) fn of(knowledge: &KnowledgeBase, sessions: &'a [Session]) -> Parts<'a> {
+    /// Decomposes sessions; signals that are exact tell what a variable is. Time: O(n log n).
+    pub(super) fn of(
+        knowledge: &KnowledgeBase,
+        sessions: &'a [Session],
+        exact: &IdVec<SignalId, bool>,
+    ) -> Parts<'a> {
         let count = knowledge.signals().len();
         let mut parts = Parts {
             pieces: Vec::new(),
@@ -73,8 +77,8 @@ impl<'a> Parts<'a> {
         for variable in knowledge.variables().ids() {
             for around in AROUND {
                 // The first pass finds the offsets, the second one removes them.
-                parts.agree(knowledge, variable, around);
-                parts.agree(knowledge, variable, around);
+                parts.agree(knowledge, variable, exact, around);
+                parts.agree(knowledge, variable, exact, around);
                 if !parts.is_moved(knowledge.carriers(variable)) {
                     break;
                 }
@@ -106,24 +110,31 @@ impl<'a> Parts<'a> {
         (usual / NORMAL_MEDIAN).powi(2) / 6.0
     }
 
-    fn agree(&mut self, knowledge: &KnowledgeBase, variable: VariableId, around: usize) {
+    fn agree(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        variable: VariableId,
+        exact: &IdVec<SignalId, bool>,
+        around: usize,
+    ) {
         let scale = |signal: SignalId| direction(knowledge, signal) * super::edit::scale(knowledge, signal);
         let signals = knowledge.carriers(variable);
         for piece in &mut self.pieces {
             let offsets = &self.offsets[piece.session];
             let mut all: Vec<(f64, f64)> = Vec::new();
-            for &signal in signals {
+            let is_any_exact = signals.iter().any(|it| exact[*it]);
+            for &signal in signals.iter().filter(|it| exact[**it] || !is_any_exact) {
                 let track = &piece.tracks[signal];
                 let base = |value: f64| scale(signal) * (value - offsets[signal]) + zero(knowledge, signal);
                 all.extend(track.times.iter().zip(&track.values).map(|(time, value)| (*time, base(*value))));
             }
             all.sort_by(|one, other| one.0.total_cmp(&other.0));
             let agreed = Line::through(&all);
+            let agreed_at = |time: f64| if is_any_exact { held(&all, time) } else { agreed.at(time, around) };
             for &signal in signals {
                 let (scale, zero, offset) = (scale(signal), zero(knowledge, signal), offsets[signal]);
                 let track = &mut piece.tracks[signal];
-                let rest =
-                    |(time, value): (&f64, &f64)| value - offset - (agreed.at(*time, around) - zero) / scale;
+                let rest = |(time, value): (&f64, &f64)| value - offset - (agreed_at(*time) - zero) / scale;
                 track.rests = track.times.iter().zip(&track.values).map(rest).collect();
             }
         }
@@ -229,6 +240,12 @@ fn bring_beside(
 /// A value that wraps, in the turn in which it is nearest to the previous one, or to zero.
 fn unwrapped(value: f64, before: Option<f64>, turn: Option<f64>) -> f64 {
     turn.map_or(value, |turn| value + turn * ((before.unwrap_or(0.0) - value) / turn).round())
+}
+
+/// The last one of some points up to a time, or the first one: what is exact stands until it changes.
+fn held(points: &[(f64, f64)], time: f64) -> f64 {
+    let place = points.partition_point(|it| it.0 <= time).saturating_sub(1);
+    points.get(place).map_or(0.0, |it| it.1)
 }
 
 /// A local straight line through points (W. S. Cleveland 1979, doi:10.1080/01621459.1979.10481038, with even weights).

@@ -5,6 +5,7 @@ use super::parts::Parts;
 use super::surrogate::{period, quantum};
 use super::{Fit, Parameter};
 use crate::calibration::comparison::Comparison;
+use crate::calibration::rhythm::Rhythm;
 use crate::calibration::widening::{Demand, least_widening};
 use crate::order::{median, quantile, sorted, variance, winsorised};
 use shsa_core::knowledge::{Id, IdVec, SignalId};
@@ -31,6 +32,9 @@ const FEWEST_BLOCKS: usize = 10;
 /// Above this share of the values' own variation, nothing shows that two ways measure the same.
 pub(super) const UNEXPLAINED: f64 = 0.5;
 
+/// The resolution of single precision, as a share of the largest reading.
+const RESOLUTION: f64 = f32::EPSILON as f64;
+
 /// The deviation of one signal, in the signal's unit.
 #[derive(Clone, Copy, Debug, Default)]
 pub(super) struct Scale {
@@ -53,15 +57,23 @@ pub(super) struct Share {
 pub(super) type Compared = Vec<Vec<Vec<Comparison>>>;
 
 impl Fit<'_> {
-    /// The deviation of each signal.
-    pub(super) fn scales(&self, parts: &Parts<'_>, compared: &Compared) -> IdVec<SignalId, Scale> {
+    /// The deviation of each signal; 0 of one that is exact.
+    pub(super) fn scales(
+        &self,
+        parts: &Parts<'_>,
+        compared: &Compared,
+        exact: &IdVec<SignalId, bool>,
+    ) -> IdVec<SignalId, Scale> {
         let count = self.knowledge.signals().len();
         let mut variances: IdVec<SignalId, f64> = IdVec::filled(count, |signal| parts.noise(signal));
         for variable in self.knowledge.variables().ids() {
-            self.components(variable, compared, &mut variances);
+            self.components(variable, compared, exact, &mut variances);
             self.share_kinds(parts, variable, &mut variances);
         }
         IdVec::filled(count, |signal: SignalId| {
+            if exact[signal] {
+                return Scale { deviation: 0.0, shape: 1.0 };
+            }
             let rounding = quantum(parts, signal) / 12.0_f64.sqrt();
             let rests = parts.rests(signal);
             let deviation = variance(&rests).sqrt();
@@ -75,11 +87,12 @@ impl Fit<'_> {
     }
 
     /// Variances of a variable's signals from the variances of their differences: least squares, none below 0 (F. E. Grubbs 1948,
-    /// doi:10.1080/01621459.1948.10483261). Each of two signals gets half.
+    /// doi:10.1080/01621459.1948.10483261). Each of two signals gets half, and all beside an exact one.
     fn components(
         &self,
         variable: shsa_core::knowledge::VariableId,
         compared: &Compared,
+        exact: &IdVec<SignalId, bool>,
         variances: &mut IdVec<SignalId, f64>,
     ) {
         let known: Vec<(SignalId, SignalId, f64)> = (self.pairs.iter().zip(compared))
@@ -97,6 +110,7 @@ impl Fit<'_> {
         };
         let mut found: Vec<(SignalId, f64)> = signals
             .iter()
+            .filter(|signal| !exact[**signal])
             .filter_map(|&signal| Some((signal, of(signal).map(|it| 0.5 * it.2).reduce(f64::min)?)))
             .collect();
         for _ in 0..PASSES {
@@ -147,6 +161,18 @@ impl Fit<'_> {
         }
     }
 
+    /// The least error of each parameter: the resolution of single precision.
+    pub(super) fn floors(&self, rhythms: &[Rhythm]) -> Vec<f64> {
+        let floor = |parameter: &Parameter| match parameter {
+            Parameter::Relation(_) => 0.0,
+            Parameter::Signal(signal) => {
+                let range = rhythms.get(signal.index()).and_then(|it| it.range).unwrap_or_default();
+                RESOLUTION * range.0.abs().max(range.1.abs())
+            }
+        };
+        self.parameters.iter().map(floor).collect()
+    }
+
     /// Whether the model declares an error of a relation.
     fn has_error(&self, number: usize) -> bool {
         let Parameter::Relation(relation) = self.parameters[number] else { return false };
@@ -183,12 +209,16 @@ impl Fit<'_> {
         gains: &[Vec<(usize, f64)>],
     ) -> Vec<Option<Share>> {
         let mut shares: Vec<Option<Share>> = vec![None; self.parameters.len()];
-        let is_shown = |signal: SignalId| {
+        // What only decides whether a relation holds widens nothing, and nothing shows an error of it.
+        let is_shown = |number: usize, signal: SignalId| {
             let reads = |it: &super::PairFit| it.one.1.contains(&signal) || it.other.1.contains(&signal);
-            self.pairs.iter().any(|it| it.holds && it.compared.0 > 0 && reads(it))
+            let widens =
+                |gains: &[(usize, f64)]| gains.is_empty() || gains.iter().any(|(at, _)| *at == number);
+            let mut pairs = self.pairs.iter().zip(gains).filter(|(it, _)| it.holds && it.compared.0 > 0);
+            pairs.any(|(it, gains)| reads(it) && widens(gains))
         };
         for (number, parameter) in self.parameters.iter().enumerate() {
-            if let Some(signal) = parameter.signal().filter(|it| is_shown(*it)) {
+            if let Some(signal) = parameter.signal().filter(|it| is_shown(number, *it)) {
                 let scale = scales[signal];
                 let spread = scale.deviation * (scale.shape.powi(2) + between * between).sqrt();
                 shares[number] = (spread > 0.0).then(|| Share { offset: parts.offset(signal).abs(), spread });
@@ -210,9 +240,13 @@ impl Fit<'_> {
                 let known = gains.iter().filter_map(|(at, gain)| Some(gain * of(shares[*at].as_ref()?)));
                 known.sum()
             };
-            let all: Vec<f64> = compared.iter().flatten().map(|it| it.value - it.known).collect();
+            let all: Vec<f64> = compared.iter().flatten().map(Comparison::beyond).collect();
             let middle = median(all.iter().copied());
             let wide = quantile(&sorted(all.iter().map(|it| (it - middle).abs())), WIDTH_AT).unwrap_or(0.0);
+            if wide <= 0.0 && middle == 0.0 {
+                // The relation holds as it is: what it leaves open covers all differences.
+                continue;
+            }
             let needed = PAIR * (wide / NORMAL_WIDTH).max(0.5 * variance(&all).sqrt());
             let least = (needed - by_signals(|it| it.spread)).max(0.05 * needed);
             spreads.push(Demand { gains: own.clone(), least });
@@ -253,7 +287,7 @@ fn normalised(demands: &[Demand], count: usize) -> Vec<Demand> {
 }
 
 /// The differences of a pair, minus the mean of each session.
-fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
+pub(super) fn apart(compared: &[Vec<Comparison>]) -> Vec<f64> {
     let of = |session: &Vec<Comparison>| {
         let all: Vec<f64> = session.iter().map(|it| it.value - it.known).collect();
         let middle = crate::order::mean(&all);

@@ -1,8 +1,9 @@
 //! The smallest step of a signal that the whole loop detects, found by trying.
 
 use super::edit;
+use super::edit::Trial;
 use super::parts::number;
-use super::{Options, Problem};
+use super::{Fit, Parameter, Problem};
 use crate::calibration::session::Session;
 use shsa_core::engine::{self, EventKind, Input, Output, Ticks};
 use shsa_core::knowledge::{Draft, Id, IdVec, KnowledgeBase, SignalId};
@@ -23,14 +24,21 @@ const BEFORE: usize = 10_000;
 const MOST_OBSERVATIONS: usize = 40_000;
 
 /// The smallest step of each signal, in its unit, that is detected in both directions and at each of some moments of the longest
-/// stretch; `None` where none is. Time: some dozen runs of the engine for each signal.
+/// stretch; `None` where none is, or none is looked for. The search begins at the chosen errors. Time: some dozen runs of the engine for each signal.
 pub(super) fn smallest_steps(
+    fit: &Fit<'_>,
     draft: &Draft,
-    sessions: &[Session],
-    first: &IdVec<SignalId, f64>,
-    options: &Options<'_>,
+    chosen: &Trial,
 ) -> Result<IdVec<SignalId, Option<f64>>, Problem> {
+    let (sessions, options) = (fit.sessions, fit.options);
     let knowledge = edit::built(draft)?;
+    let first = IdVec::filled(knowledge.signals().len(), |signal: SignalId| {
+        let number = fit.parameters.iter().position(|it| *it == Parameter::Signal(signal));
+        number.and_then(|at| chosen.errors[at]).filter(|it| *it > 0.0).unwrap_or(1.0)
+    });
+    if !options.finds_steps {
+        return Ok(IdVec::filled(first.len(), |_: SignalId| None));
+    }
     let longest = sessions.iter().flat_map(Session::stretches).max_by_key(|it| it.len());
     let all = longest.map_or(&[][..], Vec::as_slice);
     let tried = Tried { knowledge: &knowledge, all: &all[..all.len().min(MOST_OBSERVATIONS)] };
@@ -40,7 +48,7 @@ pub(super) fn smallest_steps(
         let detected: Vec<Option<f64>> = std::thread::scope(|scope| {
             let one = |signal: SignalId| {
                 scope.spawn({
-                    let tried = &tried;
+                    let (tried, first) = (&tried, &first);
                     move || tried.smallest(signal, first[signal])
                 })
             };
