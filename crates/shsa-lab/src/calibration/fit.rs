@@ -24,7 +24,6 @@ use crate::curve::Curve;
 use crate::order::median;
 use edit::Trial;
 use found::pair_fit;
-use parts::Parts;
 use scales::{Compared, Share};
 use shsa_core::engine;
 use shsa_core::knowledge::{Bounds, Draft, IdVec, KnowledgeBase, RelationId, SignalId};
@@ -174,24 +173,10 @@ impl<'a> Fit<'a> {
         unseen: &[Session],
         unhealthy: Vec<Stretch>,
     ) -> Result<Calibration, Problem> {
-        let late = self.delays(&trial)?;
-        trial.delays = self.signal_delays(&late);
-        let (pairs, compared) = self.watch(&trial)?;
-        self.pairs = pairs;
-        for (pair, late) in self.pairs.iter_mut().zip(&late) {
-            pair.late = late.map(|it| (it.late_s, it.left));
-        }
+        let compared = self.begin(&mut trial)?;
         (self.options.progress)();
         let delayed = edit::built(&trial.ungated(self.draft))?;
-        let none_exact = IdVec::filled(self.knowledge.signals().len(), |_: SignalId| false);
-        let mut parts = Parts::of(&delayed, self.sessions, &none_exact);
-        let mut scales = self.scales(&parts, &compared, &none_exact);
-        let gains = self.gains(&trial, &|signal| scales[signal].deviation)?;
-        let exact = exact::all(&self, &parts, &compared, &gains);
-        if exact.iter().any(|it| *it) {
-            parts = Parts::of(&delayed, self.sessions, &exact);
-            scales = self.scales(&parts, &compared, &exact);
-        }
+        let (parts, scales, gains) = exact::scaled(&self, &trial, &delayed, &compared)?;
         let between = self.between_sessions(&parts, &scales);
         let shares = self.shares(&parts, &scales, between, &compared, &gains);
         let rhythms = Rhythm::of_all(self.knowledge, self.sessions);
@@ -238,14 +223,8 @@ impl<'a> Fit<'a> {
             draft = chosen.applied(&limited);
             after = verdicts(&draft, unseen)?;
         }
-        for (pair, gains) in self.pairs.iter_mut().zip(&gains) {
-            let given = gains.iter().filter_map(|(at, gain)| Some(gain * chosen.errors[*at]?));
-            pair.given = given.sum();
-        }
         self.count_unseen(&trial, unseen)?;
-        let (now, then) = (power::open(&self, self.draft)?, power::open(&self, &draft)?);
-        let open = now.into_iter().zip(then).map(|(now, then)| Open { now, then });
-        self.pairs.iter_mut().zip(open).for_each(|(pair, open)| pair.open = open);
+        power::tell_pairs(&mut self, &draft, &chosen, &gains)?;
         let before_fitted = verdicts(self.draft, self.sessions)?.alarms;
         let steps = smallest_steps(&self, &draft, &chosen)?;
         let fitted = (0..self.parameters.len())
@@ -265,6 +244,18 @@ impl<'a> Fit<'a> {
             unseen_hours,
             unhealthy,
         })
+    }
+
+    /// Finds the delays and the pairs; returns the comparisons.
+    fn begin(&mut self, trial: &mut Trial) -> Result<Compared, Problem> {
+        let late = self.delays(trial)?;
+        trial.delays = self.signal_delays(&late);
+        let (pairs, compared) = self.watch(trial)?;
+        self.pairs = pairs;
+        for (pair, late) in self.pairs.iter_mut().zip(&late) {
+            pair.late = late.map(|it| (it.late_s, it.left));
+        }
+        Ok(compared)
     }
 
     /// All pairs, and their comparisons in each session.

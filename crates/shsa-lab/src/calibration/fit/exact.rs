@@ -2,11 +2,11 @@
 //! far more closely than from one of these values to the next.
 
 use super::parts::Parts;
-use super::scales::Compared;
+use super::scales::{Compared, Scale};
 use super::surrogate::quantum;
-use super::{Fit, PairFit, Parameter};
+use super::{Fit, PairFit, Parameter, Problem, Trial};
 use crate::order::winsorised;
-use shsa_core::knowledge::{IdVec, SignalId};
+use shsa_core::knowledge::{IdVec, KnowledgeBase, SignalId};
 
 /// A signal with more values is no choice of modes.
 const MOST_LEVELS: usize = 8;
@@ -22,7 +22,7 @@ const LEAST: usize = 30;
 
 /// Whether each signal is exact. `gains` are the widenings of each pair by each parameter. Where two exact signals are compared and
 /// differ, neither is: an error of one of them must explain that.
-pub(super) fn all(
+fn all(
     fit: &Fit<'_>,
     parts: &Parts<'_>,
     compared: &Compared,
@@ -46,6 +46,29 @@ pub(super) fn all(
     exact
 }
 
+/// How much wider each parameter makes each pair, by the number of the parameter.
+pub(super) type Gains = Vec<Vec<(usize, f64)>>;
+
+/// The parts of all readings, the scales of the signals and the gains, once it is known which signals are exact.
+pub(super) fn scaled<'a>(
+    fit: &Fit<'a>,
+    trial: &Trial,
+    delayed: &KnowledgeBase,
+    compared: &Compared,
+) -> Result<(Parts<'a>, IdVec<SignalId, Scale>, Gains), Problem> {
+    let none = IdVec::filled(fit.knowledge.signals().len(), |_: SignalId| false);
+    let parts = Parts::of(delayed, fit.sessions, &none);
+    let scales = fit.scales(&parts, compared, &none);
+    let gains = fit.gains(trial, &|signal| scales[signal].deviation)?;
+    let exact = all(fit, &parts, compared, &gains);
+    if !exact.iter().any(|it| *it) {
+        return Ok((parts, scales, gains));
+    }
+    let parts = Parts::of(delayed, fit.sessions, &exact);
+    let scales = fit.scales(&parts, compared, &exact);
+    Ok((parts, scales, gains))
+}
+
 /// The least deviation of a difference that a signal is in, in the signal's unit; `None` where nothing is compared with it.
 fn least_apart(
     fit: &Fit<'_>,
@@ -54,12 +77,13 @@ fn least_apart(
     gains: &[Vec<(usize, f64)>],
 ) -> Option<f64> {
     let number = fit.parameters.iter().position(|it| *it == Parameter::Signal(signal))?;
-    let of = |((pair, compared), gains): ((&PairFit, &Vec<Vec<_>>), &Vec<(usize, f64)>)| {
+    let pairs = fit.pairs.iter().zip(compared).zip(gains);
+    let deviations = pairs.filter_map(|((pair, compared), gains)| {
         let (_, gain) = gains.iter().find(|(at, _)| *at == number).filter(|_| pair.holds)?;
         let apart = super::scales::apart(compared);
         (apart.len() >= LEAST).then(|| winsorised(&apart).sqrt() / gain)
-    };
-    fit.pairs.iter().zip(compared).zip(gains).filter_map(of).reduce(f64::min)
+    });
+    deviations.reduce(f64::min)
 }
 
 /// The number of different values of a signal.

@@ -1,7 +1,8 @@
 //! Whether the fitted model still detects what the model as it is detects: by how wide both leave what they compare.
 
+use super::exact::Gains;
 use super::found::{Calibration, PairFit};
-use super::{Fit, Problem, edit};
+use super::{Fit, Problem, Trial, edit};
 use crate::calibration::comparison::{Comparison, Watched};
 use crate::calibration::poisson::fewest_expected;
 use crate::calibration::session::Session;
@@ -28,6 +29,22 @@ impl Open {
     fn is_gained(self) -> bool {
         self.now > LOST * self.then
     }
+}
+
+/// Notes for each pair how wide its errors are in the fitted model, and what both models leave open.
+pub(super) fn tell_pairs(
+    fit: &mut Fit<'_>,
+    draft: &Draft,
+    chosen: &Trial,
+    gains: &Gains,
+) -> Result<(), Problem> {
+    let (now, then) = (open(fit, fit.draft)?, open(fit, draft)?);
+    let open = now.into_iter().zip(then).map(|(now, then)| Open { now, then });
+    for ((pair, gains), open) in fit.pairs.iter_mut().zip(gains).zip(open) {
+        let given = gains.iter().filter_map(|(at, gain)| Some(gain * chosen.errors[*at]?));
+        (pair.given, pair.open) = (given.sum(), open);
+    }
+    Ok(())
 }
 
 /// The alarms of a model about healthy recordings.
