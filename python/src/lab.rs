@@ -57,7 +57,7 @@ pub(crate) fn calibrate(
         calibration::calibrate(model.live.draft(), &parted.fitted, &parted.unseen, &options)
     })?;
     let found = found.map_err(|error| failed(py, error))?;
-    let refusal = found.refusal();
+    let refusal = found.refusal().or_else(|| found.blindness());
     let report = calibrated::Report {
         draft: model.live.draft(),
         knowledge: model.knowledge(),

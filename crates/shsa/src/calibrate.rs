@@ -129,6 +129,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let found = found?;
     let smallest = arguments.faults.map(|lasting| smallest(&found, &parted, lasting)).transpose()?;
     let refusal = found.refusal();
+    let stays = if refusal.is_none() { found.blindness() } else { None };
+    let is_worse = refusal.is_some() || found.after.failed > 0;
+    let refusal = refusal.or(stays.clone());
     let report = Report {
         draft: live.draft(),
         knowledge,
@@ -139,21 +142,25 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         duration: parted.duration,
         refusal: refusal.as_deref(),
     };
-    write(arguments, &report, &read)?;
+    write(arguments, &report, stays.is_some(), &read)?;
     let text = if arguments.json { report.json().to_string() } else { report.text(show::style()) };
     writeln!(stdout(), "{text}")?;
-    Ok(match (refusal.is_some() || found.after.failed > 0, recording.degraded) {
+    Ok(match (is_worse, recording.degraded) {
         (true, _) => Outcome::No,
         (false, true) => Outcome::Degraded,
         (false, false) => Outcome::Done,
     })
 }
 
-/// Writes the files that are asked for, all or none; those of the fitted numbers only where these are better.
-fn write(arguments: &Arguments, report: &Report<'_>, read: &[&PathBuf]) -> anyhow::Result<()> {
-    let fitted = |file: &Option<PathBuf>| file.clone().filter(|_| report.refusal.is_none());
+/// A patch that changes nothing.
+const NO_CHANGE: &str = "# The model stays as it is.\n{}\n";
+
+/// Writes the files that are asked for, all or none; those of the fitted numbers only where these are no worse. Where the model
+/// `stays` as it is, so do these files.
+fn write(arguments: &Arguments, report: &Report<'_>, stays: bool, read: &[&PathBuf]) -> anyhow::Result<()> {
+    let fitted = |file: &Option<PathBuf>| file.clone().filter(|_| stays || report.refusal.is_none());
     let (patch, output) = (fitted(&arguments.patch), fitted(&arguments.output));
-    let change = report.patch(show::style());
+    let change = if stays { NO_CHANGE.to_owned() } else { report.patch(show::style()) };
     let numbers = Written { name: "the fitted numbers", text: &change };
     let model = output.as_ref().map(|_| patched(&arguments.model, numbers)).transpose()?;
     let title = arguments.model.file_name().unwrap_or(arguments.model.as_os_str()).to_string_lossy();

@@ -312,7 +312,7 @@ impl Report<'_> {
     fn verdicts(&self, style: Style) -> String {
         let is_well = self.refusal.is_none() && self.found.after.failed == 0;
         let text = match self.refusal {
-            Some(why) => format!("{}\nno patch is written: {why}", self.tested()),
+            Some(why) => format!("{}\nthe fitted numbers are not used: {why}", self.tested()),
             None => self.tested(),
         };
         style.paint(if is_well { Paint::Green } else { Paint::Red }, &style.wrapped(&text, 0))

@@ -141,7 +141,7 @@ impl Calibration {
                 after.suspected, before.suspected
             ));
         }
-        self.blindness()
+        None
     }
 }
 

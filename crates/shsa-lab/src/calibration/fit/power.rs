@@ -74,8 +74,9 @@ pub(super) fn hours(sessions: &[Session]) -> f64 {
 }
 
 impl Calibration {
-    /// Why the fitted model is worse than the model as it is, which keeps the promise, too; `None` where it is not.
-    pub(super) fn blindness(&self) -> Option<String> {
+    /// Why the model should stay as it is, which keeps the promise, too, and detects more; `None` where the fit is better.
+    #[must_use]
+    pub fn blindness(&self) -> Option<String> {
         let alarms = self.before.alarms + self.before_fitted.alarms;
         let hours = (self.unseen_hours + self.before_fitted.hours).max(1e-9);
         if fewest_expected(alarms) / hours > self.promise.alarms_per_hour {
