@@ -8,7 +8,7 @@ use super::{report, sound};
 /// Kinds of which sound signals are accused today.
 const NOT_YET: [&str; 1] = ["mean_over"];
 /// Kinds of which a signal is not always trusted again after a fault, or a sound one fails after its end.
-const NOT_AFTER_A_FAULT: [&str; 3] = ["filter", "table", "turning"];
+const NOT_AFTER_A_FAULT: [&str; 1] = ["filter"];
 /// What is not asserted of any kind today.
 const NOT_ASSERTED: [Wrong; 1] = [Wrong::Unnamed];
 

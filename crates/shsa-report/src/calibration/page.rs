@@ -46,7 +46,8 @@ const PATCH: &str = "<code>shsa patch</code> writes it into the file of the mode
 /// What the fitted model did in the part that was not fitted.
 fn result(report: &Report<'_>) -> String {
     let is_well = report.refusal.is_none() && report.found.after.failed == 0;
-    let lines = [Some(report.tested()), report.refusal.map(|why| format!("The fitted numbers are not used: {why}"))];
+    let lines =
+        [Some(report.tested()), report.refusal.map(|why| format!("The fitted numbers are not used: {why}"))];
     let class = if is_well { "notes well" } else { "notes" };
     format!("<div class=\"{class}\">\n{}</div>\n", paragraphs(lines.into_iter().flatten()))
 }
