@@ -42,23 +42,14 @@ pub(super) fn directions<'d>(
     Some(found)
 }
 
-/// The formula for a variable. A result cannot prove its own condition: where the relation does not hold, it may look as if it did.
-fn solved(
-    equation: &Equation,
-    id: VariableId,
-    condition: Option<&Formula>,
-    names: &Names,
-) -> Result<Formula, Problem> {
-    if condition.is_some_and(|condition| condition.occurrences(id.symbol()) > 0) {
-        let help = "write the condition about what it is computed from, or about another variable";
-        return Err(Problem::error(
-            0..0,
-            "its own `when` reads it, so the result would prove its own condition",
-        )
-        .with_help(help));
-    }
-    solve(equation, id.symbol(), names)
+/// Whether a condition reads a variable: where the relation does not hold, a result for it may look as if it did.
+fn reads(condition: Option<&Formula>, id: VariableId) -> bool {
+    condition.is_some_and(|condition| condition.occurrences(id.symbol()) > 0)
 }
+
+const PROVES_ITSELF: &str = "its own `when` reads it, so the result would prove its own condition";
+const ANOTHER_CONDITION: &str =
+    "write the condition about what it is computed from, or about another variable";
 
 /// The formulas for the named variables; an impossible one is an error.
 pub(super) fn named(
@@ -71,7 +62,14 @@ pub(super) fn named(
 ) -> (Vec<VariableId>, Vec<Formula>) {
     let mut found = (Vec::new(), Vec::new());
     for &(name, id) in wanted {
-        match solved(equation, id, condition, names) {
+        if reads(condition, id) {
+            problems.warn(
+                name,
+                format!("`for` names `{}`, but {PROVES_ITSELF}", name.text),
+                ANOTHER_CONDITION,
+            );
+        }
+        match solve(equation, id.symbol(), names) {
             Ok(formula) => {
                 found.0.push(id);
                 found.1.push(formula);
@@ -108,7 +106,11 @@ pub(super) fn every(
         return found;
     }
     for &id in used.iter().filter(|&&id| names.variables.list[id].constant.is_none()) {
-        match solved(equation, id, condition, names) {
+        if reads(condition, id) {
+            unsolved.push((id, Problem::error(0..0, PROVES_ITSELF).with_help(ANOTHER_CONDITION)));
+            continue;
+        }
+        match solve(equation, id.symbol(), names) {
             Ok(formula) => {
                 found.0.push(id);
                 found.1.push(formula);

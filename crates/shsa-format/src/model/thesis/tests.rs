@@ -127,6 +127,7 @@ fn the_yaml_of_the_thesis_comes_over() {
     let described = "\
 2:1 warning: other files of Python are not read
 6:3 warning: the directions of relation `by_strain` have formulas or inputs of their own: it becomes by_strain_force, by_strain_strain
+7:5 warning: `for` names `force`, but its own `when` reads it, so the result would prove its own condition
 19:45 warning: this cannot be taken over: the function `lookup` is not known here
 24:34 warning: this cannot be taken over: `*` takes a number, not true or false
 31:14 warning: `/sides_2` has the same source as `/sides`: it bears no witness for it

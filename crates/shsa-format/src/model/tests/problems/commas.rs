@@ -9,13 +9,13 @@ fn a_comma_in_braces_is_explained_once_for_each_formula() {
 signals: { a: { variable: speed, value_error: 0.1 } }
 functions: { f(x, y): max(x, y), g(x): x }
 relations:
-  r: { equation: b = max(speed, g(2 m/s)), when: f(speed, b) > 0 m/s }
+  r: { equation: b = max(speed, g(2 m/s)), when: f(3 m/s, 2 m/s) > 0 m/s }
   s: { equation: \"c = min(speed, 2 m/s)\" }
 needs: { b: {}, c: {} }",
         "4:14 error: inside `{ }` a comma ends a value, also within parentheses (put it in quotes: `\"f(x, y)\": \"max(x, y)\"`)
          6:18 error: inside `{ }` a comma ends a value, also within parentheses (put it in quotes: `\"b = max(speed, g(2 m/s))\"`)
          6:26 note: this relation is not solved for `speed`: max has no inverse (the other argument may be the result; where it is meant so, `for` names what it is solved for)
-         6:50 error: inside `{ }` a comma ends a value, also within parentheses (put it in quotes: `\"f(speed, b) > 0 m/s\"`)
+         6:50 error: inside `{ }` a comma ends a value, also within parentheses (put it in quotes: `\"f(3 m/s, 2 m/s) > 0 m/s\"`)
          7:27 note: this relation is not solved for `speed`: min has no inverse (the other argument may be the result; where it is meant so, `for` names what it is solved for)",
     );
 }

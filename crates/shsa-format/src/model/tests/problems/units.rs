@@ -79,7 +79,7 @@ relations:
   c: t = double(u)
   d: { equation: t = 0.3 * u + 0.7 * b, error: 2 % }
   e: x = 300 W/K * t
-  f: { equation: \"x = 300 W/K * (t - 5 degC)\", when: t > 0, error: 2 % }
+  f: { equation: \"x = 300 W/K * (t - 5 degC)\", when: u > 0, error: 2 % }
 signals: { s: { variable: u }, r: { variable: x } }",
         "6:10 error: this is no temperature: the zero of the scale is in it 2 times (subtract `0 degC` from a temperature for a temperature difference (`t - 0 degC`), or write a constant that is a difference in K; the weights of a mean sum to 1)
          7:35 error: `<` of a temperature and a difference of temperatures (for a difference write `2 K` instead of `2 degC`)
