@@ -50,6 +50,41 @@ fn all_stories_come_true() {
     assert!(paths.len() >= 11 && wrong.is_empty(), "{} stories\n{wrong}", paths.len());
 }
 
+/// The page of the decision logic is short, and each of its rules names stories that show it.
+#[test]
+fn the_decision_logic_is_a_page_of_stories() {
+    let design = include_str!("../../../../DESIGN.md");
+    let page = design
+        .split("## The decision logic on one page\n")
+        .nth(1)
+        .and_then(|rest| rest.split("\n## ").next());
+    let page = page.expect("the page").trim();
+    assert!(page.lines().count() <= 40);
+    let rules = page
+        .split("\n\n")
+        .nth(1)
+        .expect("the rules")
+        .split("\n")
+        .filter(|line| !line.starts_with(' '))
+        .count();
+    let named = |rule: &str| -> Vec<String> {
+        let words = rule.split('`').skip(1).step_by(2);
+        words.filter(|word| word.starts_with(|it: char| it.is_ascii_digit())).map(str::to_owned).collect()
+    };
+    let mut shown = 0;
+    for number in 1..=rules {
+        let rule = page.split(&format!("\n{number}. ")).nth(1).expect("a rule");
+        let rule = rule.split(&format!("\n{}. ", number + 1)).next().unwrap_or(rule);
+        let stories = named(rule);
+        assert!(!stories.is_empty(), "rule {number} has no story");
+        for story in stories {
+            assert!(load(&folder().join(format!("{story}.yaml"))).run().is_met(), "{story}");
+            shown += 1;
+        }
+    }
+    assert!(rules >= 10 && shown >= 20, "{rules} rules, {shown} stories");
+}
+
 #[test]
 fn a_story_runs_the_same_every_time() {
     let story = load(&folder().join("08-no-flapping.yaml"));
