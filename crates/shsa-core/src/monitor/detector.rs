@@ -7,8 +7,9 @@
 
 mod moment;
 
+use super::recurring::Recurring;
 use super::symptom::Symptom;
-use super::window::Debounce;
+use super::window::{Debounce, STALE_PERIODS};
 use crate::alignment::{Defect, Jump, Misdated, Port, Reception, Still};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};
@@ -29,20 +30,6 @@ const DETECTED: [Symptom; 7] = [
 
 /// The place of [`Symptom::TooFast`] in [`DETECTED`].
 const TOO_FAST: usize = 2;
-
-/// Earlier readings are forgotten after this many periods without a reading.
-const STALE_PERIODS: i64 = 6;
-
-/// Recurring single outliers are a fault although each of them alone is dropped: from this share of the recent readings on.
-const RECURRING: f64 = 0.04;
-/// Recurring single outliers are a fault from this number among the recent readings on.
-const FEWEST_RECURRING: f64 = 4.5;
-/// Outliers are counted over at least this time: shocks of a vehicle are shorter.
-const RECURS_OVER: Span = Span::from_millis(5_000);
-/// Outliers are counted among at least this many readings.
-const RECURS_AMONG: f64 = 64.0;
-/// A smaller share of single outliers counts as none.
-const NONE_RECURRING: f64 = 1e-3;
 
 /// The evidence of a reading, in numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -104,10 +91,8 @@ struct Detector {
     fault: Option<Symptom>,
     /// Whether the present fault is a jump from readings that were fewer than those after it: then those were wrong.
     is_early: bool,
-    /// The share of single outliers among the recent readings, the number of these readings, and whether the present fault is
-    /// recurring outliers.
-    outliers: f64,
-    memory: f64,
+    /// The single outliers, and whether the present fault is recurring outliers.
+    singles: Recurring,
     recurs: bool,
     /// The place of this moment's readings in [`Detectors::moments`].
     moment: Option<u32>,
@@ -139,8 +124,8 @@ impl Detectors {
     pub fn inherit(&mut self, old: &Detectors, lineage: &Lineage) {
         for (id, before) in old.list.enumerate() {
             let Some(detector) = lineage.signal(id).map(|signal| &mut self.list[signal]) else { continue };
-            (detector.bits, detector.outliers, detector.recurs) =
-                (before.bits, before.outliers, before.recurs);
+            (detector.bits, detector.recurs) = (before.bits, before.recurs);
+            detector.singles.inherit(&before.singles);
             detector.keep_window();
             (detector.seen, detector.last, detector.fault) = (before.seen, before.last, before.fault);
             detector.is_early = before.is_early;
@@ -226,7 +211,6 @@ impl Detector {
         let longest = rules.iter().map(|rule| i64::from(rule.n)).max().unwrap_or(0).max(STALE_PERIODS);
         let lifetime = period.map(|period| period.times(longest).max(debounce.span));
         let bits = [0; DETECTED.len()];
-        let in_span = period.map_or(0.0, |period| RECURS_OVER.seconds() / period.seconds());
         Detector {
             bits,
             rules,
@@ -236,8 +220,7 @@ impl Detector {
             lifetime,
             fault: None,
             is_early: false,
-            outliers: 0.0,
-            memory: in_span.max(RECURS_AMONG),
+            singles: Recurring::new(period),
             recurs: false,
             moment: None,
         }
@@ -256,11 +239,6 @@ impl Detector {
         self.bits.get(TOO_FAST).copied().unwrap_or(0)
     }
 
-    /// The share of single outliers that is a fault.
-    fn most_outliers(&self) -> f64 {
-        RECURRING.max(FEWEST_RECURRING / self.memory)
-    }
-
     /// Whether a sound reading changes nothing.
     fn is_quiet(&self) -> bool {
         self.moment.is_none() && self.fault.is_none() && !self.shows
@@ -277,9 +255,8 @@ impl Detector {
         }
         if last != now {
             self.seen = (self.seen + 1).min(64);
-            if self.outliers > 0.0 {
-                let left = self.outliers * (1.0 - 1.0 / self.memory);
-                self.outliers = if left < NONE_RECURRING { 0.0 } else { left };
+            if self.singles.is_any() {
+                self.singles.fade();
             }
         }
     }
@@ -299,8 +276,8 @@ impl Detector {
         self.keep_window();
         // A jump after a sound reading counts as an outlier; if the next reading jumps, too, it was none.
         match self.jumps() & 7 {
-            0b001 | 0b101 => self.outliers += 1.0 / self.memory,
-            0b011 => self.outliers = (self.outliers - 1.0 / self.memory).max(0.0),
+            0b001 | 0b101 => self.singles.add(),
+            0b011 => self.singles.take_back(),
             _ => {}
         }
         if self.fault.is_none() {
@@ -314,8 +291,7 @@ impl Detector {
                 fault.symptom == Symptom::TooFast && !self.recurs && self.seen.saturating_sub(jumps) < jumps;
             return Some(Some(fault));
         }
-        let recurs = self.recurs && self.outliers > 0.5 * self.most_outliers();
-        if recurs || self.shows {
+        if (self.recurs && self.singles.are_too_many(true)) || self.shows {
             return None;
         }
         (self.fault, self.recurs) = (None, false);
@@ -326,7 +302,7 @@ impl Detector {
     fn note_refuted(&mut self) {
         if let Some(bits) = self.bits.get_mut(TOO_FAST) {
             *bits |= 0b10;
-            self.outliers += 1.0 / self.memory;
+            self.singles.add();
         }
     }
 
@@ -338,9 +314,8 @@ impl Detector {
         if count >= rule.k {
             return Some(fault(count, self.seen.min(rule.n).max(count)));
         }
-        let among = libm::round(self.memory);
-        let recurring = || fault(libm::round(self.outliers * among) as u32, among as u32);
-        (at == TOO_FAST && self.outliers >= self.most_outliers()).then(recurring)
+        let (count, among) = self.singles.counted();
+        (at == TOO_FAST && self.singles.are_too_many(false)).then(|| fault(count, among))
     }
 
     /// Whether the port's gate must be open: jumps are frequent, or the fault is jumps and the window still has one.

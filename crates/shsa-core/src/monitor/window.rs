@@ -1,5 +1,6 @@
 //! The recent comparisons of two ways, or the recent readings of a signal: how many of them disagree, and since when.
 
+use super::recurring::Recurring;
 use crate::time::{Span, Time};
 
 /// How many comparisons are kept, and how many of them must disagree.
@@ -75,36 +76,17 @@ pub struct Window {
     lifetime: Span,
     /// How long after an event its full effect is in the slower way.
     lag: Span,
-    /// The decaying count of single disagreements, over how many comparisons it decays, and whether disagreements recur.
-    outliers: f64,
-    memory: f64,
+    /// The single disagreements, and whether they recur: a conflict, too, although most comparisons agree.
+    singles: Recurring,
     recurs: bool,
 }
-
-/// Recurring single disagreements are a conflict, too, although most comparisons agree, when they have at least this share of
-/// the comparisons. The conflict ends at half that share.
-const RECURRING: f64 = 0.04;
-
-/// The fewest recurring disagreements that are a conflict.
-const FEWEST_RECURRING: f64 = 4.5;
-
-/// The fewest comparisons of which the share is taken.
-const RECURS_AMONG: f64 = 64.0;
-
-/// The shortest time over which the share is taken: a bad road is over then.
-const RECURS_OVER: Span = Span::from_millis(5_000);
-
-/// A smaller decaying count of single disagreements is zero.
-const FEW: f64 = 0.01;
-/// No more are counted than this multiple of what is enough.
-const MOST_REMEMBERED: f64 = 1.5;
 
 /// Fewer disagreements of noisy values may be chance: noises with long tails have two outliers one after the other once in some
 /// hundred hours, but hardly three.
 const FEWEST_OF_NOISE: u32 = 3;
 
-/// Evidence is stale after this many periods without a comparison.
-const STALE_PERIODS: i64 = 6;
+/// Evidence is stale after this many periods without a comparison or a reading.
+pub(super) const STALE_PERIODS: i64 = 6;
 
 impl Window {
     /// A window for comparisons every `period` (learnt where it is not declared), in which the full effect of an event shows
@@ -130,8 +112,7 @@ impl Window {
             span: debounce.span,
             lifetime,
             lag,
-            outliers: 0.0,
-            memory: period.map_or(0.0, |period| RECURS_OVER.seconds() / period.seconds()).max(RECURS_AMONG),
+            singles: Recurring::new(period),
             recurs: false,
         }
     }
@@ -185,7 +166,7 @@ impl Window {
         }
         self.compared = (self.compared + 1).min(self.n);
         self.last = Some(now);
-        if disagrees || self.outliers > 0.0 {
+        if disagrees || self.singles.is_any() {
             self.count(disagrees);
         }
         before
@@ -194,16 +175,11 @@ impl Window {
     /// Counts single disagreements over many comparisons. A lasting disagreement counts once: the window shows it.
     #[cold]
     fn count(&mut self, disagrees: bool) {
-        self.outliers -= self.outliers / self.memory;
-        let is_single = disagrees && self.bits & 0b10 == 0;
-        self.outliers += if is_single { 1.0 } else { 0.0 };
-        if self.outliers < FEW {
-            self.outliers = 0.0;
+        self.singles.fade();
+        if disagrees && self.bits & 0b10 == 0 {
+            self.singles.add();
         }
-        let enough = FEWEST_RECURRING.max(RECURRING * self.memory);
-        // However often it was, it is over when it has not come again for some time.
-        self.outliers = self.outliers.min(MOST_REMEMBERED * enough);
-        self.recurs = self.outliers >= if self.recurs { 0.5 * enough } else { enough };
+        self.recurs = self.singles.are_too_many(self.recurs);
     }
 
     /// Whether a recent comparison disagrees, or disagreements recur.
@@ -217,7 +193,8 @@ impl Window {
         self.compared = 0;
         self.last = None;
         self.last_conflict = None;
-        (self.outliers, self.recurs) = (0.0, false);
+        self.singles.forget();
+        self.recurs = false;
     }
 
     /// Notes that the comparisons are in conflict; a conflict that follows within `memory` continues the series.
