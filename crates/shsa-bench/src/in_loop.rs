@@ -1,7 +1,7 @@
 //! A model in the whole loop over a recording, with a fault: what its needs are served with.
 
 use anyhow::{Context, bail};
-use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Ticks};
+use shsa_core::engine::{Engine, Event, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
@@ -116,7 +116,7 @@ impl Recorded {
     }
 
     fn accused(&self, event: &Event) -> Option<(Time, String)> {
-        let is_accused = matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
+        let is_accused = event.kind.accuses();
         let signal = event.signal.filter(|_| is_accused)?;
         Some((event.time, format!("{} {}", self.knowledge.signals()[signal].name, event.kind.name())))
     }

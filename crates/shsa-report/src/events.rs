@@ -1,7 +1,7 @@
 //! Decisions as text, and what a decision is about.
 
 use crate::style::{Paint, Style};
-use shsa_core::engine::{Event, EventKind};
+use shsa_core::engine::{Event, EventKind, Severity};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_format::words;
 
@@ -25,12 +25,13 @@ pub fn event_text(style: Style, time: &str, known: &KnowledgeBase, event: &Event
     format!("{time}  {kind} {subject}{source}\n{}", style.wrapped(&words::reasons(&event.because), 13))
 }
 
-/// The colour of a decision.
-pub(crate) fn paint_of(kind: EventKind) -> Paint {
-    match kind {
-        EventKind::Failed | EventKind::Unhealable | EventKind::Refused => Paint::Red,
-        EventKind::Suspected | EventKind::Silent | EventKind::Ageing => Paint::Yellow,
-        EventKind::Substituted | EventKind::Restored => Paint::Green,
+/// The colour of a decision, by its [severity](Severity).
+#[must_use]
+pub fn paint_of(kind: EventKind) -> Paint {
+    match kind.severity() {
+        Severity::Error => Paint::Red,
+        Severity::Warning => Paint::Yellow,
+        Severity::Info => Paint::Green,
     }
 }
 
@@ -45,6 +46,5 @@ pub(crate) fn subject<'k>(known: &'k KnowledgeBase, event: &Event) -> &'k str {
 
 /// Whether an event reports that a signal is not trusted.
 pub(crate) fn is_accusation(event: &Event) -> bool {
-    event.signal.is_some()
-        && matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
+    event.signal.is_some() && event.kind.accuses()
 }

@@ -23,6 +23,6 @@ pub mod calibration;
 pub mod learning;
 
 pub use error::ReportError;
-pub use events::event_text;
+pub use events::{event_text, paint_of};
 pub use source::Source;
 pub use style::{Paint, Style};

@@ -2,7 +2,7 @@
 
 use crate::healer::Healer;
 use serde_json::Value;
-use shsa_core::engine::{Event, EventKind, Evidence};
+use shsa_core::engine::{Event, Evidence};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
 use std::collections::VecDeque;
@@ -33,10 +33,8 @@ impl Explained {
     pub(super) fn keep(&mut self, number: u64, healer: &Healer, event: &Event) {
         let (Some(explainer), Some(signal)) = (&self.explainer, event.signal) else { return };
         let (engine, known) = (healer.engine(), healer.reported_model());
-        let is_accusation =
-            matches!(event.kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
         let is_small = engine.monitor().residuals().len() <= MOST_COMPARISONS;
-        if !is_accusation || !is_small || known.version() != engine.knowledge().version() {
+        if !event.kind.accuses() || !is_small || known.version() != engine.knowledge().version() {
             return;
         }
         if self.kept.len() == KEPT {

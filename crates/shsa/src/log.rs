@@ -5,7 +5,7 @@
 
 use crate::show::colour;
 use serde_json::{Map, Value, json};
-use shsa_core::engine::EventKind;
+use shsa_core::engine::Severity;
 use shsa_core::time::Time;
 use shsa_format::event;
 use shsa_message::stamp::{Notation, written};
@@ -43,15 +43,10 @@ impl Level {
 
     fn of(decision: &Decision<'_>) -> Level {
         match decision {
-            Decision::Decided { event, .. } => match event.kind {
-                EventKind::Unhealable => Level::Error,
-                EventKind::Restored => Level::Info,
-                EventKind::Ageing => Level::Warning,
-                EventKind::Suspected
-                | EventKind::Failed
-                | EventKind::Silent
-                | EventKind::Substituted
-                | EventKind::Refused => Level::Warning,
+            Decision::Decided { event, .. } => match event.kind.severity() {
+                Severity::Error => Level::Error,
+                Severity::Warning => Level::Warning,
+                Severity::Info => Level::Info,
             },
             Decision::Noted { kind, .. } if GOOD_NEWS.contains(kind) => Level::Info,
             Decision::Noted { .. } => Level::Warning,

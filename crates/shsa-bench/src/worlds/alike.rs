@@ -115,10 +115,9 @@ fn told(
     let run = run(other, knowledge, readings, names, origin);
     let signals = run.engine.knowledge().signals();
     let number = |name: &str| (0..world.signals.len()).find(|it| names.signal(*it) == name);
-    let is_verdict = |kind| matches!(kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
     let of = |event: &shsa_core::engine::Event| {
         let signal = number(&signals[event.signal?].name)?;
-        is_verdict(event.kind).then_some((event.time.0 - origin, event.kind, signal))
+        event.kind.accuses().then_some((event.time.0 - origin, event.kind, signal))
     };
     let mut all: Vec<Told> = run.events.iter().filter_map(of).collect();
     all.sort_unstable_by_key(|it| (it.0, it.2, it.1));

@@ -122,7 +122,42 @@ pub enum EventKind {
     Refused,
 }
 
+/// How serious a decision is for whoever watches.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub enum Severity {
+    /// All is well again.
+    Info,
+    /// Something may be lost, or the system gets by without it.
+    Warning,
+    /// Something is lost.
+    Error,
+}
+
 impl EventKind {
+    /// How serious the kind is: what every screen, log and report goes by.
+    #[must_use]
+    pub fn severity(self) -> Severity {
+        match self {
+            EventKind::Restored => Severity::Info,
+            EventKind::Suspected | EventKind::Substituted | EventKind::Refused | EventKind::Ageing => {
+                Severity::Warning
+            }
+            EventKind::Failed | EventKind::Silent | EventKind::Unhealable => Severity::Error,
+        }
+    }
+
+    /// Whether a signal is not trusted from now on.
+    #[must_use]
+    pub fn accuses(self) -> bool {
+        matches!(self, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
+    }
+
+    /// The kind of this name.
+    #[must_use]
+    pub fn named(name: &str) -> Option<EventKind> {
+        EventKind::ALL.into_iter().find(|kind| kind.name() == name)
+    }
+
     /// Every kind.
     pub const ALL: [EventKind; 8] = [
         EventKind::Suspected,

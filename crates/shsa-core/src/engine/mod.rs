@@ -27,7 +27,7 @@ mod what_if;
 pub use evidence::{Comparison, Evidence, NoValue, Rival, Side};
 pub use fusing::{Fuse, FusionInput, Measurements};
 pub use learning::LearnedNow;
-pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report};
+pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, Quality, Report, Severity};
 pub use operator::Refusal;
 pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};

@@ -7,9 +7,8 @@
 
 mod moment;
 
-use super::recurring::Recurring;
 use super::symptom::Symptom;
-use super::window::{Debounce, STALE_PERIODS};
+use super::window::{Debounce, Recurring, STALE_PERIODS};
 use crate::alignment::{Defect, Jump, Misdated, Port, Reception, Still};
 use crate::interval::Interval;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, Signal, SignalId};

@@ -10,7 +10,6 @@
 //! observation costs what its ways and their pairs cost; nothing is allocated and nothing grows with history.
 
 mod symptom;
-mod recurring;
 mod trend;
 mod frozen;
 mod window;

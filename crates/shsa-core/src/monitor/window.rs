@@ -1,7 +1,9 @@
 //! The recent comparisons of two ways, or the recent readings of a signal: how many of them disagree, and since when.
 
-use super::recurring::Recurring;
+mod recurring;
+
 use crate::time::{Span, Time};
+pub(super) use recurring::Recurring;
 
 /// How many comparisons are kept, and how many of them must disagree.
 ///

@@ -191,8 +191,7 @@ fn merged<'s>(
 
 fn alarm(event: &Event) -> Option<Alarm> {
     let Event { time, kind, signal, .. } = *event;
-    let accuses = matches!(kind, EventKind::Suspected | EventKind::Failed | EventKind::Silent);
-    accuses.then_some(Alarm { time, kind, signal })
+    kind.accuses().then_some(Alarm { time, kind, signal })
 }
 
 /// The measures of a run under way.

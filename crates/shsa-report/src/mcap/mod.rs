@@ -20,7 +20,7 @@ use crate::bands::BandSource;
 use core::ops::Bound;
 use scene::Scene;
 use serde_json::{Value, json};
-use shsa_core::engine::{Engine, EventKind, Input, Publication, PublishedValue};
+use shsa_core::engine::{Engine, EventKind, Input, Publication, PublishedValue, Severity};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::monitor::{Symptom, WayIndex};
@@ -292,10 +292,10 @@ fn tell(
 
 /// The level of a decision in a log: 2 information, 3 warning, 4 error.
 fn level(kind: EventKind) -> u8 {
-    match kind {
-        EventKind::Restored => 2,
-        EventKind::Failed | EventKind::Unhealable => 4,
-        _ => 3,
+    match kind.severity() {
+        Severity::Info => 2,
+        Severity::Warning => 3,
+        Severity::Error => 4,
     }
 }
 

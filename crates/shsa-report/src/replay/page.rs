@@ -9,7 +9,7 @@ use super::{Part, Report, difference_from_si, verdict};
 use crate::events::subject;
 use crate::explanation::listed_items;
 use crate::page::{document, section};
-use shsa_core::engine::{Event, EventKind};
+use shsa_core::engine::{Event, EventKind, Severity};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::{Time, Validity};
 use shsa_format::drawing::escaped;
@@ -35,8 +35,7 @@ const SERVED: [(Look, &str); 4] = [
     (Look::Doubtful, "uncertain"),
     (Look::Bad, "not served"),
 ];
-const ACCUSED: [(Look, &str); 3] =
-    [(Look::Substitute, "silent"), (Look::Doubtful, "suspected"), (Look::Bad, "failed")];
+const ACCUSED: [(Look, &str); 2] = [(Look::Doubtful, "suspected"), (Look::Bad, "failed or silent")];
 
 /// Of what, and how a page was made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -265,11 +264,10 @@ fn accused(part: &Part<'_>, name: &str) -> Vec<Piece> {
     let begins = part.run.first;
     let ends = about.iter().skip(1).map(|(at, _)| *at).chain([part.run.last]);
     let piece = |((from, kind), to): (&(Time, EventKind), Time)| {
-        let look = match kind {
-            EventKind::Suspected => Look::Doubtful,
-            EventKind::Failed => Look::Bad,
-            EventKind::Silent => Look::Substitute,
-            _ => return None,
+        let look = match kind.severity() {
+            _ if !kind.accuses() => return None,
+            Severity::Error => Look::Bad,
+            Severity::Warning | Severity::Info => Look::Doubtful,
         };
         let (from, to) = ((*from - begins).seconds(), (to - begins).seconds());
         Some(Piece { from, to, look, name: kind.name().to_owned() })
@@ -317,13 +315,18 @@ fn decisions(part: &Part<'_>, recorder: &Recorder) -> String {
 }
 
 fn kind(kind: EventKind) -> String {
-    let (class, sign) = match kind {
-        EventKind::Failed | EventKind::Unhealable | EventKind::Refused => ("no", "✗"),
-        EventKind::Suspected => ("no", "?"),
-        EventKind::Silent => ("no", "○"),
-        EventKind::Substituted => ("gain", "⇄"),
-        EventKind::Restored => ("yes", "✓"),
-        EventKind::Ageing => ("no", "↗"),
+    let class = match kind.severity() {
+        Severity::Error => "no",
+        Severity::Warning => "doubt",
+        Severity::Info => "yes",
+    };
+    let sign = match kind {
+        EventKind::Failed | EventKind::Unhealable | EventKind::Refused => "✗",
+        EventKind::Suspected => "?",
+        EventKind::Silent => "○",
+        EventKind::Substituted => "⇄",
+        EventKind::Restored => "✓",
+        EventKind::Ageing => "↗",
     };
     format!("<span class=\"{class}\">{sign} {}</span>", kind.name())
 }

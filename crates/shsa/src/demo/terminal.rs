@@ -1,7 +1,7 @@
 //! The terminal: permanent lines, and where it can be drawn a picture below them.
 
 use crate::show::colour;
-use shsa_core::engine::EventKind;
+use shsa_core::engine::{EventKind, Severity};
 use shsa_core::time::Time;
 use shsa_demo::Decision;
 use std::io::{self, IsTerminal, Write};
@@ -37,10 +37,10 @@ const NEEDED_ROWS: usize = 4;
 
 /// The colour of a decision.
 pub(super) fn ink_of(kind: EventKind) -> Ink {
-    match kind {
-        EventKind::Suspected | EventKind::Ageing => Ink::Warning,
-        EventKind::Restored | EventKind::Substituted => Ink::Good,
-        EventKind::Failed | EventKind::Silent | EventKind::Unhealable | EventKind::Refused => Ink::Bad,
+    match kind.severity() {
+        Severity::Info => Ink::Good,
+        Severity::Warning => Ink::Warning,
+        Severity::Error => Ink::Bad,
     }
 }
 

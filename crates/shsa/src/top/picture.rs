@@ -2,10 +2,11 @@
 
 use super::board::Board;
 use serde_json::{Value, json};
+use shsa_core::engine::EventKind;
 use shsa_core::time::Span;
 use shsa_format::text::seconds;
 use shsa_format::words::long_span;
-use shsa_report::{Paint, Style};
+use shsa_report::{Paint, Style, paint_of};
 
 /// Below this many rows each list keeps its first lines only.
 const LEAST: usize = 3;
@@ -142,11 +143,7 @@ impl Picture<'_> {
             let subject =
                 ["signal", "relation", "need", "variable"].iter().find_map(|key| event[key].as_str());
             let kind = word(&event["kind"]);
-            let kind = match &*kind {
-                "failed" | "silent" | "unhealable" => style.paint(Paint::Red, &kind),
-                "suspected" | "substituted" | "refused" | "ageing" => style.paint(Paint::Yellow, &kind),
-                _ => style.paint(Paint::Green, &kind),
-            };
+            let kind = EventKind::named(&kind).map_or(kind.clone(), |it| style.paint(paint_of(it), &kind));
             vec![clock(&event["time_ns"]), kind, subject.unwrap_or("-").to_owned(), word(&event["because"])]
         };
         let rows: Vec<Vec<String>> = board.decisions().map(described).collect();

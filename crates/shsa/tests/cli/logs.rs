@@ -35,7 +35,7 @@ fn every_line_has_its_time_and_level_as_json() {
     let ended = run("--log-format json");
     let reported = levels(&ended.stdout);
     let has = |kind: &str, level: &str| reported.contains(&(kind.to_owned(), level.to_owned()));
-    assert!(has("silent", "warning") && has("unhealable", "error"), "{reported:?}");
+    assert!(has("silent", "error") && has("unhealable", "error"), "{reported:?}");
     let notes = levels(&ended.stderr);
     assert!(notes.contains(&("note".to_owned(), "info".to_owned())), "{notes:?}");
 }
@@ -50,7 +50,7 @@ fn every_line_has_its_time_and_level_as_text() {
     }
     let silent = ended.stdout.lines().find(|line| line.contains(" silent "));
     assert!(
-        silent.unwrap().contains("warning silent /level nothing received within 500 ms"),
+        silent.unwrap().contains("error silent /level nothing received within 500 ms"),
         "{}",
         ended.stdout
     );

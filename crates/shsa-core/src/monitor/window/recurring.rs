@@ -17,7 +17,7 @@ const MOST: f64 = 1.5;
 
 /// A count of single bad values that fades with each value.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Recurring {
+pub(in super::super) struct Recurring {
     count: f64,
     /// The number of values over which the count fades.
     memory: f64,
@@ -25,28 +25,28 @@ pub(super) struct Recurring {
 
 impl Recurring {
     /// The count for values every `period`.
-    pub(super) fn new(period: Option<Span>) -> Recurring {
+    pub(in super::super) fn new(period: Option<Span>) -> Recurring {
         let in_time = period.map_or(0.0, |period| OVER.seconds() / period.seconds());
         Recurring { count: 0.0, memory: in_time.max(AMONG) }
     }
 
     /// Takes over the count of before.
-    pub(super) fn inherit(&mut self, old: &Recurring) {
+    pub(in super::super) fn inherit(&mut self, old: &Recurring) {
         self.count = old.count;
     }
 
-    pub(super) fn forget(&mut self) {
+    pub(in super::super) fn forget(&mut self) {
         self.count = 0.0;
     }
 
     /// Whether any is remembered.
     #[inline(always)]
-    pub(super) fn is_any(&self) -> bool {
+    pub(in super::super) fn is_any(&self) -> bool {
         self.count > 0.0
     }
 
     /// Notes that a value has come.
-    pub(super) fn fade(&mut self) {
+    pub(in super::super) fn fade(&mut self) {
         self.count -= self.count / self.memory;
         if self.count < FEW {
             self.count = 0.0;
@@ -54,17 +54,17 @@ impl Recurring {
     }
 
     /// Counts the value as a single bad one.
-    pub(super) fn add(&mut self) {
+    pub(in super::super) fn add(&mut self) {
         self.count = (self.count + 1.0).min(MOST * self.enough());
     }
 
     /// Takes the last one back: it was not single.
-    pub(super) fn take_back(&mut self) {
+    pub(in super::super) fn take_back(&mut self) {
         self.count = (self.count - 1.0).max(0.0);
     }
 
     /// Whether they are too many; `already`: whether they have been.
-    pub(super) fn are_too_many(&self, already: bool) -> bool {
+    pub(in super::super) fn are_too_many(&self, already: bool) -> bool {
         self.count >= if already { 0.5 * self.enough() } else { self.enough() }
     }
 
@@ -73,7 +73,7 @@ impl Recurring {
     }
 
     /// How many single bad values there have been, among how many.
-    pub(super) fn counted(&self) -> (u32, u32) {
+    pub(in super::super) fn counted(&self) -> (u32, u32) {
         (libm::round(self.count) as u32, libm::round(self.memory) as u32)
     }
 }
