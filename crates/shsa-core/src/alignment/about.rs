@@ -6,7 +6,7 @@
 //! every moment.
 
 use super::history::{History, Reach, Reading, Sample, farthest};
-use super::line::{Line, bulge};
+use super::line::{Line, bulge, turn};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
@@ -168,12 +168,8 @@ impl History {
             hull = hull.hull(later.value).hull(sample.value);
             if to <= moment.from {
                 let is_near = later.validity.from - to <= max_gap + moment.length();
-                let bulge = if is_next {
-                    samples.next().map_or(0.0, |older| bulge(older, &sample, &later))
-                } else {
-                    0.0
-                };
-                return if is_near { Known::Value(hull.widened(bulge)) } else { Known::Never };
+                let turn = if is_next { turn(samples, &sample, &later) } else { 0.0 };
+                return if is_near { Known::Value(hull.widened(turn)) } else { Known::Never };
             }
         }
         if after.is_some() { Known::Never } else { Known::Later }

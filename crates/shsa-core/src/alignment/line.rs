@@ -1,6 +1,6 @@
 //! The straight line between two samples, and how far the value may be from it.
 
-use super::history::Sample;
+use super::history::{BENDS_MORE, Sample};
 use crate::time::Span;
 
 /// The straight line between two samples, at a moment.
@@ -33,6 +33,14 @@ impl Line {
         let (rises, falls) = ((max_rate - self.slope).max(0.0), (max_rate + self.slope).max(0.0));
         ((falls * since).min(rises * until), (rises * since).min(falls * until))
     }
+}
+
+/// How far a value may turn beyond two samples between them, as those before show it, newest first. Without a bound of its rate,
+/// nothing proves how far.
+pub(super) fn turn<'h>(mut before: impl Iterator<Item = &'h Sample>, sample: &Sample, later: &Sample) -> f64 {
+    let Some(older) = before.next() else { return 0.0 };
+    let earlier = before.next().map_or(0.0, |oldest| bulge(oldest, older, sample));
+    BENDS_MORE * bulge(older, sample, later).max(earlier)
 }
 
 /// How far the parabola through three samples, in the order of time, rises above the higher of the last two between them.

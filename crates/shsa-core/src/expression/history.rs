@@ -304,8 +304,8 @@ impl<N: Number> History<N> {
         (before..=after).filter_map(numbered).fold(nominal.value, |hull, sample| hull.covering(sample.value))
     }
 
-    /// The mean of the values within the window, including the present one; missing before the first window is over, and where
-    /// nothing bounds a part of it. Complexity: O(samples within the window).
+    /// The mean over the time of the window, linear between samples; missing before the first window is over, and where nothing
+    /// bounds a part of it. Complexity: O(samples within the window).
     fn moving_mean(&mut self, now: Sample<N>, window: Span) -> N {
         let at = middle(now.at);
         let age = |sample: &Sample<N>| at - middle(sample.at);
@@ -314,15 +314,11 @@ impl<N: Number> History<N> {
             return N::MISSING;
         }
         self.before = self.first_ones(self.before, |sample| age(sample) >= window);
-        let (from, to) = (self.before, self.count_before(at));
-        if self.course.is_rated() || now.follows_gap || self.last_gap > at - window {
-            return self.bounded_mean(&now, window, from.saturating_sub(1)..to);
+        let numbers = self.before.saturating_sub(1)..self.count_before(at);
+        match self.course.is_rated() || now.follows_gap || self.last_gap > at - window {
+            true => self.bounded_mean(&now, window, numbers),
+            false => self.linear_mean(&now, window, numbers),
         }
-        let within = self.range(from, to).map(|sample| sample.value);
-        let sum = now.value.plus_all(within);
-        let count = to.saturating_sub(from) as f64 + 1.0;
-        let count = Constant { value: count, bounds: Interval::point(count) };
-        sum.binary(Binary::Div, N::constant(count))
     }
 
     /// The verdict of a condition over time at a sample.

@@ -21,7 +21,7 @@
 //! * `table(x, [x0, y0], [x1, y1], ..)`: the lines between points; no value outside. `one_of(x, y)`: one of both, which one is
 //!   not known.
 //! * Time: `previous(x)`, `dt`, `derivative(x, window)`, `integral(x)`, `delay(x, span)`,
-//!   `moving_mean(x, window)` of the values within the last window, which has to be over once.
+//!   `moving_mean(x, window)` over the time of the last window, which has to be over once.
 //! * Conditions over time: `always(condition, span)`, `once(condition, span)`, `answered(trigger, response, span)`; unknown where
 //!   an observation leaves them open, where nothing was observed, and while the first span is not over.
 //! * Functions of the model, which may not use themselves.

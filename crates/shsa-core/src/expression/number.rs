@@ -67,11 +67,15 @@ pub trait Number: Copy + Debug + PartialEq {
     /// The smallest and the largest possible value; empty when missing.
     fn bounds(self) -> Interval;
 
-    /// The sum of this number and others, none of which is missing. Bounds may be wider than those of the single sums, by less than
-    /// one part in 10^15 for each number.
+    /// The sum of numbers, none of which is missing, each times a weight, which is not negative. Bounds may be wider than those of
+    /// the single products and sums, by less than one part in 10^15 for each number.
     #[must_use]
-    fn plus_all(self, others: impl Iterator<Item = Self> + Clone) -> Self {
-        others.fold(self, |sum, other| sum.binary(Binary::Add, other))
+    fn weighted(parts: impl Iterator<Item = (Self, f64)> + Clone) -> Self {
+        let part = |(number, weight): (Self, f64)| {
+            let bounds = Interval::point(weight);
+            number.binary(Binary::Mul, Self::constant(Constant { value: weight, bounds }))
+        };
+        parts.map(part).reduce(|sum, part| sum.binary(Binary::Add, part)).unwrap_or(Self::MISSING)
     }
 
     /// The median of numbers none of which is missing; missing for an empty list.
@@ -307,18 +311,20 @@ impl Number for Interval {
         self
     }
 
-    /// Each bound is summed as it comes, then moved outwards by what the roundings can amount to: for n numbers no more than
-    /// `(n - 1) u / (1 - (n - 1) u)` of the sum of their magnitudes, with `u = 2^-53`; twice that also covers the rounding of that sum.
+    /// Each bound is summed as it comes, then moved outwards by what the roundings can amount to: for n numbers and roundings of
+    /// three kinds, of a weight, a product and a sum, no more than `(n + 2) u / (1 - (n + 2) u)` of the sum of their magnitudes, with
+    /// `u = 2^-53`; twice that also covers the rounding of that sum.
     /// N. J. Higham, "Accuracy and Stability of Numerical Algorithms", 2002, 4.2, doi:10.1137/1.9780898718027.
-    fn plus_all(self, others: impl Iterator<Item = Interval> + Clone) -> Interval {
-        let (mut lo, mut hi, mut count) = (self.lo(), self.hi(), 1.0);
-        let (mut low, mut high) = (lo.abs(), hi.abs());
-        for other in others.clone() {
-            (lo, hi, count) = (lo + other.lo(), hi + other.hi(), count + 1.0);
-            (low, high) = (low + other.lo().abs(), high + other.hi().abs());
+    fn weighted(parts: impl Iterator<Item = (Interval, f64)> + Clone) -> Interval {
+        let (mut lo, mut hi, mut low, mut high, mut count) = (0.0, 0.0, 0.0, 0.0, 2.0);
+        for (number, weight) in parts.clone() {
+            let (least, most) = (number.lo() * weight, number.hi() * weight);
+            (lo, hi, count) = (lo + least, hi + most, count + 1.0);
+            (low, high) = (low + least.abs(), high + most.abs());
         }
         if !(low + high).is_finite() || count > MANY {
-            return others.fold(self, |sum, other| sum + other);
+            let part = |(number, weight)| number * Interval::point(weight);
+            return parts.map(part).fold(Interval::point(0.0), |sum, part| sum + part);
         }
         let share = f64::EPSILON * count;
         Interval::new((lo - share * low).next_down(), (hi + share * high).next_up())

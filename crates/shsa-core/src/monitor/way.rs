@@ -2,7 +2,7 @@
 
 use super::trend::Measured;
 use super::{Fresh, WayIndex};
-use crate::alignment::{Acceptance, History, Known, Line, Port, Reach, Sample};
+use crate::alignment::{Acceptance, BENDS_MORE, History, Known, Line, Port, Reach, Sample};
 use crate::circle;
 use crate::computation::{Computation, Settled};
 use crate::interval::{Course, Interval};
@@ -307,9 +307,8 @@ impl WatchedWay {
             let (value, step) = self.outputs.centred_at(moment, self.time_error(), max_gap)?;
             let (length, own) = (slower.mean_over().seconds(), self.mean_over().seconds());
             let half = Span(self.mean_over().0 / 2);
-            // Newer values may bend twice as much as those that are known.
-            let bent =
-                2.0 * self.outputs.bend(moment.centre(), half, max_gap)? / (half.seconds() * half.seconds());
+            let bend = self.outputs.bend(moment.centre(), half, max_gap)?;
+            let bent = BENDS_MORE * bend / (half.seconds() * half.seconds());
             return Some(value.widened(
                 bent * ((length * length - own * own).abs() / 24.0 + step.seconds() * step.seconds() / 8.0),
             ));

@@ -4,6 +4,9 @@ use super::Sample;
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 
+/// Between other samples, a value may bend this many times as much as between those that show it.
+pub(crate) const BENDS_MORE: f64 = 2.0;
+
 /// The integral over a stretch of time, from its end backwards. Times are numbers of nanoseconds, and only the sum is divided, as
 /// divisions are the main cost of a mean.
 pub(super) struct Weighted {
@@ -111,7 +114,7 @@ impl Weighted {
         // Between the outermost samples and the ends, the value may go on as steeply as anywhere in the stretch. Between two samples
         // it curves: the trapezoids are off by a twelfth of the change of the slope times the square of the step.
         let (end, begin, step) = (self.newest, self.length - self.centre, self.widest);
-        let margin = self.steepest * (0.5 * (end * end + begin * begin) + step * step / 6.0);
+        let margin = BENDS_MORE * self.steepest * (0.5 * (end * end + begin * begin) + step * step / 6.0);
         Some(Interval::new((self.lo - margin) / self.length, (self.hi + margin) / self.length))
     }
 }

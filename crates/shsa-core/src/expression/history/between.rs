@@ -1,8 +1,8 @@
 //! What the argument of a time operator can have been between two samples.
 
 use super::super::number::Number;
-use super::super::operation::{Constant, Operation};
-use super::{History, Sample, middle};
+use super::super::operation::{Binary, Constant, Operation};
+use super::{History, Sample, elapsed, middle};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 use core::ops::Range;
@@ -69,5 +69,28 @@ impl<N: Number> History<N> {
         let bounds = area / Interval::point(window.seconds());
         let value = bounds.midpoint();
         if bounds.is_bounded() { N::constant(Constant { value, bounds }) } else { N::MISSING }
+    }
+
+    /// The mean over the window of the lines between samples, from the last one before it on.
+    pub(super) fn linear_mean(&self, now: &Sample<N>, window: Span, numbers: Range<usize>) -> N {
+        let since = middle(now.at) - window;
+        // For how long the value at the begin of a line counts, and the one at its end. Of a line that begins before the window, less
+        // belongs to its begin.
+        let counts = |one: &Sample<N>, other: &Sample<N>| {
+            let (start, end) = (middle(one.at), middle(other.at));
+            let inside = (end - start.max(since)).seconds();
+            let share = if start < since { 0.5 * inside / (end - start).seconds() } else { 0.5 };
+            (share * inside, (1.0 - share) * inside)
+        };
+        let samples = self.range(numbers.start, numbers.end);
+        let next = samples.clone().skip(1).chain([now]);
+        let lines = samples.zip(next).scan(0.0, |before, (sample, next)| {
+            let (own, of_next) = counts(sample, next);
+            Some((sample.value, own + core::mem::replace(before, of_next)))
+        });
+        let newest = numbers.end.checked_sub(1).and_then(|number| self.numbered(number));
+        let last = newest.map_or(0.0, |newest| counts(newest, now).1);
+        let sum = N::weighted(lines.chain([(now.value, last)]));
+        sum.binary(Binary::Div, N::constant(elapsed(Validity::at(since), Validity::at(middle(now.at)))))
     }
 }

@@ -123,9 +123,8 @@ fn delays_give_the_value_of_then() {
 #[test]
 fn moving_means_forget_what_is_older_than_their_window() {
     let samples = [(0.0, 9.0), (0.5, 2.0), (1.0, 3.0), (1.2, 4.0), (1.3, N), (1.7, 5.0), (4.0, 7.0)];
-    let mean = |values: &[f64]| values.iter().sum::<f64>() / values.len() as f64;
-    let expected = [N, N, mean(&[2.0, 3.0]), mean(&[2.0, 3.0, 4.0]), N, mean(&[3.0, 4.0, 5.0]), N];
-    check("moving_mean(x, 1 s)", &samples, &expected);
+    // The trapezoids from the begin of the window on, where the value lies on the line between two samples.
+    check("moving_mean(x, 1 s)", &samples, &[N, N, 4.0, 3.18, N, 3.76, N]);
     let program = compiled("moving_mean(x, 1 s)", 9);
     let mut state = program.new_state(0, 10.0);
     let mut run = |second: f64, x: Interval| {
@@ -134,7 +133,7 @@ fn moving_means_forget_what_is_older_than_their_window() {
     run(0.0, Interval::point(50.0));
     run(0.5, Interval::new(1.0, 2.0));
     let both = run(1.0, Interval::new(3.0, 6.0));
-    assert!(both.contains(2.0) && both.contains(4.0) && both.width() < 2.0 + 1e-9, "{both:?}");
+    assert!(both.contains(13.75) && both.contains(15.0) && both.width() < 1.25 + 1e-9, "{both:?}");
 }
 
 /// The times at which an operator has a value, of a sample every 0.1 s but for those from 2 s to 8 s.
@@ -253,11 +252,27 @@ proptest! {
         let number = |(mantissa, shift): (i64, i32)| mantissa as f64 * libm::exp2(f64::from(-shift));
         let intervals: Vec<Interval> = numbers.iter().map(|&it| Interval::point(number(it))).collect();
         let exact: i128 = numbers.iter().map(|&(mantissa, shift)| i128::from(mantissa) << (40 - shift)).sum();
-        let sum = intervals[0].plus_all(intervals[1..].iter().copied());
+        let sum = Interval::weighted(intervals.iter().map(|it| (*it, 1.0)));
         let scale = libm::exp2(40.0);
         prop_assert!(libm::floor(sum.lo() * scale) as i128 <= exact, "{sum:?} {exact}");
         prop_assert!(exact <= libm::ceil(sum.hi() * scale) as i128, "{sum:?} {exact}");
         let size: f64 = intervals.iter().map(|it| it.magnitude()).sum();
-        prop_assert!(sum.width() <= 1e-15 * size * (intervals.len() as f64 + 2.0), "{sum:?}");
+        prop_assert!(sum.width() <= 1e-15 * size * (intervals.len() as f64 + 4.0), "{sum:?}");
+    }
+
+    /// However the samples of a line are spaced, their mean over a window is the value at its middle.
+    #[test]
+    fn the_mean_of_a_line_is_its_middle(steps in prop::collection::vec(60_i64..150, 20..60), slope in -5.0..5.0_f64) {
+        let program = compiled("moving_mean(x, 1 s)", 9);
+        let (mut state, mut time) = (program.new_state(0, 1000.0), 0);
+        for step in steps {
+            time += step;
+            let seconds = time as f64 / 1000.0;
+            let x = [Value::Scalar(Interval::point(slope * seconds))];
+            let mean = program.evaluate(&mut state, &x, at(seconds), None).value.scalar();
+            let middle = slope * (seconds - 0.5);
+            prop_assert!(mean.is_empty() || (mean.midpoint() - middle).abs() < 1e-9, "{mean:?} {middle} at {seconds}");
+            prop_assert!(!mean.is_empty() || seconds < 1.4, "nothing at {seconds}");
+        }
     }
 }
