@@ -27,6 +27,7 @@ use faulty::Liars;
 use kinds::{KINDS, Kind};
 use report::Tally;
 use shsa_lab::calibration::Chance;
+use std::fs;
 use std::io::{Write as _, stdout};
 use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
@@ -56,6 +57,9 @@ pub(crate) struct Arguments {
     /// Write each failing world there: model, recording and truth.
     #[arg(long, value_name = "FOLDER")]
     write: Option<PathBuf>,
+    /// With the oracle `odds`: draw the shares of right verdicts there
+    #[arg(long, value_name = "SVG")]
+    chart: Option<PathBuf>,
     /// Threads.
     #[arg(long, default_value_t = 2)]
     threads: usize,
@@ -111,7 +115,13 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         all.join(tally);
     }
     match arguments.oracle {
-        Oracle::Odds => writeln!(stdout().lock(), "{}", all.odds(arguments.json))?,
+        Oracle::Odds => {
+            writeln!(stdout().lock(), "{}", all.odds(arguments.json))?;
+            if let Some(path) = &arguments.chart {
+                let chart = odds::chart(&all.tenths).svg();
+                fs::write(path, chart).with_context(|| format!("cannot write {}", path.display()))?;
+            }
+        }
         Oracle::Voter => writeln!(stdout().lock(), "{}", all.voters.lines(arguments.json))?,
         _ => {}
     }

@@ -6,6 +6,7 @@ use super::watch::{ORIGIN, known, run, seconds};
 use super::written::Names;
 use shsa_core::engine::EventKind;
 use shsa_core::knowledge::Id;
+use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
 
 /// Verdicts of one tenth of probability: count, sum of probabilities, right ones.
 pub(super) type Tenths = [(usize, f64, usize); 10];
@@ -58,4 +59,26 @@ pub(super) fn watch(kinds: &[&Kind], seed: u64, tenths: &mut Tenths) -> anyhow::
         }
     }
     Ok(())
+}
+
+/// The share of right verdicts over what was printed, by tenths, with the deviation that so many verdicts leave.
+pub(super) fn chart(tenths: &Tenths) -> Chart {
+    let point = |(count, sum, right): &(usize, f64, usize)| {
+        let all = *count as f64;
+        let (x, y) = (sum / all, *right as f64 / all);
+        let deviation = (x * (1.0 - x) / all).sqrt();
+        Point { x, low: (y - deviation).max(0.0), y, high: (y + deviation).min(1.0) }
+    };
+    let points = tenths.iter().filter(|it| it.0 > 0).map(point).collect();
+    let line = [0.0, 1.0].map(|at| Point { x: at, low: at, y: at, high: at });
+    let axis = |label: &str| Axis { label: label.to_owned(), unit: String::new(), scale: Scale::Linear };
+    Chart {
+        title: "Verdicts by their printed probability".to_owned(),
+        x: axis("printed probability"),
+        y: axis("share of right verdicts"),
+        series: vec![
+            Series { name: "verdicts".to_owned(), points },
+            Series { name: "as printed".to_owned(), points: line.to_vec() },
+        ],
+    }
 }
