@@ -309,7 +309,12 @@ impl Method for Direct {
         let (mean, own) = self.known();
         // Where the quantity is unknown, every measurement fits.
         let noise = self.variance(measurement)?;
-        Some(Innovation { value: measurement.value - mean, variance: (noise + own).min(f64::MAX), noise })
+        Some(Innovation {
+            value: measurement.value - mean,
+            variance: (noise + own).min(f64::MAX),
+            noise,
+            errors: None,
+        })
     }
 
     fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {

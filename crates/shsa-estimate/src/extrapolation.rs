@@ -103,7 +103,7 @@ impl Extrapolation {
             if self.latest.is_none() {
                 fusion.restart(at);
             }
-            fusion.measure(at, Measurement { sensor: 0, value, variance: None });
+            fusion.measure(at, Measurement { sensor: 0, value, variance: None, bound: 0.0 });
         }
         if self.latest.is_none_or(|(newest, _)| newest <= at) {
             self.latest = Some((at, value));

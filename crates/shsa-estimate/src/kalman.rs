@@ -257,7 +257,12 @@ impl<S: System> Method for Kalman<S> {
         (self.linearise(&[*measurement], controls) == 1).then_some(())?;
         let (h, scalar) = (column(&self.h, 0), self.scalars.first()?);
         let variance = variance_along(&self.estimate.spread, h) + scalar.variance;
-        (variance > 0.0).then_some(Innovation { value: scalar.apart, variance, noise: scalar.variance })
+        (variance > 0.0).then_some(Innovation {
+            value: scalar.apart,
+            variance,
+            noise: scalar.variance,
+            errors: None,
+        })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {

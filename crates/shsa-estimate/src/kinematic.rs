@@ -114,7 +114,7 @@ fn concentrated(order: usize, ratio: f64, values: &[(Time, f64)]) -> Option<(f64
             return None;
         }
         before = *at;
-        let measurement = Measurement { sensor: 0, value: *value, variance: None };
+        let measurement = Measurement { sensor: 0, value: *value, variance: None, bound: 0.0 };
         let innovation = filter.innovation(&measurement, &[])?;
         filter.update(&[measurement], &[]);
         // The first measurements only determine the initial state.

@@ -30,6 +30,7 @@ pub mod particle;
 mod mixture;
 pub mod alternatives;
 pub mod hypotheses;
+pub mod bounded;
 pub mod kinematic;
 pub mod fusion;
 pub mod extrapolation;

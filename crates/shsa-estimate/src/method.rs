@@ -1,7 +1,7 @@
 //! The trait of all methods: predict, compute an innovation, update, save and restore.
 
 use crate::Error;
-use crate::matrix::{Matrix, check_covariance};
+use crate::matrix::{Matrix, check_covariance, variance_along};
 use std::f64::consts::TAU;
 
 /// A measurement of one sensor.
@@ -13,6 +13,9 @@ pub struct Measurement {
     pub value: f64,
     /// The variance that comes with the value; `None` takes the model's.
     pub variance: Option<f64>,
+    /// How far the value may be off by an error that need not average out, 0 or more. Its part of the variance is that of a uniform
+    /// error, a third of its square.
+    pub bound: f64,
 }
 
 /// A measurement compared with its expectation.
@@ -24,6 +27,8 @@ pub struct Innovation {
     pub variance: f64,
     /// The variance of the measurement alone.
     pub noise: f64,
+    /// How far it may be off by errors within bounds, where they are kept apart from noise.
+    pub errors: Option<Errors>,
 }
 
 impl Innovation {
@@ -37,6 +42,55 @@ impl Innovation {
     #[must_use]
     pub fn normalized_square(&self) -> f64 {
         self.value * self.value / self.variance
+    }
+
+    /// The same for what errors within bounds do not explain, and for the noise alone: above a limit, the measurement contradicts what is
+    /// expected.
+    #[must_use]
+    pub fn contradiction(&self) -> f64 {
+        let Some(Errors { expected, measured, random }) = self.errors else {
+            return self.normalized_square();
+        };
+        let rest = self.value.abs() - expected - measured;
+        let random = random + (self.noise - uniform(measured)).max(0.0);
+        if rest > 0.0 { rest * rest / random.max(ROUNDING * self.variance) } else { 0.0 }
+    }
+}
+
+/// The share of a variance that rounding may leave where no noise is declared.
+const ROUNDING: f64 = 1e-12;
+
+/// The variance of an error that may be anywhere within a bound.
+pub(crate) fn uniform(bound: f64) -> f64 {
+    bound * bound / 3.0
+}
+
+/// Errors within bounds, which need not average out, beside noise, which does.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Errors {
+    /// How far the expectation may be off by them.
+    pub expected: f64,
+    /// How far the measurement may.
+    pub measured: f64,
+    /// The variance of the expectation by noise alone.
+    pub random: f64,
+}
+
+/// How far an estimate may be off by errors within bounds, n by n each.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Bias {
+    /// An ellipsoid that holds it: along `h` it is off by no more than the root of `h' reach h`.
+    pub reach: Matrix,
+    /// The part of the covariance that stands for these errors; the rest is noise.
+    pub counted: Matrix,
+}
+
+impl Bias {
+    /// How far a number with these derivatives by the states, and with this variance, may be off within bounds, and the variance that is
+    /// noise.
+    pub(crate) fn along(&self, gradient: &[f64], variance: f64) -> (f64, f64) {
+        let reach = variance_along(&self.reach, gradient).max(0.0).sqrt();
+        (reach, (variance - variance_along(&self.counted, gradient)).max(0.0))
     }
 }
 
@@ -138,6 +192,11 @@ pub trait Method: Send {
     /// The covariance of the present estimate, n by n, symmetric and positive semidefinite.
     fn spread(&self) -> &Matrix {
         &self.gaussian().spread
+    }
+
+    /// How far the estimate may be off by errors within bounds; `None` where they are not kept apart from noise.
+    fn bias(&self) -> Option<&Bias> {
+        None
     }
 
     /// Predicts over a time in seconds. Returns false where the model has no value: then nothing has changed.

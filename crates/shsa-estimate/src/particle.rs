@@ -308,7 +308,7 @@ impl<S: Ensemble> Method for Particle<S> {
         // Where the particles show nothing, every measurement fits.
         let variance = noise + if inflation.is_finite() { own * inflation } else { f64::MAX };
         let value = wrapped(measurement.value - about - mean, turn);
-        (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance, noise })
+        (value.is_finite() && variance > 0.0).then_some(Innovation { value, variance, noise, errors: None })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {

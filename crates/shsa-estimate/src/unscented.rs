@@ -262,7 +262,7 @@ impl<S: System> Method for Unscented<S> {
         (self.expect_all(&[*measurement], controls) == 1).then_some(())?;
         let (value, variance) = (*self.apart.first()?, *self.s.get((0, 0))?);
         let noise = variance - self.shared(0, 0);
-        (variance > 0.0).then_some(Innovation { value, variance, noise })
+        (variance > 0.0).then_some(Innovation { value, variance, noise, errors: None })
     }
 
     fn update(&mut self, measurements: &[Measurement], controls: &[f64]) -> Updated {

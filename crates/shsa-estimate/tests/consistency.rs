@@ -133,7 +133,7 @@ fn judged(
                 let sigma = world.covariance(sensor, sensor, &truth, &[]).sqrt();
                 let value = world.expected(sensor, &truth, &[]) + sigma * random.normal();
                 let arrives = lost.arrives(step, sensor, &mut random);
-                let measurement = Measurement { sensor, value, variance: None };
+                let measurement = Measurement { sensor, value, variance: None, bound: 0.0 };
                 arrives.into_iter().for_each(|step| arriving[step].push((at, measurement)));
             }
             for (at, measurement) in &arriving[step] {

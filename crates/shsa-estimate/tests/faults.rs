@@ -117,7 +117,7 @@ fn run(seed: u64, fault: impl Fn(usize, i64, f64) -> Option<(i64, f64)>) -> Seen
             if step % every == 0
                 && let Some((stamp, value)) = fault(sensor, step, value)
             {
-                seen.fusion.measure(time(stamp), Measurement { sensor, value, variance: None });
+                seen.fusion.measure(time(stamp), Measurement { sensor, value, variance: None, bound: 0.0 });
             }
         }
         let suspect = seen.fusion.suspect(5.0).map(|sensor| (sensor, 0.02 * step as f64));
@@ -254,7 +254,7 @@ fn after_a_jump_of_the_clock_it_begins_anew() {
             for (sensor, (_, deviation, _)) in SENSORS.into_iter().enumerate() {
                 let value = says[sensor] + deviation * random.normal();
                 let at = time(stamp + place as i64);
-                let verdict = fusion.measure(at, Measurement { sensor, value, variance: None });
+                let verdict = fusion.measure(at, Measurement { sensor, value, variance: None, bound: 0.0 });
                 assert_ne!(verdict, Verdict::Duplicate);
             }
         }
@@ -279,7 +279,10 @@ fn a_microsecond_does_not_matter() {
                 if step % every == 0 {
                     // Some stamps are early, some late.
                     let by = off * 1000 * ((sensor as i64 + step / every) % 3 - 1);
-                    fusion.measure(time(step) + Span(by), Measurement { sensor, value, variance: None });
+                    fusion.measure(
+                        time(step) + Span(by),
+                        Measurement { sensor, value, variance: None, bound: 0.0 },
+                    );
                 }
             }
         }

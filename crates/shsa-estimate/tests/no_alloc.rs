@@ -48,9 +48,9 @@ fn check(method: Box<dyn Method>, gate: Option<Gate>) {
             // Two sensors at different rates, one of them late and sometimes far off.
             let at = Time(place * 100_000_000);
             let value = if place % 17 == 0 { 500.0 } else { 1.0 };
-            fusion.measure(at, Measurement { sensor: 0, value, variance: None });
+            fusion.measure(at, Measurement { sensor: 0, value, variance: None, bound: 0.0 });
             let late = Time((place - 3) * 100_000_000 + 5);
-            fusion.measure(late, Measurement { sensor: 1, value: 1.4, variance: Some(0.3) });
+            fusion.measure(late, Measurement { sensor: 1, value: 1.4, variance: Some(0.3), bound: 0.0 });
             assert!(fusion.estimate(at).is_none_or(|estimate| estimate.mean.iter().all(|it| it.is_finite())));
         }
     };

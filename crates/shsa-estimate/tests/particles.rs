@@ -23,7 +23,7 @@ fn particles(system: Formulas, mean: &[f64], p: &Matrix, count: usize, seed: u64
 }
 
 fn of(sensor: usize, value: f64) -> Measurement {
-    Measurement { sensor, value, variance: None }
+    Measurement { sensor, value, variance: None, bound: 0.0 }
 }
 
 /// The speed is measured precisely; nothing shows the position.

@@ -207,7 +207,7 @@ fn fuse(
         let of_voltage = CIRCUIT_V.powi(2) * CIRCUIT_S / (at_s - before).clamp(0.4, CIRCUIT_S);
         before = *at_s;
         for (sensor, value, variance) in [(CURRENT, current, None), (VOLTAGE, voltage, Some(of_voltage))] {
-            let measurement = value.map(|value| Measurement { sensor, value, variance });
+            let measurement = value.map(|value| Measurement { sensor, value, variance, bound: 0.0 });
             measurement.map(|measurement| fusion.measure(time(*at_s), measurement));
         }
         let estimate = fusion.estimate(time(*at_s));

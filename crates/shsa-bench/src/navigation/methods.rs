@@ -190,7 +190,7 @@ impl Estimator for Separate {
     fn take(&mut self, arrival: &Arrival) {
         let Arrival { sensor, value, at, .. } = *arrival;
         if FIXES.contains(&sensor) {
-            self.quantities[sensor].measure(at, Measurement { sensor: 0, value, variance: None });
+            self.quantities[sensor].measure(at, Measurement { sensor: 0, value, variance: None, bound: 0.0 });
         }
         if let Some(place) = SPEEDS.iter().position(|own| *own == sensor) {
             self.speeds[place] = Some(value);
@@ -202,7 +202,7 @@ impl Estimator for Separate {
         let [.., speed] = &mut self.quantities;
         for (sensor, value) in self.speeds.iter().enumerate() {
             let Some(value) = *value else { continue };
-            speed.measure(at, Measurement { sensor, value, variance: None });
+            speed.measure(at, Measurement { sensor, value, variance: None, bound: 0.0 });
         }
         let value = |fusion: &mut Fusion| fusion.estimate(at).map_or(f64::NAN, |estimate| estimate.mean[0]);
         self.quantities.each_mut().map(value)
@@ -217,7 +217,7 @@ struct Joint {
 impl Estimator for Joint {
     fn take(&mut self, arrival: &Arrival) {
         let Arrival { sensor, value, at, .. } = *arrival;
-        self.fusion.measure(at, Measurement { sensor, value, variance: None });
+        self.fusion.measure(at, Measurement { sensor, value, variance: None, bound: 0.0 });
     }
 
     fn estimate(&mut self, at: Time) -> [f64; 3] {

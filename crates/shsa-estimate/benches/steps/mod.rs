@@ -42,8 +42,9 @@ pub(crate) fn step(name: &str) -> Option<Step> {
 /// The step of a filter with these measurements.
 fn of(mut filter: impl Method + 'static, values: Vec<f64>, dt: f64) -> Step {
     let all = values.iter().enumerate();
-    let measurements: Vec<Measurement> =
-        all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
+    let measurements: Vec<Measurement> = all
+        .map(|(sensor, value)| Measurement { sensor, value: *value, variance: None, bound: 0.0 })
+        .collect();
     Box::new(move || {
         filter.predict(dt, &[]);
         black_box(filter.update(black_box(&measurements), &[]));

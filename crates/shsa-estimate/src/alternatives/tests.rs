@@ -54,8 +54,9 @@ fn followed(
         assert!(method.predict(10.0, &[]));
         let values = [own + 0.05 * random.normal() + fault(moment), level + random.normal()];
         let all = values.iter().enumerate();
-        let all: Vec<Measurement> =
-            all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect();
+        let all: Vec<Measurement> = all
+            .map(|(sensor, value)| Measurement { sensor, value: *value, variance: None, bound: 0.0 })
+            .collect();
         method.update(&all, &[]);
         greatest = greatest.max((method.mean()[1] - level).abs());
     }
@@ -92,8 +93,8 @@ fn a_moment_without_surprise_is_as_usual() {
     let mut usual = filter();
     for level in [0.3, 0.5, 0.1] {
         let measured = [
-            Measurement { sensor: 0, value: 0.01, variance: None },
-            Measurement { sensor: 1, value: level, variance: None },
+            Measurement { sensor: 0, value: 0.01, variance: None, bound: 0.0 },
+            Measurement { sensor: 1, value: level, variance: None, bound: 0.0 },
         ];
         assert!(own.predict(1.0, &[]) && usual.predict(1.0, &[]));
         assert_eq!(own.update(&measured, &[]), usual.update(&measured, &[]));
@@ -105,7 +106,7 @@ fn a_moment_without_surprise_is_as_usual() {
 #[test]
 fn what_integrates_a_step_is_uncertain_with_its_time() {
     let mut own = alternatives();
-    let inflow = |value: f64| [Measurement { sensor: 0, value, variance: None }];
+    let inflow = |value: f64| [Measurement { sensor: 0, value, variance: None, bound: 0.0 }];
     for _ in 0..20 {
         assert!(own.predict(10.0, &[]));
         own.update(&inflow(0.0), &[]);

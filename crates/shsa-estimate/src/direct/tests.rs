@@ -4,7 +4,7 @@ use super::*;
 
 fn measured(values: &[f64]) -> Vec<Measurement> {
     let all = values.iter().enumerate();
-    all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect()
+    all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None, bound: 0.0 }).collect()
 }
 
 #[track_caller]

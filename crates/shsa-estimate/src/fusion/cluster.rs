@@ -131,7 +131,7 @@ impl Fusion {
         for sensor in 0..self.masked.len() {
             let Some((at, taken)) = counting(cluster, sensor) else { continue };
             taken.innovation = self.method.innovation(&taken.measurement, &self.now.controls);
-            let is_near = taken.innovation.is_some_and(|it| it.normalized_square() <= gate.threshold());
+            let is_near = taken.innovation.is_some_and(|it| it.contradiction() <= gate.threshold());
             let is_used = match taken.innovation {
                 Some(innovation) if is_near => {
                     self.update(&taken.measurement);

@@ -159,7 +159,7 @@ impl Fusion {
         let fits = self
             .method
             .innovation(measurement, &self.now.controls)
-            .is_none_or(|it| it.normalized_square() <= HELD.min(gate.threshold));
+            .is_none_or(|it| it.contradiction() <= HELD.min(gate.threshold));
         let reckoned = self.options.reckoned();
         let Some(watch) = self.now.watches.get_mut(sensor) else { return false };
         watch.is_undecided = fits;
@@ -190,7 +190,7 @@ impl Fusion {
         let used = self.now.watches.get(measurement.sensor).and_then(|watch| watch.used);
         if used.is_some_and(|used| at - used > self.options.reckoned()) {
             let innovation = self.method.innovation(measurement, &self.now.controls);
-            if innovation.is_some_and(|it| it.normalized_square() > FAR) {
+            if innovation.is_some_and(|it| it.contradiction() > FAR) {
                 self.widen_to(measurement, DOUBT);
             }
         }
@@ -262,6 +262,6 @@ impl Fusion {
         let Some(watch) = self.now.watches.get(other) else { return false };
         let Some(last) = watch.last.filter(|_| watch.rejections >= REPEATED) else { return false };
         let innovation = self.method.innovation(&last, &self.now.controls);
-        innovation.is_some_and(|it| it.normalized_square() <= gate.threshold)
+        innovation.is_some_and(|it| it.contradiction() <= gate.threshold)
     }
 }

@@ -307,7 +307,11 @@ impl Fusion {
         });
         self.method.restore(&self.now.memory);
         let is_there = elapsed <= Span::ZERO || self.method.predict(elapsed.seconds(), &self.now.controls);
-        is_there.then(|| Estimate { mean: self.method.mean(), spread: self.method.spread() })
+        is_there.then(|| self.told())
+    }
+
+    fn told(&self) -> Estimate<'_> {
+        Estimate { mean: self.method.mean(), spread: self.method.spread(), bias: self.method.bias() }
     }
 
     /// The newest moment before a time, and the estimate after it; `None` where none is kept. Time: linear in the moments after it.
@@ -315,7 +319,7 @@ impl Fusion {
         let used = self.moments.get(..self.count)?;
         let found = used.iter().rev().find(|moment| moment.at < at && moment.is_newest_of_cluster)?;
         self.method.restore(&found.after.memory);
-        Some((found.at, Estimate { mean: self.method.mean(), spread: self.method.spread() }))
+        Some((found.at, self.told()))
     }
 
     /// Whether a moment has an estimate.
@@ -345,7 +349,7 @@ impl Fusion {
     /// Whether the present estimate fits a measurement of this moment, up to this square of standard deviations.
     pub fn fits(&mut self, measurement: &Measurement, limit: f64) -> bool {
         let innovation = self.method.innovation(measurement, &self.now.controls);
-        innovation.is_some_and(|it| it.normalized_square() <= limit)
+        innovation.is_some_and(|it| it.contradiction() <= limit)
     }
 
     /// The recent record of a sensor.

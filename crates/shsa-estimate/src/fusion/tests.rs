@@ -44,7 +44,7 @@ fn fusion(gate: Option<Gate>) -> Fusion {
 }
 
 fn measured(sensor: usize, value: f64) -> Measurement {
-    Measurement { sensor, value, variance: None }
+    Measurement { sensor, value, variance: None, bound: 0.0 }
 }
 
 fn millis(at: i64) -> Time {
@@ -329,7 +329,7 @@ fn what_a_sensor_showed_before_it_was_found_wrong_is_taken_back() {
             fusion.mask(1, second >= 55);
             for (sensor, value) in [(0, 0.0), (1, wrong)] {
                 let at = Time(second * 1_000_000_000);
-                fusion.measure(at, Measurement { sensor, value, variance: None });
+                fusion.measure(at, Measurement { sensor, value, variance: None, bound: 0.0 });
             }
         }
         fusion.estimate(Time(60_000_000_000)).unwrap().mean[0].abs()

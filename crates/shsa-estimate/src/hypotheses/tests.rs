@@ -20,7 +20,7 @@ fn filter() -> Box<dyn Method> {
 
 /// The values of both sensors as measurements.
 fn measured(values: [f64; 2]) -> [Measurement; 2] {
-    [0, 1].map(|sensor| Measurement { sensor, value: values[sensor], variance: None })
+    [0, 1].map(|sensor| Measurement { sensor, value: values[sensor], variance: None, bound: 0.0 })
 }
 
 /// Follows the level for so many steps; the sensors are off by what `fault` makes of the step and a random number. Returns the root
@@ -127,7 +127,7 @@ fn a_lone_sensor_is_no_evidence_of_faults() {
     let mut before = None;
     for step in 0..40 {
         assert!(one.predict(1.0, &[]));
-        one.update(&[Measurement { sensor: 1, value: f64::from(step), variance: None }], &[]);
+        one.update(&[Measurement { sensor: 1, value: f64::from(step), variance: None, bound: 0.0 }], &[]);
         if step >= 10 {
             assert_eq!(*before.get_or_insert_with(|| weights(&one)), weights(&one));
         }
@@ -155,7 +155,7 @@ fn which_sensor_fails_stays_open_until_it_is_decided_and_another_one_may_fail_la
         let offsets = [if step < 700 { 0.0 } else { -2.0 }, if step < 100 { 0.0 } else { 1.5 }, 0.0];
         let measured = [0, 1, 2].map(|sensor| {
             let noise = random.normal() * if sensor == 2 { 1.0 } else { 0.1 };
-            Measurement { sensor, value: offsets[sensor] + noise, variance: None }
+            Measurement { sensor, value: offsets[sensor] + noise, variance: None, bound: 0.0 }
         });
         method.update(&measured, &[]);
         let sum = |group: usize| {

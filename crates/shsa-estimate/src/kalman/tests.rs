@@ -13,7 +13,7 @@ fn constant(sensors: usize, loss: Loss) -> Kalman<Linear> {
 
 fn measured(values: &[f64]) -> Vec<Measurement> {
     let all = values.iter().enumerate();
-    all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None }).collect()
+    all.map(|(sensor, value)| Measurement { sensor, value: *value, variance: None, bound: 0.0 }).collect()
 }
 
 #[test]
@@ -32,7 +32,7 @@ fn a_measurement_that_is_no_number_is_not_used() {
     let mut filter = constant(2, Loss::Square);
     assert_eq!(filter.update(&measured(&[f64::NAN, 1.0]), &[]).used, 1);
     assert_eq!(filter.innovation(&measured(&[f64::INFINITY])[0], &[]), None);
-    let own = Measurement { sensor: 0, value: 1.0, variance: Some(-1.0) };
+    let own = Measurement { sensor: 0, value: 1.0, variance: Some(-1.0), bound: 0.0 };
     assert_eq!(filter.update(&[own], &[]).used, 0);
 }
 

@@ -4,6 +4,7 @@ use super::each::{Each, Sensor};
 use crate::Error;
 use crate::alternatives::{Alternatives, Outlier};
 use crate::average::{Filling, MovingAverage, Window};
+use crate::bounded::Bounded;
 use crate::continuous::{Continuous, Step};
 use crate::direct::{Faulty, Rule};
 use crate::formulas::{self, Draft};
@@ -113,6 +114,19 @@ pub(super) fn method(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<d
             Ok(Box::new(Particle::new(system()?, &mean, &spread, options)?))
         }
     }
+}
+
+/// The method, with what bounds of errors make of its estimate where an input may have one.
+pub(super) fn bounded(knowledge: &KnowledgeBase, fusion: &Fusion) -> Result<Box<dyn Method>, Error> {
+    let method = method(knowledge, fusion)?;
+    let has_bound = |input: &FusionInput| {
+        let is_noisy = input.noise.is_some() || knowledge.signals()[input.signal].noise.is_some();
+        !is_noisy && !knowledge.is_fused(input.signal)
+    };
+    if fusion.method.is_direct() || !fusion.inputs.iter().any(has_bound) {
+        return Ok(method);
+    }
+    Ok(Box::new(Bounded::new(method, system(knowledge, fusion, false)?)))
 }
 
 /// The filter with its declared alternatives at each moment and hypotheses of its declared faults, if there are any.

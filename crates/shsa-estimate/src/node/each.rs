@@ -82,13 +82,13 @@ impl Each {
 
     /// The measurement shifted by whole turns to the estimate, with the noise that it has there.
     fn beside(&mut self, measurement: &Measurement, controls: &[f64]) -> Option<(usize, Measurement)> {
-        let Measurement { sensor, value, variance } = *measurement;
+        let Measurement { sensor, value, variance, bound } = *measurement;
         let Sensor { state, turn, variance: usual, .. } = *self.sensors.get(sensor)?;
         let mean = self.estimate.mean.get(state)?;
         let value = if turn.is_some() { mean + wrapped(value - mean, turn) } else { value };
         let modelled = self.model.covariance(sensor, sensor, &self.estimate.mean, controls);
         let variance = variance.or(Some(modelled).filter(|it| *it > 0.0)).unwrap_or(usual);
-        Some((state, Measurement { sensor, value, variance: Some(variance) }))
+        Some((state, Measurement { sensor, value, variance: Some(variance), bound }))
     }
 
     fn note(&mut self, measurement: &Measurement) {
@@ -113,7 +113,7 @@ impl Each {
                     Some(_) => mean + wrapped(value - mean, declared.turn),
                     None => value,
                 };
-                self.stack.push(Measurement { sensor, value, variance: Some(variance) });
+                self.stack.push(Measurement { sensor, value, variance: Some(variance), bound: 0.0 });
                 self.ages.push(age);
             }
         }

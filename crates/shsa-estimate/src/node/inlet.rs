@@ -12,6 +12,16 @@ use shsa_core::time::{Span, Time};
 /// The standard deviation of a uniform distribution, as a share of its width.
 const UNIFORM: f64 = 0.288_675_134_594_812_9;
 
+/// What an input has measured.
+pub(super) struct Reading {
+    pub(super) at: Time,
+    pub(super) value: f64,
+    /// The variance that counts; `None` stands for the model's formula.
+    pub(super) variance: Option<f64>,
+    /// How far the value may be off by an error that need not average out.
+    pub(super) bound: f64,
+}
+
 /// A measuring input.
 pub(super) struct Inlet {
     signal: Signal,
@@ -19,6 +29,8 @@ pub(super) struct Inlet {
     has_formula: bool,
     /// Whether its intervals are intersected with those of the others.
     is_of_intervals: bool,
+    /// Whether it is an estimate of another fusion.
+    is_derived: bool,
     /// The standard deviation of a value with an interval, as a share of the width.
     share: f64,
     /// The newest moment of its observations.
@@ -34,6 +46,7 @@ impl Inlet {
             signal: knowledge.signals()[input.signal].clone(),
             has_formula: input.noise.is_some(),
             is_of_intervals,
+            is_derived: knowledge.is_fused(input.signal),
             share: if is_of_intervals {
                 0.5 / REACH
             } else {
@@ -46,38 +59,42 @@ impl Inlet {
         fusion.inputs.iter().map(inlet).collect()
     }
 
-    /// The time of the measurement, its value, and its standard deviation; `None` stands for the model's formula.
+    /// What was measured; `None` for what is no measurement.
     ///
     /// A value that the monitor has refused is no measurement. A value that is only late or a duplicate is passed on, so that
     /// it is counted. A held value was measured at its first occurrence.
-    pub(super) fn read(&mut self, input: FusionInput<'_>) -> Option<(Time, f64, Option<f64>)> {
+    pub(super) fn read(&mut self, input: FusionInput<'_>) -> Option<Reading> {
         let FusionInput { observation, is_kept, is_repeated, .. } = input;
         if is_repeated {
             return None;
         }
         let (at, interval) = read(&self.signal, observation)?;
         let is_late = self.newest.is_some_and(|newest| at <= newest);
-        let own = self.deviation(observation, interval);
+        let (own, bound) = self.errors(observation, interval);
         if !is_kept && !is_late || own.is_some_and(|own| own <= 0.0) {
             self.refused = self.refused.saturating_add(1);
             return None;
         }
-        Some((at, interval.midpoint(), own))
+        Some(Reading { at, value: interval.midpoint(), variance: own.map(|own| own * own), bound })
     }
 
     /// The deviation that comes with the value counts before the fusion's formula. After that, bounds count first where intervals
-    /// are intersected, and noise first where they are not.
-    fn deviation(&self, observation: &Observation, interval: Interval) -> Option<f64> {
+    /// are intersected, and noise first where they are not. The second number is the bound where it counts, and need not average out:
+    /// that of a value that was not estimated.
+    fn errors(&self, observation: &Observation, interval: Interval) -> (Option<f64>, f64) {
         let has_own = matches!(observation.value, RawValue::Interval { lo, hi } if lo < hi);
         if self.has_formula && !has_own {
-            return None;
+            return (None, 0.0);
         }
         let Signal { noise, value_error: ValueError { lo, hi, relative }, .. } = self.signal;
         // A conversion of units alone widens the interval, too.
         let is_bounded = has_own || lo != hi || relative != 0.0;
         let bounds = is_bounded.then(|| interval.width() * self.share);
-        let own = if has_own || self.is_of_intervals { bounds.or(noise) } else { noise.or(bounds) };
-        Some(own.unwrap_or(0.0))
+        let is_bound_first = has_own || self.is_of_intervals;
+        let own = if is_bound_first { bounds.or(noise) } else { noise.or(bounds) };
+        let counts = is_bounded && (is_bound_first || noise.is_none());
+        let is_bound = counts && !self.is_of_intervals && !self.is_derived;
+        (Some(own.unwrap_or(0.0)), if is_bound { 0.5 * interval.width() } else { 0.0 })
     }
 
     /// Notes the moment of an observation.

@@ -25,7 +25,7 @@ use crate::Error;
 use crate::fusion::{Fusion, Gate, Options, Verdict};
 use crate::method::Measurement;
 use filters::Filters;
-use inlet::{Inlet, Steering};
+use inlet::{Inlet, Reading, Steering};
 use outputs::Outputs;
 use shsa_core::engine::{FusionInput, Measurements};
 use shsa_core::knowledge::{self, FusionSettings, KnowledgeBase};
@@ -82,7 +82,7 @@ impl Node {
         };
         let (inputs, controls) = (model.inputs.len(), model.controls.len());
         let make = |options: Options| {
-            let method = build::method(knowledge, model)?;
+            let method = build::bounded(knowledge, model)?;
             let moments = options.moments.min(MEMORY / method.memory_len().max(1)).max(1);
             let mut fusion = Fusion::new(method, Time(0), inputs, controls, Options { moments, ..options })?;
             if !model.method.is_direct() {
@@ -119,7 +119,7 @@ impl Node {
     /// Takes an observation of an input.
     fn measure(&mut self, place: usize, input: FusionInput<'_>, now: Time) {
         let Some(inlet) = self.inlets.get_mut(place) else { return };
-        let Some((at, value, deviation)) = inlet.read(input) else { return };
+        let Some(Reading { at, value, variance, bound }) = inlet.read(input) else { return };
         if !self.is_time(at, now) {
             self.inlets.get_mut(place).into_iter().for_each(Inlet::refuse_ahead);
             return;
@@ -128,8 +128,7 @@ impl Node {
         if self.newest.is_none() {
             self.begin(at);
         }
-        let variance = deviation.map(|it| it * it);
-        let measurement = Measurement { sensor: place, value, variance };
+        let measurement = Measurement { sensor: place, value, variance, bound };
         self.filters.trust(place, input.is_trusted);
         let verdict = self.filters.measure(at, measurement);
         self.count(verdict, at, now);

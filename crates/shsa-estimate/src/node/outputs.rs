@@ -6,7 +6,7 @@ use crate::Error;
 use crate::continuous::Continuous;
 use crate::fusion::Estimate;
 use crate::kernel::dot;
-use crate::matrix::{Matrix, multiply};
+use crate::matrix::multiply;
 use crate::method::{Innovation, Measurement};
 use crate::normal::two_sided;
 use crate::system::System;
@@ -42,12 +42,19 @@ impl Computed {
         Computed { signal, unit: made.unit.clone(), turn, reach }
     }
 
-    /// The value as an observation; `None` if it or its variance is not a number, or it may be anywhere on the circle.
-    fn observed(&self, value: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
-        if variance.is_nan() {
+    /// The value, which may be off by a bound and by noise of a variance, as an observation; `None` if one of these is not a number, or it
+    /// may be anywhere on the circle.
+    fn observed(
+        &self,
+        value: f64,
+        (bound, variance): (f64, f64),
+        at: Time,
+        now: Time,
+    ) -> Option<Observation> {
+        if variance.is_nan() || bound.is_nan() {
             return None;
         }
-        let reach = self.reach * variance.max(0.0).sqrt();
+        let reach = bound + self.reach * variance.max(0.0).sqrt();
         let interval = Interval::new((value - reach).next_down(), (value + reach).next_up());
         let is_anywhere = self.turn.is_some_and(|(turn, _)| interval.width() >= turn);
         if interval.is_empty() || !interval.is_bounded() || is_anywhere {
@@ -100,8 +107,8 @@ impl Prediction {
     fn anchor(&mut self, known: Option<Innovation>, at: Time, filters: &mut Filters) {
         let best = filters.all().innovation(self.input).map_or(f64::INFINITY, |(_, best)| best.uncertainty());
         let is_better = |it: Innovation| it.uncertainty() > BETTER * best.max(0.0);
-        let is_vague = known.is_none_or(|it| is_better(it) && it.normalized_square() < 1.0);
-        let contradicts = known.is_some_and(|it| it.normalized_square() > CONTRADICTS);
+        let is_vague = known.is_none_or(|it| is_better(it) && it.contradiction() < 1.0);
+        let contradicts = known.is_some_and(|it| it.contradiction() > CONTRADICTS);
         let since = *self.contradicts_since.get_or_insert(at);
         if !contradicts {
             self.contradicts_since = None;
@@ -204,7 +211,7 @@ impl Outputs {
             };
             let known =
                 filters.innovation(prediction.set, prediction.input).filter(|(about, _)| *about == at);
-            let contradicts = known.is_some_and(|(_, it)| it.normalized_square() > CONTRADICTS);
+            let contradicts = known.is_some_and(|(_, it)| it.contradiction() > CONTRADICTS);
             if prediction.is_void_at(at, contradicts) {
                 if is_one {
                     filters.anchor_together(prediction.set, at);
@@ -216,7 +223,9 @@ impl Outputs {
                 && innovation.uncertainty() <= VAGUE * VAGUE * innovation.noise
             {
                 let value = measurement.value - innovation.value;
-                queue.extend(prediction.computed.observed(value, innovation.uncertainty(), at, now));
+                let errors =
+                    innovation.errors.map_or((0.0, innovation.uncertainty()), |it| (it.expected, it.random));
+                queue.extend(prediction.computed.observed(value, errors, at, now));
             }
             if prediction.is_anchored {
                 prediction.anchor(known.map(|(_, it)| it), at, filters);
@@ -238,9 +247,9 @@ impl Outputs {
             if !self.is_older(place, at) {
                 continue;
             }
-            let (value, variance) = self.value(place, estimate.spread);
+            let (value, errors) = self.value(place, estimate);
             let computed = self.outputs.get(place);
-            if let Some(observation) = computed.and_then(|it| it.observed(value, variance, at, now)) {
+            if let Some(observation) = computed.and_then(|it| it.observed(value, errors, at, now)) {
                 self.latest.get_mut(place).into_iter().for_each(|latest| *latest = Some(at));
                 queue.push_back(observation);
             }
@@ -256,11 +265,11 @@ impl Outputs {
         self.latest.get(place).is_some_and(|latest| latest.is_none_or(|latest| latest < at))
     }
 
-    /// An output and its variance.
-    fn value(&mut self, place: usize, spread: &Matrix) -> (f64, f64) {
+    /// An output, how far it may be off within bounds, and its variance by noise.
+    fn value(&mut self, place: usize, estimate: &Estimate<'_>) -> (f64, (f64, f64)) {
         let Outputs { reader, inputs, mean, controls, gradient, work, .. } = self;
         let value = reader.gradient(*inputs + place, mean, controls, gradient);
-        multiply(spread, gradient, work);
-        (value, dot(gradient, work))
+        multiply(estimate.spread, gradient, work);
+        (value, estimate.errors(gradient, dot(gradient, work)))
     }
 }

@@ -136,7 +136,7 @@ impl<S: Ensemble> Particle<S> {
 
     /// Keeps a measurement if it has a value and a variance.
     pub(super) fn choose_one(&mut self, measurement: &Measurement, controls: &[f64]) {
-        let Measurement { sensor, value, variance } = *measurement;
+        let Measurement { sensor, value, variance, .. } = *measurement;
         let own = self.system.covariance(sensor, sensor, &self.estimate.mean, controls);
         let (variance, place) = (variance.unwrap_or(own), self.used.len());
         let is_usable = variance > 0.0 && variance.is_finite() && value.is_finite();

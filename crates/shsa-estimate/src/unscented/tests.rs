@@ -44,8 +44,8 @@ fn a_heading_that_is_unknown_at_first_is_found() {
     for step in 1..=20 {
         filter.predict(0.1, &[]);
         let heading = wrapped(2.5 + 0.03 * f64::from(step), Some(TAU));
-        filter.update(&[Measurement { sensor: 0, value: heading, variance: None }], &[]);
-        filter.update(&[Measurement { sensor: 1, value: 0.3, variance: None }], &[]);
+        filter.update(&[Measurement { sensor: 0, value: heading, variance: None, bound: 0.0 }], &[]);
+        filter.update(&[Measurement { sensor: 1, value: 0.3, variance: None, bound: 0.0 }], &[]);
         let apart = wrapped(filter.mean()[0] - heading, Some(TAU));
         assert!(apart.abs() < 0.02, "{step}: {apart}");
     }

@@ -47,7 +47,7 @@ impl Matrices {
 /// The measurements that are present, in the order of the rows.
 pub(super) fn measured(z: &[Option<f64>]) -> Vec<Measurement> {
     let present = z.iter().enumerate().filter_map(|(sensor, value)| Some((sensor, (*value)?)));
-    present.map(|(sensor, value)| Measurement { sensor, value, variance: None }).collect()
+    present.map(|(sensor, value)| Measurement { sensor, value, variance: None, bound: 0.0 }).collect()
 }
 
 #[derive(Deserialize)]

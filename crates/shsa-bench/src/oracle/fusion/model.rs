@@ -108,7 +108,7 @@ impl Model {
         }
         let present = self.measurements.keys().enumerate().filter_map(|(sensor, name)| {
             let value = z.get(name)?.as_f64()?;
-            Some(Measurement { sensor, value, variance: None })
+            Some(Measurement { sensor, value, variance: None, bound: 0.0 })
         });
         Ok(present.collect())
     }

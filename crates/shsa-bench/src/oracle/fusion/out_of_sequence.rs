@@ -45,7 +45,7 @@ pub(super) fn compare(case: &OutOfSequence, compared: &mut Compared) -> anyhow::
     for (place, arrival) in case.arrivals.iter().enumerate() {
         let label = format!("{} arrival {place}", case.label);
         let sensor = case.model.sensor(&arrival.sensor)?;
-        let measurement = Measurement { sensor, value: arrival.value, variance: None };
+        let measurement = Measurement { sensor, value: arrival.value, variance: None, bound: 0.0 };
         let verdict = match fusion.measure(Time(arrival.time_ns), measurement) {
             Verdict::Used => "used",
             Verdict::Duplicate => "duplicate",
