@@ -24,7 +24,7 @@ use crate::method::{
 use crate::system::{System, wrapped};
 
 /// A move of the mean by less than this share of a standard deviation is not looked at: rounding.
-const ROUNDING: f64 = 1e-6;
+const ROUNDING: f64 = 1e-9;
 
 /// A measurement as it counts: the residual, and the bound.
 #[derive(Clone, Copy, Debug, Default)]

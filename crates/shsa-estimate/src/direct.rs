@@ -4,11 +4,14 @@
 //! its own noise and by the walk since then, which all older values share: a mean with weights `w`, noise variances `r` and ages
 //! `a` has the variance `sum(w_i^2 r_i) + growth * sum(w_i w_j min(a_i, a_j))`.
 
+mod recent;
+
 use crate::Error;
 use crate::average::{Certain, MovingAverage, Window, by_confidence};
 use crate::interval_fusion::{Regions, brooks_iyengar, marzullo, schmid};
 use crate::matrix::{Matrix, at, put};
-use crate::method::{Gaussian, Innovation, Measurement, Method, Tally, Updated};
+use crate::method::{Bias, Errors, Gaussian, Innovation, Measurement, Method, Tally, Updated};
+use recent::{Part, Recent, errors, walked};
 use shsa_core::interval::Interval;
 
 /// How the values of several inputs are combined.
@@ -56,11 +59,14 @@ pub struct Direct {
     variances: Vec<f64>,
     /// The growth of the variance in a second.
     growth: f64,
-    /// The estimate, of one number.
+    /// The estimate, of one number, and how far it may be off by errors within bounds.
     estimate: Gaussian,
+    bias: Bias,
     intervals: Vec<Interval>,
     /// The values of this moment, with the variance of each that includes the walk during its age.
     pairs: Vec<(Option<f64>, f64)>,
+    /// Their bounds.
+    bounds: Vec<f64>,
     /// Their ages in seconds, and with their weights, the youngest first.
     ages: Vec<f64>,
     weighted: Vec<Part>,
@@ -68,48 +74,8 @@ pub struct Direct {
     recent: Recent,
 }
 
-/// A value's part in a mean: its age in seconds, and its weight.
-type Part = (f64, f64);
-
-/// The ages and the variances of the values in a window, oldest first.
-#[derive(Clone, Debug)]
-struct Recent {
-    ages: Vec<f64>,
-    variances: Vec<f64>,
-}
-
-impl Recent {
-    fn new(capacity: usize) -> Recent {
-        Recent { ages: Vec::with_capacity(capacity), variances: Vec::with_capacity(capacity) }
-    }
-
-    fn push(&mut self, variance: f64, capacity: usize) {
-        for (kept, new) in [(&mut self.ages, 0.0), (&mut self.variances, variance)] {
-            if kept.len() >= capacity {
-                kept.rotate_left(1);
-                kept.pop();
-            }
-            kept.push(new);
-        }
-    }
-
-    /// The variance of the mean with these weights, that of the newest value first: they sum to 1.
-    fn variance(&self, weights: impl Iterator<Item = f64> + Clone, growth: f64) -> f64 {
-        let own: f64 =
-            self.variances.iter().rev().zip(weights.clone()).map(|(own, weight)| weight * weight * own).sum();
-        own + growth * walked(self.ages.iter().rev().copied().zip(weights))
-    }
-}
-
-/// `sum(w_i w_j min(a_i, a_j))` of parts with weights that sum to 1, the youngest first. Linear.
-fn walked(parts: impl Iterator<Item = Part>) -> f64 {
-    let (mut sum, mut older, mut before) = (0.0, 1.0, 0.0);
-    for (age, weight) in parts {
-        sum += (age - before) * older * older;
-        (older, before) = (older - weight, age);
-    }
-    sum
-}
+/// The numbers of the memory before those of the window.
+const HEAD: usize = 5;
 
 impl Direct {
     /// Starts from a value and its variance.
@@ -155,8 +121,10 @@ impl Direct {
             variances: variances.to_vec(),
             growth,
             estimate: Gaussian { mean: vec![mean], spread: Matrix::from_element(1, 1, variance) },
+            bias: Bias { reach: Matrix::zeros(1, 1), counted: Matrix::zeros(1, 1) },
             intervals: Vec::with_capacity(n),
             pairs: Vec::with_capacity(n),
+            bounds: Vec::with_capacity(n),
             ages: Vec::with_capacity(n),
             weighted: Vec::with_capacity(n),
             regions: Regions::new(n),
@@ -174,6 +142,12 @@ impl Direct {
         let Gaussian { mean, spread } = &mut self.estimate;
         mean.fill(value);
         put(spread, 0, 0, variance);
+    }
+
+    /// Sets how far the value may be off within bounds, and the part of its variance that stands for that.
+    fn set_errors(&mut self, (bound, counted): (f64, f64)) {
+        put(&mut self.bias.reach, 0, 0, bound * bound);
+        put(&mut self.bias.counted, 0, 0, counted);
     }
 
     fn variance(&self, measurement: &Measurement) -> Option<f64> {
@@ -209,15 +183,18 @@ impl Direct {
         // The variances of the pairs have the walk of each alone, not what they share.
         let alone: f64 = self.weighted.iter().map(|(age, weight)| weight * weight * age).sum();
         let shared = walked(self.weighted.iter().copied()) - alone;
+        let weights = self.pairs.iter().map(|(_, variance)| alike.variance / variance);
+        let within = errors(self.bounds.iter().copied().zip(weights));
+        self.set_errors(within);
         Some((alike.value, alike.variance + self.growth * shared.max(0.0)))
     }
 
     /// Takes the values one by one into the window.
     fn windowed(&mut self) -> Option<(f64, f64)> {
         let (capacity, mut mean) = (window_capacity(&self.rule), None);
-        for (value, variance) in &self.pairs {
+        for ((value, variance), bound) in self.pairs.iter().zip(&self.bounds) {
             let value = (*value)?;
-            self.recent.push(*variance, capacity);
+            self.recent.push(*variance, *bound, capacity);
             match &mut self.rule {
                 Rule::Average(average) => mean = Some(average.push(value)),
                 Rule::Median(window) => window.push(value),
@@ -225,14 +202,23 @@ impl Direct {
             }
         }
         match &mut self.rule {
-            Rule::Average(average) => Some((mean?, self.recent.variance(average.shares(), self.growth))),
+            Rule::Average(average) => {
+                let variance = self.recent.variance(average.shares(), self.growth);
+                let within = self.recent.errors(average.shares());
+                self.set_errors(within);
+                Some((mean?, variance))
+            }
             Rule::Median(window) => {
                 let count = window.values().len();
                 let weights = std::iter::repeat_n(1.0 / count as f64, count);
                 // Of n uniform numbers the median has this many times the variance of their mean, of normal ones less: up to pi / 2.
                 // Of one or two it is their mean.
                 let times = if count < 3 { 1.0 } else { 3.0 * count as f64 / (count as f64 + 2.0) };
-                Some((window.median()?, times * self.recent.variance(weights, self.growth)))
+                let variance = times * self.recent.variance(weights.clone(), self.growth);
+                let (bound, (_, counted)) = (self.recent.bound_of_median(), self.recent.errors(weights));
+                let median = window.median()?;
+                self.set_errors((bound, times * counted));
+                Some((median, variance))
             }
             _ => None,
         }
@@ -252,6 +238,7 @@ impl Direct {
     /// Updates with the measurements of a moment, and others of these ages in seconds; one without an age is of this moment.
     pub(crate) fn update_aged(&mut self, measurements: &[Measurement], ages: &[f64]) -> Updated {
         self.pairs.clear();
+        self.bounds.clear();
         self.ages.clear();
         let (before, own) = self.known();
         let own = own.min(f64::MAX / 2.0);
@@ -260,6 +247,7 @@ impl Direct {
             let Some(variance) = self.variance(measurement) else { continue };
             let age = ages.get(place).copied().unwrap_or(0.0);
             self.pairs.push((Some(measurement.value), variance + self.growth * age));
+            self.bounds.push(measurement.bound);
             self.ages.push(age);
             tally.count(measurement.value - before, variance + own);
         }
@@ -298,6 +286,10 @@ impl Method for Direct {
         &mut self.estimate
     }
 
+    fn bias(&self) -> Option<&Bias> {
+        Some(&self.bias)
+    }
+
     fn predict(&mut self, dt: f64, _: &[f64]) -> bool {
         let (mean, variance) = self.known();
         self.set(mean, variance + self.growth * dt.max(0.0));
@@ -309,12 +301,10 @@ impl Method for Direct {
         let (mean, own) = self.known();
         // Where the quantity is unknown, every measurement fits.
         let noise = self.variance(measurement)?;
-        Some(Innovation {
-            value: measurement.value - mean,
-            variance: (noise + own).min(f64::MAX),
-            noise,
-            errors: None,
-        })
+        let (expected, random) = self.bias.along(&[1.0], own.min(f64::MAX));
+        let errors = Some(Errors { expected, measured: measurement.bound, random });
+        let variance = (noise + own).min(f64::MAX);
+        Some(Innovation { value: measurement.value - mean, variance, noise, errors })
     }
 
     fn update(&mut self, measurements: &[Measurement], _: &[f64]) -> Updated {
@@ -322,7 +312,7 @@ impl Method for Direct {
     }
 
     fn memory_len(&self) -> usize {
-        3 + 3 * window_capacity(&self.rule)
+        HEAD + 4 * window_capacity(&self.rule)
     }
 
     fn save(&self, memory: &mut [f64]) {
@@ -332,14 +322,18 @@ impl Method for Direct {
             _ => &[],
         };
         let (mean, variance) = self.known();
-        let head = [mean, variance, values.len() as f64];
-        crate::method::save(memory, &[&head, values, &self.recent.ages, &self.recent.variances]);
+        let Bias { reach, counted } = &self.bias;
+        let head: [f64; HEAD] = [mean, variance, at(reach, 0, 0), at(counted, 0, 0), values.len() as f64];
+        let Recent { ages, variances, bounds, .. } = &self.recent;
+        crate::method::save(memory, &[&head, values, ages, variances, bounds]);
     }
 
     fn restore(&mut self, memory: &[f64]) {
-        let [mean, variance, count, kept @ ..] = memory else { return };
+        let [mean, variance, reach, counted, count, kept @ ..] = memory else { return };
         self.set(*mean, *variance);
-        let (count, Recent { ages, variances }) = (*count as usize, &mut self.recent);
+        put(&mut self.bias.reach, 0, 0, *reach);
+        put(&mut self.bias.counted, 0, 0, *counted);
+        let (count, Recent { ages, variances, bounds, .. }) = (*count as usize, &mut self.recent);
         let window = match &mut self.rule {
             Rule::Average(average) => average.window_mut(),
             Rule::Median(window) => window,
@@ -347,7 +341,7 @@ impl Method for Direct {
         };
         window.clear();
         kept.iter().take(count).for_each(|value| window.push(*value));
-        for (part, to) in [ages, variances].into_iter().enumerate() {
+        for (part, to) in [ages, variances, bounds].into_iter().enumerate() {
             to.clear();
             to.extend(kept.iter().skip((part + 1) * count).take(count));
         }

@@ -5,6 +5,7 @@ use shsa_core::knowledge::StepsAt;
 use shsa_core::time::{Span, Time};
 use shsa_estimate::alternatives::{Alternatives, Outlier};
 use shsa_estimate::average::{Filling, MovingAverage, Window};
+use shsa_estimate::bounded::Bounded;
 use shsa_estimate::continuous::{Continuous, Step};
 use shsa_estimate::direct::{Direct, Faulty, Rule};
 use shsa_estimate::formulas::{Draft, Formulas, Sensor, Vocabulary};
@@ -48,7 +49,7 @@ fn check(method: Box<dyn Method>, gate: Option<Gate>) {
             // Two sensors at different rates, one of them late and sometimes far off.
             let at = Time(place * 100_000_000);
             let value = if place % 17 == 0 { 500.0 } else { 1.0 };
-            fusion.measure(at, Measurement { sensor: 0, value, variance: None, bound: 0.0 });
+            fusion.measure(at, Measurement { sensor: 0, value, variance: None, bound: 0.5 });
             let late = Time((place - 3) * 100_000_000 + 5);
             fusion.measure(late, Measurement { sensor: 1, value: 1.4, variance: Some(0.3), bound: 0.0 });
             assert!(fusion.estimate(at).is_none_or(|estimate| estimate.mean.iter().all(|it| it.is_finite())));
@@ -66,7 +67,9 @@ fn nothing_is_allocated_per_step() {
         for loss in [Loss::Square, Loss::Huber(1.345), Loss::Student(4.0)] {
             check(Box::new(Kalman::new(system(), &mean, &p, loss).unwrap()), gate);
         }
-        check(Box::new(Unscented::new(system(), &mean, &p, Points::default()).unwrap()), gate);
+        let unscented = || Box::new(Unscented::new(system(), &mean, &p, Points::default()).unwrap());
+        check(unscented(), gate);
+        check(Box::new(Bounded::new(unscented(), system())), gate);
         let robust = Kalman::new(system(), &mean, &p, Loss::Student(4.0)).unwrap();
         let outliers = vec![Outlier { sensor: 0, deviation: 100.0 }];
         let steps = vec![Step { state: 1, deviation: 10.0, at: StepsAt::Any }];

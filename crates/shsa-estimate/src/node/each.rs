@@ -7,11 +7,11 @@ use crate::Error;
 use crate::continuous::Continuous;
 use crate::direct::{Direct, Rule};
 use crate::matrix::{Matrix, at, put};
-use crate::method::{Gaussian, Innovation, Measurement, Method, Updated, restore, save};
+use crate::method::{Bias, Gaussian, Innovation, Measurement, Method, Updated, restore, save};
 use crate::system::{System, wrapped};
 
-/// Numbers kept of a sensor's last measurement: value, variance, age in seconds.
-const KEPT: usize = 3;
+/// Numbers kept of a sensor's last measurement: value, variance, bound, age in seconds.
+const KEPT: usize = 4;
 
 /// An input of direct fusion.
 #[derive(Clone, Copy, Debug)]
@@ -36,6 +36,7 @@ pub(super) struct Each {
     /// The model, for the noise of a measurement that brings none.
     model: Continuous,
     estimate: Gaussian,
+    bias: Bias,
     stack: Vec<Measurement>,
     /// The ages of the measurements in the stack, in seconds.
     ages: Vec<f64>,
@@ -68,6 +69,7 @@ impl Each {
             sensors,
             model,
             estimate: Gaussian { mean: vec![0.0; n], spread: Matrix::zeros(n, n) },
+            bias: Bias { reach: Matrix::zeros(n, n), counted: Matrix::zeros(n, n) },
         };
         each.summarise();
         Ok(each)
@@ -77,6 +79,10 @@ impl Each {
         for (place, (part, mean)) in self.parts.iter().zip(&mut self.estimate.mean).enumerate() {
             *mean = part.mean().first().copied().unwrap_or(f64::NAN);
             put(&mut self.estimate.spread, place, place, at(part.spread(), 0, 0));
+            if let Some(bias) = part.bias() {
+                put(&mut self.bias.reach, place, place, at(&bias.reach, 0, 0));
+                put(&mut self.bias.counted, place, place, at(&bias.counted, 0, 0));
+            }
         }
     }
 
@@ -93,8 +99,9 @@ impl Each {
 
     fn note(&mut self, measurement: &Measurement) {
         let kept = self.latest.chunks_exact_mut(KEPT).nth(measurement.sensor);
-        if let Some([value, own, age]) = kept {
-            (*value, *own, *age) = (measurement.value, measurement.variance.unwrap_or(f64::INFINITY), 0.0);
+        if let Some([value, own, bound, age]) = kept {
+            (*value, *own) = (measurement.value, measurement.variance.unwrap_or(f64::INFINITY));
+            (*bound, *age) = (measurement.bound, 0.0);
         }
     }
 
@@ -106,14 +113,14 @@ impl Each {
         let mean = self.estimate.mean.get(state).copied().unwrap_or(0.0);
         let standing = self.latest.chunks_exact(KEPT).zip(&self.sensors).enumerate();
         for (sensor, (kept, declared)) in standing.filter(|(_, (_, declared))| declared.state == state) {
-            if let [value, variance, age] = *kept
+            if let [value, variance, bound, age] = *kept
                 && age <= declared.fresh_s
             {
                 let value = match declared.turn {
                     Some(_) => mean + wrapped(value - mean, declared.turn),
                     None => value,
                 };
-                self.stack.push(Measurement { sensor, value, variance: Some(variance), bound: 0.0 });
+                self.stack.push(Measurement { sensor, value, variance: Some(variance), bound });
                 self.ages.push(age);
             }
         }
@@ -127,6 +134,10 @@ impl Method for Each {
 
     fn gaussian_mut(&mut self) -> &mut Gaussian {
         &mut self.estimate
+    }
+
+    fn bias(&self) -> Option<&Bias> {
+        Some(&self.bias)
     }
 
     fn predict(&mut self, dt: f64, controls: &[f64]) -> bool {
