@@ -7,8 +7,6 @@ use super::{report, sound};
 
 /// Kinds of which sound signals are accused today.
 const NOT_YET: [&str; 1] = ["mean_over"];
-/// Kinds of which a signal is not always trusted again after a fault, or a sound one fails after its end.
-const NOT_AFTER_A_FAULT: [&str; 1] = ["filter"];
 /// What is not asserted of any kind today.
 const NOT_ASSERTED: [Wrong; 1] = [Wrong::Unnamed];
 
@@ -50,9 +48,6 @@ fn nothing_is_wrong_with_sound_worlds() {
 #[test]
 fn one_liar_is_told_and_no_sound_signal_fails() {
     check_all(&sample(0..2), |name, seed| {
-        if NOT_AFTER_A_FAULT.contains(&name) {
-            return;
-        }
         if let Some(watched) = faulty::watch(&[kind(name).unwrap()], seed, Liars::One).unwrap() {
             check(name, seed, &watched);
         }

@@ -265,10 +265,10 @@ pub(super) fn about_value(world: &World, run: &Run, published: &Publication) -> 
 }
 
 /// Whether values of a quality are promised to hold the truth. Without a largest rate, nothing bounds the inputs of a substitute
-/// between their values; estimates of filters hold it mostly.
+/// between their values.
 fn is_promised(world: &World, quality: Served) -> bool {
     let is_bounded = world.variables.iter().all(|it| it.max_rate.is_some());
-    !world.is_estimated && (is_bounded || quality == Served::Good && world.relations.is_empty())
+    is_bounded || quality == Served::Good && world.relations.is_empty()
 }
 
 impl World {

@@ -98,8 +98,6 @@ pub(super) struct World {
     pub(super) has_losses: bool,
     /// Whether some variables step, so that nothing bounds these between two values.
     pub(super) has_steps: bool,
-    /// Whether estimators say what is likely, and not what is certain.
-    pub(super) is_estimated: bool,
 }
 
 /// Readings of the usual sensor in a world, unless this takes less than [`SHORTEST_S`].
@@ -125,7 +123,6 @@ impl World {
             is_rated: chance.below(2) == 0,
             has_losses: false,
             has_steps: false,
-            is_estimated: false,
         }
     }
 

@@ -40,7 +40,6 @@ pub(super) fn fusion(world: &mut World, chance: &mut Chance) {
 }
 
 pub(super) fn filter(world: &mut World, chance: &mut Chance) {
-    world.is_estimated = true;
     let variable = sensed(world, chance);
     let methods = ["average", "median", "confidence", "kalman", "unscented_kalman", "huber", "student"];
     estimate(world, variable, methods[chance.below(methods.len())]);
