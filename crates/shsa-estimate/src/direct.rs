@@ -145,7 +145,7 @@ impl Direct {
     }
 
     /// Sets how far the value may be off within bounds, and the part of its variance that stands for that.
-    fn set_errors(&mut self, (bound, counted): (f64, f64)) {
+    fn set_errors(&mut self, bound: f64, counted: f64) {
         put(&mut self.bias.reach, 0, 0, bound * bound);
         put(&mut self.bias.counted, 0, 0, counted);
     }
@@ -184,8 +184,8 @@ impl Direct {
         let alone: f64 = self.weighted.iter().map(|(age, weight)| weight * weight * age).sum();
         let shared = walked(self.weighted.iter().copied()) - alone;
         let weights = self.pairs.iter().map(|(_, variance)| alike.variance / variance);
-        let within = errors(self.bounds.iter().copied().zip(weights));
-        self.set_errors(within);
+        let (bound, counted) = errors(self.bounds.iter().copied().zip(weights));
+        self.set_errors(bound, counted);
         Some((alike.value, alike.variance + self.growth * shared.max(0.0)))
     }
 
@@ -204,8 +204,8 @@ impl Direct {
         match &mut self.rule {
             Rule::Average(average) => {
                 let variance = self.recent.variance(average.shares(), self.growth);
-                let within = self.recent.errors(average.shares());
-                self.set_errors(within);
+                let (bound, counted) = self.recent.errors(average.shares());
+                self.set_errors(bound, counted);
                 Some((mean?, variance))
             }
             Rule::Median(window) => {
@@ -217,7 +217,7 @@ impl Direct {
                 let variance = times * self.recent.variance(weights.clone(), self.growth);
                 let (bound, (_, counted)) = (self.recent.bound_of_median(), self.recent.errors(weights));
                 let median = window.median()?;
-                self.set_errors((bound, times * counted));
+                self.set_errors(bound, times * counted);
                 Some((median, variance))
             }
             _ => None,

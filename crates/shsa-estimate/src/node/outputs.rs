@@ -44,13 +44,7 @@ impl Computed {
 
     /// The value, which may be off by a bound and by noise of a variance, as an observation; `None` if one of these is not a number, or it
     /// may be anywhere on the circle.
-    fn observed(
-        &self,
-        value: f64,
-        (bound, variance): (f64, f64),
-        at: Time,
-        now: Time,
-    ) -> Option<Observation> {
+    fn observed(&self, value: f64, bound: f64, variance: f64, at: Time, now: Time) -> Option<Observation> {
         if variance.is_nan() || bound.is_nan() {
             return None;
         }
@@ -223,9 +217,9 @@ impl Outputs {
                 && innovation.uncertainty() <= VAGUE * VAGUE * innovation.noise
             {
                 let value = measurement.value - innovation.value;
-                let errors =
-                    innovation.errors.map_or((0.0, innovation.uncertainty()), |it| (it.expected, it.random));
-                queue.extend(prediction.computed.observed(value, errors, at, now));
+                let noise_alone = (0.0, innovation.uncertainty());
+                let (bound, variance) = innovation.errors.map_or(noise_alone, |it| (it.expected, it.random));
+                queue.extend(prediction.computed.observed(value, bound, variance, at, now));
             }
             if prediction.is_anchored {
                 prediction.anchor(known.map(|(_, it)| it), at, filters);
@@ -247,9 +241,9 @@ impl Outputs {
             if !self.is_older(place, at) {
                 continue;
             }
-            let (value, errors) = self.value(place, estimate);
+            let (value, (bound, variance)) = self.value(place, estimate);
             let computed = self.outputs.get(place);
-            if let Some(observation) = computed.and_then(|it| it.observed(value, errors, at, now)) {
+            if let Some(observation) = computed.and_then(|it| it.observed(value, bound, variance, at, now)) {
                 self.latest.get_mut(place).into_iter().for_each(|latest| *latest = Some(at));
                 queue.push_back(observation);
             }
