@@ -109,6 +109,13 @@ impl Curve {
         self.is_whole(time - lag_s, time).then(|| self.read(time - lag_s))?.map(|it| it.0)
     }
 
+    /// The time between the values around a moment; `None` outside of what is known.
+    pub(crate) fn gap_s(&self, time: f64) -> Option<f64> {
+        let after = self.first_from(time);
+        let end = *self.times.get(after)?;
+        if end == time { Some(0.0) } else { Some(end - self.times[after.checked_sub(1)?]) }
+    }
+
     /// The value of the nearest moment, for what takes steps.
     pub(crate) fn nearest(&self, time: f64) -> Option<f64> {
         let after = self.first_from(time);

@@ -9,6 +9,7 @@ pub mod naming;
 pub mod learning;
 pub mod drafting;
 pub mod proposal;
+pub mod doctor;
 
 use thiserror::Error;
 

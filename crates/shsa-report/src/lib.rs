@@ -21,6 +21,7 @@ pub mod assurance;
 pub mod campaign;
 pub mod calibration;
 pub mod learning;
+pub mod doctor;
 
 pub use error::ReportError;
 pub use events::{event_text, paint_of};

@@ -11,6 +11,7 @@ mod complete;
 mod contingency;
 mod convert;
 mod demo;
+mod doctor;
 mod draft;
 mod explain;
 mod fmt;
@@ -87,6 +88,8 @@ enum Command {
     Service(service::Arguments),
     /// Explain why a signal was suspected: the evidence, the other candidates, what would have cleared it.
     Explain(explain::Arguments),
+    /// Find what is wrong in recordings, without a model: which signals contradict the others, when, by how much.
+    Doctor(doctor::Arguments),
     /// Draft a model from recordings: which columns are signals, which of them measure the same, with which numbers.
     Draft(draft::Arguments),
     /// Make a first model from recordings, with the answers to a few questions.
@@ -139,6 +142,7 @@ fn main() -> ExitCode {
         Command::Scan(arguments) => scan::run(&arguments),
         Command::Service(arguments) => service::run(&arguments),
         Command::Explain(arguments) => explain::run(&arguments),
+        Command::Doctor(arguments) => doctor::run(&arguments),
         Command::Draft(arguments) => draft::run(&arguments),
         Command::Init(arguments) => init::run(&arguments),
         Command::Learn(arguments) => learn::run(&arguments),

@@ -20,7 +20,7 @@ pub use text::{model_text, variable_names};
 
 use crate::LabError;
 use crate::campaign::parallel::{Progress, on_all_cores};
-use crate::learning::{Copied, Relation, Shape, Signal, learn_pairs};
+use crate::learning::{Copied, Relation, Shape, Signal, copies_among, learn_pairs};
 
 /// What a column is.
 #[derive(Clone, Debug, PartialEq)]
@@ -117,6 +117,22 @@ pub fn draft(columns: &[Column], joints: &[f64], progress: &dyn Progress) -> Res
     let likely = rates::of(columns, joints, &groups, &rates);
     rates.extend(likely);
     Ok(Drafted { facts, roles, groups, rates, needs: Vec::new() })
+}
+
+/// The facts and the roles of columns, without groups. Time: O(n log n) for each column, and O(pairs of columns that look alike).
+///
+/// # Errors
+/// When a thread panics.
+pub(crate) fn roles(
+    columns: &[Column],
+    joints: &[f64],
+    progress: &dyn Progress,
+) -> Result<(Vec<Option<Facts>>, Vec<Role>), LabError> {
+    let facts = on_all_cores(columns.len(), None, progress, "columns", |column| Facts::of(&columns[column]))?;
+    let signals: Vec<Signal> = columns.iter().map(|it| it.signal.clone()).collect();
+    let copies = copies_among(&signals, joints);
+    let roles = (0..columns.len()).map(|column| role(columns, &facts, &copies, column)).collect();
+    Ok((facts, roles))
 }
 
 fn role(columns: &[Column], facts: &[Option<Facts>], copies: &[Copied], column: usize) -> Role {

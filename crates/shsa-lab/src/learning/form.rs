@@ -39,7 +39,7 @@ impl Design {
     /// Some of these rows, evenly.
     fn of_every(every: usize, seen: &Seen<'_>, target: usize, inputs: &[usize], shape: &Shape) -> Design {
         let clock = seen.slowest(inputs.iter().copied().chain([target]));
-        let regressors = Regressors::new(seen, inputs, shape);
+        let regressors = Regressors::new(&seen.curves, inputs, shape);
         let mut design =
             Design { parts: vec![], places: vec![], target: vec![], fixed: vec![], columns: vec![] };
         for (row, &time) in clock.times.iter().enumerate().step_by(every) {

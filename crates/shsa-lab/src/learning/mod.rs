@@ -27,6 +27,7 @@ mod formula;
 mod tests;
 
 pub(crate) use least_squares::solve;
+pub(crate) use regressors::Regressors;
 
 pub use formula::formula;
 pub use shape::{Copied, Mode, Relation, Score, Shape};
@@ -128,6 +129,11 @@ fn pairs(
     let found = on_all_cores(steps, None, progress, "pairs of signals, each with all others", step)?;
     let (early, late): (Vec<_>, Vec<_>) = found.into_iter().unzip();
     Ok(early.into_iter().chain(late.into_iter().rev()).flatten().collect())
+}
+
+/// Signals that repeat another one.
+pub(crate) fn copies_among(signals: &[Signal], joints: &[f64]) -> Vec<Copied> {
+    copies::all(&Seen::over(signals, joints))
 }
 
 /// The best relation of two signals, if there is any.

@@ -2,12 +2,11 @@
 
 use crate::curve::Curve;
 use crate::learning::shape::Shape;
-use crate::learning::signal::Seen;
 use crate::learning::tables::between;
 
 /// The terms of one form over some inputs.
 pub(crate) struct Regressors<'s> {
-    seen: &'s Seen<'s>,
+    curves: &'s [Curve],
     inputs: &'s [usize],
     shape: &'s Shape,
     /// What follows the input.
@@ -15,19 +14,19 @@ pub(crate) struct Regressors<'s> {
 }
 
 impl<'s> Regressors<'s> {
-    pub(crate) fn new(seen: &'s Seen<'s>, inputs: &'s [usize], shape: &'s Shape) -> Regressors<'s> {
+    pub(crate) fn new(curves: &'s [Curve], inputs: &'s [usize], shape: &'s Shape) -> Regressors<'s> {
         let followed = match (shape, inputs) {
-            (Shape::Follower { tau_s }, [first, ..]) => Some(seen.curves[*first].followed(*tau_s)),
+            (Shape::Follower { tau_s }, [first, ..]) => Some(curves[*first].followed(*tau_s)),
             _ => None,
         };
-        Regressors { seen, inputs, shape, followed }
+        Regressors { curves, inputs, shape, followed }
     }
 
     /// The term with the factor 1, and those whose factors are fitted, at a time at which the signals have these values; `None`
     /// where there is none.
     pub(crate) fn at(&self, time: f64, value: impl Fn(usize) -> Option<f64>) -> Option<(f64, Vec<f64>)> {
         let first = *self.inputs.first()?;
-        let curve = &self.seen.curves[first];
+        let curve = &self.curves[first];
         let lagged = |lag_s: f64| if lag_s == 0.0 { value(first) } else { curve.before(time, lag_s) };
         let values = || self.inputs.iter().map(|input| value(*input));
         let fixed = |of: f64| Some((of, vec![1.0]));
@@ -96,6 +95,6 @@ impl<'s> Regressors<'s> {
 
     /// The value of the last input, which selects.
     fn selected(&self, time: f64) -> Option<f64> {
-        self.seen.curves[*self.inputs.last()?].nearest(time)
+        self.curves[*self.inputs.last()?].nearest(time)
     }
 }

@@ -15,6 +15,7 @@ const COMMANDS: &[&str] = &[
     "scan",
     "service",
     "explain",
+    "doctor",
     "draft",
     "init",
     "learn",
