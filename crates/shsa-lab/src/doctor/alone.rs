@@ -10,6 +10,9 @@ const LONGER: f64 = 5.0;
 const USUAL: f64 = 20.0;
 const LEAST: f64 = 0.005;
 
+/// A silence ranks no higher than this: it is seen without help.
+const MOST_RANK: f64 = 2.0;
+
 /// What comes at most this many times as late as usual comes in a rhythm.
 const EVEN: f64 = 3.0;
 
@@ -39,7 +42,7 @@ pub(super) fn all(
         }
         let mut signals = vec![*column];
         signals.extend(silences[at + 1..].iter().filter(|it| is_one(it)).map(|it| it.0));
-        found.push(Finding::alone(signals, (*from_s, *to_s), Kind::Silent, *times, Chart::default()));
+        found.push(Finding::alone(signals, (*from_s, *to_s), Kind::Silent, times.min(MOST_RANK), Chart::default()));
     }
     found
 }

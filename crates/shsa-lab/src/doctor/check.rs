@@ -1,17 +1,23 @@
 //! One relation as a check: what it leaves at each moment, beside what it usually leaves.
 
-use super::robust::{Fit, fit, inner_deviation, left, spread};
+use super::robust::{Fit, fit, inner_deviation, left, scale_at_once, spread};
 use crate::curve::Curve;
 use crate::learning::{Regressors, Relation, Shape};
 use crate::order::{median, quantile, sorted};
 
 /// The most moments of a check, taken evenly, and the least.
-const MOST_ROWS: usize = 8_000;
+const MOST_ROWS: usize = 6_000;
 const LEAST_ROWS: usize = 60;
 
-/// The share of the target's spread that a relation may leave: between signals of one kind by their names, and between others.
+/// The share of the target's spread that a relation may leave: between signals of one kind by their names, between others that are equal
+/// but for an offset, in proportion, and of any line.
 const FAIR: f64 = 0.4;
 const LITTLE: f64 = 0.25;
+const OF_FACTOR: f64 = 0.12;
+const OF_LINE: f64 = 0.05;
+
+/// A factor this near to 1 is 1.
+pub(super) const ONE: f64 = 0.03;
 
 /// The share of the target's changes that a relation may leave, over the best of some windows (parts of the recording): what only
 /// drifts alike leaves its changes.
@@ -20,7 +26,7 @@ const WINDOWS: [usize; 3] = [20, 60, 200];
 
 /// The parts of the time in most of which a relation must hold, and the multiple of its scale that it may leave in these.
 const PARTS: usize = 12;
-const MOST_PARTS: f64 = 0.7;
+const MOST_PARTS: f64 = 0.6;
 const IN_PART: f64 = 3.0;
 
 /// Shares of the moments, by how fast both sides move: what is usual is found for each of them.
@@ -152,9 +158,10 @@ fn shortest(angle: f64, turn: f64) -> f64 {
 
 /// The scale that a form leaves of few moments, for the choice of a delay; infinite where it cannot be fitted.
 pub(super) fn scale_of_few(data: &Data, relation: &Relation) -> f64 {
-    const FEW: usize = 400;
+    const FEW: usize = 300;
     let rows = Rows::of(data, relation, FEW);
-    rows.fit(data, relation).map_or(f64::INFINITY, |it| it.scale)
+    let rest: Vec<f64> = rows.target.iter().zip(&rows.fixed).map(|(target, fixed)| target - fixed).collect();
+    scale_at_once(&rows.columns, &rest)
 }
 
 impl Check {
@@ -192,9 +199,7 @@ impl Check {
     }
 
     fn holds(&self, data: &Data) -> bool {
-        let [target, input] = [self.relation.target, self.relation.inputs[0]].map(|it| data.kinds[it].as_str());
-        let is_one_kind = target == input && target.chars().filter(|it| it.is_alphabetic()).count() > 2;
-        let most = if is_one_kind { FAIR } else { LITTLE };
+        let most = self.most_share(data);
         if !(self.share <= most && self.share.is_finite()) {
             return false;
         }
@@ -206,16 +211,37 @@ impl Check {
         holding >= MOST_PARTS * count && changes.fold(f64::INFINITY, f64::min) <= OF_CHANGES
     }
 
+    /// The largest share of the target's spread that it may leave: the less a form says, the less it may leave.
+    fn most_share(&self, data: &Data) -> f64 {
+        let Relation { target, inputs, shape, numbers, .. } = &self.relation;
+        let [own, other] = [*target, inputs[0]].map(|it| data.kinds[it].as_str());
+        let is_one_kind = own == other && own.chars().filter(|it| it.is_alphabetic()).count() > 2;
+        match (shape, &numbers[..]) {
+            _ if is_one_kind && inputs.len() == 1 => FAIR,
+            (Shape::Equal { .. }, _) => LITTLE,
+            (Shape::Line { .. }, [factor, _]) if (factor - 1.0).abs() < ONE => LITTLE,
+            (Shape::Line { .. }, [_, offset]) if offset.abs() < 3.0 * self.scale => OF_FACTOR,
+            (Shape::Line { .. }, _) => OF_LINE,
+            _ => OF_FACTOR,
+        }
+    }
+
     /// The share of the target's larger changes over some rows that is left.
     fn of_changes(&self, offs: &[f64], rows: usize) -> f64 {
-        let change = |of: &[f64], row: usize| (of[row + rows] - of[row]).abs();
         let all = 0..offs.len().saturating_sub(rows);
-        let moves = sorted(all.clone().map(|row| change(&self.target, row)));
-        let Some(large) = quantile(&moves, 0.7).filter(|it| *it > 0.0) else { return f64::INFINITY };
-        let of_large = |of: &[f64]| {
-            median(all.clone().filter(|row| change(&self.target, *row) >= large).map(|row| change(of, row)))
+        // Beside the middle change: two that only grow evenly are not related.
+        let changes = |of: &[f64]| -> Vec<f64> {
+            let changes: Vec<f64> = all.clone().map(|row| of[row + rows] - of[row]).collect();
+            let middle = median(changes.iter().copied());
+            changes.into_iter().map(|it| (it - middle).abs()).collect()
         };
-        of_large(offs) / of_large(&self.target)
+        let (moves, left) = (changes(&self.target), changes(offs));
+        let large = quantile(&sorted(moves.iter().copied()), 0.7).filter(|it| *it > 0.0);
+        let Some(large) = large else { return f64::INFINITY };
+        let of_large = |of: &[f64]| {
+            median(of.iter().zip(&moves).filter(|it| *it.1 >= large).map(|it| *it.0))
+        };
+        of_large(&left) / of_large(&moves)
     }
 
     /// The least usual difference: that of rounding.
@@ -275,7 +301,7 @@ impl Check {
 /// The largest change to a value from its neighbours.
 fn pace(values: &[f64], row: usize) -> f64 {
     let own = values[row];
-    let near = row.saturating_sub(2)..(row + 3).min(values.len());
+    let near = row.saturating_sub(4)..(row + 5).min(values.len());
     values[near].iter().map(|it| (it - own).abs()).fold(0.0, f64::max)
 }
 

@@ -94,7 +94,7 @@ impl Said {
         if let Some(value) = self.stands() {
             return Kind::Frozen(value);
         }
-        let (factor, offset, of_line) = line(&self.expected, &self.own);
+        let (factor, _, of_line) = line(&self.expected, &self.own);
         let unit = self.unit(factor);
         if let Some((factor, offset, words, left)) = unit
             && left <= 0.3 * all

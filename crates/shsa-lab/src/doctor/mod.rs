@@ -13,6 +13,8 @@ mod relations;
 mod alone;
 mod findings;
 mod model;
+#[cfg(test)]
+mod tests;
 
 pub use findings::{Chart, Finding, Witness};
 pub use kind::Kind;
@@ -21,7 +23,7 @@ use crate::LabError;
 use crate::campaign::Progress;
 use crate::campaign::parallel::on_all_cores;
 use crate::curve::Curve;
-use crate::drafting::{Column, Columns, Drafted, Facts, Role, roles};
+use crate::drafting::{Column, Columns, Facts, Role, roles};
 use crate::learning::{Relation, Shape, formula};
 use crate::order::{quantile, sorted};
 use blame::{Accused, Violation};
@@ -66,7 +68,7 @@ pub struct Known {
 /// Examines the columns of recordings with these names, and reports the progress. Equal columns give equal results.
 ///
 /// Time: O(columns^2) with bounded moments each, and O(n log n) for each column; on all cores. Memory: 16 bytes a value, and 48 bytes for each
-/// moment of each check, of which each has at most 8000.
+/// moment of each check, of which each has at most 6000.
 ///
 /// # Errors
 /// When a thread panics, or nothing in the recordings can be a signal.
@@ -85,8 +87,6 @@ struct Examined {
     data: Data,
     /// The columns that can be checked.
     own: Vec<usize>,
-    /// The first and the last moment.
-    extent: (f64, f64),
     checks: Vec<Check>,
     accused: Vec<Accused>,
     alone: Vec<Finding>,
@@ -99,7 +99,10 @@ impl Examined {
         roles: Vec<Role>,
         progress: &dyn Progress,
     ) -> Result<Examined, LabError> {
-        let own: Vec<usize> = (0..read.columns.len()).filter(|it| can_be_checked(&roles[*it], facts[*it].as_ref())).collect();
+        let is_own = |it: &usize| {
+            can_be_checked(&roles[*it], facts[*it].as_ref()) && !takes_steps(&read.columns[*it])
+        };
+        let own: Vec<usize> = (0..read.columns.len()).filter(is_own).collect();
         let mut data = Data::of(read, &facts);
         let extent = extent(&read.columns);
         let alone = alone::all(read, &facts, &roles, extent);
@@ -118,7 +121,7 @@ impl Examined {
         let relations = checks.into_iter().map(|it| it.relation).collect();
         let checks = self::checks(&data, relations, progress)?;
         let accused = self::accused(&data, &checks, progress)?;
-        Ok(Examined { facts, roles, data, own, extent, checks, accused, alone })
+        Ok(Examined { facts, roles, data, own, checks, accused, alone })
     }
 
     fn diagnosis(&self, read: &Columns) -> Diagnosis {
@@ -151,6 +154,7 @@ impl Examined {
             (Role::Untimed | Role::Clock, _) | (_, None) => None,
             (_, Some(facts)) if facts.levels.is_some() => Some("it takes few values only"),
             (_, Some(facts)) if facts.count < LEAST_VALUES => Some("too few values"),
+            _ if !self.own.contains(&column) => Some("it stands and takes steps, as commands do"),
             _ => Some("nothing else here implies it"),
         }
     }
@@ -158,6 +162,18 @@ impl Examined {
 
 fn can_be_checked(role: &Role, facts: Option<&Facts>) -> bool {
     *role == Role::Signal && facts.is_some_and(|it| it.levels.is_none() && it.count >= LEAST_VALUES)
+}
+
+/// Whether a column mostly stands and else takes large steps, as commands and set points do: others follow it as they can.
+fn takes_steps(column: &Column) -> bool {
+    const STANDS: f64 = 0.8;
+    const LARGE: f64 = 0.1;
+    let values: Vec<f64> = column.signal.points.iter().map(|it| it.1).collect();
+    let changes = sorted(values.windows(2).map(|it| (it[1] - it[0]).abs()).filter(|it| *it > 0.0));
+    let values = sorted(values.into_iter());
+    let width = quantile(&values, 0.95).unwrap_or(0.0) - quantile(&values, 0.05).unwrap_or(0.0);
+    let is_large = quantile(&changes, 0.5).is_some_and(|it| it > LARGE * width);
+    (values.len() - changes.len()) as f64 > STANDS * values.len() as f64 && is_large
 }
 
 /// The first and the last moment of all columns.

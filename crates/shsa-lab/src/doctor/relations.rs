@@ -1,6 +1,6 @@
 //! Relations that may hold: of two signals, found here; of more, and of rates, as they are learned without what is masked.
 
-use super::check::{Check, Data, scale_of_few};
+use super::check::{Check, Data, ONE, scale_of_few, window_s};
 use super::likely::{self, Likely};
 use crate::LabError;
 use crate::campaign::Progress;
@@ -15,14 +15,14 @@ const WORTH: f64 = 0.9;
 const ROUNDS: usize = 12;
 const GOLDEN: f64 = 0.618_033_988_749_895;
 
-/// A factor this near to 1 is 1.
-const ONE: f64 = 0.03;
-
 /// The parts of the time, of which each two neighbours are left out once, so that a fault in them spoils no relation.
 const PARTS: usize = 5;
 
 /// With more signals than these, relations are learned from the whole time only.
 const FEW: usize = 24;
+
+/// The longest window of a rate or a mean as a share of the time: a longer one tells little of when.
+const LONGEST_WINDOW: f64 = 0.02;
 
 /// With more signals than these, only the first ones are tried.
 const MOST: usize = 80;
@@ -47,9 +47,18 @@ fn pair(data: &Data, likely: Likely, step_s: f64) -> Relation {
     let line = |lag_s: f64| relation(likely.target, vec![likely.input], Shape::Line { lag_s });
     let leaves = |lag_s: f64| scale_of_few(data, &line(lag_s));
     let (mut low, mut high) = (likely.lag_s - step_s, likely.lag_s + step_s);
+    let (mut left, mut right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
+    let (mut of_left, mut of_right) = (leaves(left), leaves(right));
     for _ in 0..ROUNDS {
-        let (left, right) = (high - GOLDEN * (high - low), low + GOLDEN * (high - low));
-        if leaves(left) > leaves(right) { low = left } else { high = right }
+        if of_left > of_right {
+            (low, left, of_left) = (left, right, of_right);
+            right = low + GOLDEN * (high - low);
+            of_right = leaves(right);
+        } else {
+            (high, right, of_right) = (right, left, of_left);
+            left = high - GOLDEN * (high - low);
+            of_left = leaves(left);
+        }
     }
     let lag_s = 0.5 * (low + high);
     let lag_s = if leaves(lag_s) < WORTH * leaves(0.0) { lag_s } else { 0.0 };
@@ -106,7 +115,8 @@ pub(super) fn larger(
         let mut joints: Vec<f64> = joints.iter().copied().chain(hole.map(|it| 0.5 * (it.0 + it.1))).collect();
         joints.sort_by(f64::total_cmp);
         let learned = learn_sessions(&signals, &joints, progress)?;
-        for relation in learned.relations.into_iter().filter_map(as_check) {
+        let is_short = |it: &Relation| window_s(&it.shape) <= LONGEST_WINDOW * end;
+        for relation in learned.relations.into_iter().filter_map(as_check).filter(is_short) {
             let inputs: Vec<usize> = relation.inputs.iter().map(|it| chosen[*it]).collect();
             let relation = Relation { target: chosen[relation.target], inputs, ..relation };
             let is_new = |known: &Relation| known.signals() != relation.signals();

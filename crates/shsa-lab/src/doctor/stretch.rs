@@ -6,7 +6,7 @@
 //! wanders.
 
 use super::check::Check;
-use crate::order::{mean, median};
+use crate::order::median;
 use std::ops::Range;
 
 /// The least factor between a stretch and the rest, where the rest has at least so many independent windows; with fewer, the factor
@@ -22,7 +22,10 @@ const OF_TAIL: f64 = 0.5;
 const MOST: usize = 4;
 const MOST_TIME: f64 = 0.25;
 
-/// The longest window as a share of the time.
+/// The shortest window as a share of the time and in rows, and the longest one: a single value proves nothing, as all residuals have
+/// tails.
+const SHORTEST: f64 = 0.0025;
+const LEAST_ROWS: f64 = 4.0;
 const LONGEST: f64 = 0.2;
 
 /// A stretch reaches as far as the windows have this share of its peak.
@@ -43,11 +46,10 @@ pub(super) struct Stretch {
 pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
     let count = check.times.len();
     let beside: Vec<f64> = (0..count).map(|row| check.off(row) / check.usual[row]).collect();
-    let correlated = correlated(&beside);
     let sums = Sums::of(&beside);
     let longest = (LONGEST * count as f64) as usize;
     let mut found: Vec<Stretch> = Vec::new();
-    let mut length = 1;
+    let mut length = (SHORTEST * count as f64).ceil().max(LEAST_ROWS) as usize;
     while length <= longest {
         let starts: Vec<usize> = (0..=count - length).step_by((length / 4).max(1)).collect();
         let is_whole = |at: &usize| {
@@ -55,12 +57,10 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
             ends[0] == ends[1]
         };
         let starts: Vec<usize> = if joints.is_empty() { starts } else { starts.into_iter().filter(is_whole).collect() };
-        let windows = |of: &dyn Fn(usize) -> f64| Windows { count, length, starts: &starts, values: starts.iter().map(|it| of(*it)).collect() };
+        let windows = |of: &dyn Fn(usize) -> f64| Windows { beside: &beside, length, starts: &starts, values: starts.iter().map(|it| of(*it)).collect() };
         let square = windows(&|at| (sums.squares(at..at + length) / length as f64).sqrt());
-        found.extend(square.outside(correlated));
-        if length > 2 {
-            found.extend(windows(&|at| sums.values(at..at + length).abs() / length as f64).outside(correlated));
-        }
+        found.extend(square.outside());
+        found.extend(windows(&|at| sums.values(at..at + length).abs() / length as f64).outside());
         length *= 2;
     }
     found.sort_by(|one, other| other.strength.total_cmp(&one.strength).then(one.rows.start.cmp(&other.rows.start)));
@@ -74,16 +74,16 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
     kept
 }
 
-/// The number of rows after which values say something new of each other.
-fn correlated(values: &[f64]) -> usize {
+/// The number of rows after which values say something new of each other, without those of some stretches.
+fn correlated<'r>(values: &[f64], without: impl Iterator<Item = &'r Range<usize>>) -> usize {
     const CLIPPED: f64 = 4.0;
     const ALIKE: f64 = 0.3;
-    let clipped: Vec<f64> = values.iter().map(|it| it.clamp(-CLIPPED, CLIPPED)).collect();
-    let middle = mean(&clipped);
-    let all: f64 = clipped.iter().map(|it| (it - middle).powi(2)).sum();
-    let at = |lag: usize| {
-        clipped.iter().zip(&clipped[lag..]).map(|(one, other)| (one - middle) * (other - middle)).sum::<f64>()
-    };
+    let mut centred: Vec<f64> = values.iter().map(|it| it.clamp(-CLIPPED, CLIPPED)).collect();
+    let middle = median(centred.iter().copied());
+    centred.iter_mut().for_each(|it| *it -= middle);
+    without.for_each(|rows| centred[rows.clone()].fill(0.0));
+    let all: f64 = centred.iter().map(|it| it.powi(2)).sum();
+    let at = |lag: usize| centred.iter().zip(&centred[lag..]).map(|(one, other)| one * other).sum::<f64>();
     let mut lag = 1;
     while lag < values.len() / 4 && all > 0.0 && at(lag) > ALIKE * all {
         lag = (lag + 1).max(lag * 5 / 4);
@@ -139,8 +139,8 @@ impl Sums {
 
 /// Windows of one length.
 struct Windows<'a> {
-    /// The number of all rows.
-    count: usize,
+    /// What all rows leave, beside what is usual.
+    beside: &'a [f64],
     length: usize,
     /// Where they start.
     starts: &'a [usize],
@@ -149,8 +149,9 @@ struct Windows<'a> {
 
 impl Windows<'_> {
     /// The fewest stretches beside which the rest is smaller by the factor that it needs.
-    fn outside(&self, correlated: usize) -> Vec<Stretch> {
+    fn outside(&self) -> Vec<Stretch> {
         let mut is_rest = vec![true; self.values.len()];
+        let count = self.beside.len();
         let mut peaks: Vec<(f64, Range<usize>)> = Vec::new();
         for _ in 0..MOST {
             let Some(peak) = self.largest(&is_rest) else { break };
@@ -162,15 +163,18 @@ impl Windows<'_> {
             let rest: Vec<f64> =
                 self.values.iter().zip(&is_rest).filter(|it| *it.1).map(|(value, _)| *value).collect();
             let out = 1.0 - rest.len() as f64 / self.values.len() as f64;
-            let longest = (MOST_TIME * self.count as f64).max(5.0 * self.length as f64);
-            if out * self.count as f64 > longest || rest.is_empty() {
+            let longest = (MOST_TIME * count as f64).max(5.0 * self.length as f64);
+            if out * count as f64 > longest || rest.is_empty() {
                 break;
             }
-            let independent = rest.len() as f64 / self.values.len() as f64 * self.count as f64
-                / self.length.max(2 * correlated) as f64;
             let most = rest.iter().copied().fold(f64::MIN_POSITIVE, f64::max);
-            let Some(needed) = needed(independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE)) else { break };
             let least = peaks.iter().map(|it| it.0).fold(f64::INFINITY, f64::min);
+            if least < LEAST_FACTOR * most {
+                continue;
+            }
+            let correlated = correlated(self.beside, peaks.iter().map(|it| &it.1));
+            let independent = (1.0 - out) * count as f64 / self.length.max(2 * correlated) as f64;
+            let Some(needed) = needed(independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE)) else { break };
             if least >= needed * most {
                 let stretch = |(value, rows): (f64, Range<usize>)| Stretch {
                     rows,
@@ -206,7 +210,7 @@ impl Windows<'_> {
                 is_rest[place] = false;
             }
         }
-        first..last.min(self.count)
+        first..last.min(self.beside.len())
     }
 }
 
