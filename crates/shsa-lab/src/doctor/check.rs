@@ -4,6 +4,7 @@ use super::robust::{Fit, fit, inner_deviation, left, scale_at_once, spread};
 use crate::curve::Curve;
 use crate::learning::{Regressors, Relation, Shape};
 use crate::order::{median, quantile, sorted};
+use shsa_core::unit::Dimension;
 
 /// The most moments of a check, taken evenly, and the least.
 const MOST_ROWS: usize = 6_000;
@@ -15,6 +16,9 @@ const FAIR: f64 = 0.4;
 const LITTLE: f64 = 0.25;
 const OF_FACTOR: f64 = 0.12;
 const OF_LINE: f64 = 0.05;
+
+/// Factors of one size differ by no more than this share.
+const ALIKE: f64 = 0.1;
 
 /// A factor this near to 1 is 1.
 pub(super) const ONE: f64 = 0.03;
@@ -51,6 +55,8 @@ pub(super) struct Data {
     pub(super) turns: Vec<Option<f64>>,
     /// The name without numbers.
     pub(super) kinds: Vec<String>,
+    /// The dimension of each; `None` where it is unknown.
+    pub(super) dimensions: Vec<Option<Dimension>>,
     /// Where sessions meet.
     pub(super) joints: Vec<f64>,
     /// Stretches of each signal that are no evidence, in seconds.
@@ -171,7 +177,7 @@ impl Check {
         if rows.times.len() < LEAST_ROWS {
             return None;
         }
-        let fit = rows.fit(data, &relation)?;
+        let fit = rows.fit(data, &relation).filter(|it| is_plausible(data, &relation, &it.numbers))?;
         let turn = data.turns[relation.target].filter(|_| matches!(relation.shape, Shape::Equal { .. }));
         let predicted = |row: usize| {
             let off = left(&rows.columns, &rows.target, &fit.numbers, row) - rows.fixed[row];
@@ -295,6 +301,23 @@ impl Check {
         let seen: Vec<f64> =
             squares.iter().filter(|it| it.0 >= LEAST).map(|(count, sum)| (sum / *count as f64).sqrt()).collect();
         (seen.len() >= LEAST_PARTS).then(|| median(seen.into_iter()))
+    }
+}
+
+/// Whether the factors of a relation can be those of one: a rate in matching units has the factor 1 or -1; of three and more terms, all
+/// have one size, as unlike factors can be fitted to anything that is smooth.
+fn is_plausible(data: &Data, relation: &Relation, numbers: &[f64]) -> bool {
+    let alike = |one: f64, other: f64| (one.abs() / other.abs() - 1.0).abs() < ALIKE;
+    let dimension = |signal: usize| data.dimensions[signal];
+    match (&relation.shape, numbers) {
+        (Shape::Rate { .. }, [factor, ..]) => {
+            let is_known = dimension(relation.target).and(dimension(relation.inputs[0])).is_some();
+            !is_known || alike(*factor, 1.0)
+        }
+        (Shape::Sum | Shape::Terms(_), [factors @ .., _]) if factors.len() > 2 => {
+            factors.iter().all(|it| alike(*it, factors[0]))
+        }
+        _ => true,
     }
 }
 

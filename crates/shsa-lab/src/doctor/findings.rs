@@ -16,6 +16,9 @@ const MOST: usize = 12;
 const DELAYS: usize = 28;
 const LONGEST_DELAY: f64 = 0.3;
 
+/// How far beyond what is needed something must be that no form of a fault explains: natural transients have none, either.
+const OF_NO_FORM: f64 = 2.0;
+
 /// The most moments of a chart.
 const MOMENTS: usize = 240;
 
@@ -108,7 +111,8 @@ impl Examined {
     pub(super) fn findings(&self, read: &Columns) -> Vec<Finding> {
         let mut found: Vec<Finding> = Vec::new();
         for accused in &self.accused {
-            let Some(one) = self.finding(read, accused) else { continue };
+            let is_clear = |it: &Finding| !matches!(it.kind, Kind::Off(_)) || it.strength >= OF_NO_FORM;
+            let Some(one) = self.finding(read, accused).filter(is_clear) else { continue };
             let is_same = |it: &&mut Finding| {
                 it.signals == one.signals && std::mem::discriminant(&it.kind) == std::mem::discriminant(&one.kind)
             };

@@ -209,6 +209,7 @@ impl Data {
             gaps_s: curves.iter().map(gap).collect(),
             steps: read.columns.iter().zip(facts).map(step).collect(),
             kinds: read.columns.iter().map(|it| it.kind.clone()).collect(),
+            dimensions: read.columns.iter().map(|it| it.signal.unit.as_ref().map(|it| it.dimension)).collect(),
             joints: read.joints.clone(),
             masks: vec![Vec::new(); curves.len()],
             turns,

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 /// The least factor between a stretch and the rest, where the rest has at least so many independent windows; with fewer, the factor
 /// grows with the root of what is missing. From the sound recordings of the tests and of `docs/doctor.md`: no finding in 95 % of them.
-const LEAST_FACTOR: f64 = 1.5;
+const LEAST_FACTOR: f64 = 2.0;
 const MANY: f64 = 60.0;
 const FEWEST: f64 = 6.0;
 
@@ -67,6 +67,10 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
     let mut kept: Vec<Stretch> = Vec::new();
     for one in found {
         let one = Stretch { rows: sums.ends(&beside, &one.rows), ..one };
+        let lasts_s = check.times[one.rows.end - 1] - check.times[one.rows.start];
+        if lasts_s > MOST_TIME * (check.times[count - 1] - check.times[0]) {
+            continue;
+        }
         if kept.iter().all(|it| it.rows.end <= one.rows.start || one.rows.end <= it.rows.start) {
             kept.push(one);
         }

@@ -11,6 +11,7 @@ mod tank;
 mod analyze;
 mod assure;
 mod calibrate;
+mod doctor;
 mod draft;
 mod learn;
 mod campaign;

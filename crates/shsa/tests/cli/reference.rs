@@ -3,6 +3,7 @@
 #[path = "../described/mod.rs"]
 mod described;
 
+use crate::doctor;
 use crate::folder::Folder;
 use crate::learn;
 use crate::tank;
@@ -121,6 +122,8 @@ fn fields_of_what_is_found_out_from_recordings() {
     folder.write("need.yaml", learn::with_need(&folder, "power.csv"));
     let serving = objects(&folder, "learn power.csv --model need.yaml --for power");
     check("learn", &[learned, objects(&folder, "learn power.csv"), serving].concat());
+    folder.write("hall.csv", doctor::hall(Some(2.0)));
+    check("doctor", &[objects(&folder, "doctor hall.csv"), objects(&folder, "doctor PROJECT/examples/tuesday")].concat());
     let campaign = format!("campaign {car} --kinds bias --signals /gnss/speed --onsets 1 --json");
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let printed = |arguments: &str| -> Value {
