@@ -36,6 +36,9 @@ const IN_PART: f64 = 3.0;
 /// Shares of the moments, by how fast both sides move: what is usual is found for each of them.
 const PACES: [f64; 8] = [0.3, 0.5, 0.7, 0.8, 0.9, 0.95, 0.98, 1.0];
 
+/// How far a pace looks to either side, in rows: at once, and for what responds slowly.
+const NEIGHBOURS: [usize; 2] = [4, 30];
+
 /// The least parts of the time in which a pace must be seen: a fault must not be usual at its own pace.
 const LEAST_PARTS: usize = 4;
 
@@ -191,7 +194,8 @@ impl Check {
         if !check.holds(data) {
             return None;
         }
-        check.usual = check.usual(check.least(data));
+        let [near, far] = NEIGHBOURS.map(|rows| check.usual(check.least(data), rows));
+        check.usual = near.iter().zip(&far).map(|(near, far)| near.max(*far)).collect();
         Some(check)
     }
 
@@ -261,9 +265,9 @@ impl Check {
     }
 
     /// What is usual at each row, by how fast both sides move there.
-    fn usual(&self, least: f64) -> Vec<f64> {
+    fn usual(&self, least: f64, neighbours: usize) -> Vec<f64> {
         let count = self.times.len();
-        let pace = |row: usize| pace(&self.target, row).min(pace(&self.predicted, row));
+        let pace = |row: usize| pace(&self.target, row, neighbours).min(pace(&self.predicted, row, neighbours));
         let paces: Vec<f64> = (0..count).map(pace).collect();
         let mut by_pace: Vec<usize> = (0..count).collect();
         by_pace.sort_by(|one, other| paces[*one].total_cmp(&paces[*other]).then(one.cmp(other)));
@@ -321,10 +325,10 @@ fn is_plausible(data: &Data, relation: &Relation, numbers: &[f64]) -> bool {
     }
 }
 
-/// The largest change to a value from its neighbours.
-fn pace(values: &[f64], row: usize) -> f64 {
+/// The largest change to a value from so many neighbours to either side.
+fn pace(values: &[f64], row: usize, neighbours: usize) -> f64 {
     let own = values[row];
-    let near = row.saturating_sub(4)..(row + 5).min(values.len());
+    let near = row.saturating_sub(neighbours)..(row + neighbours + 1).min(values.len());
     values[near].iter().map(|it| (it - own).abs()).fold(0.0, f64::max)
 }
 

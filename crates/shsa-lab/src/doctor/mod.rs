@@ -100,7 +100,8 @@ impl Examined {
         progress: &dyn Progress,
     ) -> Result<Examined, LabError> {
         let is_own = |it: &usize| {
-            can_be_checked(&roles[*it], facts[*it].as_ref()) && !takes_steps(&read.columns[*it])
+            let column = &read.columns[*it];
+            can_be_checked(&roles[*it], facts[*it].as_ref()) && !takes_steps(column) && !counts_time(column)
         };
         let own: Vec<usize> = (0..read.columns.len()).filter(is_own).collect();
         let mut data = Data::of(read, &facts);
@@ -154,7 +155,7 @@ impl Examined {
             (Role::Untimed | Role::Clock, _) | (_, None) => None,
             (_, Some(facts)) if facts.levels.is_some() => Some("it takes few values only"),
             (_, Some(facts)) if facts.count < LEAST_VALUES => Some("too few values"),
-            _ if !self.own.contains(&column) => Some("it stands and takes steps, as commands do"),
+            _ if !self.own.contains(&column) => Some("it takes steps, as commands do, or counts the time"),
             _ => Some("nothing else here implies it"),
         }
     }
@@ -174,6 +175,17 @@ fn takes_steps(column: &Column) -> bool {
     let width = quantile(&values, 0.95).unwrap_or(0.0) - quantile(&values, 0.05).unwrap_or(0.0);
     let is_large = quantile(&changes, 0.5).is_some_and(|it| it > LARGE * width);
     (values.len() - changes.len()) as f64 > STANDS * values.len() as f64 && is_large
+}
+
+/// Whether a column grows evenly with time, but for jumps: a clock that begins again.
+fn counts_time(column: &Column) -> bool {
+    const NEARLY_ALL: f64 = 0.9;
+    const EVEN: f64 = 0.1;
+    let rates = column.signal.points.windows(2).filter(|it| it[1].0 > it[0].0);
+    let rates = sorted(rates.map(|it| (it[1].1 - it[0].1) / (it[1].0 - it[0].0)));
+    let Some(usual) = quantile(&rates, 0.5).filter(|it| *it > 0.0) else { return false };
+    let even = rates.iter().filter(|it| (**it / usual - 1.0).abs() < EVEN).count();
+    even as f64 > NEARLY_ALL * rates.len() as f64
 }
 
 /// The first and the last moment of all columns.

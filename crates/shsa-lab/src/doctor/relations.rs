@@ -19,13 +19,16 @@ const GOLDEN: f64 = 0.618_033_988_749_895;
 const PARTS: usize = 5;
 
 /// With more signals than these, relations are learned from the whole time only.
-const FEW: usize = 24;
+const FEW: usize = 16;
+
+/// The most values of a signal from which relations are learned, taken evenly: their search looks at 2000 moments.
+const MOST_VALUES: usize = 4_000;
 
 /// The longest window of a rate or a mean as a share of the time: a longer one tells little of when.
 const LONGEST_WINDOW: f64 = 0.02;
 
 /// With more signals than these, only the first ones are tried.
-const MOST: usize = 80;
+const MOST: usize = 40;
 
 /// The relations of likely pairs. Time: O(signals^2), with bounded moments each.
 ///
@@ -108,7 +111,8 @@ pub(super) fn larger(
             let is_out = |time: f64| {
                 data.masks[*column].iter().chain(&hole).any(|it| it.0 <= time && time <= it.1)
             };
-            let points = own.points.iter().filter(|it| !is_out(it.0)).copied().collect();
+            let every = own.points.len().div_ceil(MOST_VALUES).max(1);
+            let points = own.points.iter().step_by(every).filter(|it| !is_out(it.0)).copied().collect();
             Signal { name: own.name.clone(), unit: own.unit.clone(), points }
         };
         let signals: Vec<Signal> = chosen.iter().map(signal).collect();

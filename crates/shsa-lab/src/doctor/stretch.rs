@@ -24,8 +24,8 @@ const MOST_TIME: f64 = 0.25;
 
 /// The shortest window as a share of the time and in rows, and the longest one: a single value proves nothing, as all residuals have
 /// tails.
-const SHORTEST: f64 = 0.0025;
-const LEAST_ROWS: f64 = 4.0;
+const SHORTEST: f64 = 0.004;
+const LEAST_ROWS: f64 = 6.0;
 const LONGEST: f64 = 0.2;
 
 /// A stretch reaches as far as the windows have this share of its peak.
@@ -49,7 +49,8 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
     let sums = Sums::of(&beside);
     let longest = (LONGEST * count as f64) as usize;
     let mut found: Vec<Stretch> = Vec::new();
-    let mut length = (SHORTEST * count as f64).ceil().max(LEAST_ROWS) as usize;
+    let shortest = (SHORTEST * count as f64).ceil().max(LEAST_ROWS) as usize;
+    let mut length = shortest;
     while length <= longest {
         let starts: Vec<usize> = (0..=count - length).step_by((length / 4).max(1)).collect();
         let is_whole = |at: &usize| {
@@ -68,7 +69,7 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
     for one in found {
         let one = Stretch { rows: sums.ends(&beside, &one.rows), ..one };
         let lasts_s = check.times[one.rows.end - 1] - check.times[one.rows.start];
-        if lasts_s > MOST_TIME * (check.times[count - 1] - check.times[0]) {
+        if one.rows.len() < shortest || lasts_s > MOST_TIME * (check.times[count - 1] - check.times[0]) {
             continue;
         }
         if kept.iter().all(|it| it.rows.end <= one.rows.start || one.rows.end <= it.rows.start) {
