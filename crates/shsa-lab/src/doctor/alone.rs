@@ -22,17 +22,15 @@ const OUTSIDE: f64 = 3.0;
 /// The largest share of values that are impossible.
 const RARE: f64 = 0.01;
 
-/// The findings of each signal alone. Time: O(n log n) for each.
-pub(super) fn all(
-    read: &Columns,
-    facts: &[Option<Facts>],
-    roles: &[Role],
-    extent: (f64, f64),
-) -> Vec<Finding> {
-    let is_measured = |it: &usize| matches!(roles[*it], Role::Signal) && facts[*it].as_ref().is_some_and(|it| it.levels.is_none());
+/// The findings of each signal alone; the recording ends at `end`, in seconds. Time: O(n log n) for each.
+pub(super) fn all(read: &Columns, facts: &[Option<Facts>], roles: &[Role], end: f64) -> Vec<Finding> {
+    let is_measured = |it: &usize| {
+        matches!(roles[*it], Role::Signal) && facts[*it].as_ref().is_some_and(|it| it.levels.is_none())
+    };
     let measured: Vec<usize> = (0..read.columns.len()).filter(is_measured).collect();
-    let mut found: Vec<Finding> = measured.iter().filter_map(|it| impossible(*it, &read.columns[*it])).collect();
-    let silent = |column: &usize| Some((*column, silence(&read.columns[*column], extent)?));
+    let mut found: Vec<Finding> =
+        measured.iter().filter_map(|it| impossible(*it, &read.columns[*it])).collect();
+    let silent = |column: &usize| Some((*column, silence(&read.columns[*column], end)?));
     let silences: Vec<(usize, (f64, f64, f64))> = measured.iter().filter_map(silent).collect();
     for (at, (column, (from_s, to_s, times))) in silences.iter().enumerate() {
         // Fields of one message are silent together: one finding.
@@ -42,7 +40,13 @@ pub(super) fn all(
         }
         let mut signals = vec![*column];
         signals.extend(silences[at + 1..].iter().filter(|it| is_one(it)).map(|it| it.0));
-        found.push(Finding::alone(signals, (*from_s, *to_s), Kind::Silent, times.min(MOST_RANK), Chart::default()));
+        found.push(Finding::alone(
+            signals,
+            (*from_s, *to_s),
+            Kind::Silent,
+            times.min(MOST_RANK),
+            Chart::default(),
+        ));
     }
     found
 }
@@ -72,7 +76,7 @@ fn impossible(column: usize, of: &Column) -> Option<Finding> {
     let near = |it: &&(f64, f64)| (it.0 - first.0).abs() <= 10.0 * (last.0 - first.0).max(1.0);
     let shown: Vec<(f64, f64)> = of.signal.points.iter().filter(near).copied().collect();
     let every = shown.len().div_ceil(200).max(1);
-    let thin = |it: &(usize, &(f64, f64))| it.0 % every == 0 || is_outside(&it.1);
+    let thin = |it: &(usize, &(f64, f64))| it.0.is_multiple_of(every) || is_outside(&it.1);
     let shown: Vec<(f64, f64)> = shown.iter().enumerate().filter(thin).map(|it| *it.1).collect();
     let chart = Chart { own: shown, ..Chart::default() };
     Some(Finding::alone(vec![column], (first.0, last.0), kind, nearest / whole, chart))
@@ -81,13 +85,15 @@ fn impossible(column: usize, of: &Column) -> Option<Finding> {
 /// Whether most values outside have one inside within the next few: a glitch, and no other way in which it moves.
 fn comes_back(points: &[(f64, f64)], is_outside: &dyn Fn(&&(f64, f64)) -> bool) -> bool {
     const WITHIN: usize = 4;
-    let is_back = |at: usize| points.iter().skip(at + 1).take(WITHIN).any(|it| !is_outside(&it)) || at + 1 == points.len();
+    let is_back = |at: usize| {
+        points.iter().skip(at + 1).take(WITHIN).any(|it| !is_outside(&it)) || at + 1 == points.len()
+    };
     let outside: Vec<usize> = (0..points.len()).filter(|at| is_outside(&&points[*at])).collect();
     2 * outside.iter().filter(|at| is_back(**at)).count() > outside.len()
 }
 
 /// The longest silence of a signal that else comes in a rhythm, with how many times as long as any other gap it is.
-fn silence(of: &Column, (_, end): (f64, f64)) -> Option<(f64, f64, f64)> {
+fn silence(of: &Column, end: f64) -> Option<(f64, f64, f64)> {
     let points = &of.signal.points;
     let last = points.last()?.0;
     let within = |at: &usize| !of.breaks.contains(&(at + 1));
@@ -109,8 +115,9 @@ fn silence(of: &Column, (_, end): (f64, f64)) -> Option<(f64, f64, f64)> {
 }
 
 /// Whether most other signals go on meanwhile: else it is the recording that has a gap.
-fn is_heard_of_others(read: &Columns, measured: &[usize], (from_s, to_s): (f64, f64)) -> bool {
-    let middle = (from_s + 0.25 * (to_s - from_s), from_s + 0.75 * (to_s - from_s));
+fn is_heard_of_others(read: &Columns, measured: &[usize], silence: (f64, f64)) -> bool {
+    let lasts_s = silence.1 - silence.0;
+    let middle = (silence.0 + 0.25 * lasts_s, silence.0 + 0.75 * lasts_s);
     let speaks = |column: &&usize| {
         let points = &read.columns[**column].signal.points;
         let first = points.partition_point(|it| it.0 <= middle.0);

@@ -41,7 +41,9 @@ pub(super) struct Accused {
 
 /// Who is accused in each event, the strongest event first. Time: O(violations^2 + events * signals * checks).
 pub(super) fn all(checks: &[Check], mut violations: Vec<Violation>) -> Vec<Accused> {
-    violations.sort_by(|one, other| other.stretch.strength.total_cmp(&one.stretch.strength).then(one.check.cmp(&other.check)));
+    violations.sort_by(|one, other| {
+        other.stretch.strength.total_cmp(&one.stretch.strength).then(one.check.cmp(&other.check))
+    });
     let mut found = Vec::new();
     while let Some(first) = violations.first().cloned() {
         let (mut event, rest): (Vec<_>, Vec<_>) = violations.into_iter().partition(|it| is_one(&first, it));
@@ -123,7 +125,8 @@ fn shown(check: &Check, size: f64, from_s: f64, to_s: f64) -> Option<(f64, f64)>
     if rows.is_empty() {
         return None;
     }
-    let mean = |of: &dyn Fn(usize) -> f64| (rows.clone().map(|row| of(row).powi(2)).sum::<f64>() / count).sqrt();
+    let mean =
+        |of: &dyn Fn(usize) -> f64| (rows.clone().map(|row| of(row).powi(2)).sum::<f64>() / count).sqrt();
     Some((mean(&|row| size / check.usual[row]), mean(&|row| check.off(row) / check.usual[row])))
 }
 

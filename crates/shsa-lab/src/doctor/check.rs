@@ -121,7 +121,9 @@ impl Rows {
         let regressors = Regressors::new(&data.curves, &relation.inputs, &relation.shape);
         let slowest = relation.signals().into_iter().max_by(|one, other| {
             let period = |it: &usize| data.curves[*it].period_s();
-            period(one).total_cmp(&period(other)).then((*one == relation.target).cmp(&(*other == relation.target)))
+            period(one)
+                .total_cmp(&period(other))
+                .then((*one == relation.target).cmp(&(*other == relation.target)))
         });
         let times = data.curves[slowest.unwrap_or(relation.target)].times();
         let every = times.len().div_ceil(most).max(1);
@@ -147,9 +149,12 @@ impl Rows {
 
     fn fit(&self, data: &Data, relation: &Relation) -> Option<Fit> {
         let window_s = window_s(&relation.shape);
-        let used: Vec<bool> = self.times.iter().map(|time| !data.is_masked(relation, *time, window_s)).collect();
-        let rest: Vec<f64> = self.target.iter().zip(&self.fixed).map(|(target, fixed)| target - fixed).collect();
-        let turn = data.turns[relation.target].filter(|_| relation.inputs.iter().all(|it| data.turns[*it].is_some()));
+        let used: Vec<bool> =
+            self.times.iter().map(|time| !data.is_masked(relation, *time, window_s)).collect();
+        let rest: Vec<f64> =
+            self.target.iter().zip(&self.fixed).map(|(target, fixed)| target - fixed).collect();
+        let turn = data.turns[relation.target]
+            .filter(|_| relation.inputs.iter().all(|it| data.turns[*it].is_some()));
         let rest: Vec<f64> = match turn {
             Some(turn) if matches!(relation.shape, Shape::Equal { .. }) => {
                 rest.iter().map(|it| shortest(*it, turn)).collect()
@@ -190,7 +195,8 @@ impl Check {
         relation.numbers = fit.numbers;
         let share = fit.scale / spread(&rows.target);
         let Rows { times, target, .. } = rows;
-        let mut check = Check { relation, times, target, predicted, usual: Vec::new(), scale: fit.scale, share };
+        let mut check =
+            Check { relation, times, target, predicted, usual: Vec::new(), scale: fit.scale, share };
         if !check.holds(data) {
             return None;
         }
@@ -215,8 +221,10 @@ impl Check {
         }
         let offs = self.offs();
         let least = self.least(data);
-        let in_parts = parts(offs.len()).map(|rows| inner_deviation(&offs[rows]) <= (IN_PART * self.scale).max(least));
-        let (count, holding) = in_parts.fold((0.0, 0.0), |(all, held), it| (all + 1.0, held + f64::from(u8::from(it))));
+        let in_parts =
+            parts(offs.len()).map(|rows| inner_deviation(&offs[rows]) <= (IN_PART * self.scale).max(least));
+        let (count, holding) =
+            in_parts.fold((0.0, 0.0), |(all, held), it| (all + 1.0, held + f64::from(u8::from(it))));
         let changes = WINDOWS.iter().map(|parts| self.of_changes(&offs, (offs.len() / parts).max(1)));
         holding >= MOST_PARTS * count && changes.fold(f64::INFINITY, f64::min) <= OF_CHANGES
     }
@@ -248,9 +256,7 @@ impl Check {
         let (moves, left) = (changes(&self.target), changes(offs));
         let large = quantile(&sorted(moves.iter().copied()), 0.7).filter(|it| *it > 0.0);
         let Some(large) = large else { return f64::INFINITY };
-        let of_large = |of: &[f64]| {
-            median(of.iter().zip(&moves).filter(|it| *it.1 >= large).map(|it| *it.0))
-        };
+        let of_large = |of: &[f64]| median(of.iter().zip(&moves).filter(|it| *it.1 >= large).map(|it| *it.0));
         of_large(&left) / of_large(&moves)
     }
 
@@ -267,7 +273,8 @@ impl Check {
     /// What is usual at each row, by how fast both sides move there.
     fn usual(&self, least: f64, neighbours: usize) -> Vec<f64> {
         let count = self.times.len();
-        let pace = |row: usize| pace(&self.target, row, neighbours).min(pace(&self.predicted, row, neighbours));
+        let pace =
+            |row: usize| pace(&self.target, row, neighbours).min(pace(&self.predicted, row, neighbours));
         let paces: Vec<f64> = (0..count).map(pace).collect();
         let mut by_pace: Vec<usize> = (0..count).collect();
         by_pace.sort_by(|one, other| paces[*one].total_cmp(&paces[*other]).then(one.cmp(other)));
@@ -297,13 +304,16 @@ impl Check {
     fn seen_at(&self, rows: &[usize]) -> Option<f64> {
         const LEAST: usize = 3;
         let size = self.times.len().div_ceil(PARTS).max(1);
-        let mut squares = vec![(0_usize, 0.0_f64); PARTS];
+        let mut squares = [(0_usize, 0.0_f64); PARTS];
         for row in rows {
             let part = &mut squares[row / size];
             *part = (part.0 + 1, part.1 + self.off(*row).powi(2));
         }
-        let seen: Vec<f64> =
-            squares.iter().filter(|it| it.0 >= LEAST).map(|(count, sum)| (sum / *count as f64).sqrt()).collect();
+        let seen: Vec<f64> = squares
+            .iter()
+            .filter(|it| it.0 >= LEAST)
+            .map(|(count, sum)| (sum / *count as f64).sqrt())
+            .collect();
         (seen.len() >= LEAST_PARTS).then(|| median(seen.into_iter()))
     }
 }

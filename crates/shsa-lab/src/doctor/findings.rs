@@ -72,7 +72,13 @@ pub struct Chart {
 }
 
 impl Finding {
-    pub(super) fn alone(signals: Vec<usize>, stretch: (f64, f64), kind: Kind, times: f64, chart: Chart) -> Finding {
+    pub(super) fn alone(
+        signals: Vec<usize>,
+        stretch: (f64, f64),
+        kind: Kind,
+        times: f64,
+        chart: Chart,
+    ) -> Finding {
         Finding {
             in_unit_of: signals[0],
             signals,
@@ -114,7 +120,8 @@ impl Examined {
             let is_clear = |it: &Finding| !matches!(it.kind, Kind::Off(_)) || it.strength >= OF_NO_FORM;
             let Some(one) = self.finding(read, accused).filter(is_clear) else { continue };
             let is_same = |it: &&mut Finding| {
-                it.signals == one.signals && std::mem::discriminant(&it.kind) == std::mem::discriminant(&one.kind)
+                it.signals == one.signals
+                    && std::mem::discriminant(&it.kind) == std::mem::discriminant(&one.kind)
             };
             match found.iter_mut().find(is_same) {
                 Some(known) => known.stretches.extend(one.stretches),
@@ -162,7 +169,11 @@ impl Examined {
             let check = &self.checks[it.check];
             check.scale / factor(check, signal).unwrap_or(1.0)
         };
-        let best = accused.by.iter().filter(has_value).min_by(|one, other| closest(one).total_cmp(&closest(other)))?;
+        let best = accused
+            .by
+            .iter()
+            .filter(has_value)
+            .min_by(|one, other| closest(one).total_cmp(&closest(other)))?;
         let check = &self.checks[best.check];
         let scale = read.columns[signal].signal.unit.as_ref().map_or(1.0, |it| it.scale);
         let (own, expected): (Vec<f64>, Vec<f64>) = (0..check.times.len())
@@ -192,7 +203,9 @@ impl Examined {
     }
 
     fn kind(&self, signal: usize, sides: &Sides, by: &Violation) -> Kind {
-        let within = |row: &usize| by.from_s <= sides.times[*row] && sides.times[*row] <= by.to_s && sides.own[*row].is_finite();
+        let within = |row: &usize| {
+            by.from_s <= sides.times[*row] && sides.times[*row] <= by.to_s && sides.own[*row].is_finite()
+        };
         let rows: Vec<usize> = (0..sides.times.len()).filter(within).collect();
         let of = |values: &[f64]| rows.iter().map(|row| values[*row]).collect::<Vec<f64>>();
         let said = Said {
@@ -203,10 +216,14 @@ impl Examined {
             repeated: self.facts[signal].as_ref().map_or(0.0, |it| it.repeated),
         };
         let curve = Curve::new(sides.times.iter().copied().zip(sides.expected.iter().copied()).collect());
-        let earlier = |lag_s: f64| said.times.iter().map(|it| curve.read(it - lag_s).map_or(f64::NAN, |it| it.0)).collect();
+        let earlier = |lag_s: f64| {
+            said.times.iter().map(|it| curve.read(it - lag_s).map_or(f64::NAN, |it| it.0)).collect()
+        };
         let (least, most) = (curve.period_s().max(1e-9), LONGEST_DELAY * (by.to_s - by.from_s));
         let delays: Vec<f64> = match most > least {
-            true => (0..DELAYS).map(|at| least * (most / least).powf(at as f64 / (DELAYS - 1) as f64)).collect(),
+            true => {
+                (0..DELAYS).map(|at| least * (most / least).powf(at as f64 / (DELAYS - 1) as f64)).collect()
+            }
             false => Vec::new(),
         };
         said.kind(&delays, &earlier)
@@ -286,8 +303,10 @@ fn are_swapped(one: &Finding, other: &Finding) -> bool {
 impl Sides {
     /// The stretch with as much before and after it.
     fn chart(&self, by: &Violation) -> Chart {
-        let around = (by.to_s - by.from_s).max(self.times.last().map_or(0.0, |it| 0.02 * (it - self.times[0])));
-        let is_near = |row: &usize| by.from_s - around <= self.times[*row] && self.times[*row] <= by.to_s + around;
+        let around =
+            (by.to_s - by.from_s).max(self.times.last().map_or(0.0, |it| 0.02 * (it - self.times[0])));
+        let is_near =
+            |row: &usize| by.from_s - around <= self.times[*row] && self.times[*row] <= by.to_s + around;
         let rows: Vec<usize> = (0..self.times.len()).filter(is_near).collect();
         let every = rows.len().div_ceil(MOMENTS).max(1);
         let of = |values: &[f64]| {

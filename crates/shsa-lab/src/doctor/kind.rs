@@ -109,7 +109,8 @@ impl Said {
         let of_offset = size(&errors.iter().map(|it| it - middle).collect::<Vec<_>>());
         let through = self.expected.iter().zip(&self.own).map(|it| it.0 * it.1).sum::<f64>()
             / self.expected.iter().map(|it| it * it).sum::<f64>();
-        let of_scale = size(&self.expected.iter().zip(&self.own).map(|it| it.1 - through * it.0).collect::<Vec<_>>());
+        let of_scale =
+            size(&self.expected.iter().zip(&self.own).map(|it| it.1 - through * it.0).collect::<Vec<_>>());
         let (slope, _, of_drift) = line(&self.times, &errors);
         let delayed = |lag_s: &f64| {
             let earlier = earlier(*lag_s);
@@ -117,8 +118,11 @@ impl Said {
                 self.own.iter().zip(&earlier).map(|(own, it)| own - it).filter(|it| it.is_finite()).collect();
             (if left.len() * 2 > self.own.len() { size(&left) } else { f64::INFINITY }, *lag_s)
         };
-        let (of_delay, lag_s) =
-            delays_s.iter().map(delayed).min_by(|one, other| one.0.total_cmp(&other.0)).unwrap_or((f64::INFINITY, 0.0));
+        let (of_delay, lag_s) = delays_s
+            .iter()
+            .map(delayed)
+            .min_by(|one, other| one.0.total_cmp(&other.0))
+            .unwrap_or((f64::INFINITY, 0.0));
         let forms = [
             (of_offset, Kind::Offset(middle)),
             (of_scale, Kind::Scale(through)),
@@ -146,7 +150,10 @@ impl Said {
             let sorted = sorted(of.iter().copied());
             quantile(&sorted, 0.9).unwrap_or(0.0) - quantile(&sorted, 0.1).unwrap_or(0.0)
         };
-        (same > 0.9 && self.own.len() > 4 && (self.repeated < 0.5 || moves(&self.expected) > 2.0 * self.usual)).then_some(value)
+        (same > 0.9
+            && self.own.len() > 4
+            && (self.repeated < 0.5 || moves(&self.expected) > 2.0 * self.usual))
+            .then_some(value)
     }
 
     /// The known factor that is nearest, with what it leaves.
@@ -157,7 +164,12 @@ impl Said {
             (*factor, *offset, *words, size(&left))
         };
         let is_near = |it: &(f64, f64, &'static str, f64)| {
-            let through = self.own.iter().zip(&self.expected).map(|(own, expected)| (own - it.1) * expected).sum::<f64>()
+            let through = self
+                .own
+                .iter()
+                .zip(&self.expected)
+                .map(|(own, expected)| (own - it.1) * expected)
+                .sum::<f64>()
                 / self.expected.iter().map(|it| it * it).sum::<f64>();
             (through / it.0 - 1.0).abs() < NEAR || (fitted / it.0 - 1.0).abs() < NEAR
         };

@@ -1,7 +1,7 @@
 //! Which signals may say the same: those that move alike at some delay, most of the time.
 
 use crate::curve::Curve;
-use crate::order::{mean, median, sorted, quantile};
+use crate::order::{mean, median, quantile, sorted};
 
 /// The moments at which signals are compared, and the delays to either side.
 const MOMENTS: usize = 256;
@@ -88,7 +88,8 @@ impl Shown {
     /// The largest size of the correlation of this one with another one, and how much later this one is, in seconds.
     fn best(&self, other: &Shown, step: f64) -> (f64, f64) {
         let own = &self.0[STEPS];
-        let with = |column: &Vec<f64>| own.iter().zip(column).map(|(one, other)| one * other).sum::<f64>().abs();
+        let with =
+            |column: &Vec<f64>| own.iter().zip(column).map(|(one, other)| one * other).sum::<f64>().abs();
         let all: Vec<f64> = other.0.iter().map(with).collect();
         let at_once = all[STEPS];
         let best = (0..all.len()).max_by(|one, next| all[*one].total_cmp(&all[*next])).unwrap_or(STEPS);

@@ -106,7 +106,7 @@ impl Examined {
         let own: Vec<usize> = (0..read.columns.len()).filter(is_own).collect();
         let mut data = Data::of(read, &facts);
         let extent = extent(&read.columns);
-        let alone = alone::all(read, &facts, &roles, extent);
+        let alone = alone::all(read, &facts, &roles, extent.1);
         alone.iter().for_each(|it| data.mask(&it.signals, &it.stretches));
         let pairs = relations::pairs(&data, &own, extent, progress)?;
         let mut checks = checks(&data, pairs, progress)?;
@@ -127,9 +127,16 @@ impl Examined {
 
     fn diagnosis(&self, read: &Columns) -> Diagnosis {
         let groups = model::groups(&self.checks, &self.own, read);
-        let unchecked = (0..read.columns.len()).filter_map(|column| Some((column, self.unchecked(column)?))).collect();
+        let unchecked =
+            (0..read.columns.len()).filter_map(|column| Some((column, self.unchecked(column)?))).collect();
         let partners = |column: usize| {
-            let mut all: Vec<usize> = self.checks.iter().map(|it| it.relation.signals()).filter(|it| it.contains(&column)).flatten().collect();
+            let mut all: Vec<usize> = self
+                .checks
+                .iter()
+                .map(|it| it.relation.signals())
+                .filter(|it| it.contains(&column))
+                .flatten()
+                .collect();
             all.sort_unstable();
             all.dedup();
             all.retain(|it| *it != column);
@@ -151,7 +158,9 @@ impl Examined {
         match (&self.roles[column], &self.facts[column]) {
             _ if is_in => None,
             (Role::Constant, _) => Some("it never changes"),
-            (Role::Copy(_) | Role::RunningMaximum(_), _) => Some("it is computed from another one: no witness"),
+            (Role::Copy(_) | Role::RunningMaximum(_), _) => {
+                Some("it is computed from another one: no witness")
+            }
             (Role::Untimed | Role::Clock, _) | (_, None) => None,
             (_, Some(facts)) if facts.levels.is_some() => Some("it takes few values only"),
             (_, Some(facts)) if facts.count < LEAST_VALUES => Some("too few values"),
@@ -190,7 +199,8 @@ fn counts_time(column: &Column) -> bool {
 
 /// The first and the last moment of all columns.
 fn extent(columns: &[Column]) -> (f64, f64) {
-    let times = columns.iter().flat_map(|it| it.signal.points.first().into_iter().chain(it.signal.points.last()));
+    let times =
+        columns.iter().flat_map(|it| it.signal.points.first().into_iter().chain(it.signal.points.last()));
     times.fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), it| (low.min(it.0), high.max(it.0)))
 }
 
@@ -221,7 +231,11 @@ impl Data {
             gaps_s: curves.iter().map(gap).collect(),
             steps: read.columns.iter().zip(facts).map(step).collect(),
             kinds: read.columns.iter().map(|it| it.kind.clone()).collect(),
-            dimensions: read.columns.iter().map(|it| it.signal.unit.as_ref().map(|it| it.dimension)).collect(),
+            dimensions: read
+                .columns
+                .iter()
+                .map(|it| it.signal.unit.as_ref().map(|it| it.dimension))
+                .collect(),
             joints: read.joints.clone(),
             masks: vec![Vec::new(); curves.len()],
             turns,

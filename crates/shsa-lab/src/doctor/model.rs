@@ -43,15 +43,21 @@ pub(super) fn text(
 ) -> Result<String, LabError> {
     let mut drafted = drafted(read, found, &diagnosis.groups);
     if drafted.groups.is_empty() {
-        return Err(LabError::Unfit("nothing in the recording can be a signal: it has no number that changes".to_owned()));
+        return Err(LabError::Unfit(
+            "nothing in the recording can be a signal: it has no number that changes".to_owned(),
+        ));
     }
-    let text = checked_text(read, &mut drafted, names)?
-        .replacen("Drafted by `shsa draft`", "Made by `shsa doctor`", 1);
+    let text = checked_text(read, &mut drafted, names)?.replacen(
+        "Drafted by `shsa draft`",
+        "Made by `shsa doctor`",
+        1,
+    );
     Ok(with_relations(&text, read, found, &drafted))
 }
 
 fn drafted(read: &Columns, found: &Examined, groups: &[Vec<usize>]) -> Drafted {
-    let is_alone = |it: &usize| found.roles[*it] == Role::Signal && groups.iter().all(|group| !group.contains(it));
+    let is_alone =
+        |it: &usize| found.roles[*it] == Role::Signal && groups.iter().all(|group| !group.contains(it));
     let alone = (0..read.columns.len()).filter(is_alone).map(|it| vec![it]);
     let mut all: Vec<Vec<usize>> = groups.iter().cloned().chain(alone).collect();
     all.sort_by_key(|it| it[0]);
@@ -62,7 +68,10 @@ fn drafted(read: &Columns, found: &Examined, groups: &[Vec<usize>]) -> Drafted {
 /// A group with its members compared with one that none of them is ahead of.
 fn group(read: &Columns, found: &Examined, members: &[usize]) -> Group {
     let check = |one: usize, other: usize| {
-        found.checks.iter().find(|it| is_equal(it) && it.relation.signals() == [one.min(other), one.max(other)])
+        found
+            .checks
+            .iter()
+            .find(|it| is_equal(it) && it.relation.signals() == [one.min(other), one.max(other)])
     };
     // How much later the one says the same than the other.
     let lag_s = |one: usize, other: usize| {
@@ -71,10 +80,13 @@ fn group(read: &Columns, found: &Examined, members: &[usize]) -> Group {
         Some(if found.relation.target == one { lag_s } else { -lag_s })
     };
     let behind = |it: &usize| members.iter().filter_map(|other| lag_s(*it, *other)).fold(0.0_f64, f64::max);
-    let first = members.iter().copied().min_by(|one, other| behind(one).total_cmp(&behind(other))).unwrap_or(0);
+    let first =
+        members.iter().copied().min_by(|one, other| behind(one).total_cmp(&behind(other))).unwrap_or(0);
     let member = |column: usize| {
         let scale = read.columns[column].signal.unit.as_ref().map_or(1.0, |it| it.scale);
-        let own = check(column, first).or_else(|| found.checks.iter().find(|it| is_equal(it) && it.relation.signals().contains(&column)));
+        let own = check(column, first).or_else(|| {
+            found.checks.iter().find(|it| is_equal(it) && it.relation.signals().contains(&column))
+        });
         let apart = own.map_or(0.0, |it| DEVIATIONS * it.scale / scale);
         let sign = if own.is_some_and(|it| it.relation.target == column) { 1.0 } else { -1.0 };
         let offset = own.map_or(0.0, |it| sign * offset(it) / scale);
@@ -104,7 +116,8 @@ fn offset(check: &Check) -> f64 {
 /// The model with those relations in it with which it is valid; the others are comments.
 fn with_relations(text: &str, read: &Columns, found: &Examined, drafted: &Drafted) -> String {
     let variables = variable_names(read, drafted);
-    let group = |column: usize| drafted.groups.iter().position(|it| it.members.iter().any(|it| it.column == column));
+    let group =
+        |column: usize| drafted.groups.iter().position(|it| it.members.iter().any(|it| it.column == column));
     let name = |column: usize| group(column).and_then(|it| variables.get(it).cloned()).unwrap_or_default();
     let signals: Vec<Signal> = read.columns.iter().map(|it| it.signal.clone()).collect();
     let mut known: BTreeSet<BTreeSet<String>> = BTreeSet::new();
@@ -120,11 +133,16 @@ fn with_relations(text: &str, read: &Columns, found: &Examined, drafted: &Drafte
         let left = equation.split(" = ").next().unwrap_or_default().to_owned();
         let target = relation.signals().into_iter().find(|it| name(*it) == left);
         let scale = signals[check.relation.target].unit.as_ref().map_or(1.0, |it| it.scale);
-        let factor = if relation.target == check.relation.target { 1.0 } else { relation.numbers.first().map_or(1.0, |it| it.abs()) };
+        let factor = if relation.target == check.relation.target {
+            1.0
+        } else {
+            relation.numbers.first().map_or(1.0, |it| it.abs())
+        };
         let error = number(DEVIATIONS * factor * check.scale / scale);
         let is_sum = matches!(relation.shape, Shape::Sum | Shape::Line { .. } | Shape::Equal { .. });
         let directions = if is_sum || target.is_none() { String::new() } else { format!(", for: [{left}]") };
-        let own = unique(&format!("{}_implied", names.iter().next().cloned().unwrap_or_default()), &mut taken);
+        let own =
+            unique(&format!("{}_implied", names.iter().next().cloned().unwrap_or_default()), &mut taken);
         let entry = format!("  {own}: {{ equation: \"{equation}\"{directions}, error: {error} }}\n");
         if load(&inserted(text, &format!("{active}{entry}"), ""), "doctor").report.ok() {
             active += &entry;

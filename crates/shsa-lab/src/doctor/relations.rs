@@ -97,9 +97,11 @@ pub(super) fn larger(
     let mut chosen = representatives(own, checks);
     chosen.truncate(MOST);
     let masks: Vec<(f64, f64)> = chosen.iter().flat_map(|it| data.masks[*it].iter().copied()).collect();
-    let mut joints: Vec<f64> = data.joints.iter().copied().chain(masks.iter().map(|it| 0.5 * (it.0 + it.1))).collect();
+    let mut joints: Vec<f64> =
+        data.joints.iter().copied().chain(masks.iter().map(|it| 0.5 * (it.0 + it.1))).collect();
     joints.sort_by(f64::total_cmp);
-    let end = read.columns.iter().filter_map(|it| it.signal.points.last()).fold(0.0_f64, |end, it| end.max(it.0));
+    let end =
+        read.columns.iter().filter_map(|it| it.signal.points.last()).fold(0.0_f64, |end, it| end.max(it.0));
     let outs = if chosen.len() <= FEW { PARTS } else { 1 };
     let mut found: Vec<Relation> = Vec::new();
     for out in 0..outs {
@@ -108,9 +110,8 @@ pub(super) fn larger(
         let hole = (out > 0).then_some((from, to));
         let signal = |column: &usize| {
             let own = &read.columns[*column].signal;
-            let is_out = |time: f64| {
-                data.masks[*column].iter().chain(&hole).any(|it| it.0 <= time && time <= it.1)
-            };
+            let is_out =
+                |time: f64| data.masks[*column].iter().chain(&hole).any(|it| it.0 <= time && time <= it.1);
             let every = own.points.len().div_ceil(MOST_VALUES).max(1);
             let points = own.points.iter().step_by(every).filter(|it| !is_out(it.0)).copied().collect();
             Signal { name: own.name.clone(), unit: own.unit.clone(), points }

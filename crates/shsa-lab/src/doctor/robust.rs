@@ -38,7 +38,8 @@ pub(super) fn fit(columns: &[Vec<f64>], target: &[f64], is_used: &dyn Fn(usize) 
     }
     let few: Vec<usize> = rows.iter().copied().step_by(rows.len().div_ceil(FEW).max(1)).collect();
     let of_few = |of: &[f64]| few.iter().map(|row| of[*row]).collect::<Vec<f64>>();
-    let (some, own): (Vec<Vec<f64>>, Vec<f64>) = (columns.iter().map(|it| of_few(it)).collect(), of_few(target));
+    let (some, own): (Vec<Vec<f64>>, Vec<f64>) =
+        (columns.iter().map(|it| of_few(it)).collect(), of_few(target));
     let all: Vec<usize> = (0..few.len()).collect();
     let starts = std::iter::once(all.as_slice()).chain(all.chunks(few.len().div_ceil(PARTS).max(1)));
     let from = |start: &[usize]| {
@@ -47,7 +48,11 @@ pub(super) fn fit(columns: &[Vec<f64>], target: &[f64], is_used: &dyn Fn(usize) 
         concentrated(&some, &own, &all, numbers)
     };
     let best = starts.filter_map(from).min_by(|one, other| one.scale.total_cmp(&other.scale))?;
-    if few.len() == rows.len() && few.len() == target.len() { Some(best) } else { concentrated(columns, target, &rows, best.numbers) }
+    if few.len() == rows.len() && few.len() == target.len() {
+        Some(best)
+    } else {
+        concentrated(columns, target, &rows, best.numbers)
+    }
 }
 
 /// The scale of [`fit`] from one start in few steps, for comparisons of forms; infinite where there is none.
@@ -69,7 +74,9 @@ fn concentrated(columns: &[Vec<f64>], target: &[f64], rows: &[usize], mut number
             return Some(Fit { numbers, scale: inner_deviation(target) });
         }
         numbers = solve(columns, target, |row| kept[row])?;
-        let now = inner_deviation(&rows.iter().map(|row| self::left(columns, target, &numbers, *row)).collect::<Vec<_>>());
+        let now = inner_deviation(
+            &rows.iter().map(|row| self::left(columns, target, &numbers, *row)).collect::<Vec<_>>(),
+        );
         if now >= 0.995 * scale {
             scale = scale.min(now);
             break;
@@ -116,8 +123,9 @@ mod tests {
         let x: Vec<f64> = (0..500).map(|at| (f64::from(at) * 0.05).sin()).collect();
         let noise = |at: usize| 0.01 * ((at * 7_919 % 101) as f64 / 50.0 - 1.0);
         let value = |at: usize| 3.0 * x[at] + 2.0 + noise(at);
-        let target: Vec<f64> =
-            (0..500).map(|at| if (300..400).contains(&at) { 1_000.0 * value(at) } else { value(at) }).collect();
+        let target: Vec<f64> = (0..500)
+            .map(|at| if (300..400).contains(&at) { 1_000.0 * value(at) } else { value(at) })
+            .collect();
         let found = fit(&[x.clone(), vec![1.0; 500]], &target, &|_| true).unwrap();
         assert!((found.numbers[0] - 3.0).abs() < 0.01 && (found.numbers[1] - 2.0).abs() < 0.01, "{found:?}");
         assert!(found.scale < 0.02, "{found:?}");

@@ -57,14 +57,22 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
             let ends = [*at, at + length - 1].map(|row| joints.partition_point(|it| *it <= check.times[row]));
             ends[0] == ends[1]
         };
-        let starts: Vec<usize> = if joints.is_empty() { starts } else { starts.into_iter().filter(is_whole).collect() };
-        let windows = |of: &dyn Fn(usize) -> f64| Windows { beside: &beside, length, starts: &starts, values: starts.iter().map(|it| of(*it)).collect() };
+        let starts: Vec<usize> =
+            if joints.is_empty() { starts } else { starts.into_iter().filter(is_whole).collect() };
+        let windows = |of: &dyn Fn(usize) -> f64| Windows {
+            beside: &beside,
+            length,
+            starts: &starts,
+            values: starts.iter().map(|it| of(*it)).collect(),
+        };
         let square = windows(&|at| (sums.squares(at..at + length) / length as f64).sqrt());
         found.extend(square.outside());
         found.extend(windows(&|at| sums.values(at..at + length).abs() / length as f64).outside());
         length *= 2;
     }
-    found.sort_by(|one, other| other.strength.total_cmp(&one.strength).then(one.rows.start.cmp(&other.rows.start)));
+    found.sort_by(|one, other| {
+        other.strength.total_cmp(&one.strength).then(one.rows.start.cmp(&other.rows.start))
+    });
     let mut kept: Vec<Stretch> = Vec::new();
     for one in found {
         let one = Stretch { rows: sums.ends(&beside, &one.rows), ..one };
@@ -106,7 +114,12 @@ impl Sums {
     fn of(values: &[f64]) -> Sums {
         let sums = |of: &dyn Fn(f64) -> f64| {
             let mut sum = 0.0;
-            std::iter::once(0.0).chain(values.iter().map(|it| { sum += of(*it); sum })).collect()
+            std::iter::once(0.0)
+                .chain(values.iter().map(|it| {
+                    sum += of(*it);
+                    sum
+                }))
+                .collect()
         };
         Sums { values: sums(&|it| it), squares: sums(&|it| it * it) }
     }
@@ -129,11 +142,11 @@ impl Sums {
         let (from, to) = (near.start.saturating_sub(near.len()), (near.end + near.len()).min(values.len()));
         let (mut best, mut best_sum) = (near.clone(), 0.0);
         let (mut start, mut sum) = (from, 0.0_f64);
-        for row in from..to {
+        for (row, value) in values.iter().enumerate().take(to).skip(from) {
             if sum <= 0.0 {
                 (start, sum) = (row, 0.0);
             }
-            sum += values[row].powi(2) - middle;
+            sum += value.powi(2) - middle;
             if sum > best_sum {
                 (best, best_sum) = (start..row + 1, sum);
             }
@@ -179,7 +192,11 @@ impl Windows<'_> {
             }
             let correlated = correlated(self.beside, peaks.iter().map(|it| &it.1));
             let independent = (1.0 - out) * count as f64 / self.length.max(2 * correlated) as f64;
-            let Some(needed) = needed(independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE)) else { break };
+            let Some(needed) =
+                needed(independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE))
+            else {
+                break;
+            };
             if least >= needed * most {
                 let stretch = |(value, rows): (f64, Range<usize>)| Stretch {
                     rows,

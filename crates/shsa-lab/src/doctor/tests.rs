@@ -42,7 +42,9 @@ fn tally(seeds: std::ops::Range<u64>, fault: Option<Fault>) -> BTreeMap<String, 
             if !is_right {
                 let told = found.findings.iter().take(3);
                 let told: Vec<String> = told
-                    .map(|it| format!("{:?} {:?} {:.0?} {:.1}", it.signals, it.kind, it.stretches[0], it.strength))
+                    .map(|it| {
+                        format!("{:?} {:?} {:.0?} {:.1}", it.signals, it.kind, it.stretches[0], it.strength)
+                    })
                     .collect();
                 println!("{name} {seed}: {} in {:.0?}; told: {told:?}", planted.signal, planted.stretch);
             }

@@ -5,6 +5,7 @@ mod text;
 mod json;
 mod page;
 
+use serde_json::Value;
 use shsa_lab::doctor::Diagnosis;
 use shsa_lab::drafting::Columns;
 
@@ -44,6 +45,18 @@ pub struct Report<'a> {
 }
 
 impl Report<'_> {
+    /// One JSON object; `docs/json.md` lists its fields.
+    #[must_use]
+    pub fn json(&self) -> Value {
+        json::json(self)
+    }
+
+    /// The diagnosis as one page for the browser; `title` is the name of the recording.
+    #[must_use]
+    pub fn page(&self, title: &str) -> String {
+        page::page(self, title)
+    }
+
     fn name(&self, column: usize) -> &str {
         self.columns.about.get(column).map_or("", |it| it.signal.as_str())
     }

@@ -25,9 +25,11 @@ impl Report<'_> {
             lines.extend(self.evidence(finding).iter().map(|it| style.wrapped(it, 3)));
         }
         let diagnosis = self.diagnosis;
-        let groups = diagnosis.groups.iter().map(|it| format!("measure the same: {}", self.names(it).join(", ")));
+        let groups =
+            diagnosis.groups.iter().map(|it| format!("measure the same: {}", self.names(it).join(", ")));
         list(&mut lines, style, "Found out", groups.chain(self.relations()).collect());
-        let unchecked = diagnosis.unchecked.iter().map(|(column, why)| format!("{}: {why}", self.name(*column)));
+        let unchecked =
+            diagnosis.unchecked.iter().map(|(column, why)| format!("{}: {why}", self.name(*column)));
         list(&mut lines, style, "Not checked by anything here", unchecked.collect());
         list(&mut lines, style, "What one sensor more would bring", self.more());
         lines.join("\n")
@@ -54,7 +56,12 @@ impl Report<'_> {
         let is_in_group = |columns: &[usize]| {
             self.diagnosis.groups.iter().any(|group| columns.iter().all(|it| group.contains(it)))
         };
-        self.diagnosis.relations.iter().filter(|it| !is_in_group(&it.columns)).map(|it| self.relation(it)).collect()
+        self.diagnosis
+            .relations
+            .iter()
+            .filter(|it| !is_in_group(&it.columns))
+            .map(|it| self.relation(it))
+            .collect()
     }
 }
 

@@ -104,12 +104,22 @@ impl Report<'_> {
 
     fn witness(&self, witness: &Witness) -> String {
         let unit = self.unit(witness.target);
-        format!("{} is off by {}{unit}, else by {}{unit}", witness.formula, number(witness.off), number(witness.usual))
+        format!(
+            "{} is off by {}{unit}, else by {}{unit}",
+            witness.formula,
+            number(witness.off),
+            number(witness.usual)
+        )
     }
 
     /// A relation with its error.
     pub(super) fn relation(&self, known: &Known) -> String {
-        format!("{}   within {} ({} % of its spread)", known.formula, number(known.deviation), number(100.0 * known.share))
+        format!(
+            "{}   within {} ({} % of its spread)",
+            known.formula,
+            number(known.deviation),
+            number(100.0 * known.share)
+        )
     }
 
     /// What one sensor more would bring.
@@ -117,7 +127,8 @@ impl Report<'_> {
         let open = &self.diagnosis.open;
         let pair = |(one, other): &(usize, usize)| format!("{} and {}", self.name(*one), self.name(*other));
         let pairs: Vec<String> = open.iter().take(4).map(pair).collect();
-        let more = if open.len() > 4 { format!(", and {} more pairs", open.len() - 4) } else { String::new() };
+        let more =
+            if open.len() > 4 { format!(", and {} more pairs", open.len() - 4) } else { String::new() };
         let mut lines = Vec::new();
         if !pairs.is_empty() {
             lines.push(format!(
@@ -127,7 +138,10 @@ impl Report<'_> {
         }
         let lonely: Vec<&str> = self.alone().into_iter().take(4).collect();
         if !lonely.is_empty() {
-            lines.push(format!("A second one would show that anything is wrong at all: {}.", lonely.join(", ")));
+            lines.push(format!(
+                "A second one would show that anything is wrong at all: {}.",
+                lonely.join(", ")
+            ));
         }
         lines
     }
@@ -143,7 +157,8 @@ impl Report<'_> {
 pub(super) fn clock(seconds: f64) -> String {
     let sign = if seconds < -0.05 { "-" } else { "" };
     let seconds = seconds.abs();
-    let (days, hours, minutes) = ((seconds / 86_400.0).floor(), (seconds / 3_600.0).floor(), (seconds / 60.0).floor());
+    let (days, hours, minutes) =
+        ((seconds / 86_400.0).floor(), (seconds / 3_600.0).floor(), (seconds / 60.0).floor());
     let text = match seconds {
         it if it < 1.0 => format!("{} s", number(it)),
         it if it < 60.0 => format!("{} s", tenths(it)),

@@ -5,7 +5,8 @@ use std::fmt::Write;
 
 /// Four thermometers of a hall for half an hour, of which the second one reads so much too much for two minutes; a door, and a text.
 pub(crate) fn hall(wrong: Option<f64>) -> String {
-    let mut text = "t [s],hall_1 [degC],hall_2 [degC],hall_3 [degC],hall_4 [degC],outside [degC],door,note\n".to_owned();
+    let mut text =
+        "t [s],hall_1 [degC],hall_2 [degC],hall_3 [degC],hall_4 [degC],outside [degC],door,note\n".to_owned();
     let mut state = 1_u64;
     let mut noise = || {
         state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
@@ -17,8 +18,10 @@ pub(crate) fn hall(wrong: Option<f64>) -> String {
         let truth = 20.0 + 2.0 * (0.013 * time).sin() + (0.0041 * time).cos();
         outside += 0.02 * noise();
         let by = wrong.filter(|_| (900..1_020).contains(&row)).unwrap_or(0.0);
-        let read: Vec<String> =
-            [0.1, -0.2 + by, 0.0, 0.3].iter().map(|offset| format!("{:.2}", truth + offset + 0.1 * noise())).collect();
+        let read: Vec<String> = [0.1, -0.2 + by, 0.0, 0.3]
+            .iter()
+            .map(|offset| format!("{:.2}", truth + offset + 0.1 * noise()))
+            .collect();
         writeln!(text, "{time},{},{outside:.2},{},x", read.join(","), row / 300 % 2).unwrap();
     }
     text
@@ -49,16 +52,32 @@ fn odd_recordings_are_told_or_refused() {
     let folder = Folder::with(&[
         ("one.csv", b"t,a\n0,1\n".as_slice()),
         ("constant.csv", rows("1,2,3\n", 1).as_bytes()),
-        ("missing.csv", format!("t,a,b\n{}", (0..200).map(|at| format!("{at},nan,inf\n")).collect::<String>()).as_bytes()),
+        (
+            "missing.csv",
+            format!("t,a,b\n{}", (0..200).map(|at| format!("{at},nan,inf\n")).collect::<String>()).as_bytes(),
+        ),
         ("texts.csv", b"t,a\n0,x\n1,y\n2,z\n"),
-        ("back.csv", format!("t,a,b\n{}", (0..300).map(|at| format!("{},{},{}\n", at % 100, at * 7 % 13, at * 7 % 13 + 1)).collect::<String>()).as_bytes()),
+        (
+            "back.csv",
+            format!(
+                "t,a,b\n{}",
+                (0..300)
+                    .map(|at| format!("{},{},{}\n", at % 100, at * 7 % 13, at * 7 % 13 + 1))
+                    .collect::<String>()
+            )
+            .as_bytes(),
+        ),
     ]);
     for (name, statuses) in
         [("one", [0, 2]), ("constant", [0, 2]), ("missing", [0, 2]), ("texts", [0, 2]), ("back", [0, 1])]
     {
         let ended = folder.command(&format!("doctor {name}.csv")).output().unwrap();
         let told = String::from_utf8_lossy(&ended.stderr).into_owned();
-        assert!(ended.status.code().is_some_and(|it| statuses.contains(&it)), "{name}: {:?} {told}", ended.status);
+        assert!(
+            ended.status.code().is_some_and(|it| statuses.contains(&it)),
+            "{name}: {:?} {told}",
+            ended.status
+        );
         assert!(!told.contains("defect") && !told.contains("panic"), "{name}: {told}");
     }
     folder.refuses("doctor none.csv", &["none.csv"]);

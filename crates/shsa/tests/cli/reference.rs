@@ -123,7 +123,10 @@ fn fields_of_what_is_found_out_from_recordings() {
     let serving = objects(&folder, "learn power.csv --model need.yaml --for power");
     check("learn", &[learned, objects(&folder, "learn power.csv"), serving].concat());
     folder.write("hall.csv", doctor::hall(Some(2.0)));
-    check("doctor", &[objects(&folder, "doctor hall.csv"), objects(&folder, "doctor PROJECT/examples/tuesday")].concat());
+    check(
+        "doctor",
+        &[objects(&folder, "doctor hall.csv"), objects(&folder, "doctor PROJECT/examples/tuesday")].concat(),
+    );
     let campaign = format!("campaign {car} --kinds bias --signals /gnss/speed --onsets 1 --json");
     let project = concat!(env!("CARGO_MANIFEST_DIR"), "/../..");
     let printed = |arguments: &str| -> Value {

@@ -61,7 +61,12 @@ impl World {
         let count = (self.lasts_s / step) as usize + 200;
         let walks = self.chance.share();
         let waves: Vec<(f64, f64)> = (0..3)
-            .map(|_| (self.lasts_s / (3.0 + 60.0 * self.chance.share()), std::f64::consts::TAU * self.chance.share()))
+            .map(|_| {
+                (
+                    self.lasts_s / (3.0 + 60.0 * self.chance.share()),
+                    std::f64::consts::TAU * self.chance.share(),
+                )
+            })
             .collect();
         let relax = (20.0 + 200.0 * self.chance.share()) * self.period_s;
         let (mut walk, mut smooth) = (0.0, 0.0);
@@ -70,7 +75,10 @@ impl World {
                 let time = at as f64 * step;
                 walk += -walk * step / relax + (2.0 * step / relax).sqrt() * self.chance.normal();
                 smooth += (walk - smooth) * (step / (3.0 * self.period_s));
-                let wave: f64 = waves.iter().map(|(period, phase)| (std::f64::consts::TAU * time / period + phase).sin()).sum();
+                let wave: f64 = waves
+                    .iter()
+                    .map(|(period, phase)| (std::f64::consts::TAU * time / period + phase).sin())
+                    .sum();
                 walks * smooth + (1.0 - walks) * 0.8 * wave
             })
             .collect()
@@ -98,7 +106,10 @@ impl World {
             .map(|at| {
                 let time = at as f64 * self.period_s + phase;
                 let place = ((time - late) / step).max(0.0) as usize;
-                let value = level + offset + size * slowed[place.min(slowed.len() - 1)] + noise * self.chance.normal();
+                let value = level
+                    + offset
+                    + size * slowed[place.min(slowed.len() - 1)]
+                    + noise * self.chance.normal();
                 (time, if rounded > 0.0 { (value / rounded).round() * rounded } else { value })
             })
             .collect()
@@ -175,11 +186,15 @@ fn plant(
     let middle = median(inside.iter().map(|it| it.abs()));
     let paces = sorted(sound.windows(2).map(|it| ((it[1].1 - it[0].1) / (it[1].0 - it[0].0)).abs()));
     let _ = &paces;
-    let width = quantile(&sorted(inside.iter().copied()), 0.9)? - quantile(&sorted(inside.iter().copied()), 0.1)?;
+    let width =
+        quantile(&sorted(inside.iter().copied()), 0.9)? - quantile(&sorted(inside.iter().copied()), 0.1)?;
     // The delay at which nearly all differences are below, and some above twice what is hidden.
     let delays = (1..200).map(|it| f64::from(it) * (to - from) / 400.0);
     let size_of = |delay: &f64| {
-        let offs = sound.iter().filter(|it| from <= it.0 && it.0 <= to).filter_map(|it| Some((it.1 - curve.read(it.0 - delay)?.0).abs()));
+        let offs = sound
+            .iter()
+            .filter(|it| from <= it.0 && it.0 <= to)
+            .filter_map(|it| Some((it.1 - curve.read(it.0 - delay)?.0).abs()));
         quantile(&sorted(offs), 0.9).unwrap_or(0.0)
     };
     let delay = delays.into_iter().find(|it| size_of(it) > 2.0 * hidden);
@@ -209,7 +224,9 @@ fn plant(
         };
     }
     if let (Some(other), true) = (other, fault == Fault::Swapped) {
-        for (place, point) in series[other].1.iter_mut().enumerate().filter(|it| from <= it.1.0 && it.1.0 <= to) {
+        for (place, point) in
+            series[other].1.iter_mut().enumerate().filter(|it| from <= it.1.0 && it.1.0 <= to)
+        {
             point.1 = sound.get(place).map_or(point.1, |it| it.1);
         }
     }
