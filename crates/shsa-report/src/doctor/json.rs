@@ -17,10 +17,10 @@ pub(super) fn json(report: &Report<'_>) -> Value {
     json!({
         "signals": report.columns.columns.len(),
         "findings": diagnosis.findings.iter().map(|it| of_finding(report, it)).collect::<Vec<_>>(),
-        "groups": diagnosis.groups.iter().map(|it| report.names(it)).collect::<Vec<_>>(),
+        "groups": diagnosis.groups.iter().map(|it| json!({ "signals": report.names(it) })).collect::<Vec<_>>(),
         "relations": relations.collect::<Vec<_>>(),
         "unchecked": unchecked.collect::<Vec<_>>(),
-        "open": diagnosis.open.iter().map(|(one, other)| report.names(&[*one, *other])).collect::<Vec<_>>(),
+        "open": diagnosis.open.iter().map(|(one, other)| json!({ "signals": report.names(&[*one, *other]) })).collect::<Vec<_>>(),
     })
 }
 
