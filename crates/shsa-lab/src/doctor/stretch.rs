@@ -190,10 +190,11 @@ impl Windows<'_> {
             if least < LEAST_FACTOR * most {
                 continue;
             }
+            let windows = (1.0 - out) * count as f64 / self.length as f64;
             let correlated = correlated(self.beside, peaks.iter().map(|it| &it.1));
             let independent = (1.0 - out) * count as f64 / self.length.max(2 * correlated) as f64;
             let Some(needed) =
-                needed(independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE))
+                needed(windows, independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE))
             else {
                 break;
             };
@@ -236,8 +237,10 @@ impl Windows<'_> {
     }
 }
 
-/// How many times as large as the largest window of the rest a stretch must be; `None` where nothing would be enough.
-fn needed(independent: f64, tail: f64) -> Option<f64> {
-    let of_few = LEAST_FACTOR * (MANY / independent).sqrt().max(1.0);
-    (independent >= FEWEST).then(|| of_few.max(tail.powf(OF_TAIL)))
+/// How many times as large as the largest window of the rest a stretch must be; `None` where nothing would be enough. The rest has
+/// so many windows, of which so many are independent: a residual that wanders has few, and must be left far behind.
+fn needed(windows: f64, independent: f64, tail: f64) -> Option<f64> {
+    let missing = (MANY / independent).max(1.0);
+    let of_few = LEAST_FACTOR * if independent >= FEWEST { missing.sqrt() } else { missing };
+    (windows >= FEWEST && independent >= 1.0).then(|| of_few.max(tail.powf(OF_TAIL)))
 }
