@@ -97,6 +97,8 @@ pub(super) struct Check {
     pub(super) scale: f64,
     /// The scale as a share of the target's spread.
     pub(super) share: f64,
+    /// Whether it compares two signals of one kind by their names.
+    pub(super) is_one_kind: bool,
 }
 
 /// The window over which a form looks back, in seconds.
@@ -195,8 +197,17 @@ impl Check {
         relation.numbers = fit.numbers;
         let share = fit.scale / spread(&rows.target);
         let Rows { times, target, .. } = rows;
-        let mut check =
-            Check { relation, times, target, predicted, usual: Vec::new(), scale: fit.scale, share };
+        let mut check = Check {
+            relation,
+            times,
+            target,
+            predicted,
+            usual: Vec::new(),
+            scale: fit.scale,
+            share,
+            is_one_kind: false,
+        };
+        check.is_one_kind = is_one_kind(data, &check.relation);
         if !check.holds(data) {
             return None;
         }
@@ -215,7 +226,7 @@ impl Check {
     }
 
     fn holds(&self, data: &Data) -> bool {
-        let most = self.most_share(data);
+        let most = self.most_share();
         if !(self.share <= most && self.share.is_finite()) {
             return false;
         }
@@ -230,12 +241,10 @@ impl Check {
     }
 
     /// The largest share of the target's spread that it may leave: the less a form says, the less it may leave.
-    fn most_share(&self, data: &Data) -> f64 {
-        let Relation { target, inputs, shape, numbers, .. } = &self.relation;
-        let [own, other] = [*target, inputs[0]].map(|it| data.kinds[it].as_str());
-        let is_one_kind = own == other && own.chars().filter(|it| it.is_alphabetic()).count() > 2;
+    fn most_share(&self) -> f64 {
+        let Relation { shape, numbers, .. } = &self.relation;
         match (shape, &numbers[..]) {
-            _ if is_one_kind && inputs.len() == 1 => FAIR,
+            _ if self.is_one_kind => FAIR,
             (Shape::Equal { .. }, _) => LITTLE,
             (Shape::Line { .. }, [factor, _]) if (factor - 1.0).abs() < ONE => LITTLE,
             (Shape::Line { .. }, [_, offset]) if offset.abs() < 3.0 * self.scale => OF_FACTOR,
@@ -316,6 +325,12 @@ impl Check {
             .collect();
         (seen.len() >= LEAST_PARTS).then(|| median(seen.into_iter()))
     }
+}
+
+/// Whether a relation compares two signals of one kind by their names.
+fn is_one_kind(data: &Data, relation: &Relation) -> bool {
+    let [own, other] = [relation.target, relation.inputs[0]].map(|it| data.kinds[it].as_str());
+    relation.inputs.len() == 1 && own == other && own.chars().filter(|it| it.is_alphabetic()).count() > 2
 }
 
 /// Whether the factors of a relation can be those of one: a rate in matching units has the factor 1 or -1; of three and more terms, all

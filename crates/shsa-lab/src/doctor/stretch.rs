@@ -61,6 +61,7 @@ pub(super) fn of(check: &Check, joints: &[f64]) -> Vec<Stretch> {
             if joints.is_empty() { starts } else { starts.into_iter().filter(is_whole).collect() };
         let windows = |of: &dyn Fn(usize) -> f64| Windows {
             beside: &beside,
+            fewest: if check.is_one_kind { 1.0 } else { FEWEST },
             length,
             starts: &starts,
             values: starts.iter().map(|it| of(*it)).collect(),
@@ -159,6 +160,8 @@ impl Sums {
 struct Windows<'a> {
     /// What all rows leave, beside what is usual.
     beside: &'a [f64],
+    /// The fewest independent windows of the rest: fewer for signals of one kind than for what only follows a curve.
+    fewest: f64,
     length: usize,
     /// Where they start.
     starts: &'a [usize],
@@ -193,9 +196,12 @@ impl Windows<'_> {
             let windows = (1.0 - out) * count as f64 / self.length as f64;
             let correlated = correlated(self.beside, peaks.iter().map(|it| &it.1));
             let independent = (1.0 - out) * count as f64 / self.length.max(2 * correlated) as f64;
-            let Some(needed) =
-                needed(windows, independent, most / median(rest.iter().copied()).max(f64::MIN_POSITIVE))
-            else {
+            let Some(needed) = needed(
+                windows,
+                independent,
+                self.fewest,
+                most / median(rest.iter().copied()).max(f64::MIN_POSITIVE),
+            ) else {
                 break;
             };
             if least >= needed * most {
@@ -239,8 +245,8 @@ impl Windows<'_> {
 
 /// How many times as large as the largest window of the rest a stretch must be; `None` where nothing would be enough. The rest has
 /// so many windows, of which so many are independent: a residual that wanders has few, and must be left far behind.
-fn needed(windows: f64, independent: f64, tail: f64) -> Option<f64> {
+fn needed(windows: f64, independent: f64, fewest: f64, tail: f64) -> Option<f64> {
     let missing = (MANY / independent).max(1.0);
     let of_few = LEAST_FACTOR * if independent >= FEWEST { missing.sqrt() } else { missing };
-    (windows >= FEWEST && independent >= 1.0).then(|| of_few.max(tail.powf(OF_TAIL)))
+    (windows >= FEWEST && independent >= fewest).then(|| of_few.max(tail.powf(OF_TAIL)))
 }
