@@ -32,7 +32,7 @@ use shsa_lab::drafting::Columns;
 /// let mut columns = Columns::of_series(series.collect());
 /// let diagnosis = examine(&mut columns, "hall", &())?;
 /// let report = Report { columns: &columns, diagnosis: &diagnosis };
-/// assert!(report.text(Style::PLAIN).contains("temperature_1 reads 2"), "{}", report.text(Style::PLAIN));
+/// assert!(report.text(Style::PLAIN).contains("temperature_1 reads 1.98 too much"));
 /// assert_eq!(report.json()["findings"][0]["signals"][0], "temperature_1");
 /// # Ok::<(), shsa_lab::LabError>(())
 /// ```

@@ -2,7 +2,7 @@
 
 use super::super::number::Number;
 use super::super::operation::{Binary, Constant, Operation};
-use super::{History, Sample, elapsed, middle};
+use super::{History, Sample, middle};
 use crate::interval::Interval;
 use crate::time::{Span, Time, Validity};
 use core::ops::Range;
@@ -71,26 +71,29 @@ impl<N: Number> History<N> {
         if bounds.is_bounded() { N::constant(Constant { value, bounds }) } else { N::MISSING }
     }
 
-    /// The mean over the window of the lines between samples, from the last one before it on.
+    /// The mean over the window of the lines between samples, from the last one before it on. Each sample counts for half of the lines
+    /// to its neighbours.
     pub(super) fn linear_mean(&self, now: &Sample<N>, window: Span, numbers: Range<usize>) -> N {
-        let since = middle(now.at) - window;
-        // For how long the value at the begin of a line counts, and the one at its end. Of a line that begins before the window, less
-        // belongs to its begin.
-        let counts = |one: &Sample<N>, other: &Sample<N>| {
-            let (start, end) = (middle(one.at), middle(other.at));
-            let inside = (end - start.max(since)).seconds();
-            let share = if start < since { 0.5 * inside / (end - start).seconds() } else { 0.5 };
-            (share * inside, (1.0 - share) * inside)
-        };
-        let samples = self.range(numbers.start, numbers.end);
-        let next = samples.clone().skip(1).chain([now]);
-        let lines = samples.zip(next).scan(0.0, |before, (sample, next)| {
-            let (own, of_next) = counts(sample, next);
-            Some((sample.value, own + core::mem::replace(before, of_next)))
+        let (at, count) = (middle(now.at), numbers.len());
+        let since = at - window;
+        let half = |from: Time, to: Time| 0.5 * (to - from.max(since)).0 as f64;
+        let Some(first) = self.numbered(numbers.start) else { return N::MISSING };
+        let second = self.numbered(numbers.start + 1).filter(|_| count > 1).unwrap_or(now);
+        let (start, end) = (middle(first.at), middle(second.at));
+        // Of the first line, which begins before the window, less belongs to its begin.
+        let less = half(start, end) * (since - start).0.max(0) as f64 / (end - start).0 as f64;
+        let next = self.range(numbers.start + 1, numbers.end).chain([now]).map(|it| middle(it.at));
+        let samples = self.range(numbers.start, numbers.end).map(|it| it.value);
+        let lines = samples.zip(next).scan((start, -less, less), |(before, own, of_next), (value, next)| {
+            let line = half(*before, next);
+            let weight = *own + line;
+            (*before, *own, *of_next) = (next, line + *of_next, 0.0);
+            Some((value, weight))
         });
-        let newest = numbers.end.checked_sub(1).and_then(|number| self.numbered(number));
-        let last = newest.map_or(0.0, |newest| counts(newest, now).1);
-        let sum = N::weighted(lines.chain([(now.value, last)]));
-        sum.binary(Binary::Div, N::constant(elapsed(Validity::at(since), Validity::at(middle(now.at)))))
+        let newest = self.numbered(numbers.end.saturating_sub(1)).map_or(at, |newest| middle(newest.at));
+        let last = half(newest, at) + if count > 1 { 0.0 } else { less };
+        let length = window.0 as f64;
+        let length = N::constant(Constant { value: length, bounds: Interval::point(length) });
+        N::weighted(lines.chain([(now.value, last)])).binary(Binary::Div, length)
     }
 }
