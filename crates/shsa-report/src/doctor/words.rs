@@ -16,11 +16,17 @@ impl Report<'_> {
                 format!("{} and {last} are silent", names[..names.len() - 1].join(", "))
             }
             (true, [one, ..]) => format!("{one} {}", self.how(finding)),
-            (false, [one, other]) => {
-                format!("one of {one} and {other} is wrong: {one} {}", self.how(finding))
+            // In no simple way, the amount is that of the whole relation.
+            (false, [all @ .., last]) if matches!(finding.kind, Kind::Off(_)) => {
+                format!(
+                    "one of {} and {last} is wrong: together they are {}",
+                    all.join(", "),
+                    self.how(finding)
+                )
             }
-            (false, [all @ .., last]) => {
-                format!("one of {} and {last} is wrong: {}", all.join(", "), self.how(finding))
+            (false, [one, .., last]) => {
+                let but_last = names[..names.len() - 1].join(", ");
+                format!("one of {but_last} and {last} is wrong: if {one}, it {}", self.how(finding))
             }
             _ => String::new(),
         }
@@ -53,7 +59,8 @@ impl Report<'_> {
             Kind::Impossible(count, value) => {
                 format!("has {count} values far outside of all others, such as {}{unit}", number(*value))
             }
-            Kind::Off(by) => format!("they disagree by {}{unit}{of}", number(*by)),
+            Kind::Off(by) if finding.is_named() => format!("is off by {}{unit}{of}", number(*by)),
+            Kind::Off(by) => format!("off by {}{unit}{of}", number(*by)),
         }
     }
 
