@@ -66,6 +66,8 @@ typedef enum shsa_event_kind {
     SHSA_EVENT_KIND_REFUSED = 6,
     // A learned variable drifts towards an end of its range.
     SHSA_EVENT_KIND_AGEING = 7,
+    // A single reading of a signal is wrong; the signal is trusted as before.
+    SHSA_EVENT_KIND_OUTLIER = 8,
 } shsa_event_kind;
 
 // What is thought of a signal.

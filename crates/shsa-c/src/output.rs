@@ -52,6 +52,8 @@ pub enum EventKind {
     Refused = 6,
     /// A learned variable drifts towards an end of its range.
     Ageing = 7,
+    /// A single reading of a signal is wrong; the signal is trusted as before.
+    Outlier = 8,
 }
 
 /// The bounds between which a number lies.
@@ -233,5 +235,6 @@ fn kind(kind: engine::EventKind) -> EventKind {
         engine::EventKind::Unhealable => EventKind::Unhealable,
         engine::EventKind::Refused => EventKind::Refused,
         engine::EventKind::Ageing => EventKind::Ageing,
+        engine::EventKind::Outlier => EventKind::Outlier,
     }
 }

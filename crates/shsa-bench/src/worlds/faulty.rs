@@ -173,7 +173,8 @@ impl Faulty {
         for event in run
             .events
             .iter()
-            .filter(|it| it.kind == EventKind::Failed && !is_by_rule(&self.watched.world, it))
+            .filter(|it| matches!(it.kind, EventKind::Failed | EventKind::Outlier))
+            .filter(|it| !is_by_rule(&self.watched.world, it))
         {
             let signal = event.signal.map(Id::index);
             let is_sound = match signal {

@@ -190,7 +190,7 @@ fn about_event(world: &World, run: &Run, event: &Event) -> Option<Finding> {
     }
     let is_about_component = event.signal.is_some() || event.relation.is_some() || event.cause.is_some();
     let wrong = match event.kind {
-        EventKind::Failed if is_about_component => Wrong::Failed,
+        EventKind::Failed | EventKind::Outlier if is_about_component => Wrong::Failed,
         EventKind::Suspected if is_about_component => Wrong::Suspected,
         EventKind::Unhealable if !world.has_losses => Wrong::Lost,
         _ => return None,

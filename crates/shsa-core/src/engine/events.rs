@@ -18,7 +18,7 @@ use alloc::vec::Vec;
 /// How many disagreements a reason names.
 const MOST_NAMED: usize = 3;
 
-fn event(
+pub(super) fn event(
     knowledge: &KnowledgeBase,
     kind: EventKind,
     component: Component,
@@ -88,7 +88,7 @@ pub(super) fn fault(knowledge: &KnowledgeBase, signal: SignalId, fault: &Fault, 
 }
 
 /// What a signal's own readings show.
-fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Reason {
+pub(super) fn shown(knowledge: &KnowledgeBase, signal: SignalId, evidence: Evidence) -> Reason {
     let description = &knowledge.signals()[signal];
     let variable = description.variable;
     let range = |value| Range::of(knowledge, variable, value);

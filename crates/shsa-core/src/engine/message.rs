@@ -120,12 +120,14 @@ pub enum EventKind {
     /// any more; remembered state is about an element that the model does not have; or an operator has overridden a contract for
     /// a time, or that time is over.
     Refused,
+    /// A single reading of a signal is wrong; the signal is trusted as before.
+    Outlier,
 }
 
 /// How serious a decision is for whoever watches.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Severity {
-    /// All is well again.
+    /// All is well again, or was all the time.
     Info,
     /// Something may be lost, or the system gets by without it.
     Warning,
@@ -138,7 +140,7 @@ impl EventKind {
     #[must_use]
     pub fn severity(self) -> Severity {
         match self {
-            EventKind::Restored => Severity::Info,
+            EventKind::Restored | EventKind::Outlier => Severity::Info,
             EventKind::Suspected | EventKind::Substituted | EventKind::Refused | EventKind::Ageing => {
                 Severity::Warning
             }
@@ -152,6 +154,12 @@ impl EventKind {
         matches!(self, EventKind::Suspected | EventKind::Failed | EventKind::Silent)
     }
 
+    /// Whether trust, a source or the state of a need changes.
+    #[must_use]
+    pub fn is_decision(self) -> bool {
+        self != EventKind::Outlier
+    }
+
     /// The kind of this name.
     #[must_use]
     pub fn named(name: &str) -> Option<EventKind> {
@@ -159,7 +167,7 @@ impl EventKind {
     }
 
     /// Every kind.
-    pub const ALL: [EventKind; 8] = [
+    pub const ALL: [EventKind; 9] = [
         EventKind::Suspected,
         EventKind::Failed,
         EventKind::Silent,
@@ -168,6 +176,7 @@ impl EventKind {
         EventKind::Unhealable,
         EventKind::Refused,
         EventKind::Ageing,
+        EventKind::Outlier,
     ];
 
     /// The kind's name in files and on screens.
@@ -182,6 +191,7 @@ impl EventKind {
             EventKind::Unhealable => "unhealable",
             EventKind::Refused => "refused",
             EventKind::Ageing => "ageing",
+            EventKind::Outlier => "outlier",
         }
     }
 }

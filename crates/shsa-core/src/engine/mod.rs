@@ -16,6 +16,7 @@ mod provider;
 mod contracts;
 mod news;
 mod orders;
+mod outliers;
 mod reload;
 mod restore;
 mod evidence;
@@ -38,7 +39,6 @@ pub use ticks::Ticks;
 pub use what_if::WhatIf;
 
 pub use crate::order::{Order, Subject};
-
 pub use crate::residual_selection::{Isolability, WatchBudget, can_be_watched, to_watch, witnesses};
 
 use crate::computation::Task;

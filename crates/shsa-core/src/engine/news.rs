@@ -4,7 +4,7 @@ use super::message::Output;
 use super::{Engine, events};
 use crate::diagnosis::{Component, Decision};
 use crate::knowledge::SignalId;
-use crate::monitor::{Absence, Finding};
+use crate::monitor::{Absence, Finding, Shown};
 use crate::time::Time;
 use alloc::vec::Vec;
 
@@ -20,19 +20,31 @@ pub(super) struct Return {
 impl Engine {
     /// Reports signals whose own readings show a fault; returns whether anything has changed.
     pub(super) fn report_findings(&mut self, now: Time) -> bool {
-        let findings = self.monitor.detectors().findings();
-        for Finding { signal, fault } in findings {
-            let Some(fault) = fault else { continue };
-            let absence = self.monitor.timeouts().absence(*signal);
+        let mut changed = false;
+        for at in 0..self.monitor.detectors().findings().len() {
+            let Some(&Finding { signal, shown }) = self.monitor.detectors().findings().get(at) else { break };
+            let fault = match shown {
+                Shown::Fault(fault) => fault,
+                Shown::Over => {
+                    changed = true;
+                    continue;
+                }
+                Shown::Single(symptom, evidence) => {
+                    self.report_refused(signal, symptom, evidence, now);
+                    continue;
+                }
+            };
+            changed = true;
+            let absence = self.monitor.timeouts().absence(signal);
             let is_reported = matches!(absence, Some(Absence::Invalid | Absence::OutOfRange));
-            if self.judge.fail_by_detector(*signal, now) {
-                let event = events::fault(&self.knowledge, *signal, fault, now);
+            if self.judge.fail_by_detector(signal, now) {
+                let event = events::fault(&self.knowledge, signal, &fault, now);
                 self.accusations
-                    .insert(Component::Signal(*signal), events::accusation(&self.knowledge, &event));
+                    .insert(Component::Signal(signal), events::accusation(&self.knowledge, &event));
                 self.outputs.extend((!is_reported).then_some(Output::Event(event)));
             }
         }
-        !findings.is_empty()
+        changed
     }
 
     /// Reports silences, and returns after their probation; returns whether there were any.
@@ -114,6 +126,7 @@ impl Engine {
                 _ => {}
             }
         }
+        self.report_outliers(now);
         !decisions.is_empty()
     }
 }

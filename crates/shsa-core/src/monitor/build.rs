@@ -5,6 +5,7 @@ use super::index::Index;
 use super::past::{capacity, lookback, port, reach_of_inputs};
 use super::ranges::left_ranges;
 use super::support::{reads, rests_on, sized_by};
+use super::votes::Told;
 use super::way::allowed_gap;
 use super::{
     Detectors, Frozen, Monitor, Noise, Options, Residual, Timeouts, Trend, WatchedWay, WayIndex, Window,
@@ -59,6 +60,7 @@ impl Monitor {
             detectors: Detectors::new(knowledge, options.debounce),
             timeouts: Timeouts::new(knowledge),
             frozen: IdVec::filled(knowledge.signals().len(), |_| Frozen::default()),
+            outliers: IdVec::filled(knowledge.signals().len(), |_| Told::default()),
             ways,
             pairs: Vec::new(),
             consensus: Consensus::new(&[], &[], options.memory),

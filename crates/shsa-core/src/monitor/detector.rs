@@ -27,7 +27,8 @@ const DETECTED: [Symptom; 7] = [
     Symptom::Late,
 ];
 
-/// The place of [`Symptom::TooFast`] in [`DETECTED`].
+/// The places in [`DETECTED`] of the symptoms that one refused reading shows.
+const OUT_OF_RANGE: usize = 1;
 const TOO_FAST: usize = 2;
 
 /// The evidence of a reading, in numbers.
@@ -67,13 +68,24 @@ pub struct Fault {
     pub count: (u32, u32),
 }
 
-/// A fault of a signal's own readings that begins or ends.
+/// What a signal's own readings show anew.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Finding {
     /// The signal.
     pub signal: SignalId,
-    /// The fault that has begun; `None` when it is over.
-    pub fault: Option<Fault>,
+    /// What they show.
+    pub shown: Shown,
+}
+
+/// What readings show anew.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Shown {
+    /// A fault.
+    Fault(Fault),
+    /// That the fault is over.
+    Over,
+    /// A reading that was refused, and no other in the window: no fault.
+    Single(Symptom, Evidence),
 }
 
 /// The recent moments of reception of a signal: a row of bits for each symptom, the newest lowest.
@@ -179,8 +191,8 @@ impl Detectors {
         self.moments.sort_unstable_by_key(|(signal, _)| *signal);
         for (signal, moment) in self.moments.drain(..) {
             let detector = &mut self.list[signal];
-            if let Some(finding) = detector.take(&moment, now) {
-                self.findings.push(Finding { signal, fault: finding });
+            if let Some(shown) = detector.take(&moment, now) {
+                self.findings.push(Finding { signal, shown });
             }
             let port = &mut ports[signal];
             port.set_gate(detector.is_open());
@@ -260,8 +272,8 @@ impl Detector {
         }
     }
 
-    /// Evaluates a moment: returns a fault that begins (`Some(Some)`), or that a fault is over (`Some(None)`).
-    fn take(&mut self, moment: &Moment, now: Time) -> Option<Option<Fault>> {
+    /// Evaluates a moment: returns what it shows anew.
+    fn take(&mut self, moment: &Moment, now: Time) -> Option<Shown> {
         self.moment = None;
         self.count(now);
         let mut shown = moment.shown();
@@ -280,21 +292,32 @@ impl Detector {
             _ => {}
         }
         if self.fault.is_none() {
-            let fault =
-                (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))?;
+            let Some(fault) =
+                (0..DETECTED.len()).zip(shown).find_map(|(at, evidence)| self.decided(at, evidence?))
+            else {
+                return self.single(&shown);
+            };
             self.fault = Some(fault.symptom);
             let k = self.rules.get(TOO_FAST).map_or(0, |rule| rule.k);
             let jumps = self.jumps().count_ones();
             self.recurs = fault.symptom == Symptom::TooFast && jumps < k;
             self.is_early =
                 fault.symptom == Symptom::TooFast && !self.recurs && self.seen.saturating_sub(jumps) < jumps;
-            return Some(Some(fault));
+            return Some(Shown::Fault(fault));
         }
         if (self.recurs && self.singles.are_too_many(true)) || self.shows {
             return None;
         }
         (self.fault, self.recurs) = (None, false);
-        Some(None)
+        Some(Shown::Over)
+    }
+
+    /// The only refused reading in the window, where this moment shows it.
+    fn single(&self, shown: &[Option<Evidence>; DETECTED.len()]) -> Option<Shown> {
+        [OUT_OF_RANGE, TOO_FAST].into_iter().find_map(|at| {
+            let is_single = self.bits.get(at)?.count_ones() == 1;
+            is_single.then_some(Shown::Single(*DETECTED.get(at)?, (*shown.get(at)?)?))
+        })
     }
 
     /// Notes that the reading of the moment before was an outlier.

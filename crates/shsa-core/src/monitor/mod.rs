@@ -23,6 +23,7 @@ mod index;
 mod support;
 mod ranges;
 mod comparison;
+mod votes;
 pub mod thesis;
 mod past;
 mod build;
@@ -32,7 +33,7 @@ mod coverage;
 
 pub use build::{ALL_PAIRS, PARTNERS, SupportedWay, are_compared, compared};
 pub use coverage::Coverage;
-pub use detector::{Detectors, Evidence, Fault, Finding};
+pub use detector::{Detectors, Evidence, Fault, Finding, Shown};
 pub use frozen::Frozen;
 pub use inherit::Inheritance;
 pub use ranges::may_leave_range;
@@ -42,12 +43,13 @@ pub use support::{rests_on, sized_by};
 pub use symptom::Symptom;
 pub use timeouts::{Absence, Change, Timeouts};
 pub use trend::{Measured, Noise, Note, Tendency, Trend, TrendOptions, TrendRecord};
+pub use votes::{Outlier, Votes};
 pub use way::WatchedWay;
 pub use window::{Debounce, ResidualState, Window};
 
 use crate::alignment::{Acceptance, Clocks, Misdated, Port, Sample};
 use crate::computation::Settled;
-use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId, SignalSet, VariableId};
+use crate::knowledge::{IdVec, KnowledgeBase, Signal, SignalId};
 use crate::observation::Observation;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
@@ -55,6 +57,7 @@ use alloc::vec::Vec;
 use comparison::Round;
 use consensus::Consensus;
 use index::Index;
+use votes::Told;
 
 /// Settings of the comparisons; the defaults are safe.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -75,6 +78,7 @@ pub struct Monitor {
     detectors: Detectors,
     timeouts: Timeouts,
     frozen: IdVec<SignalId, Frozen>,
+    outliers: IdVec<SignalId, Told>,
     ways: Vec<WatchedWay>,
     pairs: Vec<Residual>,
     /// The record of each way.
@@ -337,30 +341,6 @@ impl Monitor {
     pub fn timeouts(&self) -> &Timeouts {
         &self.timeouts
     }
-
-    /// How many ways that rest on other signals contradict and support a value of a variable right now, without debouncing.
-    #[must_use]
-    pub fn votes(
-        &self,
-        variable: VariableId,
-        rests_on: &SignalSet,
-        sample: Sample,
-        trusted: impl Fn(&WatchedWay) -> bool,
-    ) -> Votes {
-        let mut votes = Votes::default();
-        let of_variable = self.index.of_variable(variable).iter().filter_map(|&index| self.way(index));
-        for way in of_variable.filter(|way| way.rests_on != *rests_on && trusted(way)) {
-            let value = sample.value;
-            let agrees = |(known, is_certain)| (way.in_turn(known, value).overlaps(value), is_certain);
-            match way.vote(sample.validity).map(agrees) {
-                Some((true, _)) => votes.supporting += 1,
-                Some((false, true)) => votes.contradicting += 1,
-                Some((false, false)) => votes.doubting += 1,
-                None => {}
-            }
-        }
-        votes
-    }
 }
 
 /// How the monitor has handled an observation.
@@ -372,29 +352,4 @@ pub struct Observed {
     pub repeated: bool,
     /// The signal had been absent until now.
     pub change: Option<Change>,
-}
-
-/// The votes of the other ways on a value.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub struct Votes {
-    /// Ways whose value overlaps the value.
-    pub supporting: u32,
-    /// Ways whose value does not overlap it.
-    pub contradicting: u32,
-    /// Ways whose recent values do not overlap it, while their value at that very moment is not known.
-    pub doubting: u32,
-}
-
-impl Votes {
-    /// Whether more ways contradict than support: the value must not be used.
-    #[must_use]
-    pub fn is_contradicted(self) -> bool {
-        self.contradicting > self.supporting
-    }
-
-    /// Whether more ways contradict or doubt than support: another value is preferable.
-    #[must_use]
-    pub fn is_doubted(self) -> bool {
-        self.contradicting + self.doubting > self.supporting
-    }
 }

@@ -235,6 +235,11 @@ impl Window {
         self.bits & 1 != 0
     }
 
+    /// Whether the newest comparison disagrees, no other one in the window does, and a disagreement is no chance.
+    pub(super) fn is_first(&self) -> bool {
+        self.bits == 1 && !self.recurs && self.surely == self.k
+    }
+
     /// Whether single disagreements come again and again.
     pub(super) fn recurs(&self) -> bool {
         self.recurs

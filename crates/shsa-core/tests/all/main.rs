@@ -40,6 +40,7 @@ mod anchors;
 mod watch;
 mod power;
 mod noise;
+mod outliers;
 mod trust;
 mod coverage;
 mod ranges;

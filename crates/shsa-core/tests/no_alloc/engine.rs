@@ -159,7 +159,9 @@ fn outliers_that_are_no_fault() {
     let system = models::car();
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
     handle(&mut engine, system.inputs(0, 10));
-    let cost = handle(&mut engine, shifted(system.inputs(10, 30), 1, 50, 100, 5.0));
+    let found = handle(&mut engine, shifted(system.inputs(10, 30), 1, 50, 100, 5.0));
+    assert_eq!(found.events, [EventKind::Outlier; 4], "then no more than one a minute");
+    let cost = handle(&mut engine, shifted(system.inputs(40, 15), 1, 50, 100, 5.0));
     assert_eq!((cost.allocations, cost.events), (0, vec![]));
 }
 
@@ -180,7 +182,7 @@ fn a_fault_that_is_known() {
     let mut engine = Engine::new(system.knowledge.clone(), Options::default());
     handle(&mut engine, system.inputs(0, 10));
     let found = handle(&mut engine, shifted(system.inputs(10, 10), 1, 0, 1, 5.0));
-    assert_eq!(found.events, [EventKind::Failed]);
+    assert_eq!(found.events, [EventKind::Outlier, EventKind::Failed]);
     assert!(found.allocations > 0, "a decision has words");
     let cost = handle(&mut engine, shifted(system.inputs(20, 30), 1, 0, 1, 5.0));
     assert_eq!((cost.allocations, cost.events), (0, vec![]));

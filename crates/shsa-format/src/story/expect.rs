@@ -146,13 +146,13 @@ impl Expectation {
         (met, if shown.is_empty() { "no such event".to_owned() } else { shown.join(", ") })
     }
 
-    /// Whether an event is of this kind, at any time.
+    /// Whether an event is of this kind, or a decision of any, at any time.
     fn fits(&self, event: &Event) -> bool {
         let Expectation::Events { kind, signal, variable, need, symptom, because, substitution, .. } = self
         else {
             return false;
         };
-        kind.is_none_or(|kind| kind == event.kind)
+        kind.map_or(event.kind.is_decision(), |kind| kind == event.kind)
             && signal.is_none_or(|signal| event.signal == Some(signal))
             && variable.is_none_or(|variable| event.variable == Some(variable) && event.signal.is_none())
             && need.is_none_or(|need| event.need == Some(need))

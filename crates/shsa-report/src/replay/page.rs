@@ -327,6 +327,7 @@ fn kind(kind: EventKind) -> String {
         EventKind::Substituted => "⇄",
         EventKind::Restored => "✓",
         EventKind::Ageing => "↗",
+        EventKind::Outlier => "·",
     };
     format!("<span class=\"{class}\">{sign} {}</span>", kind.name())
 }
