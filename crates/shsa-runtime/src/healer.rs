@@ -21,7 +21,9 @@ use super::wiring::{Patterns, Takeover};
 use crate::error::{Context, RuntimeError};
 use shsa_bridge::{Bridge, Clock, Inbox, Message};
 use shsa_core::diagnosis::Verdict;
-use shsa_core::engine::{self, Engine, Event, EventKind, Input, Order, Output, Publication, Subject, Ticks};
+use shsa_core::engine::{
+    self, Engine, Event, EventKind, Input, Order, Output, Publication, Snapshot, Subject, Ticks,
+};
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
@@ -170,6 +172,12 @@ impl Healer {
         }
         self.remember_all();
         Ok(())
+    }
+
+    /// Restores a part of another instance's state: what was computed without it goes nowhere.
+    pub(super) fn restore(&mut self, snapshot: Snapshot, now: Time) {
+        self.give(Input::Restore { time: now, snapshot: Box::new(snapshot) });
+        self.withheld.iter_mut().for_each(|value| *value = None);
     }
 
     pub(super) fn name(&self) -> &str {

@@ -16,6 +16,7 @@ use crate::options::{Model, Options};
 use crate::ownership::Ownership;
 use crate::session::{Questions, Reported, Session};
 use crate::shared_session::SharedSession;
+use crate::shared_verdicts::SharedVerdicts;
 use shsa_bridge::Bridge;
 use shsa_core::time::{Span, Time};
 use std::net::SocketAddr;
@@ -92,6 +93,7 @@ impl Runtime {
         inbox.attend()?;
         // Other instances are looked up before any input is subscribed to: the first value would make this instance take a need
         // that another one serves.
+        let shared_verdicts = SharedVerdicts::new(&name, bridge.as_ref())?;
         let ownership = Ownership::new(&name, bridge.as_ref())?;
         let output_options = OutputOptions { form, wiring };
         let healer = |model: Model| Healer::new(model, engine, output_options.clone(), bridge.as_mut());
@@ -131,6 +133,7 @@ impl Runtime {
             until: None,
             rests_until: Time::MIN,
             ownership,
+            shared_verdicts,
             federation,
             neighbours,
             connection: Connection::default(),

@@ -18,6 +18,7 @@ use crate::healer::{Effect, Healer, Served};
 use crate::neighbours::Neighbours;
 use crate::ownership::{Handover, Ownership};
 use crate::runtime::Ending;
+use crate::shared_verdicts::SharedVerdicts;
 use crate::wiring::Note;
 use shsa_bridge::{Bridge, Clock, Message, Quality};
 use shsa_core::time::Time;
@@ -47,6 +48,8 @@ pub(super) struct Session {
     pub(super) rests_until: Time,
     /// The owners of the needs; `None` where the bus does not list instances; then this instance owns all needs.
     pub(super) ownership: Option<Ownership>,
+    /// The verdicts of other instances; `None` where the bus does not list them.
+    pub(super) shared_verdicts: Option<SharedVerdicts>,
     /// The parts of other instances; `None` where none are joined.
     pub(super) federation: Option<Federation>,
     /// The other instances; `None` where the bus does not list them.
@@ -73,6 +76,7 @@ impl Session {
         self.answer()?;
         self.healers.iter_mut().for_each(Healer::remember);
         let now = self.now();
+        self.tell();
         self.share(now);
         self.take_over(now);
         self.join(now)?;
@@ -88,6 +92,7 @@ impl Session {
     /// As [`Session::turn`].
     pub(super) fn heed(&mut self) -> Result<(), RuntimeError> {
         self.follow_clock();
+        self.listen();
         self.receive()?;
         self.pass()?;
         self.bridge.flush();
@@ -163,7 +168,9 @@ impl Session {
     /// Publishes the values of the healers, saves their decisions and reports them, in this order: a value does not wait for its
     /// report.
     fn deliver(&mut self) -> Result<(), RuntimeError> {
-        let Session { bridge, healers, log, explained, figures, ownership, reported, .. } = self;
+        let Session {
+            bridge, healers, log, explained, figures, ownership, shared_verdicts, reported, ..
+        } = self;
         let mut entries = Vec::new();
         for (at, healer) in healers.iter_mut().enumerate() {
             while let Some(effect) = healer.poll(bridge.as_mut())? {
@@ -171,6 +178,7 @@ impl Session {
                     Effect::Decided(event) => {
                         figures.decided(event.kind);
                         reported.doubt = Time::MIN;
+                        shared_verdicts.iter_mut().for_each(|shared| shared.is_due = true);
                         entries.push((log.entry(healer.reported_model(), &event), at, event));
                     }
                     Effect::Noted(kind, because) => {
@@ -229,6 +237,23 @@ impl Session {
             for (name, error) in healer.send_again(now, is_ours, bridge.as_mut()) {
                 log.undelivered(&name, &error, bridge.as_mut());
             }
+        }
+    }
+
+    /// Takes in what other instances have found, before values that are judged by it.
+    fn listen(&mut self) {
+        let now = self.now();
+        let Session { shared_verdicts: Some(shared), healers, bridge, log, .. } = self else { return };
+        for note in shared.listen(healers, now) {
+            log.noted(now, "accused", &note, bridge.as_mut());
+        }
+    }
+
+    /// Tells other instances whom this one accuses.
+    fn tell(&mut self) {
+        let Session { shared_verdicts: Some(shared), healers, bridge, log, .. } = self else { return };
+        if let Err(error) = shared.tell(healers, bridge.as_ref()) {
+            log.undelivered("shsa/accused", &error, bridge.as_mut());
         }
     }
 

@@ -156,6 +156,8 @@ reasons! {
     "described-anew" DescribedAnew;
     /// The comparisons that accused the component are gone with the changed model.
     "comparisons-gone" ComparisonsGone;
+    /// Another instance has accused the component, of which there is no evidence here.
+    "found-elsewhere" FoundElsewhere { instance: String = "The other instance." };
     // Why a source of a need is replaced.
     /// The source served the need before the restart and must not be used now.
     "served-before" ServedBefore { source: String = "The source." };

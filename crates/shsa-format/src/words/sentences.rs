@@ -83,6 +83,7 @@ pub(super) const SENTENCES: &[(&str, &str)] = &[
     ("cleared-with", "cleared with {cause} by order of the operator: the evidence against it is forgotten"),
     ("described-anew", "the changed model describes it anew"),
     ("comparisons-gone", "the comparisons with it are gone with the changed model"),
+    ("found-elsewhere", "{instance} has found it so; there is no evidence here yet"),
     // Why a source of a need is left.
     ("served-before", "{source} served it before the restart and must not be used now"),
     ("left", "{source} is left"),

@@ -1,5 +1,5 @@
 //! An instance is started beside one that serves, over MQTT and over Zenoh; then the serving one is killed, then the last one
-//! ended.
+//! ended. And one is started while only the sensor that lies is left.
 
 use crate::broker::Broker;
 use crate::plant::{Plant, Seen};
@@ -73,6 +73,58 @@ fn a_newcomer(python: &Path, bus: &str, port: u16) -> (Running, Plant) {
     assert!(seen.iter().all(|seen| seen.is_substitute() && seen.error() < 1.5), "{seen:?}");
     assert!(longest_hole(&seen) < MAX_AGE, "{}: {seen:?}", longest_hole(&seen));
     (first, plant)
+}
+
+/// A spare is started while only the wheel that lies is left: it knows from the other instance that the wheel lies.
+fn a_spare_without_witnesses(python: &Path, bus: &str, port: u16) {
+    let folder = Folder::new();
+    let (model, address) = (model(&folder), format!("{bus}://127.0.0.1:{port}"));
+    let start = |name: &str| Running::start([&*model, "--bus", &address, "--name", name]);
+    let first = start("first");
+    let mut plant = Plant::start(python, bus, port, &WHEELS);
+    settle(&first, &mut plant);
+    plant.fault("wheel_1", "bias", 6.0);
+    assert_eq!(first.decision("failed")["signal"], "wheel_1");
+    for witness in &WHEELS[1..] {
+        plant.fault(witness, "stop", 0.0);
+        first.decision("silent");
+    }
+
+    let started = plant.now();
+    let second = start("second");
+    let accused = second.decision("accused");
+    assert_eq!(accused["because"], "wheel_1 is failed by the evidence of first; there is none here yet");
+    second.until("it hears the wheel", |state| {
+        state["models"]["chaos"]["signals"]["wheel_1"]["accepted"].as_u64() > Some(100)
+    });
+    assert_eq!(verdict(&second.get("/state").1, "wheel_1"), "failed");
+    let trusted = |seen: &Seen| seen.is_good() || seen.is_substitute();
+    let wrong: Vec<Seen> = since(&mut plant, started).into_iter().filter(trusted).collect();
+    assert!(wrong.is_empty(), "{wrong:?}");
+
+    // The accusation ends by evidence, as one of its own does.
+    let repaired = WHEELS.map(|wheel| plant.fault(wheel, "none", 0.0))[2];
+    plant.first(repaired, "a right value", |seen| trusted(seen) && seen.error() < 1.5);
+    second.until("the wheel is trusted again", |state| verdict(state, "wheel_1") == "healthy");
+    first.stop();
+    second.stop();
+}
+
+#[test]
+fn a_spare_knows_who_lies_without_witnesses_over_zenoh() {
+    let Some(python) = real::python() else { return };
+    let _turn = beside_others();
+    let port = free_port();
+    let _router = router(&python, &json!({ "listen/endpoints": [format!("tcp/127.0.0.1:{port}")] }));
+    a_spare_without_witnesses(&python, "zenoh", port);
+}
+
+#[test]
+fn a_spare_knows_who_lies_without_witnesses_over_mqtt() {
+    let Some(python) = real::python() else { return };
+    let _turn = beside_others();
+    let broker = Broker::start(&[]);
+    a_spare_without_witnesses(&python, "mqtt", broker.port());
 }
 
 #[test]
