@@ -107,7 +107,7 @@ def direct_model(task):
 
 
 def enclosure(program, task):
-    """Answered by a step of `shsa monitor`: all inputs at one moment."""
+    """Answered by a step of `shsa replay --compare`: all inputs at one moment."""
     model = direct_model({"substitutions": [task["formula"]]})
     rows = [row(name, 1_000_000_000, {"lo": low, "hi": high}) for name, (low, high) in task["inputs"].items()]
     steps = stepped(program, model, rows)
@@ -115,7 +115,7 @@ def enclosure(program, task):
 
 
 def monitor(program, task):
-    """Answered by `shsa monitor --mode thesis`."""
+    """Answered by `shsa replay --compare --mode thesis`."""
     model = direct_model(task)
     for name, errors in task["signals"].items():
         start, end = errors["time_error_ns"]
@@ -144,7 +144,7 @@ def stepped(program, model, rows, *flags):
     rows = rows + [row("end", rows[-1]["received_ns"] + 1_000_000_000, 0)]
     recording = program.write("rows.jsonl", "".join(json.dumps(it) + "\n" for it in rows))
     path = program.write("model.json", model)
-    output = program.run("monitor", path, "x", "--observations", recording, "--mode", "thesis", "--json", "--period", "1s", *flags)
+    output = program.run("replay", path, recording, "--compare", "x", "--mode", "thesis", "--json", "--period", "1s", *flags)
     return [json.loads(line) for line in output.splitlines()]
 
 

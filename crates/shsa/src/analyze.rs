@@ -1,5 +1,6 @@
 //! `shsa analyze`: which faults a model can detect, isolate and heal, before anything runs.
 
+use crate::headings::OUTPUT;
 use crate::outcome::Outcome;
 use crate::show;
 use crate::watch::Watching;
@@ -17,7 +18,9 @@ use std::path::{Path, PathBuf};
 /// Arguments of `shsa analyze`.
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa analyze models/husky.yaml --html husky.html
-         shsa analyze car.yaml --relations relations.yaml")]
+         shsa analyze car.yaml --relations relations.yaml
+
+The sensors and relations whose addition would help most are listed, too.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -34,14 +37,14 @@ pub(crate) struct Arguments {
     /// grow with the square of this number.
     #[arg(long, value_name = "N", default_value_t = 4_000)]
     signals: usize,
-    #[command(flatten)]
-    watching: Watching,
-    /// Write all of it to a page for the browser, which needs nothing else.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    watching: Watching,
+    /// Write all of it to a page for the browser, which needs nothing else.
+    #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
+    html: Option<PathBuf>,
 }
 
 /// Analyses a model; the answer is no if nothing serves a need even while all signals are present.

@@ -1,7 +1,9 @@
 //! `shsa assure`: what contracts allow, before anything runs or at one moment: who may serve each need, at which level, and why
 //! not at a higher one.
 
+use crate::headings::OUTPUT;
 use crate::outcome::{AlreadyReported, Outcome};
+use crate::reading::ReadArguments;
 use crate::replay::{SourceArguments, recorded};
 use crate::show;
 use crate::written::ensure_free;
@@ -60,17 +62,19 @@ pub(crate) struct Arguments {
     /// Recordings of one session: how each claim and each piece of evidence stood, and when; as text, JSON or GSN.
     #[arg(long, value_name = "RECORDING", num_args = 1.., conflicts_with = "with")]
     over: Vec<PathBuf>,
-    #[command(flatten)]
-    source: SourceArguments,
     /// How it is written.
     #[arg(long, value_enum, default_value = "text")]
     format: Format,
-    /// Where it is written: a file, or a folder for a case of GSN, SVG or Prolog, one file a need.
-    #[arg(short, long, value_name = "PATH")]
-    out: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    source: SourceArguments,
+    /// Where it is written: a file, or a folder for a case of GSN, SVG or Prolog, one file a need.
+    #[arg(short, long = "output", alias = "out", value_name = "PATH", help_heading = OUTPUT)]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
 
 /// Composes contracts. The answer is no if a need cannot get what it asks, or a certificate gives no guarantee or lacks a demand.
@@ -105,7 +109,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         return Ok(if report.is_given() { Outcome::Done } else { Outcome::No });
     }
     if arguments.models.len() > 1 {
-        bail!("several models are put together by `shsa join` first");
+        bail!("several models are put together by `shsa model join` first");
     }
     let knowledge = show::load_model(first)?;
     let title = first.file_name().unwrap_or(first.as_os_str()).to_string_lossy().into_owned();
@@ -123,7 +127,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 
 /// Tells the cases over recordings.
 fn over(arguments: &Arguments, format: Format, model: &Path) -> anyhow::Result<Outcome> {
-    let (recorder, run) = recorded(model, &arguments.over, &arguments.source)?;
+    let (recorder, run) = recorded(model, &arguments.over, &arguments.source, &arguments.reading)?;
     let title = model.file_name().unwrap_or(model.as_os_str()).to_string_lossy();
     let cases = CasesOverTime::new(&recorder, &run, &title);
     match format {

@@ -1,7 +1,8 @@
 //! `shsa calibrate`: finds the errors, offsets and delays that healthy recordings need, and writes them as a change of the model.
 
+use crate::headings::{OUTPUT, PARTS};
+use crate::model::patch::patched;
 use crate::outcome::Outcome;
-use crate::patch::patched;
 use crate::progress::{Search, bar};
 use crate::reading::ReadArguments;
 use crate::show;
@@ -53,7 +54,7 @@ pub(crate) struct Arguments {
     #[arg(long, value_name = "TIME", value_parser = moment)]
     split: Option<Span>,
     /// A time with a fault, which is left out, such as 20s..30s; may be given several times.
-    #[arg(long, value_name = "FROM..TO")]
+    #[arg(long, value_name = "FROM..TO", help_heading = PARTS)]
     skip: Vec<Stretch>,
     /// Fit stretches that look like faults, too: where two ways differ by five times as much as at any other time.
     #[arg(long)]
@@ -65,20 +66,20 @@ pub(crate) struct Arguments {
     /// The longest delay that is searched for.
     #[arg(long, value_name = "SPAN", default_value = "2s", value_parser = parse_span)]
     most_delay: Span,
-    /// Write what changes in the model, as `shsa replay --reload` takes it, with the evidence.
-    #[arg(long, value_name = "FILE")]
-    patch: Option<PathBuf>,
-    /// Write the model with these changes in it; its comments stay.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Write a page for the browser with all of it; it needs nothing else.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    #[command(flatten)]
-    reading: ReadArguments,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    /// Write the model with the fitted numbers in it, and its comments.
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
+    /// Write what changes in the model, as `shsa replay --reload` and `shsa model patch` take it, with the evidence.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    patch: Option<PathBuf>,
+    /// Write a page for the browser with all of it; it needs nothing else.
+    #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
 
 /// A stretch of a recording, counted from its first observation.

@@ -1,6 +1,7 @@
 //! `shsa campaign`: a grid of faults on recordings, and how many of them are found, named and healed: its arguments and its
 //! output.
 
+use crate::headings::{FAULTS, OUTPUT, PARTS};
 use crate::outcome::Outcome;
 use crate::plan::find_signal;
 use crate::progress::Search;
@@ -50,52 +51,52 @@ pub(crate) struct Arguments {
     /// A change of the model to begin with, as `shsa replay --reload` takes it; may be given several times, in their order.
     #[arg(long, value_name = "FILE")]
     patch: Vec<PathBuf>,
-    #[command(flatten)]
-    cut: CutArguments,
-    /// Only the session of this number, where there are several; they are counted from 1.
-    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one)]
-    session: Option<NonZeroUsize>,
     /// Kinds of faults; all when not given.
-    #[arg(long, value_name = "KIND,..", value_delimiter = ',')]
+    #[arg(long, value_name = "KIND,..", value_delimiter = ',', help_heading = FAULTS)]
     kinds: Vec<Kind>,
     /// Amounts, as multiples of the declared error.
-    #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple)]
+    #[arg(long, value_name = "X,..", value_delimiter = ',', default_value = "2,4,8", value_parser = multiple, help_heading = FAULTS)]
     amounts: Vec<f64>,
     /// Amounts are F times (2 when not given) the smallest fault of each kind and signal that gives an alarm at every onset in
     /// the first half of the recording, on which the model is calibrated; faults begin in the second. A drift reaches 3 times
     /// the smallest bias at least.
     #[arg(long, value_name = "F", num_args = 0..=1, default_missing_value = "2", require_equals = true,
-        value_parser = multiple, conflicts_with = "amounts")]
+        value_parser = multiple, conflicts_with = "amounts", help_heading = FAULTS)]
     detectable: Option<f64>,
     /// Signals to break; all of the model when not given.
-    #[arg(long, value_name = "SIGNAL,..", value_delimiter = ',')]
+    #[arg(long, value_name = "SIGNAL,..", value_delimiter = ',', help_heading = FAULTS)]
     signals: Vec<String>,
     /// How many moments each fault begins at.
-    #[arg(long, value_name = "N", default_value = "3", value_parser = show::at_least_one)]
+    #[arg(long, value_name = "N", default_value = "3", value_parser = show::at_least_one, help_heading = FAULTS)]
     onsets: NonZeroUsize,
     /// How many seeds each fault with chance in it is run with: noise, spike.
-    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one)]
+    #[arg(long, value_name = "N", default_value = "1", value_parser = show::at_least_one, help_heading = FAULTS)]
     seeds: NonZeroUsize,
     /// How long a fault lasts, such as 10s; a quarter of the recording when not given.
-    #[arg(long, value_name = "SPAN", value_parser = parse_span)]
+    #[arg(long, value_name = "SPAN", value_parser = parse_span, help_heading = FAULTS)]
     duration: Option<Span>,
     /// How many threads; as many as there are cores when not given. The results are the same.
     #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     threads: Option<NonZeroUsize>,
-    #[command(flatten)]
-    reading: ReadArguments,
-    /// Write one JSON object to a file, or instead of the text with -.
-    #[arg(long, value_name = "FILE|-")]
-    json: Option<PathBuf>,
-    /// Write one HTML page with heat maps.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
-    /// Write the figures by kind, and every miss with the replay that shows it, as Markdown.
-    #[arg(long, value_name = "FILE")]
-    markdown: Option<PathBuf>,
     /// An earlier campaign, written with --json, to compare with.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
+    /// Only the session of this number, where there are several; they are counted from 1.
+    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one, help_heading = PARTS)]
+    session: Option<NonZeroUsize>,
+    #[command(flatten)]
+    cut: CutArguments,
+    /// Write one JSON object to a file, or instead of the text with -.
+    #[arg(long, value_name = "FILE|-", help_heading = OUTPUT)]
+    json: Option<PathBuf>,
+    /// Write a page for the browser with heat maps.
+    #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
+    html: Option<PathBuf>,
+    /// Write the figures by kind, and every miss with the replay that shows it, as Markdown.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    markdown: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
 
 /// A kind of fault.

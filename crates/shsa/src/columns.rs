@@ -1,5 +1,6 @@
-//! How the columns of recordings are found: arguments of `draft` and `learn`.
+//! How the columns of recordings are found: arguments of `doctor`, `draft` and `learn`.
 
+use crate::headings::READING;
 use crate::reading::ReadArguments;
 use crate::show;
 use anyhow::Context;
@@ -10,11 +11,8 @@ use std::path::{Path, PathBuf};
 /// How the columns of recordings are found.
 #[derive(clap::Args)]
 pub(crate) struct ColumnArguments {
-    /// Files and folders of any format; files of the same time form one recording.
-    #[arg(required = true, value_name = "RECORDING")]
-    pub(crate) recordings: Vec<PathBuf>,
     /// A column that tells apart whose values a row holds, such as the number of a station.
-    #[arg(long, value_name = "COLUMN")]
+    #[arg(long, value_name = "COLUMN", help_heading = READING)]
     by: Option<String>,
     #[command(flatten)]
     pub(crate) reading: ReadArguments,
@@ -25,12 +23,17 @@ impl ColumnArguments {
     ///
     /// # Errors
     /// When a recording cannot be read, or its rows are those of several sources that nothing tells apart.
-    pub(crate) fn read(&self) -> anyhow::Result<Columns> {
+    pub(crate) fn read(&self, recordings: &[PathBuf]) -> anyhow::Result<Columns> {
         let options = self.reading.options();
-        let read = Origin { recordings: self.recordings.clone(), by: self.by.clone(), options }.read()?;
+        let read = Origin { recordings: recordings.to_vec(), by: self.by.clone(), options }.read()?;
         read.warnings.iter().for_each(show::warn);
         Ok(read)
     }
+}
+
+/// The names of recordings, in their order.
+pub(crate) fn names(recordings: &[PathBuf]) -> Vec<String> {
+    recordings.iter().map(|path| path.display().to_string()).collect()
 }
 
 /// The text of a file to write, `-` being standard output.

@@ -1,7 +1,7 @@
 //! `shsa completions`: the completions of our arguments for a shell.
 
+use crate::groups;
 use crate::outcome::Outcome;
-use clap::CommandFactory;
 use clap_complete::Shell;
 use std::io::{Write, stdout};
 
@@ -15,7 +15,7 @@ pub(crate) struct Arguments {
 
 /// Prints the completions.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let mut command = crate::Arguments::command();
+    let mut command = groups::command();
     let mut script = Vec::new();
     clap_complete::generate(arguments.shell, &mut command, "shsa", &mut script);
     stdout().write_all(&script)?;

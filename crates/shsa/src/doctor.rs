@@ -1,6 +1,7 @@
 //! `shsa doctor`: what is wrong in a recording, without a model.
 
-use crate::columns::{ColumnArguments, write};
+use crate::columns::{ColumnArguments, names, write};
+use crate::headings::OUTPUT;
 use crate::outcome::Outcome;
 use crate::progress::Search;
 use crate::show;
@@ -23,17 +24,20 @@ one other knows it, both are told.
 
 Exit status: 0 nothing was found, 1 something was, 2 the recording cannot be read.")]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    columns: ColumnArguments,
-    /// Write the model that was found out, ready to edit; `-` is standard output.
-    #[arg(short, long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Write a page for the browser with all of it, and a picture of each finding; it needs nothing else.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
+    /// Files and folders of any format; files of the same time form one recording.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    /// Write the model that was found out, ready to edit; `-` is standard output.
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
+    /// Write a page for the browser with all of it, and a picture of each finding; it needs nothing else.
+    #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
+    html: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnArguments,
 }
 
 /// Examines recordings; the answer is no if something is wrong.
@@ -41,16 +45,15 @@ pub(crate) struct Arguments {
 /// # Errors
 /// When a recording cannot be read, or nothing in it can be a signal.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let recordings = &arguments.columns.recordings;
+    let recordings = &arguments.recordings;
     let files = [&arguments.output, &arguments.html];
     let read: Vec<&PathBuf> = recordings.iter().collect();
     written::ensure_free(files.into_iter().filter_map(|file| file.as_deref()), &read)?;
-    let mut columns = arguments.columns.read()?;
-    let told = columns.warnings.len();
-    let names: Vec<String> = recordings.iter().map(|path| path.display().to_string()).collect();
-    let names = names.join(", ");
+    let mut columns = arguments.columns.read(recordings)?;
+    let warned = columns.warnings.len();
+    let names = names(recordings).join(", ");
     let diagnosis = examine(&mut columns, &names, &Search::default())?;
-    columns.warnings[told..].iter().for_each(show::warn);
+    columns.warnings[warned..].iter().for_each(show::warn);
     let report = Report { columns: &columns, diagnosis: &diagnosis };
     if let Some(path) = &arguments.output {
         write(path, &diagnosis.model)?;

@@ -3,7 +3,9 @@
 //! `recordings, perhaps a model -> subject (one series a variable) -> relations -> proposals, tried in the model -> text, JSON,
 //! patch`
 
-use crate::columns::{ColumnArguments, write};
+use crate::columns::{ColumnArguments, names, write};
+use crate::headings::OUTPUT;
+use crate::model::patch::changed;
 use crate::outcome::Outcome;
 use crate::progress::Search;
 use crate::show;
@@ -21,9 +23,8 @@ use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa learn`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa learn drive/ --model car.yaml --patch relations.yaml
-         shsa patch car.yaml relations.yaml -o car.yaml
-         shsa calibrate car.yaml drive/ --patch tuned.yaml
+#[command(after_help = "Example: shsa learn drive/ --model car.yaml -o learned.yaml
+         shsa calibrate learned.yaml drive/ -o tuned.yaml
          shsa learn drive/ --model car.yaml --for speed --patch stand_ins.yaml
 
 Searched are sums, products and quotients, polynomials to the third degree, rates and integrals, delays, means and slow followers, \
@@ -32,10 +33,11 @@ first half of the time, forms compete on the next fifth, and the rest tells the 
 relation or by time alone is not proposed.
 
 A relation whose only evidence is this recording (a constant with a unit that nothing explains) is marked as \
-statistical, and commented out in the patch. Without a model, the variables are those of `shsa draft` for the same recordings.")]
+statistical, and commented out in the patch; it is not in the model of -o. Without a model, the variables are those of `shsa draft` for the same recordings.")]
 pub(crate) struct Arguments {
-    #[command(flatten)]
-    columns: ColumnArguments,
+    /// Files and folders of any format; files of the same time form one recording.
+    #[arg(required = true, value_name = "RECORDING")]
+    recordings: Vec<PathBuf>,
     /// The knowledge base, YAML: its signals are read, and relations that it has are not proposed.
     #[arg(long, value_name = "MODEL", conflicts_with = "by")]
     model: Option<PathBuf>,
@@ -43,12 +45,17 @@ pub(crate) struct Arguments {
     /// publication.
     #[arg(long = "for", value_name = "NEED", requires = "model")]
     need: Option<String>,
-    /// Write the relations as a change of the model, for `shsa patch`.
-    #[arg(long, value_name = "FILE")]
-    patch: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    /// Write the model with the relations in it, and its comments; without --model, the draft of the recordings.
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
+    /// Write the relations as a change of the model, for `shsa model patch`.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    patch: Option<PathBuf>,
+    #[command(flatten)]
+    columns: ColumnArguments,
 }
 
 /// Learns; the answer is no when nothing was found, or nothing that serves the named need.
@@ -56,11 +63,12 @@ pub(crate) struct Arguments {
 /// # Errors
 /// When a file cannot be read or written, or the recordings have no signal that changes.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let read: Vec<&PathBuf> = arguments.columns.recordings.iter().chain(&arguments.model).collect();
-    written::ensure_free(arguments.patch.as_deref(), &read)?;
+    let Arguments { recordings, columns, output, patch, .. } = arguments;
+    let read: Vec<&PathBuf> = recordings.iter().chain(&arguments.model).collect();
+    written::ensure_free(output.iter().chain(patch).map(PathBuf::as_path), &read)?;
     let subject = match &arguments.model {
-        Some(model) => of_model(model, &arguments.columns)?,
-        None => of_draft(&arguments.columns)?,
+        Some(model) => of_model(model, recordings, columns)?,
+        None => of_draft(recordings, columns)?,
     };
     if subject.signals.iter().all(|signal| signal.points.len() < 2) {
         bail!("none of the signals is in the recording, or none of them has two values");
@@ -75,9 +83,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         false => report.text(show::style()),
     };
     writeln!(stdout(), "{text}")?;
-    if let Some(path) = &arguments.patch {
-        write(path, &report.patch())?;
-    }
+    write_files(arguments, &subject, &report.patch())?;
     let is_nothing = match &serving {
         Some(serving) => serving.relations.is_empty(),
         None => proposals.all.is_empty() && subject.equal.is_empty(),
@@ -89,17 +95,28 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     })
 }
 
+/// Writes the files that are asked for.
+fn write_files(arguments: &Arguments, subject: &Subject, change: &str) -> anyhow::Result<()> {
+    if let Some(path) = &arguments.patch {
+        write(path, change)?;
+    }
+    if let Some(path) = &arguments.output {
+        let model = Written { name: &subject.model, text: &subject.text };
+        write(path, &changed(model, Written { name: "the relations", text: change })?)?;
+    }
+    Ok(())
+}
+
 /// The series of the draft that the recordings give.
-fn of_draft(arguments: &ColumnArguments) -> anyhow::Result<Subject> {
-    let names: Vec<String> = arguments.recordings.iter().map(|path| path.display().to_string()).collect();
-    Ok(Subject::of_draft(&arguments.read()?, &names.join(", "), &Search::default())?)
+fn of_draft(recordings: &[PathBuf], columns: &ColumnArguments) -> anyhow::Result<Subject> {
+    Ok(Subject::of_draft(&columns.read(recordings)?, &names(recordings).join(", "), &Search::default())?)
 }
 
 /// The series of a model's variables.
-fn of_model(path: &Path, arguments: &ColumnArguments) -> anyhow::Result<Subject> {
+fn of_model(path: &Path, recordings: &[PathBuf], columns: &ColumnArguments) -> anyhow::Result<Subject> {
     let live = show::load_live(path)?;
     let knowledge = live.knowledge();
-    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
+    let recording = recording::read(recordings, &wanted(knowledge), &columns.reading.options())?;
     show::recording(&recording);
     let text = read_text(path, "model")
         .map_err(|report| anyhow!("{}", report.render(false)))

@@ -1,10 +1,11 @@
 //! `shsa man`: a manual page for each command.
 
+use crate::groups;
 use crate::outcome::Outcome;
 use anyhow::Context;
-use clap::{Command, CommandFactory};
+use clap::Command;
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// Arguments of `shsa man`.
 #[derive(clap::Args)]
@@ -18,15 +19,18 @@ pub(crate) struct Arguments {
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     let folder = &arguments.folder;
     fs::create_dir_all(folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    let mut all = crate::Arguments::command();
+    let mut all = groups::command();
     all.build();
-    let commands = all.get_subcommands().filter(|command| !command.is_hide_set());
-    for command in [&all].into_iter().chain(commands) {
-        let (name, page) = page(command)?;
-        let path = folder.join(name);
-        fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
-    }
+    write(&all, folder)?;
     Ok(Outcome::Done)
+}
+
+/// Writes the page of a command, and those of the commands below it.
+fn write(command: &Command, folder: &Path) -> anyhow::Result<()> {
+    let (name, page) = page(command)?;
+    let path = folder.join(name);
+    fs::write(&path, page).with_context(|| format!("cannot write {}", path.display()))?;
+    command.get_subcommands().filter(|it| !it.is_hide_set()).try_for_each(|it| write(it, folder))
 }
 
 /// The file name and the text of a command's page.

@@ -4,6 +4,7 @@ mod draw;
 mod trace;
 
 use crate::contingency;
+use crate::headings::OUTPUT;
 use crate::outcome::Outcome;
 use crate::requirements::{self, RequirementArguments};
 use crate::show;
@@ -63,14 +64,14 @@ pub(crate) struct Arguments {
     /// Print the steps of the search too, as a tree; searches by SH-PGSA.
     #[arg(long, conflicts_with_all = ["engine", "threads", "contingency"])]
     trace: bool,
-    /// Draw the knowledge base with each substitution marked: FOLDER/VARIABLE-1.svg is the best one; at most 100.
-    #[arg(long, value_name = "FOLDER", conflicts_with = "contingency")]
-    draw: Option<PathBuf>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
     #[command(flatten)]
     requirements: RequirementArguments,
+    /// Draw the knowledge base with each substitution marked: FOLDER/VARIABLE-1.svg is the best one; at most 100.
+    #[arg(long, value_name = "FOLDER", conflicts_with = "contingency", help_heading = OUTPUT)]
+    draw: Option<PathBuf>,
 }
 
 impl Arguments {

@@ -1,5 +1,6 @@
 //! How recordings are read: arguments for facts that a file lacks, the same for every command.
 
+use crate::headings::READING;
 use shsa_core::time::Span;
 use shsa_format::recording::ReadOptions;
 use shsa_message::moment::DateOrder;
@@ -11,22 +12,22 @@ use std::path::PathBuf;
 #[derive(clap::Args)]
 pub(crate) struct ReadArguments {
     /// The column with the time, where a table's header does not show it.
-    #[arg(long, value_name = "NAME")]
+    #[arg(long, value_name = "NAME", help_heading = READING)]
     time_column: Option<String>,
     /// What one step of the time column is: s, ms, us, ns or a span such as 5s.
-    #[arg(long, value_name = "UNIT", value_parser = parse_span)]
+    #[arg(long, value_name = "UNIT", value_parser = parse_span, help_heading = READING)]
     time_unit: Option<Span>,
     /// The order of day, month and year in dates that fit several (dmy, mdy, ymd); else the dates of all files decide.
-    #[arg(long, value_name = "ORDER")]
+    #[arg(long, value_name = "ORDER", help_heading = READING)]
     date_order: Option<DateOrder>,
     /// Where times without a zone were written down: UTC, +02:00, Europe/Vienna.
-    #[arg(long, value_name = "ZONE", allow_hyphen_values = true)]
+    #[arg(long, value_name = "ZONE", allow_hyphen_values = true, help_heading = READING)]
     time_zone: Option<Zone>,
     /// A folder with the definitions of ROS 2 messages that recordings lack, PACKAGE/msg/NAME.msg; may be given several times.
-    #[arg(long, value_name = "DIR")]
+    #[arg(long, value_name = "DIR", help_heading = READING)]
     messages: Vec<PathBuf>,
     /// A database of CAN messages (DBC); may be given several times.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = READING)]
     dbc: Vec<PathBuf>,
 }
 

@@ -2,9 +2,11 @@
 
 #[cfg(feature = "foxglove")]
 mod foxglove;
+mod isolation;
 mod record;
 
 use crate::bus::BusArguments;
+use crate::headings::OUTPUT;
 use crate::log::{self, Log, LogArguments};
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::watch::Watching;
@@ -12,6 +14,7 @@ use crate::{service_manager, show};
 use anyhow::Context;
 use clap::Parser;
 use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
+use isolation::IsolationArguments;
 use shsa_bridge::memory::MemoryBus;
 use shsa_bridge::{Address, Clock, Inbox};
 use shsa_core::engine;
@@ -24,12 +27,10 @@ use shsa_report::analysis::unwatched;
 use shsa_report::event_text;
 use shsa_report::explanation::evidence_json;
 use shsa_runtime::{
-    Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, SandboxOptions, Token,
-    substitute,
+    Decision, Ending, Handle, JournalOptions, Model, Options, Order, Printer, Runtime, Token, substitute,
 };
 use signal_hook::consts::{SIGHUP, SIGINT, SIGTERM, SIGXFSZ};
 use signal_hook::iterator::Signals;
-use std::ffi::OsString;
 use std::io::stdout;
 use std::net::SocketAddr;
 use std::path::{Path, PathBuf};
@@ -42,7 +43,7 @@ const ROVER: &str = "models/rover.yaml";
 
 /// Why `--join` is refused.
 const NO_JOIN: &str = "--join is not possible on this bus, which does not tell what instances are there: use --bus zenoh://HOST:PORT or \
-ros2://HOST:PORT, or put the models together before, by shsa join A.yaml B.yaml -o ALL.yaml";
+ros2://HOST:PORT, or put the models together before, by shsa model join A.yaml B.yaml -o ALL.yaml";
 
 /// Arguments of `shsa run`.
 #[derive(clap::Args)]
@@ -56,12 +57,6 @@ On the bus: shsa/NAME/events, and shsa/NAME/need/VARIABLE with the quality of ea
 pub(crate) struct Arguments {
     /// The knowledge bases, YAML or JSON; none: the model of the simulated robot.
     models: Vec<PathBuf>,
-    #[command(flatten)]
-    bus: BusArguments,
-    #[command(flatten)]
-    watching: Watching,
-    #[command(flatten)]
-    isolation: IsolationArguments,
     /// The name of this instance on the bus.
     #[arg(long, default_value = "shsa", value_name = "NAME")]
     name: String,
@@ -69,28 +64,9 @@ pub(crate) struct Arguments {
     /// (Zenoh and ROS 2). Whoever is on the bus can add to what is known then.
     #[arg(long)]
     join: bool,
-    /// Where the control interface listens: ADDRESS:PORT, or `off`.
-    #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address)]
-    http: HttpAddress,
-    /// A name of this host by which it may be asked over HTTP, beside its addresses and `localhost`; may be given several times.
-    /// Any other name is refused, as a page of somewhere else can have one that points here.
-    #[arg(long, value_name = "NAME")]
-    http_host: Vec<String>,
-    /// Another instance to whose page the live page leads, as `truck=http://10.0.0.2:7410/`; may be given several times.
-    #[arg(long, value_name = "NAME=URL", value_parser = named_page)]
-    other_page: Vec<(String, String)>,
-    /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
-    /// nothing can be changed.
-    #[arg(long, value_name = "FILE")]
-    token_file: Option<PathBuf>,
-    /// A file whose first line is the token that looking needs over HTTP and the bus, but for the health; else it is taken from
-    /// SHSA_VIEW_TOKEN. Without one, everyone who can reach it may look.
-    #[arg(long, value_name = "FILE")]
-    view_token_file: Option<PathBuf>,
-    /// How the values of needs are written.
-    #[arg(long, value_name = "FORM", default_value = "plain", value_parser = forms())]
+    #[arg(long, help = form_help(), value_name = "FORM", default_value = "plain", value_parser = forms(), hide_possible_values = true)]
     form: Form,
-    /// How single needs go out: their form, and where the substitute takes the failed source's name, how that source is
+    /// How single needs are published: their form, and where the substitute takes the failed source's name, how that source is
     /// silenced (docs/deployment.md).
     #[arg(long, value_name = "FILE")]
     wiring: Option<PathBuf>,
@@ -98,40 +74,67 @@ pub(crate) struct Arguments {
     /// there.
     #[arg(long, value_name = "FOLDER")]
     state: Option<PathBuf>,
-    /// Write every input to FOLDER/MODEL.jsonl, which can be replayed and explained.
-    #[arg(long, value_name = "FOLDER")]
-    journal: Option<PathBuf>,
-    /// How large a file of the journal grows, MiB; then another is begun.
-    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..))]
-    journal_size: u64,
-    /// How many older files of the journal are kept.
-    #[arg(long, value_name = "N", default_value_t = 7)]
-    journal_keep: usize,
-    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler, as `shsa replay --record` does; of one model only. It
-    /// grows until the run ends, and can be replayed.
-    #[arg(long, value_name = "FILE")]
-    record: Option<PathBuf>,
-    #[command(flatten)]
-    viewers: ViewerArguments,
     /// End by itself after this time, as `90 s`.
     #[arg(long = "for", value_name = "TIME", value_parser = parse_span)]
     duration: Option<Span>,
-    /// Print decisions as JSON lines instead of text, as they go out on the bus.
+    /// Print decisions as JSON lines instead of text, as they are published on the bus.
     #[arg(long, conflicts_with = "log_format")]
     json: bool,
+    /// Where the control interface listens: ADDRESS:PORT, or `off`.
+    #[arg(long, default_value = "127.0.0.1:7410", value_name = "ADDRESS", value_parser = http_address, help_heading = CONTROL)]
+    http: HttpAddress,
+    /// A name of this host by which it may be asked over HTTP, beside its addresses and `localhost`; may be given several times.
+    /// Any other name is refused, to prevent DNS rebinding.
+    #[arg(long, value_name = "NAME", help_heading = CONTROL)]
+    http_host: Vec<String>,
+    /// Another instance to whose page the live page leads, as `truck=http://10.0.0.2:7410/`; may be given several times.
+    #[arg(long, value_name = "NAME=URL", value_parser = named_page, help_heading = CONTROL)]
+    other_page: Vec<(String, String)>,
+    /// A file whose first line is the token that orders need; else it is taken from SHSA_TOKEN. Without one,
+    /// nothing can be changed.
+    #[arg(long, value_name = "FILE", help_heading = CONTROL)]
+    token_file: Option<PathBuf>,
+    /// A file whose first line is the token that looking needs over HTTP and the bus, but for the health; else it is taken from
+    /// SHSA_VIEW_TOKEN. Without one, everyone who can reach it may look.
+    #[arg(long, value_name = "FILE", help_heading = CONTROL)]
+    view_token_file: Option<PathBuf>,
+    #[command(flatten)]
+    watching: Watching,
+    /// Write every input to FOLDER/MODEL.jsonl, which can be replayed and explained.
+    #[arg(long, value_name = "FOLDER", help_heading = OUTPUT)]
+    journal: Option<PathBuf>,
+    /// How large a file of the journal grows, MiB; then another is begun.
+    #[arg(long, value_name = "MIB", default_value_t = 64, value_parser = clap::value_parser!(u64).range(1..), help_heading = OUTPUT)]
+    journal_size: u64,
+    /// How many older files of the journal are kept.
+    #[arg(long, value_name = "N", default_value_t = 7, help_heading = OUTPUT)]
+    journal_keep: usize,
+    /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler, as `shsa replay --record` does; of one model only. It
+    /// grows until the run ends, and can be replayed.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    record: Option<PathBuf>,
+    #[command(flatten)]
+    viewers: ViewerArguments,
+    #[command(flatten)]
+    isolation: IsolationArguments,
+    #[command(flatten)]
+    bus: BusArguments,
     #[command(flatten)]
     log: LogArguments,
 }
+
+/// The heading of options about the control interface.
+const CONTROL: &str = "Control interface";
 
 /// The arguments about viewers that follow the run.
 #[derive(Clone, Debug, clap::Args)]
 struct ViewerArguments {
     /// Send what a record has to Foxglove and others that speak its WebSocket protocol, while the run goes on; of one model only.
     #[cfg(feature = "foxglove")]
-    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765")]
+    #[arg(long, value_name = "ADDRESS:PORT", num_args = 0..=1, require_equals = true, default_missing_value = "127.0.0.1:8765", help_heading = OUTPUT)]
     foxglove: Option<SocketAddr>,
     /// Write a layout for Foxglove that shows the run.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     layout: Option<PathBuf>,
 }
 
@@ -149,56 +152,16 @@ impl Arguments {
     }
 }
 
-/// Reads in which shape values go out.
+/// Describes the forms of values.
+fn form_help() -> String {
+    let forms = Form::ALL.map(|(name, _, what)| format!("`{name}`: {what}"));
+    format!("How the values of needs are written. {}", forms.join(". "))
+}
+
+/// Reads the form of values.
 fn forms() -> impl TypedValueParser<Value = Form> {
-    let names = Form::ALL.map(|(name, _, what)| PossibleValue::new(name).help(what));
+    let names = Form::ALL.map(|(name, ..)| PossibleValue::new(name));
     PossibleValuesParser::new(names).try_map(|name| Form::named(&name).ok_or("there is no such form"))
-}
-
-/// Where substitutes are computed, where the model does not say.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, clap::ValueEnum)]
-enum Place {
-    /// Within the run.
-    Engine,
-    /// Each in a process of its own.
-    Process,
-}
-
-/// The arguments about processes that compute.
-#[derive(Clone, Debug, clap::Args)]
-#[command(next_help_heading = "Isolation")]
-struct IsolationArguments {
-    /// Where substitutes are computed; a need may ask for a process itself (`isolation: process`).
-    #[arg(long, value_name = "PLACE", default_value = "engine")]
-    isolation: Place,
-    /// The memory that a process may take, MiB.
-    #[arg(long, value_name = "MIB", default_value_t = 64)]
-    isolation_memory: u64,
-    /// The share of a processor that a process may use, percent.
-    #[arg(long, value_name = "PERCENT", default_value_t = 50, value_parser = clap::value_parser!(u8).range(1..=100))]
-    isolation_cpu: u8,
-    /// How long an answer may take; else a period of the fastest input, at most half of the need's greatest age.
-    #[arg(long, value_name = "TIME", value_parser = parse_span)]
-    isolation_time: Option<Span>,
-}
-
-impl IsolationArguments {
-    /// # Errors
-    /// When the path of this program cannot be found.
-    fn options(&self) -> anyhow::Result<SandboxOptions> {
-        Ok(SandboxOptions {
-            is_for_all: self.isolation == Place::Process,
-            program: vec![own_program()?.into(), OsString::from("substitute")],
-            memory: self.isolation_memory << 20,
-            share: f64::from(self.isolation_cpu) / 100.0,
-            time: self.isolation_time,
-        })
-    }
-}
-
-/// This program, even if its file was replaced meanwhile.
-fn own_program() -> std::io::Result<PathBuf> {
-    if cfg!(target_os = "linux") { Ok("/proc/self/exe".into()) } else { std::env::current_exe() }
 }
 
 /// Arguments of `shsa substitute`, which `shsa run` calls.

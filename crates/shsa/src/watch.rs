@@ -1,15 +1,16 @@
 //! The budget of monitoring: arguments of several commands.
 
+use crate::headings::WATCHING;
 use shsa_core::engine::WatchBudget;
 
 /// How many ways of knowing are compared at the most.
 #[derive(clap::Args)]
 pub(crate) struct Watching {
     /// How many ways of knowing each variable are compared: among more, those that isolate most faults [default: 32].
-    #[arg(long, value_name = "N", value_parser = two_or_more)]
+    #[arg(long, value_name = "N", value_parser = two_or_more, help_heading = WATCHING)]
     watch: Option<usize>,
     /// Operations a second that watching may cost, by the declared rates [default: 10000000].
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", help_heading = WATCHING)]
     watch_cost: Option<u64>,
 }
 

@@ -245,7 +245,7 @@ class Calibration:
     report: dict[str, Any]
     """All figures, as ``shsa calibrate --json`` prints them."""
     patch: str | None
-    """The change of the model for ``shsa patch``; ``None`` if the numbers do worse than those of the model."""
+    """The change of the model for ``shsa model patch``; ``None`` if the numbers do worse than those of the model."""
     warnings: list[str]
 
 
@@ -311,7 +311,7 @@ class Learned:
     report: dict[str, Any]
     """All figures, as ``shsa learn --json`` prints them."""
     patch: str
-    """The change of the model for ``shsa patch``."""
+    """The change of the model for ``shsa model patch``."""
     warnings: list[str]
 
 

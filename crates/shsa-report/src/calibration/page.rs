@@ -41,7 +41,7 @@ const NUMBERS: &str = "Errors of signals and of relations, as the model has them
 const PAIRS: &str = "Two ways of knowing a variable in the fitted part: their mean difference, its spread, and what error their parts \
     get together. A relation that is not shown to hold is left as it is.";
 const SIGNALS: &str = "What was seen of each signal in the fitted part.";
-const PATCH: &str = "<code>shsa patch</code> writes it into the file of the model; <code>shsa replay --reload</code> tries it.";
+const PATCH: &str = "<code>shsa model patch</code> writes it into the file of the model; <code>shsa replay --reload</code> tries it.";
 
 /// What the fitted model did in the part that was not fitted.
 fn result(report: &Report<'_>) -> String {

@@ -15,9 +15,10 @@ mod platoon;
 mod radars;
 
 use crate::bus::BusArguments;
+use crate::headings::OUTPUT;
 use crate::outcome::Outcome;
 use crate::replay::provenance;
-use crate::story;
+use crate::test;
 use anyhow::{Context, bail};
 use clap::builder::PossibleValue;
 use clap::{Args, ValueEnum};
@@ -103,11 +104,11 @@ pub(crate) struct DemoArgs {
     /// Each act of --processes as soon as the effect of the one before was seen
     #[arg(long, hide = true, requires = "processes")]
     brisk: bool,
+    /// Write the page of `shsa replay --report` about it, with the assurance case where there are contracts; not of the rover
+    #[arg(long, alias = "html", value_name = "FILE", help_heading = OUTPUT)]
+    report: Option<PathBuf>,
     #[command(flatten)]
     bus: BusArguments,
-    /// Writes the page of `shsa replay --report` about it, with the assurance case where there are contracts; not of the rover
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
 }
 
 impl DemoArgs {
@@ -199,7 +200,7 @@ fn print_story(args: &DemoArgs, text: &str) -> anyhow::Result<Outcome> {
     let story = load(text, "story", Path::new(".")).story.context("the story has errors")?;
     let report =
         args.report.as_deref().map(|path| (path, provenance(Path::new("story.yaml"), text.as_bytes())));
-    story::run_story(&story, report.as_ref().map(|(path, made)| (*path, made)))
+    test::run_story(&story, report.as_ref().map(|(path, made)| (*path, made)))
 }
 
 fn rover(args: &DemoArgs) -> anyhow::Result<Outcome> {

@@ -2,8 +2,10 @@
 
 mod question;
 
+use crate::headings::OUTPUT;
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::progress::Observations;
+use crate::reading::ReadArguments;
 use crate::replay::{SourceArguments, drive, read_one};
 use crate::show;
 use crate::written;
@@ -27,6 +29,7 @@ use std::path::{Path, PathBuf};
   shsa explain MODEL JOURNAL wheel_1             the first accusation of a signal
   shsa explain MODEL JOURNAL wheel_1@20.5s       what stood at that time, and why
   shsa explain MODEL drive/ wheel_1 --inject bias=2:wheel_1@20s..
+An explanation has the evidence, the other candidates, and what would have cleared the signal.
 A journal comes from `shsa replay --journal`. Faults and --reload are written as for `shsa replay`. Times count from \
 the first observation. The last argument is the signal when there is no file of this name.")]
 pub(crate) struct Arguments {
@@ -35,23 +38,25 @@ pub(crate) struct Arguments {
     /// A journal or recordings, as for `shsa replay`; then, if wanted, what to explain: SIGNAL or SIGNAL@TIME.
     #[arg(value_name = "RECORDING.. [SIGNAL[@TIME]]")]
     rest: Vec<PathBuf>,
-    #[command(flatten)]
-    source: SourceArguments,
     /// Explain the decision of this number in the list.
     #[arg(long, value_name = "NUMBER")]
     decision: Option<usize>,
-    /// Draw the values of the witnesses over time.
-    #[arg(long, value_name = "FILE")]
-    svg: Option<PathBuf>,
-    /// Write the explanation with its drawings to a page for the browser, which needs nothing else.
-    #[arg(long, value_name = "FILE")]
-    html: Option<PathBuf>,
     /// How much time the drawings show, the decision in the middle.
     #[arg(long, value_name = "SPAN", value_parser = parse_span)]
     window: Option<Span>,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    source: SourceArguments,
+    /// Write the explanation with its drawings to a page for the browser, which needs nothing else.
+    #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
+    html: Option<PathBuf>,
+    /// Draw the values of the witnesses over time.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    svg: Option<PathBuf>,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
 
 /// Explains. The answer that there was no accusation is a valid answer.
@@ -94,7 +99,7 @@ fn source(arguments: &Arguments, recordings: &[PathBuf], text: Option<&Path>) ->
             None => bail!("give a journal or recordings after the model"),
         }
     }
-    read_one(recordings, &arguments.source, show::load_live(&arguments.model)?)
+    read_one(recordings, &arguments.source, &arguments.reading, show::load_live(&arguments.model)?)
 }
 
 /// Whether a file is a story: `story:` is its first key.

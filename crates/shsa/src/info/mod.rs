@@ -8,7 +8,7 @@ mod text;
 
 use crate::outcome::Outcome;
 use crate::reading::ReadArguments;
-use crate::show;
+use crate::{old, show};
 use shsa_format::recording::{self, FileInfo};
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -16,28 +16,33 @@ use std::path::PathBuf;
 /// Arguments of `shsa info`.
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa info drive.mcap
+         shsa draft drive.mcap -o model.yaml
 
-  shsa info bag/ --signals >> model.yaml      the variables and signals, to be completed by hand
+`shsa draft` writes a model of what `shsa info` lists.
+
 Exit status: 3 when something of a recording is lost.")]
 pub(crate) struct Arguments {
     /// Files and folders of any format; `-` is standard input.
     #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
-    #[command(flatten)]
-    reading: ReadArguments,
     /// Write the variables and signals of a model with all that is there.
-    #[arg(long, conflicts_with = "json")]
+    #[arg(long, hide = true, conflicts_with = "json")]
     signals: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
 
-/// Tells the contents of recordings.
+/// Reports the contents of recordings.
 ///
 /// # Errors
 /// When a recording cannot be read at all.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if arguments.signals {
+        old::note("shsa info", "--signals", "draft");
+    }
     let files = recording::inventory(&arguments.recordings, &arguments.reading.options())?;
     let output = match (arguments.json, arguments.signals) {
         (true, _) => json::shown(&files),

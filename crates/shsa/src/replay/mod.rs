@@ -9,7 +9,10 @@ mod record;
 pub(crate) use drive::drive;
 pub(crate) use source::{CutArguments, SourceArguments, only, read_one};
 
+use crate::compare::{self, Comparison};
+use crate::headings::{COMPARISON, OUTPUT};
 use crate::outcome::Outcome;
+use crate::reading::ReadArguments;
 use crate::show;
 use crate::watch::Watching;
 use crate::written;
@@ -30,7 +33,7 @@ use std::time::{Duration, Instant};
 #[derive(clap::Args)]
 #[command(after_help = "Example: shsa replay models/car.yaml drive/ --inject bias=2:wheel_1@20s..
 
-Faults: KIND[=AMOUNT]:SIGNAL@FROM..TO
+A fault is KIND[=AMOUNT]:SIGNAL@FROM..TO.
   stuck, stuck=1.5  the value stays, or is the amount
   bias=2            the amount is added
   drift=0.1         the amount is added for every second
@@ -50,54 +53,86 @@ left out; there times continue.
 
 --reload FILE@TIME changes the model while it is in use. A file with the key `shsa` is a whole model and replaces \
 the old one. Any other file is a change: its entries are added, or replace those of the same name, and null \
-removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with errors changes nothing (exit status 3).")]
+removes, as in `relations: { turn: null, double: \"y = 2 * x\" }`. A file with errors changes nothing (exit status 3).
+
+--compare VARIABLE runs the monitor alone: it prints, step by step, the values of all ways of knowing the variable and how far each \
+is from the others; with --mode thesis by the published method.")]
 pub(crate) struct Arguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
     /// Files and folders of any format (`shsa help recordings`), or the journal of an earlier run.
     #[arg(required = true)]
     recordings: Vec<PathBuf>,
-    #[command(flatten)]
-    source: SourceArguments,
-    #[command(flatten)]
-    cut: CutArguments,
-    #[command(flatten)]
-    watching: Watching,
+    /// Print one JSON object instead of text.
+    #[arg(long)]
+    json: bool,
     /// Read the recordings while they are replayed, so that memory does not grow with them; by itself from 1 MiB on.
     /// They are looked through once before.
     #[arg(long, conflicts_with = "reload")]
     stream: bool,
+    #[command(flatten)]
+    source: SourceArguments,
+    #[command(flatten)]
+    cut: CutArguments,
+    /// Write every value that the needs are served with, as JSON lines; as a table of Parquet if the name ends in .parquet.
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
+    /// Write a page for the browser with the needs, signals and decisions of the whole replay; it needs nothing else.
+    #[arg(long, alias = "html", value_name = "FILE", help_heading = OUTPUT)]
+    report: Option<PathBuf>,
+    /// Write every decision as a table of Parquet, for pandas, Polars or DuckDB.
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
+    events: Option<PathBuf>,
     /// Write every input of the run as a journal that can be replayed; of one session only.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     journal: Option<PathBuf>,
     /// Write the run as a file of MCAP, for Foxglove, Rerun and PlotJuggler: inputs, values of all ways of knowing, verdicts,
     /// decisions, needs. It can be replayed as a journal can; of one session only.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, value_name = "FILE", help_heading = OUTPUT)]
     record: Option<PathBuf>,
     /// Write a layout for Foxglove that shows the record.
-    #[arg(long, value_name = "FILE", requires = "record")]
+    #[arg(long, value_name = "FILE", requires = "record", help_heading = OUTPUT)]
     layout: Option<PathBuf>,
-    /// Write every value that the needs are served with, as JSON lines; as a table of Parquet if the name ends in .parquet.
-    #[arg(long, value_name = "FILE")]
-    output: Option<PathBuf>,
-    /// Write every decision as a table of Parquet, for pandas, Polars or DuckDB.
-    #[arg(long, value_name = "FILE")]
-    events: Option<PathBuf>,
-    /// Write a page for the browser with the needs, signals and decisions of the whole replay; it needs nothing else.
-    #[arg(long, value_name = "FILE")]
-    report: Option<PathBuf>,
-    /// Print one JSON object instead of text.
-    #[arg(long)]
-    json: bool,
+    /// Instead of the whole loop: print, step by step, how far all ways of knowing this variable are apart.
+    #[arg(long, value_name = "VARIABLE", help_heading = COMPARISON, conflicts_with_all = NOT_COMPARED)]
+    compare: Option<String>,
+    #[command(flatten)]
+    comparison: compare::Settings,
+    #[command(flatten)]
+    watching: Watching,
+    #[command(flatten)]
+    reading: ReadArguments,
 }
+
+/// What is of the whole loop only.
+const NOT_COMPARED: [&str; 13] = [
+    "inject", "reload", "session", "stream", "from", "until", "skip", "output", "report", "events",
+    "journal", "record", "watch",
+];
 
 /// Replays and reports; the answer is no if a need was unmet.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
+    if let Some(variable) = &arguments.compare {
+        return compare::run(&Comparison {
+            model: &arguments.model,
+            variable,
+            recordings: &arguments.recordings,
+            settings: &arguments.comparison,
+            reading: &arguments.reading,
+            json: arguments.json,
+        });
+    }
     let live = show::load_live(&arguments.model)?;
     if let Some(outcome) = stream::run(arguments, live.knowledge())? {
         return Ok(outcome);
     }
-    let sources = source::read(&arguments.recordings, &arguments.source, &arguments.cut.cuts(), live)?;
+    let sources = source::read(
+        &arguments.recordings,
+        &arguments.source,
+        &arguments.reading,
+        &arguments.cut.cuts(),
+        live,
+    )?;
     only_one_is_written(arguments, sources.len())?;
     let [mut journal, mut record, mut layout, output, events, page] = written(arguments)?;
     let made = made(arguments)?;
@@ -226,8 +261,9 @@ pub(crate) fn recorded(
     model: &Path,
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    reading: &ReadArguments,
 ) -> anyhow::Result<(Recorder, Run)> {
-    let source = read_one(recordings, arguments, show::load_live(model)?)?;
+    let source = read_one(recordings, arguments, reading, show::load_live(model)?)?;
     let mut recorder = Recorder::new();
     let onlookers = Onlookers { journal: None, record: None, page: Some(&mut recorder) };
     let run = play(&source, Options::default(), onlookers)?;

@@ -1,6 +1,7 @@
 //! The inputs of a replay: recordings with injected faults, under one model after the other, or a journal.
 
 use super::reload::{self, Reload};
+use crate::headings::{FAULTS, PARTS};
 use crate::plan::find_signal;
 use crate::reading::ReadArguments;
 use crate::show;
@@ -15,23 +16,21 @@ use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted_by};
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
 
-/// How recordings are read, and what is changed in them.
+/// What is changed in recordings, and which of their sessions is used.
 #[derive(clap::Args)]
 pub(crate) struct SourceArguments {
-    /// A fault to inject; may be given several times.
-    #[arg(long, value_name = "FAULT")]
-    pub(super) inject: Vec<Fault>,
-    /// Seed of what is random in faults.
-    #[arg(long, default_value_t = 1)]
-    pub(super) seed: u64,
-    #[command(flatten)]
-    pub(super) reading: ReadArguments,
     /// A file that changes the model at this time, such as new.yaml@20s; may be given several times.
     #[arg(long, value_name = "FILE@TIME")]
     pub(super) reload: Vec<Reload>,
     /// Only the session of this number, where there are several; they are counted from 1.
-    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one)]
+    #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one, help_heading = PARTS)]
     pub(super) session: Option<NonZeroUsize>,
+    /// A fault to inject; may be given several times.
+    #[arg(long, value_name = "FAULT", help_heading = FAULTS)]
+    pub(super) inject: Vec<Fault>,
+    /// Seed of what is random in faults.
+    #[arg(long, default_value_t = 1, help_heading = FAULTS)]
+    pub(super) seed: u64,
 }
 
 impl SourceArguments {
@@ -57,13 +56,13 @@ impl SourceArguments {
 #[derive(clap::Args)]
 pub(crate) struct CutArguments {
     /// Leave out what comes before this time from the first observation on, such as 20s.
-    #[arg(long, value_name = "TIME", value_parser = moment)]
+    #[arg(long, value_name = "TIME", value_parser = moment, help_heading = PARTS)]
     from: Option<Span>,
     /// Leave out what comes at this time and after it.
-    #[arg(long, value_name = "TIME", value_parser = moment)]
+    #[arg(long, value_name = "TIME", value_parser = moment, help_heading = PARTS)]
     until: Option<Span>,
     /// Leave out this stretch, such as 20s..30s; may be given several times. After it a new session begins.
-    #[arg(long, value_name = "FROM..TO")]
+    #[arg(long, value_name = "FROM..TO", help_heading = PARTS)]
     skip: Vec<Stretch>,
 }
 
@@ -90,12 +89,13 @@ impl CutArguments {
 pub(crate) fn read(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    reading: &ReadArguments,
     cuts: &Cuts,
     live: Live,
 ) -> anyhow::Result<Vec<Source>> {
     match recordings {
         [only] if journal::is_journal_file(only) => Ok(vec![read_journal(only, arguments, cuts, live)?]),
-        _ => read_recordings(recordings, arguments, cuts, live),
+        _ => read_recordings(recordings, arguments, reading, cuts, live),
     }
 }
 
@@ -106,9 +106,10 @@ pub(crate) fn read(
 pub(crate) fn read_one(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    reading: &ReadArguments,
     live: Live,
 ) -> anyhow::Result<Source> {
-    let mut sources = read(recordings, arguments, &Cuts::default(), live)?;
+    let mut sources = read(recordings, arguments, reading, &Cuts::default(), live)?;
     match (sources.pop(), sources.len()) {
         (Some(only), 0) => Ok(only),
         (_, more) => bail!("these are {} sessions; say which with --session NUMBER", more + 1),
@@ -130,13 +131,14 @@ fn read_journal(path: &Path, arguments: &SourceArguments, cuts: &Cuts, live: Liv
 fn read_recordings(
     recordings: &[PathBuf],
     arguments: &SourceArguments,
+    reading: &ReadArguments,
     cuts: &Cuts,
     live: Live,
 ) -> anyhow::Result<Vec<Source>> {
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
     let wanted = wanted_by(&stages);
     let injections = arguments.injections(&stages, &wanted)?;
-    let mut recording = recording::read(recordings, &wanted, &arguments.reading.options())?;
+    let mut recording = recording::read(recordings, &wanted, &reading.options())?;
     show::recording(&recording);
     if let Some(cause) = recording.cause() {
         bail!("nothing of the recording can be read: {cause}");

@@ -40,7 +40,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let wanted = wanted(knowledge);
     let stages = [Stage::first(knowledge.clone())];
     let injections = arguments.source.injections(&stages, &wanted)?;
-    let options = arguments.source.reading.options();
+    let options = arguments.reading.options();
     let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
     if !survey.can_stream || survey.count == 0 {
         return Ok(None);

@@ -34,7 +34,7 @@ struct Received<'s> {
 ///
 /// # Errors
 /// When a thread panics, or the draft is no valid model.
-pub(super) fn drafted(scan: &Scan) -> anyhow::Result<String> {
+pub(crate) fn drafted(scan: &Scan) -> anyhow::Result<String> {
     let received = received(scan);
     let origin = format!("{} s of {}", scan.seconds, scan.bus);
     let (moving, others): (Vec<Received<'_>>, Vec<Received<'_>>) =
@@ -80,8 +80,8 @@ fn received(scan: &Scan) -> Vec<Received<'_>> {
 /// A model without figures.
 fn plain(origin: &str, received: &[Received<'_>]) -> String {
     let head = format!(
-        "# Drafted by `shsa scan` from {origin}.\n# To be done: units, value_error and timeout of the signals, relations, needs; \
-         one variable for the signals that tell the same.\nshsa: 1\n"
+        "# Drafted by `shsa draft` from {origin}.\n# To be done: units, value_error and timeout of the signals, relations, needs; \
+         one variable for the signals that measure the same.\nshsa: 1\n"
     );
     match received {
         [] => format!("{head}# Nothing new was heard.\nvariables: {{}}\n"),

@@ -10,7 +10,7 @@ pub(crate) mod text;
 
 use crate::bus::BusArguments;
 use crate::outcome::Outcome;
-use crate::show;
+use crate::{old, show};
 use matched::Matched;
 use shsa_bridge::Address;
 use shsa_bridge::memory::MemoryBus;
@@ -19,7 +19,7 @@ use shsa_core::time::Span;
 use shsa_message::span::parse_span;
 use std::collections::BTreeMap;
 use std::io::Write as _;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::sync::Arc;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::time::{Duration, Instant};
@@ -27,30 +27,29 @@ use topic_record::TopicRecord;
 
 /// Arguments of `shsa scan`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa scan --bus mqtt://localhost --for 10s --draft > model.yaml
+#[command(after_help = "Example: shsa scan models/rover.yaml --bus mqtt://localhost --for 10s
 
-A draft states what was received: listen until the plant has been through what it usually does.
+`shsa draft --bus BUS` writes a model of what is received.
 
 Exit status: 1 when no message is received, or a signal of the model is missing; 4 when the bus cannot be reached.")]
 pub(crate) struct Arguments {
     /// A knowledge base: the scan shows which signal each field carries, and which signals are missing.
     model: Option<PathBuf>,
-    #[command(flatten)]
-    bus: BusArguments,
     /// How long to listen, as `10 s`.
     #[arg(long = "for", value_name = "TIME", default_value = "5s", value_parser = parse_span)]
     duration: Span,
-    /// Write a model with the received signals that MODEL does not have: numbers with the figures that `shsa draft` finds in as
-    /// long a recording.
-    #[arg(long, conflicts_with = "json")]
+    /// Write a model with the received signals that MODEL does not have.
+    #[arg(long, hide = true, conflicts_with = "json")]
     draft: bool,
     /// Print one JSON object instead of text.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    bus: BusArguments,
 }
 
 /// The received messages, and the duration of the scan.
-struct Scan {
+pub(crate) struct Scan {
     bus: String,
     seconds: f64,
     topics: BTreeMap<Arc<str>, TopicRecord>,
@@ -62,47 +61,31 @@ struct Scan {
 /// The most values that are kept for a draft: 16 bytes each.
 const VALUES_MAX: usize = 4_000_000;
 
+/// What to listen to, and how long.
+pub(crate) struct Listening<'a> {
+    /// Signals that are known.
+    pub(crate) model: Option<&'a Path>,
+    pub(crate) bus: &'a BusArguments,
+    pub(crate) duration: Span,
+    /// Whether values are kept for a draft.
+    pub(crate) is_draft: bool,
+}
+
 /// Receives messages for a while, and reports the results.
 ///
 /// # Errors
 /// When the model is invalid, or the bus cannot be used.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let knowledge = arguments.model.as_deref().map(show::load_model).transpose()?;
-    let matched = knowledge.map(Matched::new).transpose()?;
-    let clock = Clock::running();
-    let inbox = Inbox::new(arguments.bus.queue, clock.clone());
-    let memory = MemoryBus::new(clock);
-    let mut bridge = arguments.bus.options().visit(inbox, &memory)?;
-    bridge.subscribe_all()?;
-    if let Link::Down(reason) = bridge.link() {
-        return Ok(show::unreachable(&arguments.bus.bus, &reason));
+    let Arguments { model, bus, duration, draft: is_draft, json } = arguments;
+    if *is_draft {
+        old::note("shsa scan", "--draft", "draft --bus BUS");
     }
-    let stop = Arc::new(AtomicBool::new(false));
-    if arguments.bus.bus == Address::Memory {
-        show::notice("no bus was given: a simulated robot drives about in this process (see --bus)");
-        shsa_demo::rover::simulate(&memory, &stop)?;
-    }
-    let duration = Duration::from_nanos(arguments.duration.0.unsigned_abs());
-    let mut scan = Scan {
-        bus: arguments.bus.bus.to_string(),
-        seconds: duration.as_secs_f64(),
-        topics: BTreeMap::new(),
-        matched,
-        room: if arguments.draft { VALUES_MAX } else { 0 },
+    let listening = Listening { model: model.as_deref(), bus, duration: *duration, is_draft: *is_draft };
+    let scan = match listened(&listening)? {
+        Ok(scan) => scan,
+        Err(outcome) => return Ok(outcome),
     };
-    scan.listen(bridge.as_mut(), duration);
-    scan.topics.values_mut().for_each(TopicRecord::finish);
-    stop.store(true, Ordering::Release);
-    if let (true, Link::Down(reason)) = (scan.topics.is_empty(), bridge.link()) {
-        return Ok(show::unreachable(&arguments.bus.bus, &reason));
-    }
-    print_losses(bridge.as_mut());
-    if arguments.draft && scan.room == 0 {
-        show::warn(format_args!(
-            "the draft is of the first {VALUES_MAX} values; listen for less time (--for)"
-        ));
-    }
-    let output = match (arguments.json, arguments.draft) {
+    let output = match (json, is_draft) {
         (true, _) => json::shown(&scan),
         (_, true) => draft::drafted(&scan)?,
         _ => text::shown(&scan),
@@ -110,10 +93,59 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     writeln!(std::io::stdout().lock(), "{}", output.trim_end())?;
     let is_missing =
         scan.matched.as_ref().is_some_and(|matched| matched.missing(&scan.topics).next().is_some());
-    Ok(if scan.topics.is_empty() || is_missing { Outcome::No } else { Outcome::Done })
+    Ok(if scan.is_silent() || is_missing { Outcome::No } else { Outcome::Done })
+}
+
+/// What was received; or the outcome, when the bus cannot be reached.
+///
+/// # Errors
+/// When the model is invalid, or the bus cannot be used.
+pub(crate) fn listened(listening: &Listening<'_>) -> anyhow::Result<Result<Scan, Outcome>> {
+    let knowledge = listening.model.map(show::load_model).transpose()?;
+    let matched = knowledge.map(Matched::new).transpose()?;
+    let clock = Clock::running();
+    let inbox = Inbox::new(listening.bus.queue, clock.clone());
+    let memory = MemoryBus::new(clock);
+    let address = &listening.bus.bus;
+    let mut bridge = listening.bus.options().visit(inbox, &memory)?;
+    bridge.subscribe_all()?;
+    if let Link::Down(reason) = bridge.link() {
+        return Ok(Err(show::unreachable(address, &reason)));
+    }
+    let stop = Arc::new(AtomicBool::new(false));
+    if *address == Address::Memory {
+        show::notice("no bus was given: a simulated robot drives about in this process (see --bus)");
+        shsa_demo::rover::simulate(&memory, &stop)?;
+    }
+    let duration = Duration::from_nanos(listening.duration.0.unsigned_abs());
+    let mut scan = Scan {
+        bus: address.to_string(),
+        seconds: duration.as_secs_f64(),
+        topics: BTreeMap::new(),
+        matched,
+        room: if listening.is_draft { VALUES_MAX } else { 0 },
+    };
+    scan.listen(bridge.as_mut(), duration);
+    scan.topics.values_mut().for_each(TopicRecord::finish);
+    stop.store(true, Ordering::Release);
+    if let (true, Link::Down(reason)) = (scan.is_silent(), bridge.link()) {
+        return Ok(Err(show::unreachable(address, &reason)));
+    }
+    print_losses(bridge.as_mut());
+    if listening.is_draft && scan.room == 0 {
+        show::warn(format_args!(
+            "the draft is of the first {VALUES_MAX} values; listen for less time (--for)"
+        ));
+    }
+    Ok(Ok(scan))
 }
 
 impl Scan {
+    /// Whether no message was received.
+    pub(crate) fn is_silent(&self) -> bool {
+        self.topics.is_empty()
+    }
+
     fn listen(&mut self, bridge: &mut dyn Bridge, duration: Duration) {
         let inbox = bridge.inbox().clone();
         let end = Instant::now() + duration;

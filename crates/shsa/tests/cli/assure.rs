@@ -97,7 +97,7 @@ fn a_new_service_gives_what_was_missing() {
         "signals: { /radar/speed: { variable: speed, rate: 10 Hz, value_error: 0.3 } }\n\
          contracts: { /radar/speed: { evidence: { fresh: age at most 300 ms }, gives: { exact: { error: at most 0.8 m/s, level: ASIL B } } } }\n",
     );
-    folder.ends("patch stability.yaml upgrade.yaml -o upgraded.yaml", 0);
+    folder.ends("model patch stability.yaml upgrade.yaml -o upgraded.yaml", 0);
     let after = |model: &str| {
         let answer = folder.json(&format!("assure {model}"), 0);
         let losses = answer["needs"][0]["losses"].as_array().unwrap().clone();

@@ -137,7 +137,7 @@ fn the_page_has_what_the_text_says_and_the_patch() {
 #[test]
 fn the_calibrated_model_is_the_model_with_the_patch() {
     let (folder, _) = calibrated();
-    let patched = folder.ends("patch m.yaml patch.yaml", 0).stdout;
+    let patched = folder.ends("model patch m.yaml patch.yaml", 0).stdout;
     assert_eq!(folder.read("tuned.yaml"), patched);
     assert_ne!(patched, folder.read("m.yaml"));
     let refused = folder.ends("calibrate m.yaml drive.csv --output m.yaml", 2);

@@ -13,7 +13,7 @@ fn between<'t>(text: &'t str, before: &str, after: &str) -> &'t str {
 
 fn page() -> String {
     let folder = Folder::with(&[("story.yaml", STORY)]);
-    folder.ends("story story.yaml --report out.html", 0);
+    folder.ends("test story.yaml --report out.html", 0);
     folder.read("out.html")
 }
 

@@ -102,7 +102,7 @@ fn from_a_recording_to_a_watching_model_in_three_commands() {
     let folder = Folder::with(&[("drive.csv", drive(2_000).as_bytes())]);
     folder.ends("draft drive.csv -o m.yaml", 0);
     folder.ends("calibrate m.yaml drive.csv --patch tuned.yaml --false-alarms 20", 0);
-    folder.ends("patch m.yaml tuned.yaml -o m.yaml", 0);
+    folder.ends("model patch m.yaml tuned.yaml -o m.yaml", 0);
     let events = |arguments: &str| {
         let report = folder.json(&format!("replay m.yaml drive.csv {arguments}"), 0);
         let events = report["events"].as_array().unwrap().iter().filter(|it| it["kind"] == "failed");

@@ -302,7 +302,7 @@ fn a_story_is_explained() {
             "it must move and agree in every comparison",
         ],
     );
-    let output = folder.ends("story story.yaml", 0).stdout;
+    let output = folder.ends("test story.yaml", 0).stdout;
     let list = folder.json("explain story.yaml", 0);
     for decision in list["decisions"].as_array().unwrap() {
         tells(&output, &[decision["because"].as_str().unwrap()]);

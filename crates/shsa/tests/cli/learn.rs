@@ -60,15 +60,19 @@ fn what_follows_from_others_is_found_and_what_drifts_alike_is_not() {
 fn the_change_is_put_into_the_model_which_knows_it_then() {
     let folder = folder();
     folder.ends("draft power.csv -o m.yaml", 0);
-    folder.ends("learn power.csv --model m.yaml --patch found.yaml", 0);
+    folder.ends("learn power.csv --model m.yaml --patch found.yaml -o learned.yaml", 0);
     let change = folder.read("found.yaml");
     assert!(
         change.contains("\n  power_from_volts_amps: { equation: \"power = volts * amps\", error: "),
         "{change}"
     );
     assert!(change.contains("\n  # statistical only; "), "{change}");
-    folder.ends("patch m.yaml found.yaml -o m.yaml", 0);
-    folder.ends("check m.yaml", 0);
+    folder.ends("model patch m.yaml found.yaml -o m.yaml", 0);
+    assert_eq!(folder.read("learned.yaml"), folder.read("m.yaml"));
+    // Without a model, the draft of the recordings gets the relations.
+    folder.ends("learn power.csv -o drafted.yaml", 0);
+    assert!(folder.read("drafted.yaml").contains("power_from_volts_amps"), "{}", folder.read("drafted.yaml"));
+    folder.ends("check drafted.yaml", 0);
     let again = folder.json("learn power.csv --model m.yaml", 0);
     let is_known = |it: &serde_json::Value| it["equation"] == "power = volts * amps";
     assert!(!again["relations"].as_array().unwrap().iter().any(is_known), "{again}");
@@ -126,7 +130,7 @@ fn what_serves_a_need_is_kept_and_nothing_else() {
     assert_eq!(need["left"], serde_json::json!([]), "{need}");
     assert_eq!(relations.len(), 1, "{found}");
     assert_eq!(relations[0]["equation"], "power = volts * amps");
-    folder.ends("patch m.yaml found.yaml -o m.yaml", 0);
+    folder.ends("model patch m.yaml found.yaml -o m.yaml", 0);
     let after = folder.json("analyze m.yaml", 0);
     let survives = after["needs"].as_array().unwrap().iter().find(|it| it["variable"] == "power").unwrap();
     assert_eq!(survives["single_points"], serde_json::json!([]), "{survives}");
@@ -153,7 +157,7 @@ fn the_answer_is_no_where_nothing_is_found() {
     assert_eq!(folder.ends("learn two.csv", 1).stdout, "no relation found between 2 variables\n");
     folder.ends("learn two.csv --patch nothing.yaml", 1);
     folder.ends("draft two.csv -o model.yaml", 0);
-    folder.ends("patch model.yaml nothing.yaml -o same.yaml", 0);
+    folder.ends("model patch model.yaml nothing.yaml -o same.yaml", 0);
     folder.ends("check same.yaml", 0);
     folder.refuses("learn absent.csv", &["absent.csv"]);
 }

@@ -1,4 +1,4 @@
-//! `shsa join` and `shsa part`: models in pieces.
+//! `shsa model join` and `shsa model part`: models in pieces.
 
 use crate::folder::Folder;
 
@@ -24,13 +24,13 @@ fn folder() -> Folder {
 #[test]
 fn parts_make_a_whole_and_a_whole_parts() {
     let folder = folder();
-    folder.ends("join chassis.yaml engine.yaml -o car.yaml", 0);
+    folder.ends("model join chassis.yaml engine.yaml -o car.yaml", 0);
     let found = folder.json("plan car.yaml speed --all", 0);
     assert_eq!(found["substitutions"].as_array().unwrap().len(), 2);
-    folder.ends("part car.yaml gears crank -o gears.json", 0);
+    folder.ends("model part car.yaml gears crank -o gears.json", 0);
     let checked = folder.json("check gears.json", 0);
     assert_eq!((&checked["variables"], &checked["relations"]), (&2.into(), &1.into()));
-    folder.ends("join chassis.yaml gears.json -o again.yaml", 0);
+    folder.ends("model join chassis.yaml gears.json -o again.yaml", 0);
     assert_eq!(folder.json("plan again.yaml speed --all", 0)["substitutions"].as_array().unwrap().len(), 2);
 }
 
@@ -39,27 +39,29 @@ fn contradictions_name_both_places() {
     let folder = folder();
     let other = ENGINE.replace("speed: { unit: m/s }", "speed: { unit: rad }");
     folder.write("engine.yaml", other.as_bytes());
-    folder
-        .refuses("join chassis.yaml engine.yaml -o car.yaml", &["chassis.yaml:2", "engine.yaml:2", "speed"]);
+    folder.refuses(
+        "model join chassis.yaml engine.yaml -o car.yaml",
+        &["chassis.yaml:2", "engine.yaml:2", "speed"],
+    );
     assert!(!folder.names().contains(&"car.yaml".to_owned()), "something was written");
-    folder.refuses("join chassis.yaml", &["required"]);
-    folder.refuses("part chassis.yaml weel", &["nothing with the name weel"]);
+    folder.refuses("model join chassis.yaml", &["required"]);
+    folder.refuses("model part chassis.yaml weel", &["nothing with the name weel"]);
 }
 
 #[test]
 fn nothing_is_written_over_a_model_or_as_what_it_is_not() {
     let folder = folder();
     let is_read = "is in use by this run already";
-    folder.refuses("join chassis.yaml engine.yaml -o engine.yaml", &["engine.yaml", is_read]);
-    folder.refuses("join chassis.yaml engine.yaml -o ./chassis.yaml", &["chassis.yaml", is_read]);
-    folder.refuses("part engine.yaml speed -o engine.yaml", &["engine.yaml", is_read]);
+    folder.refuses("model join chassis.yaml engine.yaml -o engine.yaml", &["engine.yaml", is_read]);
+    folder.refuses("model join chassis.yaml engine.yaml -o ./chassis.yaml", &["chassis.yaml", is_read]);
+    folder.refuses("model part engine.yaml speed -o engine.yaml", &["engine.yaml", is_read]);
     for ending in ["pl", "dot", "svg"] {
-        let words = [&format!("as .{ending}"), "YAML or JSON", "shsa convert"];
-        folder.refuses(&format!("part engine.yaml gears -o x.{ending}"), &words);
-        folder.refuses(&format!("join chassis.yaml engine.yaml -o x.{ending}"), &words);
+        let words = [&format!("as .{ending}"), "YAML or JSON", "shsa model convert"];
+        folder.refuses(&format!("model part engine.yaml gears -o x.{ending}"), &words);
+        folder.refuses(&format!("model join chassis.yaml engine.yaml -o x.{ending}"), &words);
     }
     let read = |name: &str| std::fs::read_to_string(folder.path(name)).unwrap();
     assert_eq!((read("chassis.yaml"), read("engine.yaml")), (CHASSIS.into(), ENGINE.into()));
     assert_eq!(folder.names().len(), 2, "{:?}", folder.names());
-    folder.ends("part engine.yaml speed -o part.yml", 0);
+    folder.ends("model part engine.yaml speed -o part.yml", 0);
 }

@@ -73,7 +73,7 @@ fn fields_of_recordings() {
     check("info", &of(&["info run.csv", "info run.jsonl"]));
     let fusion = "fusion:\n  tank: { method: kalman, states: { level: { spread: 5, noise: 0.1 } }, inputs: { level: level }, outputs: { fused: level } }\n";
     folder.write("fused.yaml", format!("{}{fusion}", tank::MODEL));
-    check("monitor", &of(&["monitor tank.yaml level --observations run.jsonl"]));
+    check("replay --compare", &of(&["replay tank.yaml run.jsonl --compare level"]));
     check(
         "replay",
         &of(&[
@@ -179,13 +179,13 @@ fn exit_statuses() {
 #[test]
 fn help_prints_the_reference_and_the_help_of_commands() {
     let folder = Folder::new();
-    for page in ["model", "formulas", "recordings", "events", "json"] {
+    for page in ["model", "formulas", "recordings", "events", "json", "cookbook", "learning", "needs"] {
         let path = format!("{}/../../docs/{page}.md", env!("CARGO_MANIFEST_DIR"));
         let text = std::fs::read_to_string(path).unwrap();
         assert_eq!(folder.ends(&format!("help {page}"), 0).stdout, text);
     }
     assert_eq!(folder.ends("help", 0).stdout, folder.ends("--help", 0).stdout);
-    for command in ["replay", "check"] {
+    for command in ["replay", "check", "model convert"] {
         assert_eq!(
             folder.ends(&format!("help {command}"), 0).stdout,
             folder.ends(&format!("{command} --help"), 0).stdout
@@ -223,7 +223,7 @@ fn a_change_is_put_into_the_file() {
         b"signals:\n  /level: { variable: level, rate: 1 Hz, value_error: 7 cm }\n",
     )]);
     folder.write("tank.yaml", tank::MODEL.replace("signals:\n", "signals:\n  # As it came.\n"));
-    assert_eq!(folder.ends("patch tank.yaml change.yaml -o new.yaml", 0).stdout, "");
+    assert_eq!(folder.ends("model patch tank.yaml change.yaml -o new.yaml", 0).stdout, "");
     let new = folder.read("new.yaml");
     assert!(
         new.contains("  # As it came.\n  /level:    { variable: level, rate: 1 Hz, value_error: 7 cm }\n"),
@@ -232,7 +232,7 @@ fn a_change_is_put_into_the_file() {
     assert_eq!(new.lines().count(), folder.read("tank.yaml").lines().count());
     folder.ends("check new.yaml", 0);
     folder.write("bad.yaml", "signals:\n  /level: { variabel: level }\n");
-    folder.refuses("patch tank.yaml bad.yaml -o never.yaml", &["did you mean `variable`?"]);
+    folder.refuses("model patch tank.yaml bad.yaml -o never.yaml", &["did you mean `variable`?"]);
     assert!(!folder.path("never.yaml").exists());
 }
 
@@ -241,5 +241,5 @@ fn the_schema_is_that_of_the_documents() {
     let stored =
         std::fs::read_to_string(concat!(env!("CARGO_MANIFEST_DIR"), "/../../docs/model.schema.json"))
             .unwrap();
-    assert_eq!(Folder::new().ends("schema", 0).stdout, stored);
+    assert_eq!(Folder::new().ends("model schema", 0).stdout, stored);
 }

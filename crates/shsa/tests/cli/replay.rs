@@ -326,7 +326,7 @@ fn cut_recordings_give_what_they_hold() {
         let report: Value = serde_json::from_str(&ended.stdout).unwrap();
         let observations = report["observations"].as_u64().unwrap();
         assert!((75..=90).contains(&observations), "{file}: {observations}");
-        folder.ends(&format!("monitor tank.yaml level --observations {file}"), 3);
+        folder.ends(&format!("replay tank.yaml {file} --compare level"), 3);
     }
     let cut_journal = |lines: usize| {
         let journal = folder.read("j.jsonl");

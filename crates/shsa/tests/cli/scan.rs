@@ -1,4 +1,4 @@
-//! `shsa scan` on the bus in memory: receives the simulated robot, matches it with its model, and drafts a model.
+//! `shsa scan` on the bus in memory: receives the simulated robot, matches it with its model; `shsa draft --bus` drafts a model of it.
 
 use crate::folder::Folder;
 use serde_json::Value;
@@ -38,7 +38,7 @@ fn a_signal_that_is_not_there_is_missing_with_its_reason() {
 #[test]
 fn a_draft_is_a_model_that_hears_what_it_was_drafted_from() {
     let folder = Folder::new();
-    let draft = folder.run("scan --for 700ms --draft").stdout;
+    let draft = folder.ends("draft --bus memory --for 700ms", 0).stdout;
     folder.write("draft.yaml", &draft);
     assert_eq!(folder.run("check draft.yaml").status, 0, "{draft}");
     // What moves has the figures of a recording's draft; lists have none.
@@ -50,7 +50,16 @@ fn a_draft_is_a_model_that_hears_what_it_was_drafted_from() {
     let again = folder.run("scan draft.yaml --for 700ms");
     assert_eq!(again.status, 0, "{}", again.stdout);
     assert!(again.stdout.contains("All 4 signals are there."), "{}", again.stdout);
-    assert!(folder.run("scan draft.yaml --for 700ms --draft").stdout.contains("Nothing new was heard."));
+    folder.ends("draft --bus memory --for 700ms --model draft.yaml -o rest.yaml", 0);
+    assert!(folder.read("rest.yaml").contains("Nothing new was heard."));
+    // As it was called before.
+    let earlier = folder.ends("scan draft.yaml --for 700ms --draft", 0);
+    assert_eq!(earlier.stdout, folder.read("rest.yaml"));
+    assert!(
+        earlier.stderr.contains("`shsa scan --draft` is now `shsa draft --bus BUS`"),
+        "{}",
+        earlier.stderr
+    );
 }
 
 #[test]

@@ -8,7 +8,7 @@ const COMMANDS: [&str; 6] = [
     "check tank.yaml",
     "check bad.yaml",
     "plan tank.yaml level --all",
-    "monitor tank.yaml level --observations run.csv",
+    "replay tank.yaml run.csv --compare level",
     "replay tank.yaml run.csv --inject drop:/volume@90s..",
     "replay bad.yaml run.csv",
 ];
@@ -51,7 +51,7 @@ fn colour_on_a_terminal_unless_it_is_not_wanted() {
 #[test]
 fn a_reader_that_stops_is_no_error() {
     let folder = tank::folder();
-    let long = ["monitor tank.yaml level --observations run.csv --json --period 1ms", "completions bash"];
+    let long = ["replay tank.yaml run.csv --compare level --json --period 1ms", "completions bash"];
     for command in long {
         let mut child =
             folder.command(command).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn().unwrap();

@@ -1,4 +1,4 @@
-//! `shsa monitor --mode thesis`, compared step by step with the recorded experiments of the published program.
+//! `shsa replay --compare VARIABLE --mode thesis`, compared step by step with the recorded experiments of the published program.
 //!
 //! The recorded runs lie outside the project; without them the test prints SKIPPED. The only difference concerns ties: they name
 //! nobody here, while the published program names the lowest index.
@@ -44,7 +44,9 @@ fn run(experiment: &Value) -> Vec<Value> {
     ]);
     let buffer = &experiment["buffer_size"];
     let ended = folder.ends(
-        &format!("monitor model.yaml x --observations inputs.jsonl --period 1s --buffer {buffer} --mode thesis --json"),
+        &format!(
+            "replay model.yaml inputs.jsonl --compare x --period 1s --buffer {buffer} --mode thesis --json"
+        ),
         0,
     );
     assert_eq!(ended.stderr, "");

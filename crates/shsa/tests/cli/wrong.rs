@@ -11,7 +11,7 @@ fn a_bad_model_is_refused_by_every_command() {
     let place = ["bad.yaml:3:12", "did you mean `unit`?"];
     folder.refuses("plan bad.yaml level", &place);
     folder.refuses("plan bad.yaml level --json", &place);
-    folder.refuses("monitor bad.yaml level --observations run.csv", &place);
+    folder.refuses("replay bad.yaml run.csv --compare level", &place);
     folder.refuses("replay bad.yaml run.csv --journal j.jsonl --output o.jsonl", &place);
     assert_eq!(folder.names(), ["bad.yaml", "run.bag", "run.csv", "run.jsonl", "tank.yaml"]);
 }
@@ -83,6 +83,7 @@ fn what_is_read_is_not_written_over() {
         "assure tank.yaml --over run.csv -o run.csv",
         "draft run.csv -o run.csv",
         "learn run.csv --patch run.csv",
+        "learn run.csv -o run.csv",
         "replay tank.yaml run.csv --report run.csv",
     ] {
         folder.refuses(arguments, &[words]);

@@ -135,6 +135,6 @@ fn joining_is_refused_where_the_bus_does_not_tell_who_is_there() {
             .unwrap();
         let stated = String::from_utf8_lossy(&run.stderr);
         assert!(!run.status.success() && stated.contains("--join is not possible on this bus"), "{stated}");
-        assert!(stated.contains("zenoh://") && stated.contains("shsa join"), "{stated}");
+        assert!(stated.contains("zenoh://") && stated.contains("shsa model join"), "{stated}");
     }
 }

@@ -48,7 +48,7 @@ fn check(name: &str, recorded: Option<Case>, arguments: &str, rest: &str) {
     run(&format!("draft RECORDING {arguments} -o m.yaml"));
     run("check m.yaml");
     run("calibrate m.yaml RECORDING --patch tuned.yaml");
-    run("patch m.yaml tuned.yaml -o m.yaml");
+    run("model patch m.yaml tuned.yaml -o m.yaml");
     let report: Value =
         serde_json::from_str(&run(&format!("replay m.yaml RECORDING {rest} --json"))).unwrap();
     let failed: Vec<&Value> =

@@ -94,7 +94,7 @@ fn the_shipped_models_are_laid_out() {
             let path = entry.unwrap().path();
             if path.extension().is_some_and(|extension| extension == "yaml") {
                 let model = std::fs::read_to_string(&path).unwrap();
-                assert_eq!(text(&model), model, "`shsa fmt {}` lays it out", path.display());
+                assert_eq!(text(&model), model, "`shsa model fmt {}` lays it out", path.display());
                 count += 1;
             }
         }

@@ -112,5 +112,5 @@ fn what_is_broken_is_refused() {
 #[test]
 fn the_schema_in_the_documents_is_this_one() {
     let stored = std::fs::read_to_string(Path::new(ROOT).join("docs/model.schema.json")).unwrap_or_default();
-    assert!(stored == schema::text(), "`shsa schema > docs/model.schema.json` writes another one");
+    assert!(stored == schema::text(), "`shsa model schema > docs/model.schema.json` writes another one");
 }

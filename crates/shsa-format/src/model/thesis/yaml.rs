@@ -92,7 +92,7 @@ impl Reader<'_> {
                 self.wrong(
                     node,
                     &format!("expected {what}"),
-                    "see the form in the documentation of `shsa convert`",
+                    "see the form in the documentation of `shsa model convert`",
                 );
                 &[]
             }

@@ -117,7 +117,7 @@ impl<'t> Graph<'t> {
         }
         let statements = counted(count, "statement");
         let message = format!("not taken over: {statements} with {}", names.join(", "));
-        let help = "what is read is in `shsa convert --help`";
+        let help = "what is read is in `shsa model convert --help`";
         notes.warn(&Text::default(), message, help);
     }
 }

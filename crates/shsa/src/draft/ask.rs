@@ -1,18 +1,10 @@
-//! `shsa init`: a first model from recordings, with the answers that only a person can give.
-//!
-//! `recordings -> columns -> units (asked) -> draft -> what measures the same (asked) -> needs (asked) -> model file`
+//! The questions of `shsa draft`: what no recording says.
 
-use crate::columns::ColumnArguments;
-use crate::outcome::Outcome;
-use crate::progress::Search;
-use crate::show;
-use anyhow::{Context, bail};
+use anyhow::bail;
 use shsa_core::unit::{Unit, nearest};
-use shsa_format::text::counted;
-use shsa_lab::drafting::{Because, Columns, Drafted, Needed, checked_text, draft, variable_names};
+use shsa_lab::drafting::{Because, Columns, Drafted, Needed, variable_names};
 use shsa_message::span::parse_span;
 use std::io::{BufRead, Write, stderr, stdin};
-use std::path::PathBuf;
 
 /// The most units that are asked for one by one; the others stay open in the file.
 const MOST_UNITS: usize = 12;
@@ -20,71 +12,18 @@ const MOST_UNITS: usize = 12;
 /// The most variables that are listed.
 const MOST_NAMES: usize = 20;
 
-/// Arguments of `shsa init`.
-#[derive(clap::Args)]
-#[command(after_help = "Example: shsa init drive/ -o car.yaml
-         shsa init drive/ -o car.yaml --yes
-         shsa learn drive/ --model car.yaml --patch relations.yaml
-
-Asked is what no recording says: units that the headers leave out, whether signals with names of one kind measure the same, and \
-which variables must stay available, how fresh. An empty answer takes the proposal in brackets; the end of the input does so for \
-all that is left. The rest is as `shsa draft` finds it.")]
-pub(crate) struct Arguments {
-    #[command(flatten)]
-    columns: ColumnArguments,
-    /// Where to write the model; a file that exists is not replaced.
-    #[arg(short, long, value_name = "FILE", default_value = "model.yaml")]
-    output: PathBuf,
-    /// Ask nothing, and take every proposal.
-    #[arg(long)]
-    yes: bool,
-}
-
-/// Asks, and writes the model.
-///
-/// # Errors
-/// When a recording cannot be read, nothing in it can be a signal, or the file exists or cannot be written.
-pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let path = &arguments.output;
-    if path.exists() {
-        bail!("{} exists: name another file (-o), or move it away", path.display());
-    }
-    let mut read = arguments.columns.read()?;
-    let mut asking = Asking { is_over: arguments.yes };
-    ask_units(&mut read, &mut asking)?;
-    let mut drafted = draft(&read.columns, &read.joints, &Search::default())?;
-    if drafted.groups.is_empty() {
-        bail!("nothing in the recording can be a signal: it has no number that changes");
-    }
-    ask_groups(&read, &mut drafted, &mut asking)?;
-    ask_needs(&read, &mut drafted, &mut asking)?;
-    let recordings: Vec<String> =
-        arguments.columns.recordings.iter().map(|path| path.display().to_string()).collect();
-    let told = read.warnings.len();
-    let text = checked_text(&mut read, &mut drafted, &recordings.join(", "))?;
-    read.warnings[told..].iter().for_each(show::warn);
-    std::fs::write(path, text).with_context(|| format!("cannot write {}", path.display()))?;
-    let signals = drafted.groups.iter().map(|group| group.members.len()).sum();
-    show::notice(&format!(
-        "{}: {}, {}, {}",
-        path.display(),
-        counted(drafted.groups.len(), "variable"),
-        counted(signals, "signal"),
-        counted(drafted.needs.len(), "need")
-    ));
-    let (model, recordings) = (path.display(), recordings.join(" "));
-    show::notice(&format!("next: shsa learn {recordings} --model {model} --patch relations.yaml"));
-    show::notice(&format!("      shsa calibrate {model} {recordings} --patch tuned.yaml"));
-    Ok(if read.degraded { Outcome::Degraded } else { Outcome::Done })
-}
-
 /// Questions on standard error, answers on standard input.
-struct Asking {
+pub(super) struct Asking {
     /// Whether every further question takes its proposal.
     is_over: bool,
 }
 
 impl Asking {
+    /// Asks, or takes every proposal without a question.
+    pub(super) fn new(takes_all: bool) -> Asking {
+        Asking { is_over: takes_all }
+    }
+
     /// The answer, or the proposal where it is empty.
     fn ask(&mut self, question: &str, proposal: &str) -> anyhow::Result<String> {
         if self.is_over {
@@ -130,7 +69,7 @@ impl Asking {
 }
 
 /// Units: those that names suggest all together, the others one by one.
-fn ask_units(read: &mut Columns, asking: &mut Asking) -> anyhow::Result<()> {
+pub(super) fn units(read: &mut Columns, asking: &mut Asking) -> anyhow::Result<()> {
     let open: Vec<usize> = (0..read.about.len())
         .filter(|at| read.columns[*at].signal.unit.is_none() && read.columns[*at].moves())
         .collect();
@@ -157,7 +96,7 @@ fn ask_units(read: &mut Columns, asking: &mut Asking) -> anyhow::Result<()> {
 }
 
 /// Groups that names suggest: do they measure the same?
-fn ask_groups(read: &Columns, drafted: &mut Drafted, asking: &mut Asking) -> anyhow::Result<()> {
+pub(super) fn groups(read: &Columns, drafted: &mut Drafted, asking: &mut Asking) -> anyhow::Result<()> {
     for at in 0..drafted.groups.len() {
         let members = &drafted.groups[at].members;
         let named = members.iter().filter(|it| it.because == Because::Named);
@@ -180,7 +119,7 @@ fn ask_groups(read: &Columns, drafted: &mut Drafted, asking: &mut Asking) -> any
 }
 
 /// What must stay available, and how fresh.
-fn ask_needs(read: &Columns, drafted: &mut Drafted, asking: &mut Asking) -> anyhow::Result<()> {
+pub(super) fn needs(read: &Columns, drafted: &mut Drafted, asking: &mut Asking) -> anyhow::Result<()> {
     let names = variable_names(read, drafted);
     let Some(first) = drafted.most_measured() else { return Ok(()) };
     let place = |name: &str| match names.iter().position(|known| known == name) {

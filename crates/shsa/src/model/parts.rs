@@ -1,4 +1,4 @@
-//! `shsa join` and `shsa part`: put models of subsystems together, and take a part out of a model.
+//! `shsa model join` and `shsa model part`: put models of subsystems together, and take a part out of a model.
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
@@ -12,12 +12,12 @@ use std::fs;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 
-/// Arguments of `shsa join`.
+/// Arguments of `shsa model join`.
 #[derive(clap::Args)]
 #[command(
     after_help = "An entry that several files have alike is taken once; where files contradict each other, both places are reported.
 
-Example: shsa join chassis.yaml engine.yaml -o car.yaml"
+Example: shsa model join chassis.yaml engine.yaml -o car.yaml"
 )]
 pub(crate) struct JoinArguments {
     /// The knowledge bases, YAML or JSON; one part may use a name that only another part describes.
@@ -27,9 +27,9 @@ pub(crate) struct JoinArguments {
     output: Output,
 }
 
-/// Arguments of `shsa part`.
+/// Arguments of `shsa model part`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa part models/husky.yaml path_speed -o speed.yaml")]
+#[command(after_help = "Example: shsa model part models/husky.yaml path_speed -o speed.yaml")]
 pub(crate) struct PartArguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
@@ -88,7 +88,7 @@ impl Output {
         if let Some(ending) = ending.filter(|ending| !ENDINGS.contains(&ending.as_ref())) {
             bail!(
                 "cannot write {shown} as .{ending}: a model with all that it says is YAML or JSON; write it as one of \
-                 these, and convert that with `shsa convert`"
+                 these, and convert that with `shsa model convert`"
             );
         }
         ensure_free([self.output.as_path()], &models.iter().collect::<Vec<_>>())

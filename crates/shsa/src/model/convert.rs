@@ -1,4 +1,4 @@
-//! `shsa convert`: a knowledge base in another form, or as a drawing.
+//! `shsa model convert`: a knowledge base in another form, or as a drawing.
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::written::ensure_free;
@@ -15,7 +15,7 @@ use std::fs;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
 
-/// Arguments of `shsa convert`.
+/// Arguments of `shsa model convert`.
 #[derive(clap::Args)]
 #[command(after_help = HELP)]
 pub(crate) struct Arguments {
@@ -61,9 +61,9 @@ An ontology in Turtle uses SOSA and SSN: a sosa:ObservableProperty (schema:unitT
 that sosa:observes it a signal, a sosa:Platform that sosa:hosts several sensors their common cause, and a sosa:Procedure with \
 ssn:hasInput and ssn:hasOutput a relation, structure only but for `<urn:shsa:ontology#equation>`. Names are rdfs:label, or ends of IRIs.
 
-Example: shsa convert models/rover.yaml -o rover.ttl
-Example: shsa convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
-Example: shsa convert facts.pl -o model.yaml";
+Example: shsa model convert models/rover.yaml -o rover.ttl
+Example: shsa model convert models/rover.yaml -o rover.svg --mark v_dmin --lost /lidar/scan
+Example: shsa model convert facts.pl -o model.yaml";
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 enum Target {

@@ -1,5 +1,6 @@
-//! `shsa story`: tells stories - what is observed, what is decided and why, what was expected and what was found.
+//! `shsa test`: runs stories and reports: what is observed, what is decided and why, what was expected and what was found.
 
+use crate::headings::OUTPUT;
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::replay::provenance;
 use crate::show;
@@ -12,19 +13,23 @@ use shsa_report::replay::{Provenance, story_page};
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 
-/// Arguments of `shsa story`.
+/// Arguments of `shsa test`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa story stories/01-dead-but-looks-alive.yaml")]
+#[command(after_help = "Example: shsa test stories/01-dead-but-looks-alive.yaml
+
+A story is a model, what is observed, and what must come of it. Each decision is printed with its reason.
+
+Exit status: 1 when an expectation is not met.")]
 pub(crate) struct Arguments {
     /// Stories: a model, what is observed, and what must come of it, as YAML.
     #[arg(required = true)]
     stories: Vec<PathBuf>,
     /// Write the page of `shsa replay --report` about a story, with its assurance case.
-    #[arg(long, value_name = "FILE")]
+    #[arg(long, alias = "html", value_name = "FILE", help_heading = OUTPUT)]
     report: Option<PathBuf>,
 }
 
-/// Tells every story; the answer is no if an expectation is not met.
+/// Runs every story; the answer is no if an expectation is not met.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if let Some(path) = &arguments.report {
         let [story] = arguments.stories.as_slice() else { bail!("a report is about one story: name one") };
@@ -39,7 +44,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     Ok(if is_met { Outcome::Done } else { Outcome::No })
 }
 
-/// Tells a story, and writes the page about it.
+/// Runs a story, and writes the page about it.
 pub(crate) fn run_story(story: &Story, report: Option<(&Path, &Provenance)>) -> anyhow::Result<Outcome> {
     let is_met = print_story(story)?;
     if let Some((path, made)) = report {

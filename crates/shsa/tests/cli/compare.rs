@@ -1,4 +1,4 @@
-//! `shsa monitor`: one line a step.
+//! `shsa replay --compare`: one line a step.
 
 use crate::folder::{Ended, Folder, keys};
 use crate::tank;
@@ -11,7 +11,7 @@ fn steps(ended: &Ended) -> Vec<Value> {
 #[test]
 fn the_default_names_the_signal() {
     let folder = tank::folder();
-    let steps = steps(&folder.ends("monitor tank.yaml level --observations run.jsonl --json", 0));
+    let steps = steps(&folder.ends("replay tank.yaml run.jsonl --compare level --json", 0));
     assert_eq!(steps.len(), 59);
     for (second, step) in steps.iter().enumerate() {
         assert_eq!(keys(step), ["time_ns", "outputs", "errors", "failed", "verdicts"]);
@@ -29,7 +29,7 @@ fn the_default_names_the_signal() {
 #[test]
 fn thesis_mode_names_the_way() {
     let folder = tank::folder();
-    let steps = steps(&folder.ends("monitor tank.yaml level --observations run.csv --mode thesis --json", 0));
+    let steps = steps(&folder.ends("replay tank.yaml run.csv --compare level --mode thesis --json", 0));
     for step in &steps {
         assert_eq!(keys(step), ["time_ns", "outputs", "errors", "failed"]);
     }
@@ -49,7 +49,7 @@ fn thesis_mode_names_the_way() {
 fn text_has_a_head_rows_and_a_sum() {
     let folder = tank::folder();
     let output =
-        folder.ends("monitor tank.yaml level --observations run.jsonl --mode thesis --period 10s", 0).stdout;
+        folder.ends("replay tank.yaml run.jsonl --compare level --mode thesis --period 10s", 0).stdout;
     let expected = "\
 level is known in 3 ways:
    0  /level
@@ -63,7 +63,7 @@ Errors: how far a way is from each other one, summed in m.
     assert!(output.starts_with(expected), "{output}");
     assert!(output.contains("way 0 failed\n"), "{output}");
     assert!(output.ends_with("\n6 steps\nway 0 (/level) failed in 3 of them\n"), "{output}");
-    let output = folder.ends("monitor tank.yaml level --observations run.jsonl", 0).stdout;
+    let output = folder.ends("replay tank.yaml run.jsonl --compare level", 0).stdout;
     assert!(output.contains("/level failed\n") && output.contains("\n59 steps\n"), "{output}");
 }
 
@@ -71,13 +71,13 @@ Errors: how far a way is from each other one, summed in m.
 fn steps_follow_the_period() {
     let folder = tank::folder();
     let count = |period: &str| {
-        let arguments = format!("monitor tank.yaml level --observations run.csv --json --period {period}");
+        let arguments = format!("replay tank.yaml run.csv --compare level --json --period {period}");
         steps(&folder.ends(&arguments, 0)).len()
     };
     assert_eq!([count("1s"), count("500ms"), count("7s"), count("5min")], [59, 118, 9, 1]);
     for (period, words) in [("0s", "positive"), ("5", "unit of time"), ("1ns", "too many"), ("abc", "'abc'")]
     {
-        let arguments = format!("monitor tank.yaml level --observations run.csv --period {period}");
+        let arguments = format!("replay tank.yaml run.csv --compare level --period {period}");
         folder.refuses(&arguments, &[words]);
     }
 }
@@ -85,14 +85,14 @@ fn steps_follow_the_period() {
 #[test]
 fn options_of_thesis_mode() {
     let folder = tank::folder();
-    let monitor = "monitor tank.yaml level --observations run.csv";
+    let compare = "replay tank.yaml run.csv --compare level";
     for option in ["--buffer 0", "--average x", "--median -1"] {
-        folder.ends(&format!("{monitor} --mode thesis {option}"), 2);
+        folder.ends(&format!("{compare} --mode thesis {option}"), 2);
     }
-    let ended = folder.ends(&format!("{monitor} --buffer 2"), 0);
+    let ended = folder.ends(&format!("{compare} --buffer 2"), 0);
     assert!(ended.stderr.contains("are for --mode thesis"), "{}", ended.stderr);
     let lone = |options: &str| {
-        let steps = steps(&folder.ends(&format!("{monitor} --mode thesis --json {options}"), 0));
+        let steps = steps(&folder.ends(&format!("{compare} --mode thesis --json {options}"), 0));
         steps[tank::LIE]["failed"].clone()
     };
     assert_eq!([lone(""), lone("--average 3"), lone("--median 5")], [0, 0, -1]);
@@ -101,12 +101,12 @@ fn options_of_thesis_mode() {
 #[test]
 fn nothing_to_compare_is_reported() {
     let folder = tank::folder();
-    let one = folder.ends("monitor tank.yaml volume --observations run.csv", 0);
+    let one = folder.ends("replay tank.yaml run.csv --compare volume", 0);
     assert!(one.stderr.contains("volume is known in one way only"), "{}", one.stderr);
     let model =
         tank::MODEL.replace("  volume:   { unit: l }", "  volume:   { unit: l }\n  spare:    { unit: m }");
     folder.write("spare.yaml", model);
-    let none = folder.ends("monitor spare.yaml spare --observations run.csv", 1);
+    let none = folder.ends("replay spare.yaml run.csv --compare spare", 1);
     assert!(none.stderr.contains("nothing in the model knows spare"), "{}", none.stderr);
 }
 
@@ -121,12 +121,13 @@ needs: { near: { max_age: 1 s } }
 ";
     let lines = "{\"signal\":\"/scan\",\"time_ns\":0,\"received_ns\":0,\"value\":[1,2]}\n";
     let folder = Folder::with(&[("m.yaml", model.as_bytes()), ("a.jsonl", lines.as_bytes())]);
-    folder.refuses("monitor m.yaml scan --observations a.jsonl", &["'scan' is a vector"]);
-    folder.refuses("monitor m.yaml naer --observations a.jsonl", &["did you mean 'near'?"]);
-    folder.refuses("monitor m.yaml near --observations b.jsonl", &["b.jsonl"]);
-    folder.refuses("monitor m.yaml near", &["--observations <FILE>"]);
+    folder.refuses("replay m.yaml a.jsonl --compare scan", &["'scan' is a vector"]);
+    folder.refuses("replay m.yaml a.jsonl --compare naer", &["did you mean 'near'?"]);
+    folder.refuses("replay m.yaml b.jsonl --compare near", &["b.jsonl"]);
+    folder.refuses("replay m.yaml a.jsonl --period 2s", &["--compare <VARIABLE>"]);
+    folder.refuses("replay m.yaml a.jsonl --compare near --inject drop:/scan", &["cannot be used with"]);
     folder.write("other.csv", "t [s],other\n0,1\n");
-    folder.refuses("monitor m.yaml near --observations other.csv", &["none of the model's signals"]);
+    folder.refuses("replay m.yaml other.csv --compare near", &["none of the model's signals"]);
     folder.run("replay m.yaml a.jsonl --journal j.jsonl");
-    folder.refuses("monitor m.yaml near --observations j.jsonl", &["is the journal of a run"]);
+    folder.refuses("replay m.yaml j.jsonl --compare near", &["is the journal of a run"]);
 }

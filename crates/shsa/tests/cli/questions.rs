@@ -1,9 +1,9 @@
-//! `shsa init`: takes its proposals, or the answers of a person, and writes a model that stands.
+//! `shsa draft` with questions: it takes its proposals, or the answers of a person, and writes a valid model.
 
 use crate::folder::{Ended, Folder};
 use std::fmt::Write as _;
 use std::io::Write as _;
-use std::process::Stdio;
+use std::process::{Command, Stdio};
 
 /// Two temperatures that roughly agree, and a voltage and a fill level whose headers have no units.
 fn folder() -> Folder {
@@ -33,7 +33,7 @@ fn answered(folder: &Folder, arguments: &str, answers: &str) -> Ended {
 #[test]
 fn proposals_are_taken_without_a_question() {
     let folder = folder();
-    let ended = folder.ends("init log.csv -o m.yaml --yes", 0);
+    let ended = folder.ends("draft log.csv -o m.yaml --yes", 0);
     assert!(!ended.stderr.contains('?'), "{}", ended.stderr);
     let model = folder.read("m.yaml");
     folder.ends("check m.yaml", 0);
@@ -45,6 +45,10 @@ fn proposals_are_taken_without_a_question() {
     // The end of the input is an answer to all that is left.
     assert_eq!(answered(&folder, "init log.csv -o same.yaml", "").status, 0);
     assert_eq!(folder.read("same.yaml"), model);
+    // Without a terminal and without --yes, nothing is asked and nothing that is not certain is written.
+    let ended = answered(&folder, "draft log.csv -o careful.yaml", "yes\n");
+    assert_eq!((ended.status, &*ended.stderr), (0, ""));
+    assert!(!folder.read("careful.yaml").contains("\nneeds:"), "{}", folder.read("careful.yaml"));
 }
 
 #[test]
@@ -60,7 +64,7 @@ fn what_a_person_answers_is_in_the_model() {
         "there is no variable fll: fill?",
         "'2' has no unit of time",
         "4 variables, 4 signals, 2 needs",
-        "next: shsa learn log.csv --model m.yaml",
+        "next: shsa learn log.csv --model m.yaml -o learned.yaml",
     ] {
         assert!(ended.stderr.contains(words), "no {words} in {}", ended.stderr);
     }
@@ -77,4 +81,31 @@ fn what_a_person_answers_is_in_the_model() {
     folder.ends("check m.yaml", 0);
     folder.refuses("init log.csv -o m.yaml --yes", &["m.yaml exists"]);
     assert_eq!(folder.read("m.yaml"), model);
+}
+
+/// `script` gives the command a terminal, and types the answers.
+#[test]
+fn a_person_at_a_terminal_is_asked() {
+    let folder = folder();
+    let at_terminal = |answers: &str| {
+        let line = format!("{} draft log.csv -o m.yaml", crate::PROGRAM);
+        let mut script = Command::new("script");
+        script.current_dir(folder.path("")).args(["-qec", &line, "/dev/null"]);
+        let child = script.stdin(Stdio::piped()).stdout(Stdio::piped()).stderr(Stdio::piped()).spawn();
+        let Ok(mut child) = child else { return None };
+        child.stdin.take().unwrap().write_all(answers.as_bytes()).unwrap();
+        let output = child.wait_with_output().unwrap();
+        Some((output.status.code(), String::from_utf8_lossy(&output.stdout).into_owned()))
+    };
+    let Some((status, shown)) = at_terminal("yes\nnone\nnone\nnone\nyes\nbattery_voltage\n2 s\n") else {
+        eprintln!("NOT TESTED AT A TERMINAL: script (util-linux) is not installed");
+        return;
+    };
+    assert_eq!(status, Some(0), "{shown}");
+    assert!(shown.contains("Are these the units?"), "{shown}");
+    let need = "\nneeds:\n  battery_voltage: { signal: /served/battery_voltage, max_age: 2 s }\n";
+    assert!(folder.read("m.yaml").contains(need), "{}", folder.read("m.yaml"));
+    // A model that somebody may have edited is not replaced.
+    let (status, shown) = at_terminal("yes\n").unwrap();
+    assert!(status == Some(2) && shown.contains("m.yaml exists"), "{shown}");
 }

@@ -1,4 +1,4 @@
-//! `shsa patch`: puts a change of a model into its file, and keeps the comments.
+//! `shsa model patch`: puts a change of a model into its file, and keeps the comments.
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
@@ -9,9 +9,9 @@ use std::fs;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 
-/// Arguments of `shsa patch`.
+/// Arguments of `shsa model patch`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa patch models/car.yaml tuned.yaml -o car.yaml
+#[command(after_help = "Example: shsa model patch models/car.yaml tuned.yaml -o car.yaml
 
 A change is written as for `shsa replay --reload`, and as `shsa calibrate --patch` writes it: its entries are added, or replace \
 those of the same name, and null removes. What it does not touch stays as it is: comments, order, layout. The output may be the \
@@ -44,7 +44,15 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 /// When the file cannot be read, or the model would be invalid; that is reported.
 pub(crate) fn patched(model: &Path, change: Written<'_>) -> anyhow::Result<String> {
     let (name, text) = (model.display().to_string(), text(model, "model")?);
-    patch::patched(Written { name: &name, text: &text }, change).map_err(|report| or_report(&report))
+    changed(Written { name: &name, text: &text }, change)
+}
+
+/// The text of a model with a change put into it.
+///
+/// # Errors
+/// When the model would be invalid; that is reported.
+pub(crate) fn changed(model: Written<'_>, change: Written<'_>) -> anyhow::Result<String> {
+    patch::patched(model, change).map_err(|report| or_report(&report))
 }
 
 fn text(path: &Path, what: &str) -> anyhow::Result<String> {

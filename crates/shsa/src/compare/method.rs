@@ -1,6 +1,6 @@
 //! The method that finds a fault in a step: the default monitor with its judge, or the published method.
 
-use super::Arguments;
+use super::Settings;
 use shsa_core::alignment::Sample;
 use shsa_core::diagnosis::{Judge, JudgeOptions, Verdict};
 use shsa_core::interval::Interval;
@@ -44,12 +44,12 @@ pub(super) struct Thesis<'a> {
 }
 
 impl<'a> Thesis<'a> {
-    pub(super) fn new(knowledge: &'a KnowledgeBase, ways: Vec<Way>, arguments: &Arguments) -> Thesis<'a> {
+    pub(super) fn new(knowledge: &'a KnowledgeBase, ways: Vec<Way>, settings: &Settings) -> Thesis<'a> {
         let count = |given: Option<NonZeroUsize>| given.map_or(1, NonZeroUsize::get);
         let options = ThesisOptions {
-            buffer: count(arguments.buffer),
-            average: count(arguments.average),
-            median: count(arguments.median),
+            buffer: count(settings.buffer),
+            average: count(settings.average),
+            median: count(settings.median),
         };
         Thesis { knowledge, run: ThesisRun::new(knowledge, ways, options) }
     }

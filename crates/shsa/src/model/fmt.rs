@@ -1,4 +1,4 @@
-//! `shsa fmt`: gives models one layout, and keeps their comments.
+//! `shsa model fmt`: gives models one layout, and keeps their comments.
 
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
@@ -9,9 +9,9 @@ use std::fs;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};
 
-/// Arguments of `shsa fmt`.
+/// Arguments of `shsa model fmt`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa fmt --check models/car.yaml
+#[command(after_help = "Example: shsa model fmt --check models/car.yaml
 
 The layout: two blanks for each level, one blank after a comma and a colon, no blanks at the end of a line, no two empty lines in a \
 row. Blanks after a line's key stay, as they align values. Comments, the order of entries and line breaks stay, and so does the \

@@ -1,12 +1,13 @@
-//! `shsa monitor`: compares all ways of a variable over recorded observations.
+//! `shsa replay --compare`: compares all ways of knowing a variable over recordings, step by step.
 
 mod method;
 mod printer;
 
+use crate::headings::COMPARISON;
 use crate::outcome::Outcome;
 use crate::plan::find_variable;
 use crate::reading::ReadArguments;
-use crate::show::{self};
+use crate::show;
 use anyhow::bail;
 use method::{Method, Thesis, Watching};
 use printer::Printer;
@@ -21,44 +22,69 @@ use shsa_format::recording::{self, Recording};
 use shsa_message::span::parse_span;
 use shsa_report::recorded::wanted;
 use std::num::NonZeroUsize;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 /// The most steps: more indicate a wrong period, or a wrong time stamp.
 const MOST_STEPS: i64 = 10_000_000;
 
-/// Arguments of `shsa monitor`.
+/// How the ways of one variable are compared.
 #[derive(clap::Args)]
-#[command(
-    after_help = "Example: shsa monitor models/rover.yaml v_dmin --observations run.jsonl --mode thesis --period 1s"
-)]
-pub(crate) struct Arguments {
+pub(crate) struct Settings {
+    /// The method: `default`, the product's, judges each observation, down to the signal; `thesis` is the published one, periodic,
+    /// over all pairs of all outputs.
+    #[arg(
+        long,
+        value_enum,
+        default_value_t = Mode::Default,
+        hide_possible_values = true,
+        requires = "compare",
+        help_heading = COMPARISON
+    )]
+    mode: Mode,
+    /// How often a step is made.
+    #[arg(long, value_name = "SPAN", default_value = "1s", value_parser = parse_span, requires = "compare", help_heading = COMPARISON)]
+    period: Span,
+    /// Thesis mode: steps whose observations are combined [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one, requires = "compare", help_heading = COMPARISON)]
+    buffer: Option<NonZeroUsize>,
+    /// Thesis mode: errors over which the average is taken [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one, requires = "compare", help_heading = COMPARISON)]
+    average: Option<NonZeroUsize>,
+    /// Thesis mode: averages over which the median is taken [default: 1].
+    #[arg(long, value_name = "N", value_parser = show::at_least_one, requires = "compare", help_heading = COMPARISON)]
+    median: Option<NonZeroUsize>,
+}
+
+/// Arguments of `shsa monitor`, which `shsa replay --compare` replaces.
+#[derive(clap::Args)]
+pub(crate) struct OldArguments {
     /// The knowledge base, YAML or JSON.
     model: PathBuf,
     /// The variable in which all ways of knowing are compared.
+    #[arg(id = "compare", value_name = "VARIABLE")]
     variable: String,
     /// The observations: a recording of any format.
     #[arg(long, value_name = "FILE")]
     observations: PathBuf,
-    #[command(flatten)]
-    reading: ReadArguments,
-    /// How often a step is made.
-    #[arg(long, value_name = "SPAN", default_value = "1s", value_parser = parse_span)]
-    period: Span,
-    /// Thesis mode: steps whose observations are combined [default: 1].
-    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
-    buffer: Option<NonZeroUsize>,
-    /// Thesis mode: errors over which the average is taken [default: 1].
-    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
-    average: Option<NonZeroUsize>,
-    /// Thesis mode: averages over which the median is taken [default: 1].
-    #[arg(long, value_name = "N", value_parser = show::at_least_one)]
-    median: Option<NonZeroUsize>,
-    /// The method.
-    #[arg(long, value_enum, default_value_t = Mode::Default)]
-    mode: Mode,
     /// Print one JSON object a step, as lines.
     #[arg(long)]
     json: bool,
+    #[command(flatten)]
+    settings: Settings,
+    #[command(flatten)]
+    reading: ReadArguments,
+}
+
+/// A comparison of all ways of knowing one variable over recordings.
+pub(crate) struct Comparison<'a> {
+    pub(crate) model: &'a Path,
+    /// The name of the variable.
+    pub(crate) variable: &'a str,
+    pub(crate) recordings: &'a [PathBuf],
+    pub(crate) settings: &'a Settings,
+    pub(crate) reading: &'a ReadArguments,
+    /// Whether each step is printed as one JSON object instead of text.
+    pub(crate) json: bool,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
@@ -69,30 +95,41 @@ enum Mode {
     Thesis,
 }
 
+/// Compares as `shsa monitor` did.
+pub(crate) fn monitor(arguments: &OldArguments) -> anyhow::Result<Outcome> {
+    let OldArguments { model, variable, observations, json, settings, reading } = arguments;
+    let recordings = std::slice::from_ref(observations);
+    run(&Comparison { model, variable, recordings, settings, reading, json: *json })
+}
+
 /// Compares over all complete steps; the answer is no if nothing knows the variable.
-pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let knowledge = show::load_model(&arguments.model)?;
-    let variable = find_variable(&knowledge, &arguments.variable)?;
+///
+/// # Errors
+/// When the model or the recordings cannot be read, or the variable is none, or a vector.
+pub(crate) fn run(comparison: &Comparison<'_>) -> anyhow::Result<Outcome> {
+    let Comparison { variable: name, settings, .. } = comparison;
+    let knowledge = show::load_model(comparison.model)?;
+    let variable = find_variable(&knowledge, name)?;
     refuse_vector(&knowledge, variable)?;
-    let recording = read(arguments, &knowledge)?;
-    let steps = Steps::of(&recording, arguments.period)?;
+    let recording = read(comparison, &knowledge)?;
+    let steps = Steps::of(&recording, settings.period)?;
     let most = WatchBudget::default().ways;
     let runs = |way: &Way| can_be_watched(&knowledge, way);
     let ways = witnesses(&knowledge, &Graph::new(&knowledge), variable, most, runs).ways;
-    let mut method: Box<dyn Method> = match arguments.mode {
-        Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, arguments)),
+    let mut method: Box<dyn Method> = match settings.mode {
+        Mode::Thesis => Box::new(Thesis::new(&knowledge, ways, settings)),
         Mode::Default => Box::new(Watching::new(&knowledge, ways)),
     };
     let ways = method.ways();
     match ways.len() {
         0 => {
-            show::warn(format_args!("nothing in the model knows {}", arguments.variable));
+            show::warn(format_args!("nothing in the model knows {name}"));
             return Ok(Outcome::No);
         }
-        1 => show::warn(format_args!("{} is known in one way only: nothing to compare", arguments.variable)),
+        1 => show::warn(format_args!("{name} is known in one way only: nothing to compare")),
         _ => {}
     }
-    let mut printer = Printer::new(&knowledge, variable, arguments, recording.first());
+    let mut printer = Printer::new(&knowledge, variable, comparison, recording.first());
     printer.head(&ways)?;
     step_through(&recording, steps, &mut *method, &mut printer)?;
     printer.foot(&ways)?;
@@ -108,17 +145,16 @@ fn refuse_vector(knowledge: &KnowledgeBase, variable: VariableId) -> anyhow::Res
     }
 }
 
-fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
-    let file = &arguments.observations;
-    if is_journal_file(file) {
-        bail!("{} is the journal of a run; `shsa replay` reads it", file.display());
+fn read(comparison: &Comparison<'_>, knowledge: &KnowledgeBase) -> anyhow::Result<Recording> {
+    let Comparison { recordings, settings, reading, .. } = comparison;
+    if let Some(journal) = recordings.iter().find(|file| is_journal_file(file)) {
+        bail!("{} is the journal of a run; `shsa replay` reads it", journal.display());
     }
-    let set = [arguments.buffer, arguments.average, arguments.median];
-    if arguments.mode == Mode::Default && set.iter().any(Option::is_some) {
+    let set = [settings.buffer, settings.average, settings.median];
+    if settings.mode == Mode::Default && set.iter().any(Option::is_some) {
         show::warn("--buffer, --average and --median are for --mode thesis and change nothing here");
     }
-    let recording =
-        recording::read(std::slice::from_ref(file), &wanted(knowledge), &arguments.reading.options())?;
+    let recording = recording::read(recordings, &wanted(knowledge), &reading.options())?;
     show::recording(&recording);
     if recording.samples.is_empty() {
         bail!(

@@ -1,12 +1,12 @@
-//! `shsa schema`: the JSON Schema of models, for editors.
+//! `shsa model schema`: the JSON Schema of models, for editors.
 
 use crate::outcome::Outcome;
 use shsa_format::model::schema;
 use std::io::{Write, stdout};
 
-/// Arguments of `shsa schema`.
+/// Arguments of `shsa model schema`.
 #[derive(clap::Args)]
-#[command(after_help = "Example: shsa schema > model.schema.json
+#[command(after_help = "Example: shsa model schema > model.schema.json
 
 Editors with the YAML language server take it by a line at the top of a model:
   # yaml-language-server: $schema=model.schema.json")]

@@ -1,7 +1,7 @@
 //! The steps of a comparison, printed as a table or as JSON lines.
 
 use super::method::Step;
-use super::{Arguments, Mode};
+use super::{Comparison, Mode};
 use crate::show;
 use serde_json::{Value, json};
 use shsa_core::interval::Interval;
@@ -40,10 +40,10 @@ impl<'a> Printer<'a> {
     pub(super) fn new(
         knowledge: &'a KnowledgeBase,
         variable: VariableId,
-        arguments: &Arguments,
+        comparison: &Comparison<'_>,
         start: Option<Time>,
     ) -> Printer<'a> {
-        let (mode, json, start) = (arguments.mode, arguments.json, start.unwrap_or_default());
+        let (mode, json, start) = (comparison.settings.mode, comparison.json, start.unwrap_or_default());
         Printer {
             knowledge,
             variable,
