@@ -194,24 +194,33 @@ fn help_prints_the_reference_and_the_help_of_commands() {
     folder.refuses("help modle", &["modle", "formulas"]);
 }
 
-/// Every model of the cookbook is valid, and the command shown below it gives that output.
+/// Every model of the cookbook and of the recipes is valid, and the command shown below it gives that output.
 #[test]
-fn the_cookbook_is_true() {
-    let page = Document::read("cookbook.md");
-    let (models, shown) = (page.blocks("yaml"), page.blocks("console"));
-    assert!(models.len() >= 6 && models.len() == shown.len());
-    for (model, shown) in models.iter().zip(&shown) {
-        let (command, lines) = shown.split_once('\n').unwrap();
-        let (asked, file) = command.strip_prefix("$ shsa ").unwrap().split_once(' ').unwrap();
-        let folder = Folder::with(&[(file, model.as_bytes())]);
-        let found = folder.json(&format!("check {file}"), 0);
-        let problems = found["diagnostics"].as_array().unwrap();
-        assert!(problems.iter().all(|problem| problem["severity"] == "note"), "{file}: {problems:?}");
-        let printed = folder.ends(&format!("{asked} {file}"), 0).stdout;
-        let mut printed = printed.lines();
-        for line in lines.lines().filter(|line| *line != "...") {
-            assert!(printed.any(|printed| printed == line), "{file}: not printed, or not there: {line}");
-        }
+fn the_cookbook_and_the_recipes_are_true() {
+    for name in ["cookbook.md", "recipes.md"] {
+        let page = Document::read(name);
+        let (models, shown) = (page.blocks("yaml"), page.blocks("console"));
+        assert!(models.len() >= 6 && models.len() == shown.len(), "{name}");
+        models.iter().zip(&shown).for_each(|(model, shown)| is_true(model, shown));
+    }
+}
+
+/// Checks a model, and runs the command that is shown below it.
+#[track_caller]
+fn is_true(model: &str, shown: &str) {
+    let (command, lines) = shown.split_once('\n').unwrap();
+    let (asked, file) = command.strip_prefix("$ shsa ").unwrap().split_once(' ').unwrap();
+    let folder = Folder::with(&[(file, model.as_bytes())]);
+    let found = folder.json(&format!("check {file}"), 0);
+    let problems = found["diagnostics"].as_array().unwrap();
+    assert!(problems.iter().all(|problem| problem["severity"] == "note"), "{file}: {problems:?}");
+    let printed = folder.ends(&format!("{asked} {file}"), 0).stdout;
+    let mut printed = printed.lines();
+    for line in lines.lines().filter(|line| *line != "...") {
+        assert!(
+            printed.any(|printed| printed.trim_end() == line),
+            "{file}: not printed, or not there: {line}"
+        );
     }
 }
 
