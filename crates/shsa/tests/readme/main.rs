@@ -3,11 +3,14 @@
 
 #[cfg(feature = "mqtt")]
 #[allow(dead_code, reason = "the bridges' tests use all of it")]
-#[path = "../../shsa-bridge/tests/broker/mod.rs"]
+#[path = "../../../shsa-bridge/tests/broker/mod.rs"]
 mod broker;
 #[cfg(feature = "mqtt")]
-#[path = "../../shsa-bridge/tests/real/mod.rs"]
+#[path = "../../../shsa-bridge/tests/real/mod.rs"]
 mod real;
+
+mod links;
+mod tutorial;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
@@ -24,9 +27,10 @@ fn shown<'a>(readme: &'a str, command: &str) -> Vec<&'a str> {
     block.split_once("```").expect("the block ends").0.lines().collect()
 }
 
-/// Every command of the README, without the comments behind them.
+/// Every command of the README and of the first two doors, which are about the command, without the comments behind them.
 fn commands() -> Vec<String> {
-    commands_of(&readme())
+    let read = |page: &str| std::fs::read_to_string(format!("{ROOT}/{page}")).expect("the page is there");
+    ["README.md", "docs/use.md", "docs/operate.md"].iter().flat_map(|page| commands_of(&read(page))).collect()
 }
 
 /// Every command in the console blocks and in the indented blocks of a page, without the comments behind them.
@@ -111,7 +115,7 @@ fn every_command_on_files_runs() {
         assert!(run.status.success(), "{line}: {:?}\n{reported}", run.status);
         count += 1;
     }
-    assert!(count >= 9, "{count} commands");
+    assert!(count >= 20, "{count} commands");
 }
 
 /// Every command uses the broker of this test, as no other is present. Nobody publishes, so needs are unmet (status 1).
