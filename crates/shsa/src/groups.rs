@@ -38,3 +38,23 @@ pub(crate) fn command() -> Command {
     let _cannot_fail = write!(page, "\n{header}Options:{header:#}\n{{options}}{{after-help}}");
     all.help_template(page)
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// What the first page names below the groups.
+    const BELOW: [&str; 3] = ["completions", "help", "man"];
+
+    #[test]
+    fn every_command_is_in_one_group_or_named_below() {
+        let all = command();
+        let mut shown: Vec<&str> =
+            all.get_subcommands().filter(|it| !it.is_hide_set()).map(Command::get_name).collect();
+        let mut named: Vec<&str> =
+            GROUPS.iter().flat_map(|(_, names)| *names).copied().chain(BELOW).collect();
+        shown.sort_unstable();
+        named.sort_unstable();
+        assert_eq!(named, shown);
+    }
+}
