@@ -7,8 +7,8 @@ use crate::plan::find_signal;
 use crate::progress::Search;
 use crate::reading::ReadArguments;
 use crate::replay::{CutArguments, only};
-use crate::show;
 use crate::written;
+use crate::{old, show};
 use anyhow::{Context, anyhow, bail};
 use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
@@ -78,17 +78,20 @@ pub(crate) struct Arguments {
     /// How many threads; as many as there are cores when not given. The results are the same.
     #[arg(long, value_name = "N", value_parser = show::at_least_one)]
     threads: Option<NonZeroUsize>,
-    /// An earlier campaign, written with --json, to compare with.
+    /// An earlier campaign, written with -o, to compare with.
     #[arg(long, value_name = "FILE")]
     compare: Option<PathBuf>,
+    /// Print one JSON object instead of text: `--json -`.
+    #[arg(long, value_name = "-")]
+    json: Option<PathBuf>,
     /// Only the session of this number, where there are several; they are counted from 1.
     #[arg(long, value_name = "NUMBER", value_parser = show::at_least_one, help_heading = PARTS)]
     session: Option<NonZeroUsize>,
     #[command(flatten)]
     cut: CutArguments,
-    /// Write one JSON object to a file, or instead of the text with -.
-    #[arg(long, value_name = "FILE|-", help_heading = OUTPUT)]
-    json: Option<PathBuf>,
+    /// Write the campaign as one JSON object, which --compare reads.
+    #[arg(short, long, value_name = "FILE", help_heading = OUTPUT)]
+    output: Option<PathBuf>,
     /// Write a page for the browser with heat maps.
     #[arg(long, alias = "report", value_name = "FILE", help_heading = OUTPUT)]
     html: Option<PathBuf>,
@@ -219,7 +222,16 @@ fn files(arguments: &Arguments) -> anyhow::Result<Files> {
     let models = [&arguments.model].into_iter().chain(&arguments.patch);
     let read: Vec<&PathBuf> = arguments.recordings.iter().chain(models).chain(&arguments.compare).collect();
     let json = arguments.json.as_deref().filter(|path| !is_printed(path));
-    written::open([json, arguments.html.as_deref(), arguments.markdown.as_deref()], &read)
+    if json.is_some() && arguments.output.is_some() {
+        bail!("one file for the JSON is enough: leave out --json FILE");
+    }
+    if json.is_some() {
+        old::note("shsa campaign", "--json FILE", "campaign -o FILE");
+    }
+    written::open(
+        [arguments.output.as_deref().or(json), arguments.html.as_deref(), arguments.markdown.as_deref()],
+        &read,
+    )
 }
 
 /// Whether the JSON is written to standard output.
@@ -368,7 +380,7 @@ fn amounts_instead(
     Ok(instead(knowledge, sessions, &spec)?)
 }
 
-/// Reads a campaign that was written with `--json`.
+/// Reads a campaign that was written with `-o`.
 ///
 /// # Errors
 /// When the file cannot be read or is no campaign.
@@ -377,7 +389,7 @@ fn stored(path: &Path) -> anyhow::Result<Value> {
     let text = fs::read_to_string(path).with_context(|| format!("{shown} cannot be read"))?;
     let stored: Value = serde_json::from_str(&text).with_context(|| format!("{shown} is no JSON"))?;
     if !(stored["settings"].is_object() && stored["cells"].is_array()) {
-        bail!("{shown} is no campaign; write one with: shsa campaign MODEL RECORDING --json {shown}");
+        bail!("{shown} is no campaign; write one with: shsa campaign MODEL RECORDING -o {shown}");
     }
     Ok(stored)
 }

@@ -275,7 +275,7 @@ class Campaign:
     """What becomes of a grid of faults."""
 
     report: dict[str, Any]
-    """All figures, as ``shsa campaign --json`` writes them."""
+    """All figures, as ``shsa campaign -o`` writes them."""
     warnings: list[str]
 
 

@@ -164,14 +164,14 @@ fn what_declares_no_error_is_tried_with_amounts_that_are_seen_unless_it_stands_s
 #[test]
 fn a_worse_model_is_reported_by_status_and_cell() {
     let folder = folder();
-    folder.ends("campaign tank.yaml clean.csv --json before.json", 0);
+    folder.ends("campaign tank.yaml clean.csv -o before.json", 0);
     let same = folder.ends("campaign tank.yaml clean.csv --compare before.json", 0);
     assert!(same.stdout.contains("counts better 0, worse 0"), "{}", same.stdout);
     let cylinder = "  cylinder:    { equation: volume = 1000 l/m * level, for: [level] }\n";
     assert!(tank::MODEL.contains(cylinder));
     folder.write("tank.yaml", tank::MODEL.replace(cylinder, ""));
     let worse =
-        folder.ends("campaign tank.yaml clean.csv --compare before.json --json now.json --html now.html", 1);
+        folder.ends("campaign tank.yaml clean.csv --compare before.json -o now.json --html now.html", 1);
     assert!(worse.stdout.contains("isolated"), "{}", worse.stdout);
     let now: Value = serde_json::from_str(&folder.read("now.json")).unwrap();
     assert_eq!(now["comparison"]["worse"], true);
@@ -198,7 +198,9 @@ fn the_page_stands_alone() {
 #[test]
 fn bad_wishes_are_refused_before_anything_is_written() {
     let folder = folder();
-    folder.ends("campaign tank.yaml clean.csv --json stored.json", 0);
+    // The option by its earlier name.
+    let noted = folder.ends("campaign tank.yaml clean.csv --json stored.json", 0).stderr;
+    assert!(noted.contains("note: `shsa campaign --json FILE` is now `shsa campaign -o FILE`"), "{noted}");
     let stored = folder.read("stored.json");
     folder.write("other.json", "{}");
     folder.ends("replay tank.yaml clean.csv --journal run.journal", 0);
