@@ -8,6 +8,7 @@ mod surrogate;
 mod scales;
 mod exact;
 mod promise;
+mod covering;
 mod unhealthy;
 mod smallest;
 mod power;
@@ -212,7 +213,8 @@ impl<'a> Fit<'a> {
         };
         let tried = |factor: f64, noise: Option<f64>| noisy(watched(factor).applied(&limited), noise);
         let mut promise = self.promise(&source, between, &tried)?;
-        let chosen = with(promise.factor);
+        let narrow = with(promise.factor);
+        let chosen = covering::widened(&self.pairs, &narrow, &compared, &gains);
         let before = verdicts(self.draft, unseen)?;
         let mut draft = noisy(chosen.applied(&limited), promise.noise);
         let mut after = verdicts(&draft, unseen)?;
@@ -228,7 +230,7 @@ impl<'a> Fit<'a> {
         let before_fitted = verdicts(self.draft, self.sessions)?.alarms;
         let steps = smallest_steps(&self, &draft, &chosen)?;
         let fitted = (0..self.parameters.len())
-            .map(|number| self.fitted(number, &chosen, &shares, &scales, &steps))
+            .map(|number| self.fitted(number, &narrow, &chosen, &shares, &scales, &steps))
             .collect();
         let unseen_hours = power::hours(unseen);
         let pairs = self.pairs.into_iter().filter(|pair| !pair.is_with_range()).collect();
@@ -356,6 +358,7 @@ impl<'a> Fit<'a> {
     fn fitted(
         &self,
         number: usize,
+        narrow: &Trial,
         chosen: &Trial,
         shares: &[Option<Share>],
         scales: &IdVec<SignalId, scales::Scale>,
@@ -374,6 +377,7 @@ impl<'a> Fit<'a> {
             error: chosen.errors[number].map(edit::rounded_up),
             offset: share.offset,
             spread: share.spread,
+            singles: chosen.errors[number].unwrap_or(0.0) - narrow.errors[number].unwrap_or(0.0),
             noise,
             delay,
             smallest_bias,

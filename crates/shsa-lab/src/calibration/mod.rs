@@ -14,10 +14,10 @@ mod delay;
 mod widening;
 mod fit;
 
-pub(crate) use comparison::Watched;
 pub(crate) use parted::observations;
 
 pub use chance::Chance;
+pub use comparison::{Comparison, Watched};
 pub use fit::{
     Calibration, Fitted, Open, Options, PairFit, Parameter, Problem, Promise, STEPS, Stretch, Unfaulted,
     Verdicts, calibrate,

@@ -86,6 +86,7 @@ impl Report<'_> {
             "error": fitted.error,
             "offset": fitted.offset,
             "spread": fitted.spread,
+            "singles": fitted.singles,
             "noise": fitted.noise,
             "delay_s": fitted.delay.seconds(),
             "smallest_bias": fitted.smallest_bias,

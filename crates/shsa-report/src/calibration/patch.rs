@@ -72,8 +72,12 @@ fn evidence(report: &Report<'_>, fitted: &Fitted) -> Vec<String> {
     let mut lines = Vec::new();
     if fitted.error.is_some() {
         let factor = number(report.found.promise.factor);
+        let singles = match fitted.singles > 0.0 {
+            true => format!(", and {} for single values", number(fitted.singles)),
+            false => String::new(),
+        };
         lines.push(format!(
-            "{} all the time, and {factor} deviations of {}",
+            "{} all the time, and {factor} deviations of {}{singles}",
             number(fitted.offset),
             number(fitted.spread)
         ));

@@ -55,8 +55,8 @@ impl Report<'_> {
         };
         format!(
             "Fitted to the first {} s of {recordings} of {} s, for at most {} false alarms of the whole model an hour on data not \
-             seen, with 95 % confidence: every error is what is there all the time and {} deviations; {} alarms in {} surrogate \
-             hours, and {sessions}.",
+             seen, with 95 % confidence: every error is what is there all the time and {} deviations, or as wide as single values need; {} alarms in {} \
+             surrogate hours, and {sessions}.",
             number(self.split.seconds()),
             number(self.duration.seconds()),
             number(promise.alarms_per_hour),

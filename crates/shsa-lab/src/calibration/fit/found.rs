@@ -39,6 +39,8 @@ pub struct Fitted {
     pub offset: f64,
     /// The deviation that the model's factor multiplies: of values and between sessions.
     pub spread: f64,
+    /// The part that is there for single values, beyond what the loop needs.
+    pub singles: f64,
     /// The standard deviation of a signal's own noise.
     pub noise: Option<f64>,
     /// The delay of the signal beyond that of its model; zero if none was accepted.
