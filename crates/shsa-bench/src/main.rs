@@ -4,9 +4,11 @@ mod processor;
 mod program;
 mod structure;
 mod table;
+mod voter;
 mod in_loop;
 mod alignment;
 mod charge;
+mod coverage;
 mod day;
 mod generic;
 mod learning;
@@ -38,6 +40,8 @@ enum Command {
     Alignment(alignment::Arguments),
     /// The state of charge of a cell, by counting, by its curve, and by fusion.
     Charge(charge::Arguments),
+    /// How often values of recorded systems exclude what an independent witness says, and how far off they are while a sensor lies.
+    Coverage(coverage::Arguments),
     /// How long a day of data takes, and how much memory.
     Day(day::Arguments),
     /// The thesis's generic experiments of faults of value and time.
@@ -97,6 +101,7 @@ fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     match &arguments.command {
         Command::Alignment(arguments) => alignment::run(arguments),
         Command::Charge(arguments) => charge::run(arguments),
+        Command::Coverage(arguments) => coverage::run(arguments),
         Command::Day(arguments) => day::run(arguments),
         Command::Generic(arguments) => generic::run(arguments),
         Command::Learning(arguments) => learning::run(arguments),

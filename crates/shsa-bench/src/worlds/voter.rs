@@ -6,59 +6,13 @@ use super::readings::Reading;
 use super::watch::{Finding, ORIGIN, Run, Watched, Wrong, known, run, seconds};
 use super::world::World;
 use super::written::Names;
-use serde_json::json;
+use crate::voter::{Errors, PERIODS, SHARES, median, moments};
 use shsa_core::engine::{Publication, PublishedValue, Quality};
 use shsa_core::knowledge::Id;
-
-/// Sizes of faults, as shares of what comparisons may hide.
-const SHARES: [f64; 5] = [0.1, 0.3, 1.0, 2.0, 5.0];
-/// How often the errors are looked at while a fault lasts.
-const MOMENTS: u32 = 200;
-/// A voter uses values that are no older than so many periods of their sensor.
-const PERIODS: f64 = 3.0;
-/// The error of needs may be so many times a voter's.
-const MOST: f64 = 1.2;
-
-/// Errors of needs and voters, in shares of what may be hidden.
-#[derive(Clone, Copy, Default)]
-struct Errors {
-    moments: usize,
-    served: usize,
-    need: f64,
-    voter: f64,
-}
 
 /// The errors by the form and the size of the fault.
 #[derive(Clone, Default)]
 pub(super) struct Voters([[Errors; SHARES.len()]; FORMS.len()]);
-
-impl Errors {
-    fn add(&mut self, other: Errors) {
-        self.moments += other.moments;
-        self.served += other.served;
-        self.need += other.need;
-        self.voter += other.voter;
-    }
-
-    /// The root mean squares of the need and of the voter.
-    fn roots(&self) -> (f64, f64) {
-        let root = |sum: f64| (sum / self.served.max(1) as f64).sqrt();
-        (root(self.need), root(self.voter))
-    }
-
-    fn line(&self, name: &str, as_json: bool) -> String {
-        let (need, voter) = self.roots();
-        let served = self.served as f64 / self.moments.max(1) as f64;
-        match as_json {
-            true => json!({ "fault": name, "served": served, "need": need, "median": voter }).to_string(),
-            false => format!(
-                "{name:<12} served {:>5.1} %, error of the need {need:.3}, of the median {voter:.3}: {:.2} times",
-                100.0 * served,
-                need / voter
-            ),
-        }
-    }
-}
 
 impl Voters {
     pub(super) fn join(&mut self, other: &Voters) {
@@ -66,10 +20,9 @@ impl Voters {
         pairs.for_each(|(own, other)| own.add(*other));
     }
 
-    /// Whether needs err no more than [`MOST`] times as far as voters.
+    /// See [`Errors::is_right`].
     pub(super) fn is_right(&self) -> bool {
-        let (need, voter) = self.sum().roots();
-        need <= MOST * voter
+        self.sum().is_right()
     }
 
     fn sum(&self) -> Errors {
@@ -85,7 +38,7 @@ impl Voters {
             row.map(|it| it)
                 .into_iter()
                 .zip(SHARES)
-                .filter(|(it, _)| it.moments > 0)
+                .filter(|(it, _)| !it.is_empty())
                 .map(|(it, share)| it.line(&format!("{name} {share}"), as_json))
                 .collect::<Vec<_>>()
         };
@@ -171,15 +124,10 @@ impl Scene<'_> {
 
     fn errors(&self, fault: Fault) -> Errors {
         let mut errors = Errors::default();
-        for number in 0..MOMENTS {
-            let time = fault.from + (fault.to - fault.from) * (f64::from(number) + 0.5) / f64::from(MOMENTS);
+        for time in moments(fault.from, fault.to) {
             let Some(median) = self.median(time) else { continue };
-            errors.moments += 1;
-            let Some(value) = self.value(time) else { continue };
-            errors.served += 1;
-            let off = |value: f64| ((value - self.truth(time)) / self.hidden).powi(2);
-            errors.need += off(value);
-            errors.voter += off(median);
+            let off = |value: f64| (value - self.truth(time)) / self.hidden;
+            errors.take(self.value(time).map(off), off(median));
         }
         errors
     }
@@ -193,14 +141,7 @@ impl Scene<'_> {
 
     /// The median of the latest values of the sensors.
     fn median(&self, time: f64) -> Option<f64> {
-        let mut values: Vec<f64> = self.sensors.iter().filter_map(|it| self.latest(*it, time)).collect();
-        values.sort_by(f64::total_cmp);
-        let middle = values.len() / 2;
-        match values.len() {
-            0..=2 => None,
-            count if count % 2 == 1 => Some(values[middle]),
-            _ => Some(0.5 * (values[middle - 1] + values[middle])),
-        }
+        median(self.sensors.iter().filter_map(|it| self.latest(*it, time)).collect())
     }
 
     fn latest(&self, sensor: usize, time: f64) -> Option<f64> {
