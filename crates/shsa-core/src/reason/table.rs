@@ -6,8 +6,7 @@ use super::argument::{Amount, Argument, Candidate, Kind, Probability, Range, Ser
 use super::declared::reasons;
 use crate::order::{Order, Subject};
 use crate::time::Span;
-use alloc::string::String;
-use alloc::vec::Vec;
+use alloc::{string::String, vec::Vec};
 
 reasons! {
     // Evidence of a signal itself.
