@@ -109,6 +109,7 @@ impl Provider {
             };
         }
         if self.state.way().is_some_and(|way| self.sources.contain(way)) {
+            self.state.end_doubt_unless(|way| self.sources.may_be_right(way));
             return None;
         }
         let lost = self.source_name(knowledge);

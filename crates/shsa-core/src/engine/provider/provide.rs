@@ -98,8 +98,8 @@ impl Provider {
         if let Some(sample) = doubted {
             return self.publish_own(knowledge, monitor, sample, now, outputs);
         }
-        if fault == Some(Fault::Contradicted) {
-            self.doubt(knowledge, monitor.ports(), now);
+        if let Some(fault) = fault {
+            self.doubt(knowledge, monitor.ports(), fault, now);
         }
         self.provide_uncertain(knowledge, monitor, now, outputs);
     }

@@ -27,6 +27,8 @@ const CONFIRMATION: Span = Span::from_millis(1_000);
 pub(super) struct Sources {
     /// The sources that may serve the need now, best first.
     found: Arc<[Source]>,
+    /// The sources that may be right: suspects, too.
+    possible: Arc<[Source]>,
     /// The sources as ranked when the trust in a signal last changed.
     ranked: Vec<Ranked>,
     /// Whether the best proven of equally good sources is taken.
@@ -60,6 +62,7 @@ impl Sources {
             has_others: found.len() > 1,
             returning_since: None,
             found,
+            possible: Arc::default(),
             ranked: Vec::new(),
             prefers_proven,
             preferred: None,
@@ -98,6 +101,7 @@ impl Sources {
         let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.has_others;
         self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
         self.found = sources;
+        self.possible = if withholds { Arc::default() } else { situation.sources(need, &situation.doubted) };
         self.is_alone = false;
         self.is_unrivalled = false;
         lost
@@ -124,6 +128,16 @@ impl Sources {
     /// All sources, best utility first.
     pub(super) fn all(&self) -> &[Source] {
         &self.found
+    }
+
+    /// The sources that may be right, suspects among them, best utility first; nothing where no suspect is among them.
+    pub(super) fn suspected(&self) -> &[Source] {
+        if self.possible.iter().all(|it| self.contain(&it.way)) { &[] } else { &self.possible }
+    }
+
+    /// Whether a way is one of the sources, or a suspect.
+    pub(super) fn may_be_right(&self, way: &Way) -> bool {
+        self.contain(way) || self.possible.iter().any(|source| source.way == *way)
     }
 
     /// Whether a way is one of the sources.

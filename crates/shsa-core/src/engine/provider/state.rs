@@ -144,6 +144,13 @@ impl State {
         }
     }
 
+    /// Drops the candidates beside a source where one of them can no longer be right.
+    pub(super) fn end_doubt_unless(&mut self, may_be_right: impl Fn(&Way) -> bool) {
+        if let State::Serving(serving) = self {
+            serving.doubt.take_if(|doubt| !doubt.ways().all(&may_be_right));
+        }
+    }
+
     /// The candidates serve from now on: beside the source while there is one.
     pub(super) fn go_on_unsure(&mut self, unsure: Unsure) {
         match self {

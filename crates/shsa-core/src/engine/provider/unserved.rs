@@ -1,6 +1,7 @@
 //! Why a need has had no value for longer than a value may be old.
 
 use super::Provider;
+use super::settings::Settings;
 use super::unsure::{hull_would_serve, independent};
 use crate::alignment::Sample;
 use crate::knowledge::{KnowledgeBase, WhenUnsure};
@@ -18,10 +19,10 @@ pub(super) fn reasons(
     now: Time,
 ) -> Reasons {
     let limits = Reason::Limits { age: provider.settings.max_age, width: provider.settings.max_width };
-    let unfit = |what| Reasons::from(what).then(Joint::With, limits);
     if let Some(way) = provider.forced() {
         let alone = Reason::NoValueFrom { age, source: way.describe(knowledge) };
-        return Reasons::from(alone).then(Joint::Namely, unfit(Reason::GivesUnfit));
+        return Reasons::from(alone)
+            .then(Joint::Namely, Reasons::from(Reason::GivesUnfit).then(Joint::With, limits));
     }
     let unsure = provider.state.unsure();
     let why = unsure.map(|unsure| unsure.why_not(knowledge, &provider.settings).into());
@@ -38,10 +39,16 @@ pub(super) fn reasons(
     };
     let is_there = || provider.sources.ways().any(gives);
     let why = why.unwrap_or_else(|| match is_there() {
-        true => unfit(Reason::AllUnfit),
+        true => unfit(&provider.settings),
         false => Reason::NothingGiven.into(),
     });
     Reasons::from(Reason::NoValue { age }).then(Joint::Namely, why)
+}
+
+/// That all values are contradicted, or no such as the need demands.
+pub(super) fn unfit(settings: &Settings) -> Reasons {
+    let limits = Reason::Limits { age: settings.max_age, width: settings.max_width };
+    Reasons::from(Reason::AllUnfit).then(Joint::With, limits)
 }
 
 /// What would serve a need that states nothing of how it is served when unsure.

@@ -1,6 +1,7 @@
 //! A need without a trusted source: candidates give uncertain values, or events tell that nothing serves it.
 
 use super::super::message::{Event, EventKind, Output, PublishedValue};
+use super::episode::Fault;
 use super::provide::report;
 use super::turn::Turn;
 use super::unsure::{Unsure, hull_would_serve, independent};
@@ -59,20 +60,34 @@ impl Provider {
         Some(ways).filter(|ways| ways.len() >= least)
     }
 
-    /// The source is contradicted without a stand-in and without a suspect: candidates serve when the need is about to be
-    /// overdue.
-    pub(super) fn doubt(&mut self, knowledge: &KnowledgeBase, ports: &IdVec<SignalId, Port>, now: Time) {
+    /// No value of the source may go out, and nothing stands in for it: candidates serve when the need is about to be overdue. Those
+    /// of a source that is contradicted are the trusted ones; where all of these are unfit, it is the suspects, too.
+    pub(super) fn doubt(
+        &mut self,
+        knowledge: &KnowledgeBase,
+        ports: &IdVec<SignalId, Port>,
+        fault: Fault,
+        now: Time,
+    ) {
         let is_due = self.last_served().is_none_or(|last| now - last > self.settings.half_age());
         let is_hull = self.settings.when_unsure == WhenUnsure::Hull && !self.settings.is_vector;
         if self.state.unsure().is_some() || self.sources.is_alone || !is_due || !is_hull {
             return;
         }
-        let ways = independent(knowledge, self.sources.all());
+        let (sources, why) = match fault {
+            Fault::Contradicted => {
+                let source = self.source_name(knowledge);
+                (self.sources.all(), source.map(|source| Reason::Contradicted { source }.into()))
+            }
+            Fault::Unfit => (self.sources.suspected(), Some(unserved::unfit(&self.settings))),
+            // It is trusted, and its next value may be in time.
+            Fault::Late => return,
+        };
+        let mut ways = independent(knowledge, sources);
+        ways.retain(|way| self.contracts.admit(way).is_some());
         self.sources.is_alone = ways.len() < 2;
         if !self.sources.is_alone {
-            let source = self.source_name(knowledge);
-            let because = source.map(|source| Reason::Contradicted { source }.into());
-            let unsure = self.unsure(knowledge, ports, ways, because, now);
+            let unsure = self.unsure(knowledge, ports, ways, why, now);
             self.state.go_on_unsure(unsure);
         }
     }

@@ -118,6 +118,11 @@ impl Unsure {
         }
     }
 
+    /// The candidates.
+    pub(super) fn ways(&self) -> impl Iterator<Item = &Way> {
+        self.candidates.iter().map(|it| it.service.way())
+    }
+
     /// When the last trusted value is too old.
     pub(super) fn ends(&self, max_age: Span) -> Option<Time> {
         self.trusted.filter(|_| self.kind == WhenUnsure::Last).map(|last| last.validity.to + max_age)
