@@ -81,6 +81,8 @@ impl Outputs {
         while let Some(output) = engine.poll() {
             match output {
                 Output::Publication(it) => outputs.publish(engine, &it),
+                // A single wrong reading is no decision.
+                Output::Event(it) if !it.kind.is_decision() => {}
                 Output::Event(it) => {
                     let mut fields = event::fields(engine.knowledge(), &it);
                     fields.insert("time_ns".to_owned(), it.time.0.into());

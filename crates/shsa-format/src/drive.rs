@@ -74,6 +74,8 @@ pub struct Run {
     pub last: Time,
     /// Every decision that was not [forgotten](Run::forget), oldest first.
     pub events: Vec<Event>,
+    /// Every single wrong reading, oldest first: no decision.
+    pub outliers: Vec<Event>,
     /// Every published value of the needs, oldest first.
     pub publications: Vec<Publication>,
     /// The eras before the present one.
@@ -179,6 +181,7 @@ impl Run {
             first,
             last: first,
             events: Vec::new(),
+            outliers: Vec::new(),
             publications: Vec::new(),
             past: Vec::new(),
             knowledge: knowledge.clone(),
@@ -189,6 +192,11 @@ impl Run {
     pub fn events_with_models(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
         let known = move |at: usize| self.known(|past| at < past.events);
         self.events.iter().enumerate().map(move |(at, event)| (known(at), event))
+    }
+
+    /// Every outlier with the knowledge base to which its ids belong, oldest first.
+    pub fn outliers_with_models(&self) -> impl Iterator<Item = (&KnowledgeBase, &Event)> {
+        self.outliers.iter().map(|event| (self.known(|past| event.time < past.until), event))
     }
 
     /// The published values from the `from`th on, each with the knowledge base to which its ids belong, oldest first.
@@ -208,6 +216,7 @@ impl Run {
     /// Drops the outputs and the past eras, so that a run without end needs no more memory.
     pub fn forget(&mut self) {
         self.events.clear();
+        self.outliers.clear();
         self.publications.clear();
         self.past.clear();
     }
@@ -284,7 +293,8 @@ impl Run {
     fn listen(&mut self) {
         while let Some(output) = self.engine.poll() {
             match output {
-                Output::Event(event) => self.events.push(event),
+                Output::Event(event) if event.kind.is_decision() => self.events.push(event),
+                Output::Event(outlier) => self.outliers.push(outlier),
                 Output::Publication(publication) => self.publications.push(publication),
                 // The answer to a task is among the inputs.
                 Output::Task { .. } => {}

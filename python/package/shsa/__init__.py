@@ -358,7 +358,7 @@ class Event:
 
     time_ns: int
     kind: str
-    """``suspected``, ``failed``, ``silent``, ``substituted``, ``restored``, ``unhealable``, ``refused``, ``ageing`` or ``outlier``."""
+    """``suspected``, ``failed``, ``silent``, ``substituted``, ``restored``, ``unhealable``, ``refused`` or ``ageing``."""
     signal: str | None
     variable: str | None
     because: str

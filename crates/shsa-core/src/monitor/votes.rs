@@ -24,6 +24,7 @@ pub struct Outlier {
 
 impl Monitor {
     /// How many ways that rest on other signals contradict and support a value of a variable right now, without debouncing.
+    #[inline]
     #[must_use]
     pub fn votes(
         &self,

@@ -135,8 +135,8 @@ impl Expectation {
     }
 
     fn check_events(&self, evidence: &Evidence<'_>, between: Between, times: Times) -> (bool, String) {
-        let events = &evidence.run.events;
-        let found: Vec<&Event> = events.iter().filter(|event| self.fits(event)).collect();
+        let events = evidence.run.events.iter().chain(&evidence.run.outliers);
+        let found: Vec<&Event> = events.filter(|event| self.fits(event)).collect();
         let inside = found.iter().filter(|event| between.contains(event.time)).count();
         let met = match times {
             Times::AtLeastOnce => inside > 0,

@@ -16,7 +16,12 @@ impl Report<'_> {
     #[must_use]
     pub fn json(&self, elapsed: Duration) -> Value {
         let parts = || self.parts.iter().enumerate();
-        let events: Vec<Value> = parts().flat_map(|(at, part)| self.events_json(at, part)).collect();
+        let events: Vec<Value> = parts()
+            .flat_map(|(at, part)| self.events_json(at, part, part.run.events_with_models()))
+            .collect();
+        let outliers: Vec<Value> = parts()
+            .flat_map(|(at, part)| self.events_json(at, part, part.run.outliers_with_models()))
+            .collect();
         let reloads: Vec<Value> = parts().flat_map(|(at, part)| self.reloads_json(at, part)).collect();
         let needs: Map<String, Value> = self.needs.iter().map(|need| self.need_json(need)).collect();
         let signals: Map<String, Value> =
@@ -42,7 +47,7 @@ impl Report<'_> {
             }
         }
         let sessions: Vec<Value> = parts().filter_map(|(at, part)| self.session_json(at, part)).collect();
-        for (key, more) in [("reloads", reloads), ("sessions", sessions)] {
+        for (key, more) in [("outliers", outliers), ("reloads", reloads), ("sessions", sessions)] {
             if let Some(report) = report.as_object_mut().filter(|_| !more.is_empty()) {
                 report.insert(key.to_owned(), Value::Array(more));
             }
@@ -50,14 +55,19 @@ impl Report<'_> {
         report
     }
 
-    fn events_json(&self, at: usize, part: &Part<'_>) -> Vec<Value> {
+    fn events_json<'e>(
+        &self,
+        at: usize,
+        part: &Part<'_>,
+        events: impl Iterator<Item = (&'e KnowledgeBase, &'e Event)>,
+    ) -> Vec<Value> {
         let event = |(known, event): (&KnowledgeBase, &Event)| {
             let session = self.number(at).map(|number| ("session".to_owned(), json!(number)));
             let time = ("time_s".to_owned(), json!(part.since(event.time)));
             let fields = std::iter::once(time).chain(session).chain(event::fields(known, event));
             Value::Object(fields.collect())
         };
-        part.run.events_with_models().map(event).collect()
+        events.map(event).collect()
     }
 
     fn reloads_json(&self, at: usize, part: &Part<'_>) -> Vec<Value> {

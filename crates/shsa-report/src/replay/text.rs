@@ -53,13 +53,17 @@ impl Report<'_> {
             let at = lines.partition_point(|(described, _)| *described < time);
             lines.insert(at, (time, format!("{}  {word} {file}", text(time))));
         }
+        let nothing = lines.is_empty();
+        for (known, event) in part.run.outliers_with_models() {
+            let at = lines.partition_point(|(described, _)| *described < event.time);
+            lines.insert(at, (event.time, event_text(style, &text(event.time), known, event)));
+        }
         let head = self.number(at).map(|number| {
             let (from, to) = (part.since(part.run.first), part.since(part.run.last));
             let files = part.files().join(", ");
             format!("Session {number}: {files}, {from:.1} s to {to:.1} s{}", part.because())
         });
-        let nothing = "No events: nothing failed, nothing was substituted.".to_owned();
-        let nothing = lines.is_empty().then_some(nothing);
+        let nothing = nothing.then(|| "No events: nothing failed, nothing was substituted.".to_owned());
         let lines = lines.into_iter().map(|(_, line)| line);
         head.into_iter().chain(nothing).chain(lines).collect::<Vec<_>>().join("\n")
     }
