@@ -101,6 +101,8 @@ impl Engine {
         loop {
             match engine.poll()? {
                 Output::Publication(it) => return Some((Some(published(engine.knowledge(), &it)), None)),
+                // A single wrong reading is no decision.
+                Output::Event(it) if !it.kind.is_decision() => {}
                 Output::Event(it) => {
                     let mut fields = event::fields(engine.knowledge(), &it);
                     fields.insert("time_ns".to_owned(), json!(it.time.0));

@@ -324,6 +324,9 @@ impl Healer {
         }
         while let Some(output) = self.engine.poll() {
             match output {
+                Output::Event(event) if !event.kind.is_decision() => {
+                    return Ok(Some(Effect::Noted(event.kind.name(), self.noted(&event))));
+                }
                 Output::Event(event) => {
                     self.follow(&event);
                     self.has_decided = true;
@@ -350,6 +353,12 @@ impl Healer {
             }
         }
         Ok(None)
+    }
+
+    /// What an event that is no decision tells.
+    fn noted(&self, event: &Event) -> String {
+        let signal = event.signal.map(|signal| &*self.reported_model.signals()[signal].name);
+        format!("{}: {}", signal.unwrap_or_default(), words::reasons(&event.because))
     }
 
     /// Updates the outlets: after an event about a variable, its needs may have another source.

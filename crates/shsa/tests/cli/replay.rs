@@ -34,9 +34,11 @@ fn a_lie_is_found_and_healed() {
             "ways",
             "comparisons",
             "warnings",
-            "notes"
+            "notes",
+            "outliers"
         ]
     );
+    assert_eq!(kinds(&json!({ "events": report["outliers"] })), [("outlier", "/level")]);
     assert_eq!(report["observations"], 180);
     assert!((report["duration_s"].as_f64().unwrap() - 59.0).abs() < 1e-9);
     assert_eq!(kinds(&report), [("failed", "/level"), ("substituted", "level")]);

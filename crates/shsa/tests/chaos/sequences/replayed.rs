@@ -6,13 +6,15 @@ use std::path::Path;
 use std::process::Command;
 
 /// Kinds of events of the run itself, which no engine decides.
-const NOTED: [&str; 11] = [
+const NOTED: [&str; 13] = [
     "absent",
+    "accused",
     "backlog",
     "clock",
     "connected",
     "disconnected",
     "disk",
+    "outlier",
     "overload",
     "released",
     "responsible",
