@@ -28,7 +28,8 @@ impl Stories {
         self.0.entry(path.to_owned()).or_insert_with(|| {
             let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../..").join(path);
             let story = story::load_file(&file).story.unwrap_or_else(|| panic!("{path} is no story"));
-            story.run().run.events
+            let run = story.run().run;
+            run.events.into_iter().chain(run.outliers).collect()
         })
     }
 }
