@@ -8,6 +8,7 @@ mod report;
 
 use crate::table::write_document;
 use crate::{Outcome, notice};
+use anyhow::bail;
 use lying::lied;
 use recorded::{RECORDED, Recorded};
 use report::Found;
@@ -59,6 +60,9 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
         let model = arguments.models.join(format!("{name}.yaml"));
         let recorded = Recorded::read(name, &model, &recording)?;
         all.push(Found::new(&recorded, covered(&recorded)?, lied(&recorded, arguments.threads)?));
+    }
+    if all.is_empty() {
+        bail!("no recording in {}: nothing is judged, and nothing is written", arguments.data.display());
     }
     let tables = report::tables(&all);
     match arguments.json {

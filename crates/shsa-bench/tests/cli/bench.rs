@@ -25,6 +25,13 @@ fn scale_measures_each_size_and_writes_what_it_found() {
 }
 
 #[test]
+fn coverage_judges_nothing_without_recordings() {
+    let folder = Folder::new();
+    folder.refuses("coverage --data . --out found", &["SKIPPED: ./comma2k19", "nothing is judged"]);
+    assert!(!folder.path("found").exists());
+}
+
+#[test]
 fn scale_refuses_sizes_that_no_file_can_have() {
     let words = "a model of 7 relations cannot be measured: 100 to 1500000 can";
     Folder::new().refuses("scale --sizes 7", &[words]);

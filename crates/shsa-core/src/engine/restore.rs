@@ -88,7 +88,8 @@ impl Engine {
         }
     }
 
-    /// Restores the state from before a restart; must be called before any input. [`Refused`](super::EventKind::Refused) reports
+    /// Restores the state from before a restart, or a part of another engine's, about which there is no evidence here; the state of a
+    /// whole run must come before any input. [`Refused`](super::EventKind::Refused) reports
     /// the names that this knowledge base does not have. Where a need's source may not be used any more, another one serves it,
     /// and an event reports that, too.
     ///

@@ -38,6 +38,17 @@ struct Sensor {
 }
 
 impl Sensor {
+    /// A signal of the variable at 10 Hz, with an error of 0.1.
+    const PLAIN: Sensor = Sensor {
+        is_direct: true,
+        rate_hz: 10,
+        tells_rate: true,
+        error: 10,
+        delay_ms: 0,
+        level: None,
+        until: 9,
+    };
+
     /// Each sensor has a width of its own, which identifies its values.
     fn error(&self, at: usize) -> f64 {
         self.error as f64 / 100.0 + at as f64 * 1e-5
@@ -317,16 +328,7 @@ const LIES_UNTIL: Time = Time(39_950 * MS);
 
 /// Signals of one variable at 10 Hz that follow the truth, a slow sine, with an offset from 20 s to 40 s.
 fn reported(offsets: &[f64], change: impl Fn(&mut NeedDraft)) -> Stage {
-    let sensor = |_| Sensor {
-        is_direct: true,
-        rate_hz: 10,
-        tells_rate: true,
-        error: 10,
-        delay_ms: 0,
-        level: None,
-        until: 9,
-    };
-    let sensors: Vec<Sensor> = (0..offsets.len()).map(sensor).collect();
+    let sensors = vec![Sensor::PLAIN; offsets.len()];
     let demand = Demand { max_age_ms: 500, max_width: None, level: None, min_rate_hz: None };
     let mut need = need("/n", &demand);
     change(&mut need);
@@ -384,17 +386,4 @@ fn a_hull_that_is_too_wide_is_withheld_and_reported_with_its_width() {
     let is_limit = |why: &Reason| matches!(why, Reason::UncertainTooWide { most, .. } if most.value == 2.0);
     assert!(stage.events.iter().any(|it| it.because.iter().any(is_limit)), "{:#?}", stage.events);
     assert!(stage.of(0).all(|it| scalar(it).width() <= 2.0));
-}
-
-#[test]
-fn without_a_width_nothing_uncertain_goes_out_unless_it_is_asked_for() {
-    assert_eq!(uncertain(&reported(&[0.0, 0.8], |_| ())).len(), 0);
-    let withheld = reported(&[0.0, 0.8], |need| {
-        need.max_width = Some(text("2"));
-        need.when_unsure = Some(text("withhold"));
-    });
-    assert_eq!(uncertain(&withheld).len(), 0);
-    let stage = reported(&[0.0, 30.0], |need| need.when_unsure = Some(text("hull")));
-    assert!(uncertain(&stage).len() > 100);
-    check_truth(&stage);
 }

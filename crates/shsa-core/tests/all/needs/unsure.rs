@@ -3,6 +3,19 @@
 use super::*;
 
 #[test]
+fn without_a_width_nothing_uncertain_goes_out_unless_it_is_asked_for() {
+    assert_eq!(uncertain(&reported(&[0.0, 0.8], |_| ())).len(), 0);
+    let withheld = reported(&[0.0, 0.8], |need| {
+        need.max_width = Some(text("2"));
+        need.when_unsure = Some(text("withhold"));
+    });
+    assert_eq!(uncertain(&withheld).len(), 0);
+    let stage = reported(&[0.0, 30.0], |need| need.when_unsure = Some(text("hull")));
+    assert!(uncertain(&stage).len() > 100);
+    check_truth(&stage);
+}
+
+#[test]
 fn the_last_trusted_value_goes_out_until_it_is_too_old() {
     let stage = reported(&[0.0, 0.8], |need| {
         need.when_unsure = Some(text("last"));
@@ -25,16 +38,7 @@ fn of_three_that_all_disagree_what_enough_of_them_hold_possible_goes_out() {
 /// Two narrow sensors contradict each other from 20 s to 40 s; the third one agrees with both, as its error is a share of its value,
 /// and is too wide for the need by then.
 fn beside_a_wide_one(share: f64, offset: f64, max_width: f64) -> Stage {
-    let sensor = |_| Sensor {
-        is_direct: true,
-        rate_hz: 10,
-        tells_rate: true,
-        error: 10,
-        delay_ms: 0,
-        level: None,
-        until: 9,
-    };
-    let mut draft = draft(&[0, 1, 2].map(sensor));
+    let mut draft = draft(&[0; 3].map(|_| Sensor::PLAIN));
     draft.signals[2].value_error = Some(Bounds::One(text(format!("{} %", 100.0 * share))));
     let demand = Demand { max_age_ms: 500, max_width: Some(max_width), level: None, min_rate_hz: None };
     draft.needs.push(need("/n", &demand));
