@@ -12,10 +12,11 @@ use std::fs;
 const SHIPPED: [&str; 3] = ["shsa", "shsa-c", "shsa-python"];
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
-const LIBRARIES: [&str; 9] = [
+const LIBRARIES: [&str; 10] = [
     "shsa-core",
     "shsa-message",
     "shsa-format",
+    "shsa-drawing",
     "shsa-bridge",
     "shsa-lab",
     "shsa-report",

@@ -16,7 +16,7 @@ use shsa_core::monitor::thesis::{ThesisOptions, ThesisRun};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::plan::Graph;
 use shsa_core::time::Time;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 use std::fs;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};

@@ -1,8 +1,8 @@
 //! The common parts of every page for the browser: one file, without scripts and external resources.
 
 use shsa_core::assurance::Verdict;
-use shsa_format::case::words;
-use shsa_format::drawing::escaped;
+use shsa_drawing::case::words;
+use shsa_drawing::escaped;
 
 /// A page. `title` is escaped already, `kind` is a word for the kind of page, `lead` and `body` are HTML.
 pub(crate) fn document(title: &str, kind: &str, lead: &str, body: &str) -> String {

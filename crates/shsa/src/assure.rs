@@ -9,9 +9,8 @@ use crate::show;
 use crate::written::ensure_free;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
-use shsa_format::case::gsn::INDEX;
+use shsa_drawing::case::gsn::INDEX;
 use shsa_format::conserts;
-use shsa_format::drawing;
 use shsa_format::model::read_text;
 use shsa_report::assurance::{CertificateReport, Claim, ModelReport, WrittenMoment, modules};
 use shsa_report::replay::CasesOverTime;
@@ -144,7 +143,7 @@ fn over(arguments: &Arguments, format: Format, model: &Path) -> anyhow::Result<O
 fn cases(arguments: &Arguments, format: Format, claims: &[Claim<'_>], index: String) -> anyhow::Result<()> {
     match format {
         Format::Svg => {
-            let drawn = |claim: &Claim<'_>, _: &str| Ok(drawing::argument(&claim.argument())? + "\n");
+            let drawn = |claim: &Claim<'_>, _: &str| Ok(shsa_drawing::argument(&claim.argument())? + "\n");
             into_files(arguments, each(claims, drawn)?, None, "svg")
         }
         Format::Prolog => into_files(arguments, each(claims, |claim, _| Ok(claim.prolog()))?, None, "pl"),

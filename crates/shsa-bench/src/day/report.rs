@@ -2,7 +2,7 @@
 
 use super::Measured;
 use anyhow::Context;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 use shsa_format::text::seconds;
 use std::fs;
 use std::path::Path;

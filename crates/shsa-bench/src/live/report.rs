@@ -9,7 +9,7 @@ use super::times::Quantiles;
 use super::{Arguments, Found};
 use anyhow::Context;
 use clap::ValueEnum;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 use shsa_format::text::{seconds, table};
 use std::fs;
 use std::path::Path;

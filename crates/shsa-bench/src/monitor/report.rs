@@ -4,7 +4,7 @@ use super::measure::Measured;
 use super::rival::Rival;
 use super::{Arguments, Found};
 use anyhow::Context;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 use shsa_format::text::{seconds, table};
 use std::fs;
 use std::path::Path;

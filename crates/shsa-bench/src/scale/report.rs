@@ -3,7 +3,7 @@
 use super::measure::Measured;
 use super::{Arguments, model};
 use anyhow::Context;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 use shsa_format::text::{self, seconds};
 use std::fs;
 use std::path::Path;

@@ -4,7 +4,7 @@ use super::experiment::Experiment;
 use super::published::{self, Published};
 use super::record::{Record, Search};
 use super::report::{ALL, FIRST, Group, groups, middle};
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 
 /// The plots with the names of their files.
 pub(super) fn charts(records: &[Record]) -> Vec<(String, Chart)> {

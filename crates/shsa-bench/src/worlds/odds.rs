@@ -6,7 +6,7 @@ use super::watch::{ORIGIN, known, run, seconds};
 use super::written::Names;
 use shsa_core::engine::EventKind;
 use shsa_core::knowledge::Id;
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 
 /// Verdicts of one tenth of probability: count, sum of probabilities, right ones.
 pub(super) type Tenths = [(usize, f64, usize); 10];

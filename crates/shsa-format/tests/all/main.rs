@@ -17,7 +17,6 @@ mod reference;
 mod round_trip;
 mod published_structures;
 mod prolog;
-mod drawing;
 
 mod live;
 mod restart;

@@ -4,7 +4,7 @@ use super::Report;
 use shsa_core::diagnosis::Component;
 use shsa_core::engine::Isolability;
 use shsa_core::knowledge::{SignalId, SignalSet};
-use shsa_format::drawing::escaped;
+use shsa_drawing::escaped;
 use shsa_format::text::counted;
 use std::fmt::Write;
 

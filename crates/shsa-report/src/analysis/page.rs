@@ -6,7 +6,7 @@ use crate::page::{document, section};
 use shsa_core::analysis::{Addition, Comparison, Watch};
 use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{NeedId, RelationId, SignalId, SignalSet};
-use shsa_format::drawing::{self, Marks, escaped};
+use shsa_drawing::{Marks, escaped};
 use shsa_format::text::counted;
 use std::fmt::Write;
 
@@ -297,7 +297,7 @@ fn structure(report: &Report<'_>) -> String {
 }
 
 fn graph(report: &Report<'_>) -> String {
-    match drawing::svg(report.knowledge, &Marks::default()) {
+    match shsa_drawing::svg(report.knowledge, &Marks::default()) {
         Ok(svg) => format!("<div class=\"graph\">{svg}</div>\n"),
         Err(too_large) => format!("<p>Not drawn: {}.</p>\n", escaped(&too_large.to_string())),
     }

@@ -9,7 +9,8 @@ use shsa_core::assurance::{
     Certificates, Evaluation, EvidenceId, GuaranteeId, Leaf, ServiceId, System, Verdict,
 };
 use shsa_core::interval::Truth;
-use shsa_format::case::{Measured, gsn, words};
+use shsa_drawing::case::{gsn, words};
+use shsa_format::moment::Measured;
 use shsa_format::text::{counted, table};
 
 /// The most evaluations for one question about minimal sets.

@@ -1,8 +1,8 @@
 //! A claim of an assurance case: a guarantee of composed certificates, with its evaluation.
 
 use shsa_core::assurance::{Evaluation, EvidenceId, GuaranteeId, System};
-use shsa_format::case::Argument;
-use shsa_format::case::gsn::{self, Listed};
+use shsa_drawing::case::Argument;
+use shsa_drawing::case::gsn::{self, Listed};
 use shsa_format::conserts::prolog;
 
 /// A guarantee for which a case is made.

@@ -3,7 +3,7 @@
 use super::model::{ModelReport, Need};
 use serde_json::{Value, json};
 use shsa_core::assurance::{EvidenceId, Lacking, Leaf};
-use shsa_format::case::{gsn, words};
+use shsa_drawing::case::{gsn, words};
 
 pub(super) fn json(report: &ModelReport<'_>) -> Value {
     json!({

@@ -10,7 +10,8 @@ use shsa_core::interval::Truth;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::plan::Graph;
 use shsa_core::statement::Level;
-use shsa_format::case::{Measured, Moment, words};
+use shsa_drawing::case::words;
+use shsa_format::moment::{Measured, Moment};
 
 /// The most evaluations for one question about minimal sets.
 const MOST_EVALUATIONS: usize = 2_000;

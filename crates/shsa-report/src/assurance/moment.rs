@@ -1,7 +1,7 @@
 //! The evidence of one moment, with the text that it was read from.
 
 use crate::ReportError;
-use shsa_format::case::Moment;
+use shsa_format::moment::Moment;
 
 /// The evidence of one moment, with the text that it was read from: problems with it have places.
 ///

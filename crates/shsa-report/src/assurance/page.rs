@@ -6,8 +6,8 @@ use super::text::{self, listed};
 use crate::page::{document, section, verdict_cell};
 use shsa_core::assurance::{EvidenceId, Verdict};
 use shsa_core::knowledge::Id;
-use shsa_format::case::{Argument, Node, words};
-use shsa_format::drawing::{self, escaped};
+use shsa_drawing::case::{Argument, Node, words};
+use shsa_drawing::escaped;
 use shsa_format::text::counted;
 
 const WAYS: &str = "Each way of serving the need with the contracts of all who take part: the highest level of what is asked, \
@@ -100,7 +100,7 @@ fn case(argument: &Argument) -> String {
         let kind = words::kind(node.kind);
         format!("<tr><td>{kind}</td><td>{}</td>{}</tr>\n", escaped(&node.text), verdict_cell(node.state))
     };
-    let drawn = match drawing::argument(argument) {
+    let drawn = match shsa_drawing::argument(argument) {
         Ok(svg) => format!("<div class=\"graph\">{svg}</div>\n"),
         Err(too_large) => format!("<p>Not drawn: {}.</p>\n", escaped(&too_large.to_string())),
     };

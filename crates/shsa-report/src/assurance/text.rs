@@ -4,7 +4,7 @@ use super::model::{ModelReport, Need, lacking};
 use crate::style::{Paint, Style};
 use shsa_core::assurance::Verdict;
 use shsa_core::knowledge::Id;
-use shsa_format::case::words;
+use shsa_drawing::case::words;
 use shsa_format::text::{counted, table};
 
 /// The most sets that are listed for a question.

@@ -4,7 +4,7 @@ use super::Report;
 use super::text::{Columns, moments};
 use crate::page::{document, paragraphs, section, table};
 use crate::style::Style;
-use shsa_format::drawing::escaped;
+use shsa_drawing::escaped;
 
 pub(super) fn page(report: &Report<'_>, title: &str) -> String {
     let of = |columns: Columns| table(&columns.head, columns.rows);

@@ -4,7 +4,7 @@ use super::text::{NOT_COUNTED, head, latency, not_counted_rows};
 use crate::page::{document, paragraphs, section, table};
 use shsa_core::knowledge::SignalId;
 use shsa_core::time::Span;
-use shsa_format::drawing::{Heat, escaped};
+use shsa_drawing::{Heat, escaped};
 use shsa_lab::campaign::{Campaign, Cell, Comparison, LEGEND, Tally, What, rounded};
 
 /// A cell with its figures.

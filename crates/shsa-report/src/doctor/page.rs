@@ -2,7 +2,7 @@
 
 use super::Report;
 use crate::page::{document, paragraphs, section, table};
-use shsa_format::drawing::{Axis, Chart, Point, Scale, Series, escaped};
+use shsa_drawing::{Axis, Chart, Point, Scale, Series, escaped};
 use shsa_lab::doctor::Finding;
 use shsa_lab::naming::number;
 

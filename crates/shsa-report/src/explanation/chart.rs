@@ -7,7 +7,7 @@ use shsa_core::alignment::Sample;
 use shsa_core::engine::{Evidence, Options};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::time::{Span, Time};
-use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
+use shsa_drawing::{Axis, Band, Mark, Slice, Timeline};
 use shsa_format::drive::{Given, Run};
 use std::collections::BTreeMap;
 

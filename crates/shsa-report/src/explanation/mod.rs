@@ -26,7 +26,7 @@ use shsa_core::engine::{Comparison, Event, EventKind, Evidence};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::monitor::{ResidualState, Symptom};
 use shsa_core::time::{Span, Time};
-use shsa_format::drawing::Timeline;
+use shsa_drawing::Timeline;
 use shsa_format::drive::Run;
 use shsa_format::event;
 use shsa_format::text::counted;

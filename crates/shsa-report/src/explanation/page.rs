@@ -2,7 +2,7 @@
 
 use super::{Explanation, Item, Section};
 use crate::page::{document, section};
-use shsa_format::drawing::{Timeline, escaped};
+use shsa_drawing::{Timeline, escaped};
 
 const DRAWN: &str = "Each band is one way of knowing the variable: between its edges lies what it takes for possible. \
     Full lines rest on the signal in question. Where bands do not touch, they cannot both be right.";

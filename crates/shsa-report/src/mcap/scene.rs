@@ -4,7 +4,7 @@ use serde_json::{Value, json};
 use shsa_core::engine::Engine;
 use shsa_core::knowledge::NeedId;
 use shsa_core::time::{Span, Time};
-use shsa_format::drawing::{Line, NODE_HEIGHT, Node, Placed, Sketch};
+use shsa_drawing::{Line, NODE_HEIGHT, Node, Placed, Sketch};
 use shsa_format::event;
 use std::collections::BTreeSet;
 

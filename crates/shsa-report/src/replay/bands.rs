@@ -5,7 +5,7 @@ use super::picture::{NeedRecord, VariableRecord, WayRecord};
 use crate::events::is_accusation;
 use shsa_core::engine::EventKind;
 use shsa_core::time::Time;
-use shsa_format::drawing::{Axis, Band, Mark, Timeline};
+use shsa_drawing::{Axis, Band, Mark, Timeline};
 use shsa_format::text::counted;
 use std::collections::BTreeSet;
 

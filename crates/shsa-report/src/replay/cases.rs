@@ -6,8 +6,8 @@ use super::strip::{Look, Piece, key, strip};
 use crate::page::verdict_cell;
 use shsa_core::assurance::{Admitted, Ground, Verdict};
 use shsa_core::time::{Time, Validity};
-use shsa_format::case::{Node, words};
-use shsa_format::drawing::{self, escaped};
+use shsa_drawing::case::{Node, words};
+use shsa_drawing::escaped;
 use shsa_format::text::counted;
 
 const ADMITTED: [(Look, &str); 3] = [
@@ -103,7 +103,7 @@ fn argument(part: &Part<'_>, way: &WayCase) -> String {
             course_strip(part, &node.text, course)
         )
     };
-    let drawn = match drawing::argument(&way.argument) {
+    let drawn = match shsa_drawing::argument(&way.argument) {
         Ok(svg) => format!("<div class=\"graph\" tabindex=\"0\">{svg}</div>\n"),
         Err(too_large) => format!("<p>Not drawn: {}.</p>\n", escaped(&too_large.to_string())),
     };

@@ -4,8 +4,8 @@ use super::picture::{Course, NeedCase, Recorder, WayCase};
 use serde_json::{Value, json};
 use shsa_core::assurance::Verdict;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::case::gsn::{self, Listed, Stretch};
-use shsa_format::case::words;
+use shsa_drawing::case::gsn::{self, Listed, Stretch};
+use shsa_drawing::case::words;
 use shsa_format::drive::Run;
 
 /// The cases of all needs under contract, over the run of one recording.

@@ -12,7 +12,7 @@ use crate::page::{document, section};
 use shsa_core::engine::{Event, EventKind, Severity};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::{Time, Validity};
-use shsa_format::drawing::escaped;
+use shsa_drawing::escaped;
 use shsa_format::text::counted;
 use shsa_format::words;
 use std::fmt::Write;

@@ -1,6 +1,6 @@
 //! Strips: states over time, as a row of pieces.
 
-use shsa_format::drawing::escaped;
+use shsa_drawing::escaped;
 use std::fmt::Write;
 
 /// The width of a strip in units; it is stretched to the width of its page.

@@ -11,7 +11,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::plan::{Admission, BestFirst, Graph, Options, Plan, Preparation};
 use shsa_core::substitution::{Step, Substitution, Way};
-use shsa_format::case::words;
+use shsa_drawing::case::words;
 use shsa_report::Paint;
 use std::cell::RefCell;
 use std::collections::{BTreeMap, BTreeSet};

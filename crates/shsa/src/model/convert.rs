@@ -6,7 +6,7 @@ use crate::{plan, show};
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
 use shsa_core::plan::{Graph, Limits, Options, best};
-use shsa_format::drawing::{self, Marks};
+use shsa_drawing::Marks;
 #[cfg(feature = "ontology")]
 use shsa_format::model::thesis::ontology;
 use shsa_format::model::thesis::prolog::{self, Written};
@@ -181,8 +181,8 @@ fn written(
         Target::Turtle => return Ok(ontology::write(knowledge)?),
         #[cfg(not(feature = "ontology"))]
         Target::Turtle => bail!("this program is built without the feature `ontology`"),
-        Target::Dot => drawing::dot(knowledge, &marks(arguments, knowledge)?),
-        Target::Svg => drawing::svg(knowledge, &marks(arguments, knowledge)?)?,
+        Target::Dot => shsa_drawing::dot(knowledge, &marks(arguments, knowledge)?),
+        Target::Svg => shsa_drawing::svg(knowledge, &marks(arguments, knowledge)?)?,
     };
     let text = if text.ends_with('\n') { text } else { text + "\n" };
     Ok(Written { text, losses: Vec::new() })

@@ -3,7 +3,7 @@
 use anyhow::Context;
 use shsa_core::knowledge::{KnowledgeBase, SignalId, SignalSet, VariableId};
 use shsa_core::plan::Plan;
-use shsa_format::drawing::{self, Marks};
+use shsa_drawing::Marks;
 use std::fs;
 use std::path::Path;
 
@@ -29,7 +29,7 @@ pub(super) fn write(
         count += 1;
         let marks = Marks { chosen: Some(substitution.clone()), lost: lost.clone() };
         let path = folder.join(format!("{name}-{count}.svg"));
-        let drawn = drawing::svg(knowledge, &marks)?;
+        let drawn = shsa_drawing::svg(knowledge, &marks)?;
         fs::write(&path, drawn + "\n").with_context(|| format!("cannot write {}", path.display()))?;
     }
     Ok(count)

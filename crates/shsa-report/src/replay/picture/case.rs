@@ -10,7 +10,7 @@ use shsa_core::plan::Graph;
 use shsa_core::reason::ServedBy;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::case::{Argument, words};
+use shsa_drawing::case::{Argument, words};
 
 /// The most ways of a need whose cases are recorded.
 const MOST_WAYS: usize = 16;

@@ -3,7 +3,7 @@
 use crate::bands::joined;
 use shsa_core::interval::Interval;
 use shsa_core::time::{Span, Time, Validity};
-use shsa_format::drawing::Slice;
+use shsa_drawing::Slice;
 
 /// The most buckets of a series: more than a drawing has pixels.
 const BUCKETS: usize = 1_024;

@@ -3,12 +3,12 @@
 use super::Axis;
 use super::hatched::Hatched;
 use super::ticks::Range;
-use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
+use crate::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 
 /// The intervals of several sources for one quantity over time, each source as a band.
 ///
 /// ```
-/// use shsa_format::drawing::{Axis, Band, Mark, Slice, Timeline};
+/// use shsa_drawing::{Axis, Band, Mark, Slice, Timeline};
 /// let band = |name: &str, low: f64| Band {
 ///     name: name.into(),
 ///     is_accused: name == "/a",

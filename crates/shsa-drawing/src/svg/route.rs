@@ -1,9 +1,9 @@
 //! The links: curves between the columns, with arrowheads at the inputs and outputs of relations.
 
 use super::block::Block;
-use crate::drawing::graph::{Direction, Graph, Link};
-use crate::drawing::layers::{Layout, Route};
-use crate::drawing::sheet::{Sheet, px};
+use crate::graph::{Direction, Graph, Link};
+use crate::layers::{Layout, Route};
+use crate::sheet::{Sheet, px};
 
 /// The length of an arrowhead, and of that of a chosen link.
 const HEAD: f64 = 8.0;
@@ -89,7 +89,7 @@ fn head_of(used: bool) -> (&'static str, f64) {
 }
 
 /// A path that is straight along the columns that it passes and curved between them.
-pub(in crate::drawing) fn path(route: &Route, from: (f64, f64), to: (f64, f64)) -> String {
+pub(crate) fn path(route: &Route, from: (f64, f64), to: (f64, f64)) -> String {
     let mut path = format!("M{} {}", px(from.0), px(from.1));
     let (mut x, mut y) = (route.exit_x.max(from.0), from.1);
     if x > from.0 {

@@ -2,8 +2,8 @@
 
 use super::MARGIN;
 use super::block::{State, badge, need, signal};
-use crate::drawing::graph::{Graph, Link};
-use crate::drawing::sheet::{Sheet, px, width_of};
+use crate::graph::{Graph, Link};
+use crate::sheet::{Sheet, px, width_of};
 
 /// The height of a line of the legend.
 const LINE: f64 = 28.0;

@@ -2,7 +2,7 @@
 
 use super::keep;
 use proptest::prelude::*;
-use shsa_format::drawing::{Axis, Band, Chart, Mark, Point, Scale, Series, Slice, Timeline};
+use shsa_drawing::{Axis, Band, Chart, Mark, Point, Scale, Series, Slice, Timeline};
 
 fn axis(label: &str, unit: &str, scale: Scale) -> Axis {
     Axis { label: label.into(), unit: unit.into(), scale }

@@ -9,7 +9,7 @@ use shsa_core::knowledge::{
 };
 use shsa_core::substitution::Substitution;
 use shsa_core::time::Span;
-use shsa_format::drawing::{Marks, dot, svg};
+use shsa_drawing::{Marks, dot, svg};
 use std::time::Instant;
 
 /// Draws a knowledge base and checks that all of it is there.

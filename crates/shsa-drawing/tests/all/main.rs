@@ -1,6 +1,13 @@
 //! Drawings are well-formed for every input, contain the expected elements, and stay the same.
 //!
 //! Each drawing is also written to Cargo's folder for the output of tests, for inspection.
+#![cfg(test)]
+#![allow(
+    clippy::unwrap_used,
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    reason = "tests may fail loudly"
+)]
 
 mod xml;
 mod plot;

@@ -140,8 +140,8 @@ mod tests {
     use super::*;
 
     fn knowledge() -> KnowledgeBase {
-        let text = include_str!("../../../../models/stop.yaml");
-        crate::model::load(text, "stop.yaml").knowledge
+        let text = include_str!("../../../models/stop.yaml");
+        shsa_format::model::load(text, "stop.yaml").knowledge
     }
 
     #[test]

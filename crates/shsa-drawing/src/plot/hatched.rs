@@ -2,7 +2,7 @@
 //!
 //! The strokes are drawn one by one: a pattern would need an `id`, which several drawings on one page would share.
 
-use crate::drawing::sheet::{Sheet, px};
+use crate::sheet::{Sheet, px};
 use std::fmt::Write;
 
 /// The distance of two strokes along the edges, in pixels.

@@ -1,9 +1,9 @@
 //! A node with its attachments: a variable with its signals and needs, or a relation with its equation.
 
 use super::MOST_EQUATIONS;
-use crate::drawing::graph::{Graph, constant};
-use crate::drawing::layers::Size;
-use crate::drawing::sheet::{Sheet, escaped, fitted, px, width_of};
+use crate::graph::{Graph, constant};
+use crate::layers::Size;
+use crate::sheet::{Sheet, escaped, fitted, px, width_of};
 use shsa_core::knowledge::{RelationId, SignalId, VariableId};
 
 const NAME: f64 = 13.0;

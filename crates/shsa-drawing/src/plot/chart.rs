@@ -2,7 +2,7 @@
 
 use super::ticks::Range;
 use super::{Chart, Point, Series};
-use crate::drawing::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
+use crate::sheet::{Rule, Sheet, escaped, fitted, px, width_of};
 
 /// The size of the area of the lines.
 const WIDTH: f64 = 560.0;

@@ -10,6 +10,7 @@ mod graph;
 mod dot;
 mod svg;
 mod sketch;
+pub mod case;
 mod argument;
 mod plot;
 mod heat;

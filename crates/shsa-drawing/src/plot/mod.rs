@@ -10,7 +10,7 @@ pub use timeline::{Band, Mark, Slice, Timeline};
 /// A chart of lines: x to the right, y upwards.
 ///
 /// ```
-/// use shsa_format::drawing::{Axis, Chart, Point, Scale, Series};
+/// use shsa_drawing::{Axis, Chart, Point, Scale, Series};
 /// let axis = |label: &str, unit: &str| Axis { label: label.into(), unit: unit.into(), scale: Scale::Log };
 /// let points = vec![
 ///     Point { x: 1e3, low: 2e-3, y: 2.1e-3, high: 4e-3 },

@@ -2,7 +2,7 @@
 
 use super::keep;
 use proptest::prelude::*;
-use shsa_format::drawing::Heat;
+use shsa_drawing::Heat;
 
 /// As of a campaign: shares of faults healed, by kind and size.
 fn campaign(columns: &[&str]) -> Heat {

@@ -1,7 +1,7 @@
 //! The range of an axis, its ticks, and the texts of their values.
 
 use super::{Axis, Scale};
-use crate::drawing::number::number;
+use crate::number::number;
 
 /// Larger values are not shown: differences and ratios of shown values must stay finite.
 const LARGEST: f64 = 1e100;
