@@ -2,7 +2,7 @@
 //! ones.
 
 use crate::recordings::{check, parquet_writer};
-use shsa_format::recording::ReadOptions;
+use shsa_recording::ReadOptions;
 use std::fs;
 
 /// ULog of PX4.
@@ -260,7 +260,7 @@ pub mod parquet {
 #[cfg(test)]
 mod tests {
     use crate::TARGETS;
-    use shsa_format::recording::{ReadOptions, Wanted, read_bytes};
+    use shsa_recording::{ReadOptions, Wanted, read_bytes};
     use std::path::Path;
 
     #[test]

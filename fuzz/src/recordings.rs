@@ -1,20 +1,20 @@
 //! Recordings: any bytes as a table, as lines, as a bag of ROS 1 or 2, as MCAP; results are in order, counted, and among the
 //! wanted ones.
 
-use shsa_format::recording::{ReadOptions, Wanted, read_bytes};
+use shsa_recording::{ReadOptions, Wanted, read_bytes};
 use std::path::Path;
 
 #[allow(dead_code, reason = "some of it is for the reader's own tests")]
-#[path = "../../crates/shsa-format/src/recording/tests/bag_writer.rs"]
+#[path = "../../crates/shsa-recording/src/tests/bag_writer.rs"]
 mod bag_writer;
 
-#[path = "../../crates/shsa-format/src/recording/tests/mcap_writer.rs"]
+#[path = "../../crates/shsa-recording/src/tests/mcap_writer.rs"]
 mod mcap_writer;
 
-#[path = "../../crates/shsa-format/src/recording/tests/parquet_writer.rs"]
+#[path = "../../crates/shsa-recording/src/tests/parquet_writer.rs"]
 pub(crate) mod parquet_writer;
 
-#[path = "../../crates/shsa-format/src/recording/tests/sqlite_writer.rs"]
+#[path = "../../crates/shsa-recording/src/tests/sqlite_writer.rs"]
 mod sqlite_writer;
 
 use bag_writer::{Packing, small};

@@ -8,7 +8,6 @@ use pyo3::prelude::*;
 use serde_json::{Value, json};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
-use shsa_format::recording::{ReadOptions, Recording};
 use shsa_lab::LabError;
 use shsa_lab::calibration::{self, Parted};
 use shsa_lab::campaign::{
@@ -17,6 +16,7 @@ use shsa_lab::campaign::{
 use shsa_lab::drafting::Origin;
 use shsa_lab::learning;
 use shsa_lab::proposal::{Proposals, Subject};
+use shsa_recording::{ReadOptions, Recording};
 use shsa_report::recorded::wanted;
 use shsa_report::{Style, calibration as calibrated, learning as learned};
 use std::num::NonZeroUsize;

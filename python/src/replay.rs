@@ -9,8 +9,8 @@ use shsa_core::engine::{Input, Options, WatchBudget};
 use shsa_format::arrow::{self, Measure};
 use shsa_format::drive::{Era, Given, Run};
 use shsa_format::fault::Fault;
-use shsa_format::recording::{self, ReadOptions, Recording, RecordingError, Wanted};
 use shsa_format::table::Kind;
+use shsa_recording::{ReadOptions, Recording, RecordingError, Wanted};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted};
 use shsa_report::replay::{NeedErrors, Part, ReplayTable, Report};
@@ -37,9 +37,9 @@ impl Recordings {
     pub(crate) fn read(&self, wanted: &[Wanted]) -> Result<Recording, RecordingError> {
         let options = ReadOptions::default();
         match self {
-            Recordings::Paths(paths) => recording::read(paths, wanted, &options),
+            Recordings::Paths(paths) => shsa_recording::read(paths, wanted, &options),
             Recordings::Table(bytes) => {
-                recording::read_bytes(Path::new("table.parquet"), bytes, wanted, &options)
+                shsa_recording::read_bytes(Path::new("table.parquet"), bytes, wanted, &options)
             }
         }
     }

@@ -12,7 +12,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_estimate::extrapolation::{Access, Extrapolation};
 use shsa_estimate::kinematic::Kinematic;
-use shsa_format::recording::{ReadOptions, Wanted, read};
+use shsa_recording::{ReadOptions, Wanted, read};
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 use std::time::Instant;

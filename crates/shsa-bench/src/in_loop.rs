@@ -8,7 +8,7 @@ use shsa_core::observation::Observation;
 use shsa_core::time::Time;
 use shsa_format::fault::Fault;
 use shsa_format::model::load;
-use shsa_format::recording::{ReadOptions, Sample, Wanted, read};
+use shsa_recording::{ReadOptions, Sample, Wanted, read};
 use std::path::Path;
 
 /// A model with the recording of its signals.

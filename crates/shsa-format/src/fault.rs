@@ -5,7 +5,6 @@
 
 mod injected;
 
-use crate::recording::Sample;
 use injected::Change;
 pub use injected::Injected;
 use rand_chacha::ChaCha8Rng;
@@ -13,6 +12,7 @@ use rand_chacha::rand_core::SeedableRng;
 use shsa_core::knowledge::Scaling;
 use shsa_core::time::{Span, Time};
 use shsa_message::span::parse_span;
+use shsa_recording::{Sample, moment};
 use std::collections::VecDeque;
 use std::convert::Infallible;
 
@@ -90,20 +90,6 @@ fn parse(text: &str) -> Result<Fault, String> {
         return Err("it ends before it starts".to_owned());
     }
     Ok(Fault { kind: parse_kind(kind, amount)?, signal: signal.to_owned(), from, to })
-}
-
-/// A time from the start. Zero needs no unit; a plain number counts seconds.
-///
-/// # Errors
-/// The reason in words.
-pub fn moment(text: &str) -> Result<Span, String> {
-    match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
-        Ok(0.0) => Ok(Span::ZERO),
-        Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => {
-            Ok(Span::from_seconds(seconds))
-        }
-        _ => parse_span(text),
-    }
 }
 
 /// The constructor of a kind of fault from its amount.

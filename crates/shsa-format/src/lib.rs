@@ -1,5 +1,5 @@
-//! Files: knowledge bases, recordings, faults to inject, orders, journals, states and stories; the outputs of a run as JSON, and
-//! its reasons in words.
+//! Files: knowledge bases, faults to inject, orders, journals, states and stories; the outputs of a run as JSON, and its reasons in
+//! words.
 
 pub mod words;
 pub mod comparisons;
@@ -17,7 +17,6 @@ pub mod table;
 pub mod arrow;
 pub mod association;
 pub mod parquet;
-pub mod recording;
 pub mod state;
 pub mod story;
 pub mod text;

@@ -27,7 +27,7 @@ pub enum LabError {
     Draft(String),
     /// A recording cannot be read.
     #[error(transparent)]
-    Recording(#[from] shsa_format::recording::RecordingError),
+    Recording(#[from] shsa_recording::RecordingError),
     /// A thread panicked.
     #[error("a run broke off; its reason stands above")]
     BrokeOff,

@@ -12,7 +12,7 @@ use shsa_lab::proposal::{Proposal, Proposals, Serving, Subject, Worth};
 /// # Example
 /// ```
 /// use shsa_format::model::live::{Live, Written};
-/// use shsa_format::recording::{ReadOptions, Wanted, read};
+/// use shsa_recording::{ReadOptions, Wanted, read};
 /// use shsa_lab::learning::learn;
 /// use shsa_lab::proposal::{Proposals, Subject};
 /// use shsa_report::{Style, learning::Report};

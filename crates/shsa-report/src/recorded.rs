@@ -9,7 +9,7 @@ use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
 use shsa_format::drive::Era;
 use shsa_format::fault::Fault;
-use shsa_format::recording::{Recording, Sample, Session, Wanted};
+use shsa_recording::{Recording, Sample, Session, Wanted};
 use std::collections::BTreeMap;
 
 /// A knowledge base, and the time from which it is used.

@@ -3,8 +3,8 @@
 use shsa_core::engine::Input;
 use shsa_core::time::Time;
 use shsa_format::drive::Era;
-use shsa_format::recording::Session;
 use shsa_format::story::Story;
+use shsa_recording::Session;
 use std::collections::BTreeMap;
 
 /// The inputs of one session.

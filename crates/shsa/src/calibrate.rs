@@ -10,12 +10,11 @@ use crate::written;
 use anyhow::Context;
 use shsa_core::knowledge::{SignalId, build};
 use shsa_core::time::Span;
-use shsa_format::fault::moment;
 use shsa_format::model::live::Written;
-use shsa_format::recording;
 use shsa_lab::calibration::{self, Calibration, Options, Parted, calibrate};
 use shsa_lab::campaign::{Kind, SearchSpec, Smallest};
 use shsa_message::span::parse_span;
+use shsa_recording::moment;
 use shsa_report::calibration::Report;
 use shsa_report::recorded::wanted;
 use std::io::{Write, stdout};
@@ -111,7 +110,8 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     written::ensure_free(files.into_iter().filter_map(|file| file.as_deref()), &read)?;
     let live = show::load_live(&arguments.model)?;
     let knowledge = live.knowledge();
-    let recording = recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
+    let recording =
+        shsa_recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     show::recording(&recording);
     let skip: Vec<(Span, Span)> = arguments.skip.iter().map(|it| (it.from, it.to)).collect();
     let parted = Parted::of(&recording, arguments.split, &skip)?;

@@ -15,12 +15,12 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 use shsa_format::journal::is_journal_file;
 use shsa_format::model::live::{Live, Written};
-use shsa_format::recording::{self, Recording, Sample, Session};
 use shsa_lab::campaign::{
     self, AmountSpec, Baseline, Campaign, Comparison, Detectable, Grid, GridSpec, HalfSpec, Recorded,
     calibrated, check_settings, instead, measure, settings,
 };
 use shsa_message::span::parse_span;
+use shsa_recording::{Recording, Sample, Session};
 use shsa_report::campaign as report;
 use shsa_report::recorded::wanted;
 use std::collections::BTreeMap;
@@ -330,7 +330,7 @@ fn read(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::Result<Reco
         bail!("{} is a journal; faults can be injected into recordings only", journal.display());
     }
     let mut recording =
-        recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
+        shsa_recording::read(&arguments.recordings, &wanted(knowledge), &arguments.reading.options())?;
     show::recording(&recording);
     if let Some(cause) = recording.cause() {
         bail!("nothing of the recording can be read: {cause}");

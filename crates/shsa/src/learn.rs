@@ -13,7 +13,6 @@ use crate::written;
 use anyhow::{Context, anyhow, bail};
 use shsa_format::model::live::Written;
 use shsa_format::model::read_text;
-use shsa_format::recording;
 use shsa_lab::learning::learn_sessions;
 use shsa_lab::proposal::{Proposals, Subject};
 use shsa_report::learning::Report;
@@ -116,7 +115,7 @@ fn of_draft(recordings: &[PathBuf], columns: &ColumnArguments) -> anyhow::Result
 fn of_model(path: &Path, recordings: &[PathBuf], columns: &ColumnArguments) -> anyhow::Result<Subject> {
     let live = show::load_live(path)?;
     let knowledge = live.knowledge();
-    let recording = recording::read(recordings, &wanted(knowledge), &columns.reading.options())?;
+    let recording = shsa_recording::read(recordings, &wanted(knowledge), &columns.reading.options())?;
     show::recording(&recording);
     let text = read_text(path, "model")
         .map_err(|report| anyhow!("{}", report.render(false)))

@@ -2,10 +2,10 @@
 
 use crate::headings::READING;
 use shsa_core::time::Span;
-use shsa_format::recording::ReadOptions;
 use shsa_message::moment::DateOrder;
 use shsa_message::span::parse_span;
 use shsa_message::zone::Zone;
+use shsa_recording::ReadOptions;
 use std::path::PathBuf;
 
 /// What recordings do not say of themselves.

@@ -13,7 +13,7 @@ use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::{Given, Run};
 use shsa_format::fault::{Fault, FaultKind};
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 use std::convert::Infallible;
 use std::sync::atomic::{AtomicUsize, Ordering};
 

@@ -5,8 +5,8 @@ use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, Severity, SignalId, buil
 use shsa_core::observation::Observation;
 use shsa_format::model::live::{Live, Written};
 use shsa_format::model::{self, Report};
-use shsa_format::recording::{ReadOptions, Wanted, read};
 use shsa_lab::calibration::{Options, Parted, Session, calibrate};
+use shsa_recording::{ReadOptions, Wanted, read};
 use std::path::Path;
 
 /// The models with the recordings of what they are of.

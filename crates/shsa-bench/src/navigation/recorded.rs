@@ -7,7 +7,7 @@ use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_estimate::particle::Particles;
-use shsa_format::recording::{ReadOptions, Sample, Wanted, read};
+use shsa_recording::{ReadOptions, Sample, Wanted, read};
 use std::io::{Write, stdout};
 use std::iter::{once, zip};
 use std::path::Path;

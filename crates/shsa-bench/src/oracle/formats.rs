@@ -9,7 +9,7 @@ use super::Compared;
 use anyhow::Context;
 use serde_json::{Map, Value};
 use shsa_core::observation::RawValue;
-use shsa_format::recording::{ReadOptions, Recording, Sample, TopicInfo, Wanted, inventory, read};
+use shsa_recording::{ReadOptions, Recording, Sample, TopicInfo, Wanted, inventory, read};
 use std::path::{Path, PathBuf};
 use std::{fs, slice};
 

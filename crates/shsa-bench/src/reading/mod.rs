@@ -4,7 +4,7 @@ use crate::Outcome;
 use crate::oracle::{Recorded, recorded};
 use crate::table::Table;
 use anyhow::Context;
-use shsa_format::recording::read;
+use shsa_recording::read;
 use std::io::{Write, stdout};
 use std::path::{Path, PathBuf};
 use std::process::Command;

@@ -1,12 +1,12 @@
 //! Samples with a fault, one after the other, so that a recording of any length is broken while it is replayed.
 
 use super::FaultKind;
-use crate::recording::Sample;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::Rng;
 use shsa_core::knowledge::Scaling;
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_recording::Sample;
 use std::collections::VecDeque;
 
 /// Samples of a recording with a fault, in the order of reception; made by [`Fault::injected`](super::Fault::injected).

@@ -3,7 +3,7 @@
 //! `rows -> columns of a row group -> pages -> description at the end`
 //!
 //! Format: <https://parquet.apache.org/docs/file-format/>. Every column is optional. Numbers and times are stored plainly, texts by
-//! a dictionary; nothing is compressed. Files are read by [`crate::recording`], too.
+//! a dictionary; nothing is compressed. Files are read by [`shsa_recording`], too.
 
 mod column;
 mod thrift;

@@ -2,13 +2,13 @@
 
 use super::curve::Curve;
 use crate::fault::Fault;
-use crate::recording::Sample;
 use rand_chacha::ChaCha8Rng;
 use rand_chacha::rand_core::{Rng, SeedableRng};
 use shsa_core::engine::{Input, Order};
 use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
+use shsa_recording::Sample;
 
 /// The observations and orders.
 #[derive(Clone, Debug, Default)]

@@ -6,7 +6,7 @@ use crate::campaign::Recorded;
 use shsa_core::knowledge::{Id, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time};
-use shsa_format::recording::{Recording, Sample};
+use shsa_recording::{Recording, Sample};
 
 /// The sessions of recordings, each divided into a fitted part and a test part.
 #[derive(Default)]

@@ -7,7 +7,7 @@ use shsa_core::knowledge::{Id, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::{Given, Run};
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 use std::convert::Infallible;
 use std::ops::ControlFlow;
 

@@ -14,7 +14,7 @@ use shsa_core::time::Span;
 use shsa_core::time::Time;
 use shsa_format::fault::{Fault, FaultKind};
 use shsa_format::model::live::Live;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 use std::num::NonZeroUsize;
 
 /// The settings of the search for the smallest faults.

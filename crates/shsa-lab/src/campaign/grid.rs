@@ -8,7 +8,7 @@ use crate::LabError;
 use shsa_core::knowledge::{KnowledgeBase, Signal, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::Fault;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 use std::collections::BTreeMap;
 
 /// One fault of one signal; trials differ in onset and seed.

@@ -4,7 +4,7 @@ use super::size::numbers;
 use shsa_core::knowledge::Scaling;
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::FaultKind;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 
 /// A kind of fault.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]

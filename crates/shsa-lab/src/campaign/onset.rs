@@ -2,7 +2,7 @@
 
 use shsa_core::knowledge::{Id, SignalId};
 use shsa_core::time::{Span, Time};
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 
 /// The beginning of a fault.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -4,7 +4,7 @@ use super::kind::{Kind, What};
 use shsa_core::knowledge::{Scaling, Signal};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Span;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 
 /// The size of a signal's values, and their declared accuracy.
 pub(super) struct Size {

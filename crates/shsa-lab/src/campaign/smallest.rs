@@ -18,7 +18,7 @@ use serde_json::{Map, Value, json};
 use shsa_core::knowledge::{Id, KnowledgeBase, Signal, SignalId};
 use shsa_core::time::{Span, Time};
 use shsa_format::fault::Fault;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 use std::num::NonZeroUsize;
 
 /// The largest amount in the search, as a multiple of the first one,

@@ -8,8 +8,8 @@ use crate::naming::{unique, unit as guessed_unit, variable};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Span;
 use shsa_core::unit::{Dimension, Unit};
-use shsa_format::recording::{self, FieldInfo, ReadOptions, Recording, TopicInfo, Wanted};
 use shsa_message::source::Source;
+use shsa_recording::{FieldInfo, ReadOptions, Recording, TopicInfo, Wanted};
 use std::collections::BTreeSet;
 use std::path::PathBuf;
 
@@ -124,7 +124,7 @@ impl Origin {
     /// When a recording cannot be read, or its rows are those of several sources that nothing tells apart.
     pub fn read(&self) -> Result<Columns, LabError> {
         let options = &self.options;
-        let files = recording::inventory(&self.recordings, options)?;
+        let files = shsa_recording::inventory(&self.recordings, options)?;
         let mut found =
             Fields { origin: self, listed_names: BTreeSet::new(), listed: Vec::new(), left_out: Vec::new() };
         for topic in files.iter().flat_map(|file| &file.topics) {
@@ -134,18 +134,18 @@ impl Origin {
         let mut about = named(&listed);
         let wanted: Vec<Wanted> =
             about.iter().map(|it| Wanted::new(it.signal.clone(), it.source.clone())).collect();
-        let survey = recording::survey(&self.recordings, &wanted, options)?;
+        let survey = shsa_recording::survey(&self.recordings, &wanted, options)?;
         let mut warnings: Vec<String> = self.mixed_rows(&survey.recording).into_iter().collect();
         let mut values = Values::new(wanted.len());
         if survey.can_stream {
             for session in 0..survey.recording.sessions.len() {
                 values.begin();
-                for sample in recording::stream(&self.recordings, &wanted, options, &survey, session)? {
+                for sample in shsa_recording::stream(&self.recordings, &wanted, options, &survey, session)? {
                     values.take(&sample?);
                 }
             }
         } else {
-            let recording = recording::read(&self.recordings, &wanted, options)?;
+            let recording = shsa_recording::read(&self.recordings, &wanted, options)?;
             for (_, samples) in recording.by_session() {
                 values.begin();
                 samples.iter().for_each(|sample| values.take(sample));
@@ -244,7 +244,7 @@ impl Fields<'_> {
         let by = self.origin.by.as_ref().filter(|by| topic.fields.iter().any(|field| field.path == **by));
         let Some(by) = by else { return Ok(vec![None]) };
         let wanted = [Wanted::new(by.clone(), source(topic, by, None, "@row*1s"))];
-        let read = recording::read(&self.origin.recordings, &wanted, &self.origin.options)?;
+        let read = shsa_recording::read(&self.origin.recordings, &wanted, &self.origin.options)?;
         let mut keys: BTreeSet<String> = BTreeSet::new();
         for sample in &read.samples {
             if let RawValue::Number(number) = sample.value {
@@ -286,7 +286,7 @@ fn reason(topic: &TopicInfo, field: &FieldInfo) -> Option<String> {
 /// Whether a name is that of a time. The letter `t` is as likely a temperature, where the topic has another time.
 fn is_named_time(topic: &TopicInfo, field: &FieldInfo) -> bool {
     let is_time =
-        |it: &FieldInfo| recording::TIME_NAMES.iter().any(|name| bare(it).eq_ignore_ascii_case(name));
+        |it: &FieldInfo| shsa_recording::TIME_NAMES.iter().any(|name| bare(it).eq_ignore_ascii_case(name));
     let is_letter = |it: &FieldInfo| bare(it).eq_ignore_ascii_case("t");
     let has_other = || topic.fields.iter().any(|it| it.is_clock || is_time(it) && !is_letter(it));
     is_time(field) && !(is_letter(field) && has_other())

@@ -2,7 +2,7 @@
 
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_format::recording::Sample;
+use shsa_recording::Sample;
 
 /// A number from this size on counts as missing, as NaN and infinity do: its square is beyond the numbers, so it has no variance.
 const TOO_LARGE: f64 = 1e150;

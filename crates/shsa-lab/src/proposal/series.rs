@@ -7,7 +7,7 @@ use shsa_core::observation::RawValue;
 use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
-use shsa_format::recording::{Recording, Sample};
+use shsa_recording::{Recording, Sample};
 use std::collections::BTreeSet;
 
 /// A variable that no signal measures, as its best substitution gives it.

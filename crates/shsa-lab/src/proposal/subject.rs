@@ -8,7 +8,7 @@ use crate::naming::number;
 use crate::proposal::series::{computed, joints, measured};
 use shsa_core::knowledge::{KnowledgeBase, Relation, VariableId};
 use shsa_format::model::live::Written;
-use shsa_format::recording::Recording;
+use shsa_recording::Recording;
 use std::collections::BTreeSet;
 
 /// The series, with what is known of them.

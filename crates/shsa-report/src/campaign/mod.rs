@@ -4,7 +4,7 @@
 //! ```
 //! use shsa_core::observation::RawValue;
 //! use shsa_core::time::Time;
-//! use shsa_format::recording::Sample;
+//! use shsa_recording::Sample;
 //! use shsa_lab::campaign::{Baseline, Campaign, Grid, GridSpec, Kind, Recorded, measure};
 //! use shsa_report::{Style, campaign};
 //! use std::collections::BTreeMap;

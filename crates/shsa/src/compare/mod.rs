@@ -18,8 +18,8 @@ use shsa_core::plan::Graph;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Span, Time};
 use shsa_format::journal::is_journal_file;
-use shsa_format::recording::{self, Recording};
 use shsa_message::span::parse_span;
+use shsa_recording::Recording;
 use shsa_report::recorded::wanted;
 use std::num::NonZeroUsize;
 use std::path::{Path, PathBuf};
@@ -154,7 +154,7 @@ fn read(comparison: &Comparison<'_>, knowledge: &KnowledgeBase) -> anyhow::Resul
     if settings.mode == Mode::Default && set.iter().any(Option::is_some) {
         show::warn("--buffer, --average and --median are for --mode thesis and change nothing here");
     }
-    let recording = recording::read(recordings, &wanted(knowledge), &reading.options())?;
+    let recording = shsa_recording::read(recordings, &wanted(knowledge), &reading.options())?;
     show::recording(&recording);
     if recording.samples.is_empty() {
         bail!(

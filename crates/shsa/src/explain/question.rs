@@ -5,7 +5,7 @@ use anyhow::{anyhow, bail};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
 use shsa_format::drive::Era;
-use shsa_format::fault::moment;
+use shsa_recording::moment;
 use shsa_report::explanation::Question;
 use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};

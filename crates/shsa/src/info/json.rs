@@ -1,7 +1,7 @@
 //! The contents of recordings as one JSON object.
 
 use serde_json::{Value, json};
-use shsa_format::recording::{FileInfo, TopicInfo};
+use shsa_recording::{FileInfo, TopicInfo};
 
 pub(super) fn shown(files: &[FileInfo]) -> String {
     let of_file = |file: &FileInfo| {

@@ -9,7 +9,7 @@ mod text;
 use crate::outcome::Outcome;
 use crate::reading::ReadArguments;
 use crate::{old, show};
-use shsa_format::recording::{self, FileInfo};
+use shsa_recording::FileInfo;
 use std::io::Write as _;
 use std::path::PathBuf;
 
@@ -43,7 +43,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
     if arguments.signals {
         old::note("shsa info", "--signals", "draft");
     }
-    let files = recording::inventory(&arguments.recordings, &arguments.reading.options())?;
+    let files = shsa_recording::inventory(&arguments.recordings, &arguments.reading.options())?;
     let output = match (arguments.json, arguments.signals) {
         (true, _) => json::shown(&files),
         (_, true) => signals::drafted(&files),

@@ -2,8 +2,8 @@
 
 use crate::scan::text::rate;
 use shsa_core::unit::Unit;
-use shsa_format::recording::{FieldInfo, FileInfo, TopicInfo};
 use shsa_lab::naming::{quoted, unique, unit, variable};
+use shsa_recording::{FieldInfo, FileInfo, TopicInfo};
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

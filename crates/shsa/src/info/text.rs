@@ -3,9 +3,9 @@
 use crate::scan::text::rate;
 use crate::show;
 use shsa_core::time::Time;
-use shsa_format::recording::{FieldInfo, FileInfo, TopicInfo};
 use shsa_format::text::{counted, seconds};
 use shsa_message::stamp::{Notation, written};
+use shsa_recording::{FieldInfo, FileInfo, TopicInfo};
 use shsa_report::Paint;
 
 /// The most fields that are listed for one topic; further ones are only counted.

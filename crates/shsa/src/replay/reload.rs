@@ -3,8 +3,8 @@
 use crate::show;
 use anyhow::Context;
 use shsa_core::time::Span;
-use shsa_format::fault::moment;
 use shsa_format::model::live::{Live, Written};
+use shsa_recording::moment;
 use shsa_report::recorded::Stage;
 use std::path::PathBuf;
 use std::str::FromStr;

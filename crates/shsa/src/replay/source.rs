@@ -7,10 +7,10 @@ use crate::reading::ReadArguments;
 use crate::show;
 use anyhow::{Context, bail};
 use shsa_core::time::Span;
-use shsa_format::fault::{Fault, moment};
+use shsa_format::fault::Fault;
 use shsa_format::journal;
 use shsa_format::model::live::Live;
-use shsa_format::recording::{self, Cuts, Session, Stretch, Wanted};
+use shsa_recording::{Cuts, Session, Stretch, Wanted, moment};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted_by};
 use std::num::NonZeroUsize;
@@ -138,7 +138,7 @@ fn read_recordings(
     let (stages, is_refused) = reload::stages(live, &arguments.reload)?;
     let wanted = wanted_by(&stages);
     let injections = arguments.injections(&stages, &wanted)?;
-    let mut recording = recording::read(recordings, &wanted, &reading.options())?;
+    let mut recording = shsa_recording::read(recordings, &wanted, &reading.options())?;
     show::recording(&recording);
     if let Some(cause) = recording.cause() {
         bail!("nothing of the recording can be read: {cause}");

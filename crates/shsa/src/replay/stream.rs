@@ -12,9 +12,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_format::drive::{Era, Given, Run};
 use shsa_format::journal::{JournalWriter, is_journal_file};
-use shsa_format::recording::{
-    self, Parting, ReadOptions, RecordingError, Sample, Session, Stream, Survey, Wanted,
-};
+use shsa_recording::{self, Parting, ReadOptions, RecordingError, Sample, Session, Stream, Survey, Wanted};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Stage, breaking, wanted};
 use shsa_report::replay::{NeedErrors, Part, Recorder, ValueWriter, write_event_table};
@@ -41,7 +39,7 @@ pub(super) fn run(arguments: &Arguments, knowledge: &KnowledgeBase) -> anyhow::R
     let stages = [Stage::first(knowledge.clone())];
     let injections = arguments.source.injections(&stages, &wanted)?;
     let options = arguments.reading.options();
-    let survey = recording::survey(&arguments.recordings, &wanted, &options)?;
+    let survey = shsa_recording::survey(&arguments.recordings, &wanted, &options)?;
     if !survey.can_stream || survey.count == 0 {
         return Ok(None);
     }
@@ -98,7 +96,7 @@ impl Long<'_> {
 
     /// The samples of a whole session.
     fn samples(&self, session: usize) -> Result<Stream, RecordingError> {
-        recording::stream(&self.arguments.recordings, &self.wanted, &self.options, &self.survey, session)
+        shsa_recording::stream(&self.arguments.recordings, &self.wanted, &self.options, &self.survey, session)
     }
 
     /// The sessions to replay: those of the recording, or the parts of them that are left. For these, the recording is passed over.

@@ -5,7 +5,6 @@ use crate::fault::Fault;
 use crate::model::reader::Keys;
 use crate::model::tree::{Node, Value};
 use crate::order::OrderForm;
-use crate::recording::Sample;
 use crate::story::curve::Definitions;
 use crate::story::trace::{Echo, Source, Trace};
 use shsa_core::engine::Order;
@@ -13,6 +12,7 @@ use shsa_core::knowledge::{Id, SignalId, Text};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
+use shsa_recording::Sample;
 
 const TRACE: [&str; 7] = ["duration", "seed", "truth", "signals", "faults", "rows", "orders"];
 

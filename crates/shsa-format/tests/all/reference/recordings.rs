@@ -4,9 +4,9 @@ use super::document::{Document, code};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
 use shsa_format::fault::{Fault, KINDS, Made};
-use shsa_format::recording::{FORMATS, ReadOptions, Recording, Sample, TIME_NAMES, Wanted, read_bytes};
 use shsa_message::source::Source;
 use shsa_message::span::TIME_UNITS;
+use shsa_recording::{FORMATS, ReadOptions, Recording, Sample, TIME_NAMES, Wanted, read_bytes};
 use std::path::Path;
 
 fn page() -> Document {
@@ -79,7 +79,7 @@ fn lines_of_json_are_read_as_described() {
 fn every_key_of_a_line_is_described() {
     let sample = Sample { wanted: 0, time: Time(5), received: Time(7), value: RawValue::Number(1.0) };
     let mut line = Vec::new();
-    shsa_format::recording::write_jsonl(&mut line, [&sample], |_| "/a").unwrap();
+    shsa_recording::write_jsonl(&mut line, [&sample], |_| "/a").unwrap();
     let line: serde_json::Value = serde_json::from_slice(&line).unwrap();
     let keys = line.as_object().unwrap().keys().map(String::as_str).collect::<Vec<_>>();
     page().section("JSON lines").names_exactly("key", keys);

@@ -4,7 +4,7 @@ use super::observation;
 use shsa_core::engine::{Input, Options};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_format::drive::{Given, Run};
-use shsa_format::recording::{Sample, Session};
+use shsa_recording::{Sample, Session};
 use shsa_report::recorded::Injection;
 use shsa_report::replay::NeedErrors;
 use std::convert::Infallible;

@@ -34,7 +34,7 @@ mod rosbag;
 mod utf16;
 mod unpack;
 mod ros2;
-pub(crate) mod mcap;
+pub mod mcap;
 mod sqlite;
 mod rosbag2;
 mod window;
@@ -64,7 +64,7 @@ use shsa_message::zone::Zone;
 
 use clock::Stored;
 pub use content::{FieldInfo, FileInfo, TopicInfo};
-pub use cut::{Cuts, Parting, Stretch};
+pub use cut::{Cuts, Parting, Stretch, moment};
 pub use error::RecordingError;
 use extract::Naming;
 use extraction::Extraction;
@@ -344,4 +344,4 @@ pub fn inventory(paths: &[PathBuf], options: &ReadOptions) -> Result<Vec<FileInf
 }
 
 #[cfg(test)]
-pub(crate) mod tests;
+mod tests;

@@ -9,7 +9,7 @@ use std::sync::Arc;
 
 impl Gathered {
     /// Ends the current file: reports how much of it is lost, and splits it where its clock was set.
-    pub(in crate::recording) fn end(&mut self) {
+    pub(crate) fn end(&mut self) {
         self.judge_stamps();
         if let Some(problem) = std::mem::take(&mut self.room).problem() {
             self.damaged(Place::Whole, problem);

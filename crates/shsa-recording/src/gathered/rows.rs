@@ -1,15 +1,15 @@
 //! Rows of a table that are added together.
 
 use super::{Destination, Gathered};
-use crate::recording::{RawValue, Sample};
+use crate::{RawValue, Sample};
 use shsa_core::time::Time;
 
 /// A signal, and what the rows have for it.
-pub(in crate::recording) type Numbers<'n> = (usize, &'n [Option<f64>]);
+pub(crate) type Numbers<'n> = (usize, &'n [Option<f64>]);
 
 impl Gathered {
     /// Adds rows, each at its time, in which every one of these signals has a number: as [`Gathered::sample`] does row by row.
-    pub(in crate::recording) fn rows(&mut self, times: &[Time], columns: &[Numbers<'_>]) {
+    pub(crate) fn rows(&mut self, times: &[Time], columns: &[Numbers<'_>]) {
         if !self.are_kept(columns, times.len()) {
             return each(times, columns, |wanted, time, value| self.sample(wanted, time, time, value));
         }

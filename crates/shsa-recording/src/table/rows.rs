@@ -6,7 +6,7 @@ use super::layout::{Layout, is_comment};
 use super::line::Line;
 use super::places::place;
 use super::row::Row;
-use crate::recording::lines::Lines;
+use crate::lines::Lines;
 use std::collections::VecDeque;
 use std::io::BufRead;
 

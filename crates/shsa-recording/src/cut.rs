@@ -2,8 +2,8 @@
 
 use super::session::{Because, Session};
 use super::{Recording, Sample};
-use crate::fault::moment;
 use shsa_core::time::{Span, Time};
+use shsa_message::span::parse_span;
 use std::str::FromStr;
 
 /// A stretch of time, counted from the first observation of its recording; the end is excluded.
@@ -33,6 +33,20 @@ impl FromStr for Stretch {
         let from = if is_blank(from) { Span::ZERO } else { moment(from)? };
         let to = if is_blank(to) { Span::MAX } else { moment(to)? };
         if from < to { Ok(Stretch { from, to }) } else { Err("it ends before it starts".to_owned()) }
+    }
+}
+
+/// A time from the start. Zero needs no unit; a plain number counts seconds.
+///
+/// # Errors
+/// The reason in words.
+pub fn moment(text: &str) -> Result<Span, String> {
+    match text.trim().trim_end_matches(|c: char| c.is_alphabetic()).trim().parse::<f64>() {
+        Ok(0.0) => Ok(Span::ZERO),
+        Ok(seconds) if text.trim().ends_with(|c: char| c.is_ascii_digit()) && seconds > 0.0 => {
+            Ok(Span::from_seconds(seconds))
+        }
+        _ => parse_span(text),
     }
 }
 

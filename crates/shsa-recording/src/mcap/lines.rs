@@ -15,7 +15,7 @@ const HEADER: u8 = 1;
 const PROFILE_MAX: u64 = 64;
 
 /// Whether a file is one of MCAP with this profile.
-pub(crate) fn has_profile(path: &Path, profile: &str) -> bool {
+pub fn has_profile(path: &Path, profile: &str) -> bool {
     let mut bytes = Vec::new();
     let most = MAGIC.len() as u64 + 1 + 8 + 4 + PROFILE_MAX;
     let read = File::open(path).and_then(|file| file.take(most).read_to_end(&mut bytes));
@@ -31,7 +31,7 @@ pub(crate) fn has_profile(path: &Path, profile: &str) -> bool {
 ///
 /// # Errors
 /// When the file cannot be read at all.
-pub(crate) fn lines(path: &Path, topic: &str) -> Result<(Vec<u8>, Option<String>), RecordingError> {
+pub fn lines(path: &Path, topic: &str) -> Result<(Vec<u8>, Option<String>), RecordingError> {
     let unreadable = |reason| RecordingError::Unreadable { file: path.to_owned(), reason };
     let file = File::open(path).map_err(unreadable)?;
     let length = file.metadata().map_err(unreadable)?.len();

@@ -3,7 +3,7 @@
 use super::cells::{COLUMNS_MAX, Split, trimmed};
 use super::layout::{Layout, Separator, is_decimal_comma};
 use super::line::Line;
-use crate::recording::topic::{Columns, Value};
+use crate::topic::{Columns, Value};
 use memchr::memchr;
 use std::borrow::Cow;
 use std::mem;

@@ -1,8 +1,8 @@
 //! How the messages of a channel are decoded, by its encoding and its schema.
 
 use super::records::{Channel, Schema};
-use crate::recording::ros2;
-use crate::recording::topic::{Fields, Topic};
+use crate::ros2;
+use crate::topic::{Fields, Topic};
 use shsa_message::MessageError;
 use shsa_message::protobuf;
 use shsa_message::ros::{Layout, Types};

@@ -7,7 +7,7 @@ use super::super::{ReadOptions, names};
 use super::cells::Cell;
 use super::description::{Description, Meaning, Physical};
 use super::{Columns, Value};
-use crate::recording::topic::Rows as _;
+use crate::topic::Rows as _;
 use shsa_core::time::{Span, Time};
 use shsa_message::moment::Moment;
 use shsa_message::stamp::decimal;

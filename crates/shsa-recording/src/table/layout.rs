@@ -2,13 +2,13 @@
 
 use super::cells::{COLUMNS_MAX, Split, is_open, split};
 use super::line::Line;
-use crate::recording::stamp::split_unit;
+use crate::stamp::split_unit;
 use shsa_core::unit::Unit;
 use std::borrow::Cow;
 
 /// The separator of columns.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(in crate::recording) enum Separator {
+pub(crate) enum Separator {
     /// This character.
     Character(char),
     /// Any number of blanks and tabs.
@@ -45,20 +45,20 @@ fn words<'a>(words: impl Iterator<Item = &'a str>) -> Split<'a> {
 
 /// A table's layout, from its first lines.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(in crate::recording) struct Layout {
-    pub(in crate::recording) separator: Separator,
+pub(crate) struct Layout {
+    pub(crate) separator: Separator,
     /// The names of the columns with their units, `speed [m/s]`; a column without a name gets its number.
-    pub(in crate::recording) headers: Vec<String>,
+    pub(crate) headers: Vec<String>,
     /// The units in a line of their own.
-    pub(in crate::recording) units: Vec<Option<String>>,
+    pub(crate) units: Vec<Option<String>>,
     /// The number of lines before the names that are neither comments nor blank: what a logger writes about itself.
-    pub(in crate::recording) preamble: usize,
+    pub(crate) preamble: usize,
     /// The number of lines before the first row.
-    pub(in crate::recording) lines: usize,
+    pub(crate) lines: usize,
     /// Whether rows have a first cell that the header lacks.
-    pub(in crate::recording) has_index: bool,
+    pub(crate) has_index: bool,
     /// Whether numbers are written like `1,5`.
-    pub(in crate::recording) has_decimal_commas: bool,
+    pub(crate) has_decimal_commas: bool,
 }
 
 /// Whether a line is a comment, or a header after a `#`.

@@ -7,7 +7,7 @@ mod lines;
 mod records;
 mod schemas;
 
-pub(crate) use lines::{has_profile, lines};
+pub use lines::{has_profile, lines};
 
 use super::topic::{Body, Input, Listener, Times, TopicId};
 use super::unpack::{Budget, UNPACKED_MAX, Unpacker};

@@ -1,9 +1,9 @@
 //! The times of a table's rows: a number, a text, or a date whose parts are in several columns.
 
 use super::layout::{Layout, is_number};
-use crate::recording::names::{self, Fit};
-use crate::recording::stamp;
-use crate::recording::{ReadOptions, Zone};
+use crate::names::{self, Fit};
+use crate::stamp;
+use crate::{ReadOptions, Zone};
 use shsa_core::time::{Span, Time};
 use shsa_message::moment::{DateOrder, Moment, is_compact, is_date, is_time_of_day, moment, moment_of};
 use shsa_message::stamp::{civil, decimal, likely_step};
@@ -22,7 +22,7 @@ const PARTS: [&[&str]; 6] = [
 
 /// The place of the time in the rows.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub(in crate::recording) enum Clock {
+pub(crate) enum Clock {
     /// A number in a column, with the length of one step.
     Number(usize, Span),
     /// A date and a time of day in a column.
@@ -36,23 +36,19 @@ pub(in crate::recording) enum Clock {
 }
 
 /// A clock, and the assumption by which it was found.
-pub(in crate::recording) struct Found {
-    pub(in crate::recording) clock: Clock,
-    pub(in crate::recording) notes: Vec<String>,
+pub(crate) struct Found {
+    pub(crate) clock: Clock,
+    pub(crate) notes: Vec<String>,
 }
 
 /// The cells of some rows.
-pub(in crate::recording) type Cells<'a> = [Vec<&'a str>];
+pub(crate) type Cells<'a> = [Vec<&'a str>];
 
 /// Finds the columns with the time, from the header and the first rows.
 ///
 /// # Errors
 /// The columns that were looked for.
-pub(in crate::recording) fn find(
-    layout: &Layout,
-    rows: &Cells<'_>,
-    options: &ReadOptions,
-) -> Result<Found, String> {
+pub(crate) fn find(layout: &Layout, rows: &Cells<'_>, options: &ReadOptions) -> Result<Found, String> {
     if let Some(name) = &options.time_column
         && let Fit::Column(column) = names::column_of(&layout.headers, name)
     {
@@ -155,7 +151,7 @@ fn named_apart(headers: &[String]) -> Option<(usize, usize)> {
 }
 
 /// Whether columns with these names may be a date and a time of day side by side.
-pub(in crate::recording) fn may_be_apart(headers: &[String]) -> bool {
+pub(crate) fn may_be_apart(headers: &[String]) -> bool {
     named_apart(headers).is_some()
 }
 
@@ -215,7 +211,7 @@ fn fit(texts: &[&str], order: DateOrder) -> Option<(usize, i64)> {
 
 /// The order of days and months in all dates of some texts: the one in which more of them are dates, else the one with the shorter
 /// span; `None` where both fit alike.
-pub(in crate::recording) fn order_of_all(texts: &[String]) -> Option<DateOrder> {
+pub(crate) fn order_of_all(texts: &[String]) -> Option<DateOrder> {
     let orders = [DateOrder::DayMonthYear, DateOrder::MonthDayYear];
     let is_date = |text: &&str| orders.iter().any(|order| moment(text, *order, &Zone::default()).is_some());
     let dates: Vec<&str> = texts.iter().map(String::as_str).filter(is_date).collect();
@@ -233,11 +229,7 @@ const MOST_BACK: f64 = 0.1;
 
 impl Clock {
     /// The time of a row, from the texts of its cells without blanks around them; `None` where they have none.
-    pub(in crate::recording) fn moment<'c>(
-        &self,
-        cell: impl Fn(usize) -> Option<&'c str>,
-        zone: &Zone,
-    ) -> Option<Moment> {
+    pub(crate) fn moment<'c>(&self, cell: impl Fn(usize) -> Option<&'c str>, zone: &Zone) -> Option<Moment> {
         match self {
             Clock::Number(column, scale) => {
                 decimal(cell(*column)?, *scale).map(|time| Moment { time, has_zone: true, doubt: None })
@@ -265,7 +257,7 @@ impl Clock {
     }
 
     /// Whether its times of day have no date.
-    pub(in crate::recording) fn is_of_day(&self) -> bool {
+    pub(crate) fn is_of_day(&self) -> bool {
         matches!(self, Clock::OfDay(_))
     }
 
@@ -276,7 +268,7 @@ impl Clock {
     }
 
     /// The columns with the parts of the time.
-    pub(in crate::recording) fn columns(&self) -> Vec<usize> {
+    pub(crate) fn columns(&self) -> Vec<usize> {
         match self {
             Clock::Number(column, _) | Clock::Text(column, _) | Clock::OfDay(column) => vec![*column],
             Clock::Apart(date, clock, _) => vec![*date, *clock],

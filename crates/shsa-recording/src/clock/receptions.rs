@@ -1,7 +1,7 @@
 //! When the samples of a file were received: of samples that are kept, or on disk, so that a file of any length is split.
 
-use crate::recording::Sample;
-use crate::recording::unpack::nameless;
+use crate::Sample;
+use crate::unpack::nameless;
 use shsa_core::time::Time;
 use std::cell::RefCell;
 use std::collections::BTreeSet;
@@ -9,7 +9,7 @@ use std::fs::File;
 use std::io::{self, Read, Seek, SeekFrom, Write};
 
 /// The receptions of all samples of a file, in the order of the file.
-pub(in crate::recording) trait Receptions {
+pub(crate) trait Receptions {
     /// Those of one signal.
     type Signal: Signal;
     /// The number of samples.
@@ -29,7 +29,7 @@ pub(in crate::recording) trait Receptions {
 }
 
 /// The samples of one signal, in the order of the file.
-pub(in crate::recording) trait Signal {
+pub(crate) trait Signal {
     /// The number of samples.
     fn count(&self) -> usize;
     /// When a sample was received.
@@ -81,7 +81,7 @@ const BLOCK: usize = 1 << 13;
 const BLOCKS: usize = 4;
 
 /// Numbers with times in a file without a name.
-pub(in crate::recording) struct Stored {
+pub(crate) struct Stored {
     file: RefCell<File>,
     count: usize,
     /// The newest entries, which are not yet in the file.
@@ -96,13 +96,13 @@ impl Stored {
     ///
     /// # Errors
     /// When the file cannot be created.
-    pub(in crate::recording) fn new() -> io::Result<Stored> {
+    pub(crate) fn new() -> io::Result<Stored> {
         let (file, blocks, failure) = (RefCell::new(nameless()?), RefCell::default(), RefCell::default());
         Ok(Stored { file, count: 0, newest: Vec::with_capacity(BLOCK * ENTRY), blocks, failure })
     }
 
     /// Adds an entry.
-    pub(in crate::recording) fn push(&mut self, number: usize, time: Time) {
+    pub(crate) fn push(&mut self, number: usize, time: Time) {
         self.newest.extend((number as u64).to_le_bytes());
         self.newest.extend(time.0.to_le_bytes());
         self.count += 1;
@@ -116,7 +116,7 @@ impl Stored {
     }
 
     /// The first failure of the disk, after which entries are missing.
-    pub(in crate::recording) fn failure(&self) -> Option<io::Error> {
+    pub(crate) fn failure(&self) -> Option<io::Error> {
         self.failure.borrow_mut().take()
     }
 
@@ -192,7 +192,7 @@ impl Receptions for Stored {
 }
 
 /// The places and receptions of a signal on disk; nothing where the disk has failed.
-pub(in crate::recording) struct StoredSignal(Option<Stored>);
+pub(crate) struct StoredSignal(Option<Stored>);
 
 impl StoredSignal {
     fn entry(&self, at: usize) -> Option<(usize, Time)> {

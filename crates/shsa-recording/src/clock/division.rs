@@ -11,23 +11,23 @@ const NEIGHBOURS: usize = 8;
 
 /// A file split where its clock was set. Samples are named by their places in the order of the file.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
-pub(in crate::recording) struct Division {
+pub(crate) struct Division {
     /// The step before each piece; `None` before the first.
-    pub(in crate::recording) steps: Vec<Option<Step>>,
+    pub(crate) steps: Vec<Option<Step>>,
     /// The samples with a wrong time.
-    pub(in crate::recording) strays: BTreeSet<usize>,
+    pub(crate) strays: BTreeSet<usize>,
     /// For each piece but the first: where it begins, and the samples from there on that are late ones of the piece before.
     cuts: Vec<(usize, Vec<usize>)>,
 }
 
 impl Division {
     /// Whether all samples are of one piece.
-    pub(in crate::recording) fn is_whole(&self) -> bool {
+    pub(crate) fn is_whole(&self) -> bool {
         self.cuts.is_empty() && self.strays.is_empty()
     }
 
     /// The pieces of all samples, as [`Division::piece_of`] gives them.
-    pub(in crate::recording) fn pieces(&self) -> impl Iterator<Item = Option<usize>> {
+    pub(crate) fn pieces(&self) -> impl Iterator<Item = Option<usize>> {
         let mut piece = 0;
         (0..).map(move |place| {
             while self.cuts.get(piece).is_some_and(|(begin, _)| *begin <= place) {
@@ -38,7 +38,7 @@ impl Division {
     }
 
     /// The piece of a sample; `None` when its time is wrong.
-    pub(in crate::recording) fn piece_of(&self, place: usize) -> Option<usize> {
+    pub(crate) fn piece_of(&self, place: usize) -> Option<usize> {
         self.of(self.cuts.partition_point(|(begin, _)| *begin <= place), place)
     }
 
@@ -68,7 +68,7 @@ struct Found {
 ///
 /// Time: O(samples), for each signal whose clock may have been set once more; each time that goes back adds the samples that it
 /// passes. Memory: the steps and the wrong times.
-pub(in crate::recording) fn divide(all: &(impl Receptions + ?Sized)) -> Division {
+pub(crate) fn divide(all: &(impl Receptions + ?Sized)) -> Division {
     let mut division = Division { steps: vec![None], ..Division::default() };
     let mut suspicion = Suspicion::default();
     all.each(|_, wanted, received| suspicion.see(wanted, received));

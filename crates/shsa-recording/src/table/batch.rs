@@ -2,7 +2,7 @@
 
 use super::line::Line;
 use super::row::as_value;
-use crate::recording::topic::{Rows, Value};
+use crate::topic::{Rows, Value};
 use shsa_core::time::Time;
 use shsa_message::number::float;
 use std::vec::Drain;
