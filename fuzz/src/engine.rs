@@ -13,7 +13,7 @@ use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::ServedBy;
 use shsa_core::time::{Span, Time};
-use shsa_format::model::load;
+use shsa_model::load;
 use std::sync::LazyLock;
 
 /// Cases that the shipped models lack: a source without formulas that looks best, relations in both directions, all time

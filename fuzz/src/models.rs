@@ -1,8 +1,8 @@
 //! Models: any text becomes a knowledge base or a report in bounded time, and a valid model can be planned.
 
 use shsa_core::plan::{Graph, Limits, Options, best};
-use shsa_format::model::thesis::prolog;
-use shsa_format::model::{Form, load, read, write};
+use shsa_model::thesis::prolog;
+use shsa_model::{Form, load, read, write};
 
 /// Shipped model files.
 pub(crate) const CAR: &str = include_str!("../../models/car.yaml");

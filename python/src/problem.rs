@@ -2,7 +2,7 @@
 
 use pyo3::prelude::*;
 use shsa_core::unit::nearest;
-use shsa_format::model::Report;
+use shsa_model::Report;
 use std::fmt::Display;
 
 /// An exception of the package.

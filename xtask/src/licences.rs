@@ -12,9 +12,10 @@ use std::fs;
 const SHIPPED: [&str; 3] = ["shsa", "shsa-c", "shsa-python"];
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
-const LIBRARIES: [&str; 11] = [
+const LIBRARIES: [&str; 12] = [
     "shsa-core",
     "shsa-message",
+    "shsa-model",
     "shsa-recording",
     "shsa-format",
     "shsa-drawing",

@@ -152,7 +152,7 @@ pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
 }
 
 fn knowledge() -> anyhow::Result<KnowledgeBase> {
-    let loaded = shsa_format::model::load(MODEL, "the generic experiment");
+    let loaded = shsa_model::load(MODEL, "the generic experiment");
     match loaded.report.ok() {
         true => Ok(loaded.knowledge),
         false => bail!("{}", loaded.report.render(false)),

@@ -7,7 +7,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::Observation;
 use shsa_core::time::Time;
 use shsa_format::fault::Fault;
-use shsa_format::model::load;
+use shsa_model::load;
 use shsa_recording::{ReadOptions, Sample, Wanted, read};
 use std::path::Path;
 

@@ -2,8 +2,8 @@
 
 use crate::words;
 use shsa_core::knowledge::Severity;
-use shsa_format::model::Report;
 use shsa_format::state::StateError;
+use shsa_model::Report;
 use std::ffi::c_char;
 
 /// How a call has ended.

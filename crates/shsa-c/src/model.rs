@@ -3,7 +3,6 @@
 use crate::error::Error;
 use crate::words::c_text;
 use shsa_core::knowledge::{Id, KnowledgeBase};
-use shsa_format::model;
 use std::ffi::CString;
 
 /// What stands where an index stands and there is no element.
@@ -36,7 +35,7 @@ impl Model {
     /// # Errors
     /// The first error of the text.
     pub(crate) fn load(text: &str, name: &str) -> Result<Model, Box<Error>> {
-        let loaded = model::load(text, name);
+        let loaded = shsa_model::load(text, name);
         match Error::of_model(&loaded.report) {
             Some(error) => Err(Box::new(error)),
             None => Ok(Model { names: names(&loaded.knowledge), knowledge: loaded.knowledge }),

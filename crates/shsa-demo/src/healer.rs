@@ -44,7 +44,7 @@ impl Healer {
     /// # Errors
     /// [`DemoError::Model`] when the model is invalid, which tests exclude.
     pub(crate) fn new(model: &str, path: &str, options: Options) -> Result<Healer, DemoError> {
-        let loaded = shsa_format::model::load(model, path);
+        let loaded = shsa_model::load(model, path);
         if !loaded.report.ok() {
             return Err(DemoError::Model(loaded.report.render(false)));
         }

@@ -141,7 +141,7 @@ mod tests {
 
     fn knowledge() -> KnowledgeBase {
         let text = include_str!("../../../models/stop.yaml");
-        shsa_format::model::load(text, "stop.yaml").knowledge
+        shsa_model::load(text, "stop.yaml").knowledge
     }
 
     #[test]

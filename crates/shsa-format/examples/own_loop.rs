@@ -3,7 +3,7 @@
 use shsa_core::engine::{Engine, Input, Options, Output, PublishedValue, Ticks};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
-use shsa_format::{model, words};
+use shsa_format::words;
 
 const TANK: &str = "
 shsa: 1
@@ -22,7 +22,7 @@ fn reading(float: &str, second: f64) -> f64 {
 
 /// The decisions, and the error of the healed level at the end.
 pub(crate) fn run() -> (Vec<String>, f64) {
-    let loaded = model::load(TANK, "tank.yaml");
+    let loaded = shsa_model::load(TANK, "tank.yaml");
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));
     let mut engine = Engine::new(loaded.knowledge, Options::default());
     let (mut decisions, mut error) = (Vec::new(), f64::NAN);

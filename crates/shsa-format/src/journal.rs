@@ -15,7 +15,6 @@ mod line;
 pub(crate) use line::Number;
 
 use crate::drive::{Era, Given};
-use crate::model::live::{Live, Written};
 use crate::order::OrderForm;
 use crate::state::StateForm;
 use line::{Head, Line, Value};
@@ -23,6 +22,7 @@ use serde::Serialize;
 use shsa_core::engine::Input;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::time::Time;
+use shsa_model::live::{Live, Written};
 use shsa_recording::mcap;
 use std::fs::File;
 use std::io::{self, BufRead, BufReader, Write};

@@ -1,4 +1,4 @@
-//! Files: knowledge bases, faults to inject, orders, journals, states and stories; the outputs of a run as JSON, and its reasons in
+//! Files about models and runs: faults to inject, orders, journals, states and stories; the outputs of a run as JSON, and its reasons in
 //! words.
 
 pub mod words;
@@ -11,7 +11,6 @@ pub mod conserts;
 pub mod moment;
 pub mod fault;
 pub mod journal;
-pub mod model;
 pub mod order;
 pub mod table;
 pub mod arrow;

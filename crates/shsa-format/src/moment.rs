@@ -1,12 +1,12 @@
 //! The evidence at one moment: for each contract holder, the names of its evidence with the measured values.
 
-use crate::model::Report;
-use crate::model::reader::Reader;
-use crate::model::tree::{self, Node, Value};
 use shsa_core::expression::parse_quantity;
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::{Place, Text};
 use shsa_core::unit::nearest;
+use shsa_model::Report;
+use shsa_model::reader::Reader;
+use shsa_model::tree::{self, Node, Value};
 
 /// An example of a moment, for the help of error messages.
 const EXAMPLE: &str = "/lidar: { fresh: 40 ms, sound: true }";

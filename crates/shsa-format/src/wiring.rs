@@ -27,11 +27,11 @@
 
 mod read;
 
-use crate::model::reader::Reader;
-use crate::model::tree::{self};
-use crate::model::{Report, read_text};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Span;
+use shsa_model::reader::Reader;
+use shsa_model::tree::{self};
+use shsa_model::{Report, read_text};
 use std::path::Path;
 
 /// The wiring of needs.

@@ -1,6 +1,6 @@
 //! Why there is no report.
 
-use shsa_format::model::Report;
+use shsa_model::Report;
 use thiserror::Error;
 
 /// Why there is no report.

@@ -11,7 +11,7 @@ use shsa_lab::proposal::{Proposal, Proposals, Serving, Subject, Worth};
 ///
 /// # Example
 /// ```
-/// use shsa_format::model::live::{Live, Written};
+/// use shsa_model::live::{Live, Written};
 /// use shsa_recording::{ReadOptions, Wanted, read};
 /// use shsa_lab::learning::learn;
 /// use shsa_lab::proposal::{Proposals, Subject};

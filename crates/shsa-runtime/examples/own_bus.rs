@@ -3,7 +3,7 @@
 
 use shsa_bridge::{Clock, Inbox, Message, Outgoing, OwnBus, Payload};
 use shsa_core::observation::RawValue;
-use shsa_format::model::live::{Live, Written};
+use shsa_model::live::{Live, Written};
 use shsa_runtime::{Ending, Model, Options, Order, Runtime, RuntimeError};
 use std::sync::mpsc::channel;
 

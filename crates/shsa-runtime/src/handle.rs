@@ -14,7 +14,7 @@ use tokio::sync::broadcast::error::{RecvError, TryRecvError};
 ///
 /// ```
 /// use shsa_bridge::{Clock, memory::MemoryBus};
-/// use shsa_format::model::live::{Live, Written};
+/// use shsa_model::live::{Live, Written};
 /// use shsa_runtime::{Model, Options, Order, Runtime, RuntimeError};
 ///
 /// let text = "

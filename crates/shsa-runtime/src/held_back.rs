@@ -152,7 +152,7 @@ mod tests {
         "{shsa: 1, variables: {v: {}}, signals: {s: {variable: v, rate: 50 Hz, timeout: 500 ms}}}";
 
     fn rhythm(model: &str) -> Rhythm {
-        let knowledge = shsa_format::model::load(model, "test.yaml").knowledge;
+        let knowledge = shsa_model::load(model, "test.yaml").knowledge;
         Rhythm::new(knowledge.signals().iter().next().unwrap())
     }
 

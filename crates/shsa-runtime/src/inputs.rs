@@ -167,7 +167,7 @@ signals:
 ";
 
     fn inputs() -> (KnowledgeBase, Inputs) {
-        let loaded = shsa_format::model::load(MODEL, "test.yaml");
+        let loaded = shsa_model::load(MODEL, "test.yaml");
         assert!(loaded.report.ok(), "{}", loaded.report.render(false));
         let inputs = Inputs::new(&loaded.knowledge).unwrap();
         (loaded.knowledge, inputs)
@@ -215,7 +215,7 @@ signals:
     fn a_substitute_counts_where_its_level_is_read() {
         let model = "shsa: 1\nvariables: { speed: { unit: m/s }, level: {} }\n\
             signals: { speed: { variable: speed, source: ahead#value }, level: { variable: level, source: ahead#rank } }\n";
-        let loaded = shsa_format::model::load(model, "test.yaml");
+        let loaded = shsa_model::load(model, "test.yaml");
         let (knowledge, mut inputs) = (loaded.knowledge.clone(), Inputs::new(&loaded.knowledge).unwrap());
         let payload = Payload::Bytes(r#"{"value": 20, "rank": 2}"#.into());
         let mut of = |quality| {

@@ -287,7 +287,7 @@ mod tests {
     const MODEL: &str = "{shsa: 1, variables: {speed: {unit: m/s}}, signals: {gps: {variable: speed}}}";
 
     fn knowledge() -> KnowledgeBase {
-        shsa_format::model::load(MODEL, "test.yaml").knowledge
+        shsa_model::load(MODEL, "test.yaml").knowledge
     }
 
     fn folder(name: &str) -> PathBuf {
@@ -385,10 +385,7 @@ mod tests {
             complete(&fs::read_to_string(&path).unwrap())
         });
         assert!(written, "{:?}", journal.missing());
-        let live = shsa_format::model::live::Live::load(shsa_format::model::live::Written {
-            name: "m",
-            text: MODEL,
-        });
+        let live = shsa_model::live::Live::load(shsa_model::live::Written { name: "m", text: MODEL });
         let text = fs::read(&path).unwrap();
         let read = shsa_format::journal::read_journal(&text[..], live.unwrap().0).unwrap();
         assert_eq!((read.eras[0].inputs.len(), read.damage), (100, None));

@@ -7,8 +7,8 @@ use crate::recording::RunRecorder;
 use crate::sandbox::SandboxOptions;
 use shsa_core::engine;
 use shsa_core::time::Span;
-use shsa_format::model::live::Live;
 use shsa_format::wiring::{Form, Wiring};
+use shsa_model::live::Live;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 

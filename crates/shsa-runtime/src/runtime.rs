@@ -29,7 +29,7 @@ use std::sync::atomic::AtomicBool;
 /// use shsa_bridge::memory::MemoryBus;
 /// use shsa_bridge::{Bridge, Clock, Outgoing, Payload};
 /// use shsa_core::observation::RawValue;
-/// use shsa_format::model::live::{Live, Written};
+/// use shsa_model::live::{Live, Written};
 /// use shsa_runtime::{Ending, Model, Options, Runtime};
 ///
 /// let text = "

@@ -174,7 +174,7 @@ fn read(token: &str) -> Option<Heard<'_>> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use shsa_format::model::load;
+    use shsa_model::load;
 
     #[test]
     fn a_token_names_a_signal_and_its_source() {

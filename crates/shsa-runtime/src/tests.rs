@@ -10,8 +10,8 @@ use shsa_bridge::{
 };
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_format::model::live::{Live, Written};
 use shsa_format::wiring::Wiring;
+use shsa_model::live::{Live, Written};
 use std::collections::BTreeMap;
 use std::slice::from_ref;
 use std::sync::{Arc, Mutex};

@@ -11,7 +11,7 @@ use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
 use shsa_drawing::case::gsn::INDEX;
 use shsa_format::conserts;
-use shsa_format::model::read_text;
+use shsa_model::read_text;
 use shsa_report::assurance::{CertificateReport, Claim, ModelReport, WrittenMoment, modules};
 use shsa_report::replay::CasesOverTime;
 use std::io::{Write, stdout};

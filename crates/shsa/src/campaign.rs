@@ -14,12 +14,12 @@ use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::time::Span;
 use shsa_format::journal::is_journal_file;
-use shsa_format::model::live::{Live, Written};
 use shsa_lab::campaign::{
     self, AmountSpec, Baseline, Campaign, Comparison, Detectable, Grid, GridSpec, HalfSpec, Recorded,
     calibrated, check_settings, instead, measure, settings,
 };
 use shsa_message::span::parse_span;
+use shsa_model::live::{Live, Written};
 use shsa_recording::{Recording, Sample, Session};
 use shsa_report::campaign as report;
 use shsa_report::recorded::wanted;

@@ -5,8 +5,8 @@ use crate::show;
 use serde_json::json;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, Severity};
-use shsa_format::model::{self, Located, Report};
 use shsa_format::text::counted;
+use shsa_model::{Located, Report};
 use shsa_report::Paint;
 use shsa_report::analysis::{shortened, unwatched};
 use shsa_report::shortfall::unmet;
@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
 
 /// Checks a model; a model with errors is bad input.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let mut loaded = model::load_file(&arguments.model);
+    let mut loaded = shsa_model::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;
     if loaded.report.ok() {
         let mut warnings = unwatched(knowledge, WatchBudget::default());

@@ -5,9 +5,9 @@ use crate::outcome::{AlreadyReported, Outcome};
 use shsa_bridge::Address;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
-use shsa_format::model::live::{Live, Written};
-use shsa_format::model::{self, Report};
 use shsa_format::text;
+use shsa_model::Report;
+use shsa_model::live::{Live, Written};
 use shsa_recording::Recording;
 use shsa_report::{ReportError, Style};
 use std::fmt;
@@ -23,7 +23,7 @@ const MOST_NAMES: usize = 20;
 /// # Errors
 /// When the model has errors.
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
-    let loaded = model::load_file(path);
+    let loaded = shsa_model::load_file(path);
     print_report(&loaded.report);
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyReported.into()) }
 }
@@ -34,8 +34,8 @@ pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
 /// When the file cannot be read, or the model has errors.
 pub(crate) fn load_live(path: &Path) -> anyhow::Result<Live> {
     let name = path.display().to_string();
-    let loaded =
-        model::read_text(path, "model").and_then(|text| Live::load(Written { name: &name, text: &text }));
+    let loaded = shsa_model::read_text(path, "model")
+        .and_then(|text| Live::load(Written { name: &name, text: &text }));
     match loaded {
         Ok((live, report)) => {
             print_report(&report);

@@ -3,29 +3,52 @@
 use crate::workspace::{File, Package};
 
 /// The permitted dependencies between crates of the workspace: `shsa -> {demo, report, lab, runtime} -> {format, drawing, bridge} ->
-/// {recording, estimate} -> message -> core`.
+/// {model, recording} -> {estimate, message} -> core`.
 ///
 /// A new crate or a new arrow is a change of this table, so that it is seen.
-const ARROWS: [(&str, &[&str]); 19] = [
+const ARROWS: [(&str, &[&str]); 20] = [
     ("shsa-core", &[]),
     ("shsa-estimate", &["shsa-core"]),
     ("shsa-message", &["shsa-core"]),
     ("shsa-recording", &["shsa-core", "shsa-message"]),
-    ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-recording"]),
+    ("shsa-model", &["shsa-core", "shsa-estimate", "shsa-message"]),
+    ("shsa-format", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-model", "shsa-recording"]),
     // Its tests draw models from files.
-    ("shsa-drawing", &["shsa-core", "shsa-format"]),
+    ("shsa-drawing", &["shsa-core", "shsa-model"]),
     ("shsa-bridge", &["shsa-core", "shsa-message"]),
-    ("shsa-lab", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-recording", "shsa-format"]),
+    (
+        "shsa-lab",
+        &["shsa-core", "shsa-estimate", "shsa-message", "shsa-model", "shsa-recording", "shsa-format"],
+    ),
     (
         "shsa-report",
-        &["shsa-core", "shsa-estimate", "shsa-recording", "shsa-format", "shsa-drawing", "shsa-lab"],
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-model",
+            "shsa-recording",
+            "shsa-format",
+            "shsa-drawing",
+            "shsa-lab",
+        ],
     ),
-    ("shsa-c", &["shsa-core", "shsa-estimate", "shsa-format"]),
+    ("shsa-c", &["shsa-core", "shsa-estimate", "shsa-model", "shsa-format"]),
     ("shsa-web", &[]),
-    ("shsa-demo", &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge"]),
+    (
+        "shsa-demo",
+        &["shsa-core", "shsa-estimate", "shsa-message", "shsa-model", "shsa-format", "shsa-bridge"],
+    ),
     (
         "shsa-runtime",
-        &["shsa-core", "shsa-estimate", "shsa-message", "shsa-format", "shsa-bridge", "shsa-web"],
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-message",
+            "shsa-model",
+            "shsa-format",
+            "shsa-bridge",
+            "shsa-web",
+        ],
     ),
     (
         "shsa",
@@ -33,6 +56,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "shsa-core",
             "shsa-estimate",
             "shsa-message",
+            "shsa-model",
             "shsa-recording",
             "shsa-format",
             "shsa-drawing",
@@ -49,6 +73,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "shsa-core",
             "shsa-estimate",
             "shsa-message",
+            "shsa-model",
             "shsa-recording",
             "shsa-format",
             "shsa-drawing",
@@ -64,6 +89,7 @@ const ARROWS: [(&str, &[&str]); 19] = [
             "shsa-bridge",
             "shsa-core",
             "shsa-estimate",
+            "shsa-model",
             "shsa-recording",
             "shsa-format",
             "shsa-lab",
@@ -74,7 +100,15 @@ const ARROWS: [(&str, &[&str]); 19] = [
     ),
     (
         "shsa-fuzz",
-        &["shsa-core", "shsa-estimate", "shsa-message", "shsa-recording", "shsa-format", "shsa-bridge"],
+        &[
+            "shsa-core",
+            "shsa-estimate",
+            "shsa-message",
+            "shsa-model",
+            "shsa-recording",
+            "shsa-format",
+            "shsa-bridge",
+        ],
     ),
     ("shsa-ratchet", &["shsa-core"]),
     ("xtask", &[]),

@@ -3,9 +3,9 @@
 use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, Severity, SignalId, build};
 use shsa_core::observation::Observation;
-use shsa_format::model::live::{Live, Written};
-use shsa_format::model::{self, Report};
 use shsa_lab::calibration::{Options, Parted, Session, calibrate};
+use shsa_model::Report;
+use shsa_model::live::{Live, Written};
 use shsa_recording::{ReadOptions, Wanted, read};
 use std::path::Path;
 
@@ -94,6 +94,6 @@ pub(super) fn built(draft: &Draft) -> anyhow::Result<KnowledgeBase> {
 
 fn loaded(path: &Path) -> Result<Live, Report> {
     let name = path.display().to_string();
-    let text = model::read_text(path, "model")?;
+    let text = shsa_model::read_text(path, "model")?;
     Live::load(Written { name: &name, text: &text }).map(|(live, _)| live)
 }

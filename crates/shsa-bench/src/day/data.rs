@@ -95,7 +95,7 @@ mod tests {
     #[test]
     fn the_model_is_one() {
         let text = model(&Shape::new(1.0, 7, 100));
-        let loaded = shsa_format::model::load(&text, "m.yaml");
+        let loaded = shsa_model::load(&text, "m.yaml");
         assert_eq!(loaded.report.render(false), "");
         assert_eq!((loaded.knowledge.variables().len(), loaded.knowledge.signals().len()), (2, 7));
     }

@@ -128,7 +128,7 @@ fn command(table: &Path, name: &'static str, most_seconds: f64) -> anyhow::Resul
             let found: Value = serde_json::from_str(&text).context("shsa learn printed no JSON object")?;
             found.get("relations").and_then(Value::as_array).map_or(0, Vec::len)
         }
-        _ => shsa_format::model::load(&text, name).knowledge.variables().len(),
+        _ => shsa_model::load(&text, name).knowledge.variables().len(),
     };
     Ok(Measured { name, most_seconds, watched, found })
 }

@@ -97,7 +97,7 @@ mod tests {
 
     #[test]
     fn the_model_is_one() {
-        let loaded = shsa_format::model::load(&Plan::calm(3, 2).text(), "m.yaml");
+        let loaded = shsa_model::load(&Plan::calm(3, 2).text(), "m.yaml");
         assert_eq!(loaded.report.render(false), "");
         let known = loaded.knowledge;
         assert_eq!((known.variables().len(), known.signals().len(), known.needs().len()), (3, 6, 3));

@@ -5,7 +5,7 @@ use super::model::Plan;
 use crate::processor::{memory_bytes, seconds_of};
 use anyhow::{Context, bail};
 use serde_json::Value;
-use shsa_format::model::live::{Live, Written};
+use shsa_model::live::{Live, Written};
 use shsa_runtime::{Handle, Model, Options, Runtime};
 use std::fs;
 use std::io::{BufRead, BufReader, Read, Write};

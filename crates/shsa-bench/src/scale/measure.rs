@@ -5,7 +5,6 @@ use anyhow::{Context, bail};
 use serde_json::{Value, json};
 use shsa_core::knowledge::{Element, Id, IdVec, KnowledgeBase, Lineage, Relation, SignalId, VariableId};
 use shsa_core::plan::{BestFirst, Contingency, Graph, Limits, Options, Preparation, Scratch};
-use shsa_format::model;
 use std::path::Path;
 use std::time::Instant;
 
@@ -71,7 +70,7 @@ impl Measured {
 pub(super) fn measure(path: &Path) -> anyhow::Result<Measured> {
     let file_bytes = std::fs::metadata(path)?.len() as f64;
     let began = Instant::now();
-    let loaded = model::load_file(path);
+    let loaded = shsa_model::load_file(path);
     let load_s = began.elapsed().as_secs_f64();
     let load_peak_bytes = memory_bytes("self", "VmHWM");
     if !loaded.report.ok() {

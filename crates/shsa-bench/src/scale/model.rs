@@ -112,7 +112,7 @@ mod tests {
     fn the_model_has_what_it_says_and_nothing_wrong() {
         let mut text = Vec::new();
         write(&mut text, 1_000, 1).unwrap();
-        let loaded = shsa_format::model::load(std::str::from_utf8(&text).unwrap(), "m.json");
+        let loaded = shsa_model::load(std::str::from_utf8(&text).unwrap(), "m.json");
         assert_eq!(loaded.report.render(false), "");
         let knowledge = loaded.knowledge;
         let sizes = [knowledge.variables().len(), knowledge.relations().len(), knowledge.signals().len()];

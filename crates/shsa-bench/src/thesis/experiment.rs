@@ -3,7 +3,6 @@
 use super::generate::{Branching, Tree};
 use anyhow::{Context, anyhow};
 use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
-use shsa_format::model;
 use std::fmt;
 
 /// An experiment or case study of the thesis.
@@ -126,7 +125,7 @@ impl Case {
             return Ok((experiment.tree(branch, depth).generate(self.seed), VariableId::from_index(0)));
         }
         let (text, variable) = experiment.model().context("an experiment without graphs")?;
-        let loaded = model::load(text, experiment.name());
+        let loaded = shsa_model::load(text, experiment.name());
         let root = loaded.knowledge.variable(variable);
         let root = root.ok_or_else(|| anyhow!("{}: {}", experiment.name(), loaded.report.render(false)))?;
         Ok((loaded.knowledge, root))

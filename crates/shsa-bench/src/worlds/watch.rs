@@ -106,7 +106,7 @@ pub(super) const ORIGIN: i64 = 1_700_000_000_000_000_000;
 /// # Errors
 /// The generator has written a model that is none.
 pub(super) fn knowledge(model: &str) -> anyhow::Result<KnowledgeBase> {
-    let loaded = shsa_format::model::load(model, "world.yaml");
+    let loaded = shsa_model::load(model, "world.yaml");
     if !loaded.report.ok() {
         bail!("{}\n{model}", loaded.report.render(false));
     }

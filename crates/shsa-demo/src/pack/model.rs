@@ -14,7 +14,7 @@ const HEAD: &str = include_str!("head.yaml");
 ///
 /// # Example
 /// ```
-/// let loaded = shsa_format::model::load(&shsa_demo::pack::model(), "pack.yaml");
+/// let loaded = shsa_model::load(&shsa_demo::pack::model(), "pack.yaml");
 /// assert!(loaded.report.ok());
 /// assert_eq!(loaded.knowledge.signals().len(), 96 + 2 * 8 + 4 + 1); // The last one is the fused charge.
 /// ```

@@ -120,7 +120,7 @@ mod tests {
             assert_eq!(MODEL.matches(from).count(), 1, "{from}");
         }
         let signals = |encoding| {
-            let loaded = shsa_format::model::load(&model(encoding), "rover.yaml");
+            let loaded = shsa_model::load(&model(encoding), "rover.yaml");
             assert!(loaded.report.ok(), "{}", loaded.report.render(false));
             let signals = loaded.knowledge.signals().iter();
             signals.map(|signal| (signal.name.clone(), signal.source.clone())).collect::<Vec<_>>()

@@ -2,7 +2,6 @@
 
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::substitution::Substitution;
-use shsa_format::model;
 use std::fmt::Write;
 use std::path::Path;
 
@@ -10,7 +9,7 @@ use std::path::Path;
 #[track_caller]
 pub(crate) fn model(name: &str) -> KnowledgeBase {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../models").join(name);
-    let loaded = model::load_file(&path);
+    let loaded = shsa_model::load_file(&path);
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));
     loaded.knowledge
 }
@@ -18,7 +17,7 @@ pub(crate) fn model(name: &str) -> KnowledgeBase {
 /// A model from its text.
 #[track_caller]
 pub(crate) fn read(text: &str) -> KnowledgeBase {
-    let loaded = model::load(text, "test");
+    let loaded = shsa_model::load(text, "test");
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));
     loaded.knowledge
 }

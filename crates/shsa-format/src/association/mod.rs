@@ -14,13 +14,13 @@
 
 mod read;
 
-use crate::model::reader::Reader;
-use crate::model::tree;
-use crate::model::{Report, read_text};
 use shsa_core::knowledge::Place;
 use shsa_core::time::Span;
 use shsa_estimate::association::Associator;
 use shsa_message::source::StampField;
+use shsa_model::reader::Reader;
+use shsa_model::tree;
+use shsa_model::{Report, read_text};
 use std::path::Path;
 
 /// A key: its name, what it holds, the value where it is absent.

@@ -1,14 +1,14 @@
 //! Reads associations from their tree.
 
 use super::{ASSOCIATION, Association, Part, SENSOR, TrackSensor};
-use crate::model::reader::{Fields, Keys, Reader};
-use crate::model::tree::Node;
 use shsa_core::knowledge::Text;
 use shsa_core::time::Span;
 use shsa_estimate::association::{Associator, Region, Sensor, Settings};
 use shsa_message::path::Path;
 use shsa_message::source::{Source, StampField};
 use shsa_message::span::parse_span;
+use shsa_model::reader::{Fields, Keys, Reader};
+use shsa_model::tree::Node;
 
 const EXAMPLE: &str = "associations: { border: { sensors: { .. } } }";
 /// How to give associations.

@@ -11,11 +11,11 @@ mod xml;
 mod xmi;
 pub mod prolog;
 
-use crate::model::Report;
-use crate::model::reader::Reader;
 use raw::Raw;
 use shsa_core::assurance::{Certificates, DemandId, EvidenceId, ServiceId, Tree};
 use shsa_core::knowledge::Id;
+use shsa_model::Report;
+use shsa_model::reader::Reader;
 use std::collections::BTreeSet;
 
 /// The largest file in bytes.

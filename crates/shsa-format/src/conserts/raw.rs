@@ -1,6 +1,5 @@
 //! A certificate as a file writes it: by names, in any order; conditions are arrows between the names.
 
-use crate::model::reader::Reader;
 use shsa_core::assurance::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, MAX_DEPTH, Quantifier, Service,
     ServiceKind, Tree,
@@ -8,6 +7,7 @@ use shsa_core::assurance::{
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Place, Text};
 use shsa_core::statement::{Level, Property, Scales, Statement};
+use shsa_model::reader::Reader;
 use std::collections::BTreeMap;
 
 /// The most nodes in the conditions of a certificate; a gate counts at each use.

@@ -3,8 +3,8 @@
 use super::raw::{Promise, Raw, text};
 use super::statement;
 use super::xml::{self, Element};
-use crate::model::reader::Reader;
 use shsa_core::knowledge::{Place, Text};
+use shsa_model::reader::Reader;
 
 /// Reads the certificates of all configurations.
 pub(super) fn read(reader: &mut Reader, source: &str) -> Vec<Raw> {

@@ -1,7 +1,7 @@
 //! Elements of an XML text with their attributes: what `.model` files are made of. Texts between elements are passed over.
 
-use crate::model::reader::Reader;
 use shsa_core::knowledge::{Place, Text};
+use shsa_model::reader::Reader;
 
 /// How deeply elements may nest.
 const MAX_DEPTH: usize = 64;

@@ -2,11 +2,11 @@
 
 use super::raw::{Promise, Raw};
 use super::statement;
-use crate::model::reader::{Fields, Reader};
-use crate::model::tree::{self, Node, Value};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::Text;
 use shsa_core::statement::{Content, Inclusion, Property};
+use shsa_model::reader::{Fields, Reader};
+use shsa_model::tree::{self, Node, Value};
 use std::collections::BTreeSet;
 
 const ROOT: [&str; 7] = [

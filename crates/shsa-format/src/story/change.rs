@@ -1,14 +1,14 @@
 //! Changes of the model in the middle of a story, and one set of names for all of it.
 
 use crate::drive::{Era, Run};
-use crate::model::live;
-use crate::model::reader::Reader;
-use crate::model::tree::Node;
 use shsa_core::engine::{Event, Publication};
 use shsa_core::knowledge::{
     CauseId, Diagnostic, KnowledgeBase, Model, NeedId, RelationId, Severity, SignalId, VariableId,
 };
 use shsa_core::time::Time;
+use shsa_model::live;
+use shsa_model::reader::Reader;
+use shsa_model::tree::Node;
 
 /// Changes a model at a moment and returns the new era; `node` is written as for `shsa replay --reload`.
 pub(super) fn changed(reader: &mut Reader, model: &mut Model, node: &Node, at: Time) -> Option<Era> {

@@ -1,12 +1,12 @@
 //! A formula of time: the true value of a quantity, or the reading of a sensor, at each moment of a story.
 
-use crate::model::reader::Reader;
 use shsa_core::expression::{
     self, Assignment, Formula, Kind, Problem, Program, Scope, Shape, Symbol, Value, check, parse_expression,
 };
 use shsa_core::knowledge::{Diagnostic, Text};
 use shsa_core::time::{Time, Validity};
 use shsa_core::unit::{Dimension, Unit};
+use shsa_model::reader::Reader;
 
 /// The symbol of the time since the begin of the story, in seconds.
 const TIME: (&str, Symbol) = ("t", Symbol(0));

@@ -10,11 +10,11 @@ mod expect;
 mod read;
 
 use crate::drive::{Era, Given, Run};
-use crate::model::{self, Report};
 use expect::{Evidence, Expectation};
 use shsa_core::engine::{Engine, Event};
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::time::Time;
+use shsa_model::Report;
 use std::path::Path;
 use trace::Trace;
 
@@ -141,7 +141,7 @@ pub fn load(text: &str, name: &str, folder: &Path) -> Loaded {
 #[must_use]
 pub fn load_file(path: &Path) -> Loaded {
     let name = path.display().to_string();
-    match model::read_text(path, "story") {
+    match shsa_model::read_text(path, "story") {
         Ok(text) => load(&text, &name, path.parent().unwrap_or(Path::new("."))),
         Err(report) => Loaded { story: None, report },
     }

@@ -7,14 +7,14 @@ use super::change;
 use super::curve::Curve;
 use super::{Loaded, Story, Written};
 use crate::drive::Era;
-use crate::model::lines::Lines;
-use crate::model::reader::{Fields, Reader};
-use crate::model::tree::{self, Node, Value};
-use crate::model::{self, Report, shape};
 use shsa_core::expression::parse_quantity;
-use shsa_core::knowledge::{KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId, build_from};
+use shsa_core::knowledge::{KnowledgeBase, Model, NeedId, Place, SignalId, Text, VariableId};
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::{Dimension, Unit, nearest};
+use shsa_model::lines::Lines;
+use shsa_model::reader::{Fields, Reader};
+use shsa_model::tree::{self, Node, Value};
+use shsa_model::{Report, shape};
 use std::collections::BTreeMap;
 use std::path::Path;
 
@@ -23,7 +23,7 @@ const CHANGE: [&str; 2] = ["at", "change"];
 
 /// See [`super::load`].
 pub(super) fn load(text: &str, name: &str, folder: &Path) -> Loaded {
-    if text.len() > model::MAX_YAML_BYTES {
+    if text.len() > shsa_model::MAX_YAML_BYTES {
         let report = Report::whole(name, "a story has at most 64 MiB".to_owned(), "is this a story?");
         return Loaded { story: None, report };
     }
@@ -92,10 +92,10 @@ fn required<'n>(reader: &mut Reader, node: &Node, fields: &Fields<'n>, key: &str
 /// The model in the story, or a model in another file with its report.
 fn knowledge(reader: &mut Reader, node: &Node, folder: &Path) -> (KnowledgeBase, Report) {
     if let Value::Scalar(path) = &node.value {
-        let loaded = model::load_file(&folder.join(&path.text));
+        let loaded = shsa_model::load_file(&folder.join(&path.text));
         return (loaded.knowledge, loaded.report);
     }
-    let (knowledge, problems) = build_from(&mut shape::Model::new(reader, node, None));
+    let (knowledge, problems) = shape::build(reader, node);
     reader.problems.extend(problems);
     (knowledge, Report::default())
 }

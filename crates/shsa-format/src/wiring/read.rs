@@ -1,12 +1,12 @@
 //! Reads the wiring of needs from its tree; every key is checked against the models of the run.
 
 use super::{Action, ActionKind, Call, Form, NeedWiring, Takeover};
-use crate::model::reader::{Fields, Keys, Reader};
-use crate::model::tree::{Node, Value};
 use shsa_core::knowledge::{KnowledgeBase, Text, VariableId};
 use shsa_core::time::Span;
 use shsa_core::unit::nearest;
 use shsa_message::span::parse_span;
+use shsa_model::reader::{Fields, Keys, Reader};
+use shsa_model::tree::{Node, Value};
 
 /// The default time limit of an action.
 pub(super) const WITHIN: Span = Span::from_millis(5_000);

@@ -15,7 +15,7 @@ needs:
 ";
 
 fn read(text: &str) -> Result<Wiring, Report> {
-    let loaded = crate::model::load(MODEL, "model.yaml");
+    let loaded = shsa_model::load(MODEL, "model.yaml");
     assert!(loaded.report.ok(), "{}", loaded.report.render(false));
     Wiring::read(text, "wiring.yaml", &[&loaded.knowledge])
 }

@@ -9,16 +9,8 @@
 )]
 
 mod examples;
-mod fusion;
-mod fusion_arrivals;
-mod fusion_chains;
-mod fusion_uniqueness;
 mod reference;
-mod round_trip;
-mod published_structures;
-mod prolog;
 
-mod live;
 mod restart;
 mod sound;
 mod stories;

@@ -12,10 +12,10 @@ use shsa_core::reason::{Clause, Reason, Reasons};
 use shsa_core::time::{Span, Time, Validity};
 use shsa_format::drive::Given;
 use shsa_format::journal::{JournalWriter, read_journal};
-use shsa_format::model::live::{Live, Written};
 use shsa_format::state::{read_state, write_state};
 use shsa_format::story;
 use shsa_format::words;
+use shsa_model::live::{Live, Written};
 use std::collections::BTreeSet;
 use std::path::Path;
 

@@ -8,7 +8,6 @@ use shsa_core::knowledge::SignalId;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
 use shsa_format::drive::Run;
-use shsa_format::model;
 use shsa_format::words;
 use std::fmt::Write;
 use std::ops::Range;
@@ -216,7 +215,7 @@ fn wrong(kind: Kind, seed: u64, with_fault: bool) -> Vec<String> {
             ^ u64::from(kind.stamped) << 50,
     );
     let System { text, sensors, plant } = system(&mut random, kind);
-    let loaded = model::load(&text, "model.yaml");
+    let loaded = shsa_model::load(&text, "model.yaml");
     assert!(loaded.report.ok(), "{:?}\n{text}", loaded.report.diagnostics);
     let knowledge = loaded.knowledge;
     let rows = observations(&mut random, kind, &sensors);

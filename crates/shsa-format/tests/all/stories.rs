@@ -152,7 +152,7 @@ fn the_public_radars_are_those_of_the_story() {
         let _ = writeln!(std::io::stderr(), "SKIPPED: the public radar-tracking.yaml is absent");
         return;
     };
-    let public = shsa_format::model::load(&text, "radar-tracking.yaml");
+    let public = shsa_model::load(&text, "radar-tracking.yaml");
     assert!(public.report.ok(), "{}", public.report.render(false));
     let told = public.report.render(false);
     assert!(told.contains("other files of Python are not read") && told.contains("structure only"), "{told}");

@@ -194,7 +194,7 @@ mod tests {
                  slow: {{ variable: x, rate: 2 Hz, mean_over: {over_s} s, delay: {} s }}\n",
                 0.5 * over_s
             );
-            let knowledge = shsa_format::model::load(&text, "means.yaml").knowledge;
+            let knowledge = shsa_model::load(&text, "means.yaml").knowledge;
             let ways = to_watch(&knowledge, &Graph::new(&knowledge), WatchBudget::default());
             let all = observations(&mut chance, rate_hz, over_s);
             let watched = Watched::over(&knowledge, &ways, [all.as_slice()]);

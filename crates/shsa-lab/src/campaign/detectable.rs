@@ -13,7 +13,7 @@ use shsa_core::observation::Observation;
 use shsa_core::time::Span;
 use shsa_core::time::Time;
 use shsa_format::fault::{Fault, FaultKind};
-use shsa_format::model::live::Live;
+use shsa_model::live::Live;
 use shsa_recording::Sample;
 use std::num::NonZeroUsize;
 

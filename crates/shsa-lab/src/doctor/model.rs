@@ -7,7 +7,7 @@ use crate::drafting::{Because, Columns, Drafted, Group, Member, Role, checked_te
 use crate::learning::{Shape, Signal, formula};
 use crate::naming::{number, unique};
 use crate::order::median;
-use shsa_format::model::load;
+use shsa_model::load;
 use std::collections::BTreeSet;
 
 /// How many deviations an error of the model is: beyond nearly all that was seen outside of the findings.

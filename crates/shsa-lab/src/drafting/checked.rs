@@ -2,7 +2,7 @@
 
 use super::{Columns, Drafted, Group, Needed, Role, model_text};
 use crate::LabError;
-use shsa_format::model::load;
+use shsa_model::load;
 
 /// The model file of a draft, made from recordings with these names. Signals that a model cannot have are left out of the draft, with
 /// a warning each.

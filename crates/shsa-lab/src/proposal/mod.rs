@@ -14,8 +14,8 @@ use crate::learning::{Learned, Relation, Shape, Signal, formula, tolerances};
 use crate::naming::{number, unique};
 use shsa_core::analysis::{Options, analyze};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
-use shsa_format::model::Report;
-use shsa_format::model::live::{Live, Written};
+use shsa_model::Report;
+use shsa_model::live::{Live, Written};
 use std::collections::BTreeSet;
 
 /// What the faults of a model's signals are to it.

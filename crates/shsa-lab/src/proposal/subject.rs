@@ -7,7 +7,7 @@ use crate::learning::Signal;
 use crate::naming::number;
 use crate::proposal::series::{computed, joints, measured};
 use shsa_core::knowledge::{KnowledgeBase, Relation, VariableId};
-use shsa_format::model::live::Written;
+use shsa_model::live::Written;
 use shsa_recording::Recording;
 use std::collections::BTreeSet;
 

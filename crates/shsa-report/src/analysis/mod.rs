@@ -33,7 +33,7 @@ use std::collections::BTreeSet;
 /// use shsa_report::{Style, analysis::Report};
 ///
 /// let model = "{ shsa: 1, variables: { v: { unit: m/s } }, signals: { /a: { variable: v }, /b: { variable: v } } }";
-/// let knowledge = shsa_format::model::load(model, "two.yaml").knowledge;
+/// let knowledge = shsa_model::load(model, "two.yaml").knowledge;
 /// let (options, analysis) = (Options::default(), analyze(&knowledge, Options::default()));
 /// let report = Report::new(&knowledge, &analysis, options, "two.yaml");
 /// assert!(report.text(Style::PLAIN).contains("Faults that cannot be told apart:\n  /a, /b"));

@@ -23,7 +23,7 @@ const MOST_EVALUATIONS: usize = 2_000;
 /// use shsa_report::{Style, assurance::ModelReport};
 ///
 /// let text = std::fs::read_to_string("../../models/stop.yaml")?;
-/// let knowledge = shsa_format::model::load(&text, "stop.yaml").knowledge;
+/// let knowledge = shsa_model::load(&text, "stop.yaml").knowledge;
 /// let report = ModelReport::new(&knowledge, "stop.yaml".to_owned(), None)?;
 /// assert!(report.is_given());
 /// assert!(report.text(Style::PLAIN).contains("given at SIL 2"));

@@ -18,7 +18,7 @@ use shsa_lab::campaign::Smallest;
 /// use shsa_core::knowledge::{Id, SignalId};
 /// use shsa_core::observation::{Observation, RawValue};
 /// use shsa_core::time::{Span, Time};
-/// use shsa_format::model::live::{Live, Written};
+/// use shsa_model::live::{Live, Written};
 /// use shsa_lab::calibration::{Options, Session, calibrate};
 /// use shsa_report::{Style, calibration::Report};
 ///

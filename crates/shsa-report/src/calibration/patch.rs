@@ -3,9 +3,9 @@
 use super::{Report, number};
 use crate::Style;
 use shsa_core::knowledge::{Draft, RelationDraft, SignalDraft, VariableDraft};
-use shsa_format::model::write;
 use shsa_lab::calibration::{Fitted, Parameter};
 use shsa_lab::campaign::Kind;
+use shsa_model::write;
 
 /// The change as YAML: every changed variable, signal and relation in full, below comments with its evidence.
 pub(super) fn text(report: &Report<'_>, style: Style) -> String {

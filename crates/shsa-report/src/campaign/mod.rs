@@ -11,7 +11,7 @@
 //!
 //! let signal = "{ variable: v, rate: 10 Hz, value_error: 0.1 }";
 //! let model = format!("{{ shsa: 1, variables: {{ v: }}, signals: {{ a: {signal}, b: {signal}, c: {signal} }} }}");
-//! let knowledge = shsa_format::model::load(&model, "three.yaml").knowledge;
+//! let knowledge = shsa_model::load(&model, "three.yaml").knowledge;
 //! // Half a minute of three sensors that say the same.
 //! let sample = |step: i64| {
 //!     let at = Time(step / 3 * 100_000_000);

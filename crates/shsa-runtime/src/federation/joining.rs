@@ -151,8 +151,8 @@ fn head(text: &str) -> &str {
 mod tests {
     use super::*;
     use crate::federation::{MOST_ENTRIES, hash_of, read, without_needs};
-    use shsa_format::model::live::{Live, Written};
-    use shsa_format::model::write;
+    use shsa_model::live::{Live, Written};
+    use shsa_model::write;
 
     const OWN: &str = "
 shsa: 1

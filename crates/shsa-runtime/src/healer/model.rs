@@ -10,8 +10,8 @@ use shsa_bridge::{Bridge, BridgeError, Offered};
 use shsa_core::knowledge::{Draft, IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::time::Time;
 use shsa_format::drive::{Era, Given};
-use shsa_format::model::live::Written;
-use shsa_format::model::write;
+use shsa_model::live::Written;
+use shsa_model::write;
 use std::fs;
 use std::sync::Arc;
 

@@ -24,7 +24,7 @@ use shsa_core::computation::Task;
 use shsa_core::engine::{Engine, Publication, Report};
 use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::time::{Span, Time};
-use shsa_format::model::live::Live;
+use shsa_model::live::Live;
 use std::ffi::OsString;
 use worker::{Consequence, Worker};
 

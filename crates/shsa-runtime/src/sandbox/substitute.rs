@@ -7,7 +7,6 @@ use shsa_core::computation::{Computation, Computed};
 use shsa_core::engine::PublishedValue;
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
 use shsa_core::substitution::{Step, Substitution, Way};
-use shsa_format::model;
 use std::collections::BTreeMap;
 use std::io::{self, Read, stdin, stdout};
 
@@ -56,7 +55,7 @@ fn first(input: &mut impl Read) -> Result<Order, RuntimeError> {
 
 /// Prepares the ordered computation.
 fn computation(order: &Order) -> Result<Computation, RuntimeError> {
-    let loaded = model::load(&order.model, "order");
+    let loaded = shsa_model::load(&order.model, "order");
     let knowledge = &loaded.knowledge;
     if !loaded.report.ok() {
         return Err(unfit(loaded.report.render(false)));
@@ -92,7 +91,7 @@ impl Order {
     ///
     /// # Errors
     /// When the model lacks an entry that the way uses.
-    pub(super) fn new(way: &Way, live: &model::live::Live) -> Result<Order, RuntimeError> {
+    pub(super) fn new(way: &Way, live: &shsa_model::live::Live) -> Result<Order, RuntimeError> {
         let knowledge = live.knowledge();
         let variable = |id: VariableId| knowledge.variables()[id].name.clone();
         let relation = |id: RelationId| knowledge.relations()[id].name.clone();
@@ -108,7 +107,7 @@ impl Order {
             shsa_core::knowledge::part(live.draft(), &names.collect::<Vec<_>>()).map_err(|unknown| {
                 unfit(format!("the model has nothing with the name {}", unknown.join(", ")))
             })?;
-        let model = model::write::yaml(&part);
+        let model = shsa_model::write::yaml(&part);
         Ok(Order { model, sink: variable(way.substitution.sink), steps, sources })
     }
 }

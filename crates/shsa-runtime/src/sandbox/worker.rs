@@ -16,7 +16,7 @@ use shsa_core::computation::Task;
 use shsa_core::engine::{Engine, Report};
 use shsa_core::knowledge::NeedId;
 use shsa_core::time::{Span, Time};
-use shsa_format::model::live::Live;
+use shsa_model::live::Live;
 use std::collections::VecDeque;
 
 /// After this many failures within [`WINDOW`], the process is given up.

@@ -8,9 +8,9 @@ use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
 use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_drawing::Marks;
 #[cfg(feature = "ontology")]
-use shsa_format::model::thesis::ontology;
-use shsa_format::model::thesis::prolog::{self, Written};
-use shsa_format::model::{self, Form, Loaded, Report, write};
+use shsa_model::thesis::ontology;
+use shsa_model::thesis::prolog::{self, Written};
+use shsa_model::{Form, Loaded, Report, write};
 use std::fs;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -152,8 +152,8 @@ fn target(arguments: &Arguments) -> anyhow::Result<Target> {
 /// The draft, the knowledge base, and the number of elements lost; problems go to standard error.
 fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let name = arguments.file.display().to_string();
-    let text = or_report(model::read_text(&arguments.file, "model"))?;
-    let source = or_report(model::read(&text, &name, arguments.from.map(Origin::form)))?;
+    let text = or_report(shsa_model::read_text(&arguments.file, "model"))?;
+    let source = or_report(shsa_model::read(&text, &name, arguments.from.map(Origin::form)))?;
     let (draft, losses) = (source.draft.clone(), source.losses);
     let loaded = source.build(&text, &name);
     show::print_report(&loaded.report);

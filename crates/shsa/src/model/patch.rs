@@ -3,8 +3,8 @@
 use crate::outcome::{AlreadyReported, Outcome};
 use crate::show;
 use anyhow::Context;
-use shsa_format::model::live::Written;
-use shsa_format::model::{Report, patch, read_text};
+use shsa_model::live::Written;
+use shsa_model::{Report, patch, read_text};
 use std::fs;
 use std::io::{IsTerminal, Write, stderr, stdout};
 use std::path::{Path, PathBuf};

@@ -1,7 +1,7 @@
 //! `shsa model schema`: the JSON Schema of models, for editors.
 
 use crate::outcome::Outcome;
-use shsa_format::model::schema;
+use shsa_model::schema;
 use std::io::{Write, stdout};
 
 /// Arguments of `shsa model schema`.

@@ -3,7 +3,7 @@
 use crate::show;
 use anyhow::Context;
 use shsa_core::time::Span;
-use shsa_format::model::live::{Live, Written};
+use shsa_model::live::{Live, Written};
 use shsa_recording::moment;
 use shsa_report::recorded::Stage;
 use std::path::PathBuf;

@@ -9,7 +9,7 @@ use anyhow::{Context, bail};
 use shsa_core::time::Span;
 use shsa_format::fault::Fault;
 use shsa_format::journal;
-use shsa_format::model::live::Live;
+use shsa_model::live::Live;
 use shsa_recording::{Cuts, Session, Stretch, Wanted, moment};
 use shsa_report::Source;
 use shsa_report::recorded::{Injection, Recorded, Stage, broken, wanted_by};

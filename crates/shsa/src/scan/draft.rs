@@ -8,11 +8,11 @@ use anyhow::anyhow;
 use shsa_bridge::payload::{Content, Leaf, Reader, SIZE_LIMIT};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
-use shsa_format::model::live::Written;
-use shsa_format::model::patch;
 use shsa_lab::drafting::{Columns, Series, checked_text, draft, variable_names};
 use shsa_lab::naming::{quoted, unique, unit, variable};
 use shsa_message::source::{Field, StampField};
+use shsa_model::live::Written;
+use shsa_model::patch;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 

@@ -1,8 +1,6 @@
 //! What a story expects: events, verdicts, sources, and limits of the values of a need.
 
 use super::Writer;
-use crate::model::reader::{Fields, Keys, Reader};
-use crate::model::tree::{Node, Value};
 use crate::story::curve::Curve;
 use crate::story::expect::{Between, Expectation, Limit, Times, VERDICTS};
 use shsa_core::assurance::Ground;
@@ -12,6 +10,8 @@ use shsa_core::monitor::Symptom;
 use shsa_core::statement::Level;
 use shsa_core::time::Time;
 use shsa_core::unit::Unit;
+use shsa_model::reader::{Fields, Keys, Reader};
+use shsa_model::tree::{Node, Value};
 
 const EVENT: [&str; 10] = [
     "event",

@@ -2,8 +2,6 @@
 
 use super::{Writer, required};
 use crate::fault::Fault;
-use crate::model::reader::Keys;
-use crate::model::tree::{Node, Value};
 use crate::order::OrderForm;
 use crate::story::curve::Definitions;
 use crate::story::trace::{Echo, Source, Trace};
@@ -12,6 +10,8 @@ use shsa_core::knowledge::{Id, SignalId, Text};
 use shsa_core::observation::RawValue;
 use shsa_core::time::{Span, Time};
 use shsa_core::unit::Unit;
+use shsa_model::reader::Keys;
+use shsa_model::tree::{Node, Value};
 use shsa_recording::Sample;
 
 const TRACE: [&str; 7] = ["duration", "seed", "truth", "signals", "faults", "rows", "orders"];

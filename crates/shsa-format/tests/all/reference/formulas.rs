@@ -7,7 +7,7 @@ use shsa_core::expression::{
 };
 use shsa_core::time::{Time, Validity};
 use shsa_core::unit;
-use shsa_format::model::load;
+use shsa_model::load;
 use std::collections::BTreeSet;
 
 const FUNCTIONS: [&str; 5] = [

@@ -3,10 +3,8 @@
 use super::document::{Document, code};
 use shsa_core::diagnosis::JudgeOptions;
 use shsa_core::knowledge::{CAUSE_PRIOR, Fact, Figure, Measure, PROPERTIES, Switching};
-use shsa_format::model::keys::{
-    ASKED, FUSION_INPUT, FUSION_OUTPUT, FUSION_STATE, Form, GIVEN, Holds, Key, SECTIONS,
-};
-use shsa_format::model::{load, read, write};
+use shsa_model::keys::{ASKED, FUSION_INPUT, FUSION_OUTPUT, FUSION_STATE, Form, GIVEN, Holds, Key, SECTIONS};
+use shsa_model::{load, read, write};
 
 fn page() -> Document {
     Document::read("model.md")

@@ -79,7 +79,7 @@ mod tests {
     use shsa_core::observation::{Observation, RawValue};
     use shsa_core::plan::Graph;
     use shsa_core::time::{Time, Validity};
-    use shsa_format::model::live::{Live, Written};
+    use shsa_model::live::{Live, Written};
 
     /// Differences whose size lasts for some comparisons, with heavy tails.
     fn differences(chance: &mut Chance, count: usize, lasts: usize) -> Vec<Comparison> {

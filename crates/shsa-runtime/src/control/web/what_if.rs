@@ -153,7 +153,7 @@ mod tests {
     #[track_caller]
     fn check(lost: &[&str], expected: Value) {
         let text = include_str!("../../../../../models/stop.yaml");
-        let model = Examined::new(shsa_format::model::load(text, "stop.yaml").knowledge);
+        let model = Examined::new(shsa_model::load(text, "stop.yaml").knowledge);
         let lost: Vec<String> = lost.iter().map(|&name| name.to_owned()).collect();
         let mut now = model.answer(&lost).unwrap()["dmin"]["now"].take();
         if let Some(now) = now.as_object_mut() {
@@ -182,7 +182,7 @@ mod tests {
     #[test]
     fn a_signal_that_only_evidence_is_about_is_among_the_further_losses() {
         let text = include_str!("../../../../../models/stop.yaml");
-        let model = Examined::new(shsa_format::model::load(text, "stop.yaml").knowledge);
+        let model = Examined::new(shsa_model::load(text, "stop.yaml").knowledge);
         let answer = model.answer(&[]).unwrap();
         let further = answer["dmin"]["further"].as_array().unwrap();
         let idle = further.iter().find(|loss| loss["signal"] == "/computer/idle").unwrap();

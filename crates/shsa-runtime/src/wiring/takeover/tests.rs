@@ -34,7 +34,7 @@ struct Bench {
 
 impl Bench {
     fn new(wiring: &str) -> Bench {
-        let loaded = shsa_format::model::load(MODEL, "model.yaml");
+        let loaded = shsa_model::load(MODEL, "model.yaml");
         let knowledge = loaded.knowledge;
         let text = format!("wiring: {{ speed: {{ {wiring} }} }}");
         let wiring = wiring::Wiring::read(&text, "wiring.yaml", &[&knowledge]);
@@ -282,7 +282,7 @@ fn who_is_not_responsible_any_more_stops_at_once() {
 
 #[test]
 fn what_shares_its_messages_with_others_is_not_silenced() {
-    let loaded = shsa_format::model::load(&MODEL.replace("robot/radar", "robot/wheel#radar"), "model.yaml");
+    let loaded = shsa_model::load(&MODEL.replace("robot/radar", "robot/wheel#radar"), "model.yaml");
     let text = format!("wiring: {{ speed: {{ {OBEYS} }} }}");
     let wiring = wiring::Wiring::read(&text, "wiring.yaml", &[&loaded.knowledge]).unwrap();
     let settings = wiring.needs[0].takeover.clone().unwrap();

@@ -1,0 +1,348 @@
+//! Written drafts load to the same drafts: as YAML and JSON, and their formulas by way of Prolog.
+
+mod contracts;
+mod prolog;
+
+use contracts::contract;
+use proptest::prelude::*;
+use shsa_core::knowledge::{
+    BodyDraft, Bounds, ContractDraft, Draft, NeedDraft, RelationDraft, SignalDraft, SourceParts, Text,
+    UtilityDraft, VariableDraft,
+};
+use shsa_message::source::parts;
+use shsa_model::{load, read, write};
+use std::fs;
+use std::path::PathBuf;
+
+fn models() -> Vec<(String, String)> {
+    let folder = PathBuf::from(env!("CARGO_MANIFEST_DIR")).join("../../models");
+    let files = fs::read_dir(folder).unwrap().map(|entry| entry.unwrap().path());
+    let yaml = files.filter(|path| path.extension().is_some_and(|ending| ending == "yaml"));
+    yaml.map(|path| (path.display().to_string(), fs::read_to_string(&path).unwrap())).collect()
+}
+
+/// A draft as text without the places.
+fn shown(draft: &Draft) -> String {
+    let text = format!("{draft:?}");
+    let mut parts = text.split("place: Place {");
+    let first = parts.next().unwrap_or("").to_owned();
+    first + &parts.map(|part| part.split_once('}').unwrap().1).collect::<String>()
+}
+
+#[track_caller]
+fn check_draft(draft: &Draft) {
+    for text in [write::yaml(draft), write::json(draft)] {
+        let again = read(&text, "again", None).unwrap();
+        let (expected, found) = (shown(draft), shown(&again.draft));
+        let same = expected.bytes().zip(found.bytes()).take_while(|(one, other)| one == other).count();
+        let from = |text: &str| text.chars().skip(same.saturating_sub(60)).take(160).collect::<String>();
+        assert!(
+            expected == found,
+            "expected: {}\nfound: {}\nwritten:\n{text}",
+            from(&expected),
+            from(&found)
+        );
+    }
+}
+
+#[track_caller]
+fn check_model(name: &str, text: &str) {
+    let draft = read(text, name, None).unwrap().draft;
+    check_draft(&draft);
+    let expected = load(text, name);
+    assert!(expected.report.ok(), "{name}: {}", expected.report.render(false));
+    for written in [write::yaml(&draft), write::json(&draft)] {
+        let found = load(&written, name);
+        assert_eq!(format!("{:?}", found.knowledge), format!("{:?}", expected.knowledge), "{name}");
+    }
+    serde_json::from_str::<serde_json::Value>(&write::json(&draft)).unwrap();
+}
+
+#[test]
+fn every_model_loads_to_the_same_again() {
+    let models = models();
+    assert!(models.len() >= 5);
+    models.iter().for_each(|(name, text)| check_model(name, text));
+}
+
+const EVERYTHING: &str = r##"
+shsa: 1
+variables:
+  distances: { unit: m, shape: vector }
+  dmin:      { unit: m, shape: scalar }
+  speed:     { unit: m/s, range: [-3, 3 m/s], max_rate: 12 }
+  heavy:     { properties: { accuracy: 0.90, odd key: 1e-3, "a: b": 2 } }
+  humidity:  { unit: "%", range: [-.inf, 100] }
+constants: { wheel_base: 2.67 m, slip: [0.9, 1.1] }
+functions: { "clamp01(x)": "min(max(x, 0), 1)" }
+relations:
+  nearest: dmin = min(distances)
+  turn:
+    equation: speed = (clamp01(heavy) * slip + humidity) * 1 m/s
+    for: [speed]
+    when: abs(speed) > 0.2 m/s and heavy >= 0
+    error: 0.1 m/s + 2 %
+    properties: { cost: 2 }
+  travelled: { equation: "dmin = previous(dmin) - speed * dt * slip + wheel_base * 0", for: [dmin], error: [-1 cm, 2 cm] }
+  "#opaque, [odd] : name": { output: heavy, inputs: [distances, speed] }
+  nothing: { output: heavy, inputs: [] }
+  either: { outputs: [dmin, heavy], inputs: [dmin, heavy, speed] }
+specifications:
+  calm: speed < 50 m/s
+  follows: { when: speed > 1 m/s, eventually: dmin > 1 m, within: 2 s }
+  rests: { when: speed < 1 m/s, always: dmin > 0.5 m, for: 1 s, properties: { prior: 1e-4 } }
+signals:
+  /scan:
+    { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
+      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, frozen_after: 2 s, properties: { accuracy: 0.99, prior: 1 % } }
+  /odom/speed:
+    { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, frozen_after: 3 s, rests_at: 0, rests_for: 1 min, access: both, derived_from: [/scan],
+      shares: { base: 0.002, supply: 1 % } }
+  "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
+  "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
+  "true": { variable: heavy }
+fusion:
+  motion:
+    method: particle
+    states: { speed: { unit: m/s, initial: 1 km/h, spread: 2, noise: 0.1 m/s + 1 % * abs(speed), transition: speed + push * dt * 1 m/s^2 } }
+    controls: { push: "true" }
+    inputs: { /odom/speed: { measures: speed, noise: 0.3 } }
+    outputs: { fused/speed: speed, other: { value: 2 * speed, variable: speed, confidence: 95 %, properties: { accuracy: 1 } } }
+    period: 50 ms
+    horizon: 1 s
+    unknown_after: 3 s
+    gate: none
+    witnesses: none
+    faulty: 0
+    window: 3
+    particles: 50
+    seed: 9
+needs:
+  dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
+  speed:
+utility: { aggregate: product, relation: "1 / cost", signal: "accuracy", defaults: { cost: 1, accuracy: 0.9 } }
+"##;
+
+#[test]
+fn everything_loads_to_the_same_again() {
+    check_model("everything", EVERYTHING);
+    check_model("named utility", &EVERYTHING.replace(EVERYTHING.lines().last().unwrap(), "utility: norm"));
+}
+
+fn text() -> impl Strategy<Value = Text> {
+    let word = prop_oneof![
+        "[a-z_/][a-z0-9_/.]{0,6}",
+        "-?[0-9]{1,3}(\\.[0-9]{1,3})?(e-?[0-9])?( (m|s|%|ms))?",
+        "[ -~äß°\n\t\u{85}\u{2028}\u{feff}\u{1F600}]{1,8}",
+        "(null|~|true|---|\\.\\.\\.|- a|\\? b|: c|#d|&e|\\*f|!g|\\||>|%h|@i|`j|'k|\"l)",
+    ];
+    let word = word.prop_map(|text| Text { text: text.trim().to_owned(), ..Text::default() });
+    // an empty text cannot be told from an absent one
+    word.prop_filter("a word", |text| !text.text.is_empty())
+}
+
+fn names(count: usize) -> impl Strategy<Value = Vec<Text>> {
+    prop::collection::btree_map(text().prop_map(|text| text.text), Just(()), 0..count)
+        .prop_map(|names| names.into_keys().map(|text| Text { text, ..Text::default() }).collect())
+}
+
+fn properties() -> impl Strategy<Value = Vec<(Text, Text)>> {
+    names(3).prop_flat_map(|names| {
+        let count = names.len();
+        (Just(names), prop::collection::vec(text(), count))
+            .prop_map(|(names, values)| names.into_iter().zip(values).collect())
+    })
+}
+
+fn bounds() -> impl Strategy<Value = Bounds> {
+    prop_oneof![text().prop_map(Bounds::One), (text(), text()).prop_map(|(lo, hi)| Bounds::Two(lo, hi))]
+}
+
+fn variable() -> impl Strategy<Value = VariableDraft> {
+    let limits = (some((text(), text())), some(text()), some(text()));
+    let parts = (some(text()), some(text()), limits, properties());
+    parts.prop_map(|(unit, shape, (range, max_rate, wraps), properties)| VariableDraft {
+        name: Text::default(),
+        unit,
+        shape,
+        range,
+        max_rate,
+        wraps,
+        properties,
+    })
+}
+
+fn some<S: Strategy>(of: S) -> impl Strategy<Value = Option<S::Value>> {
+    prop::option::of(of)
+}
+
+fn relation() -> impl Strategy<Value = RelationDraft> {
+    let structure = (prop::collection::vec(text(), 1..3), prop::collection::vec(text(), 0..3));
+    let body = prop_oneof![
+        text().prop_map(BodyDraft::Equation),
+        structure.prop_map(|(outputs, inputs)| BodyDraft::Structure { outputs, inputs }),
+    ];
+    let names = || prop::collection::vec(text(), 0..3);
+    let parts = (body, some(names()), some(text()), some(bounds()), names(), properties());
+    parts.prop_map(|(body, directions, condition, error, learn, properties)| RelationDraft {
+        name: Text::default(),
+        body,
+        directions,
+        condition,
+        error,
+        learn,
+        properties,
+    })
+}
+
+fn signal() -> impl Strategy<Value = SignalDraft> {
+    let first = (some(text()), some(text()), some(text()), some(text()), some(bounds()));
+    let second =
+        (some(bounds()), some(text()), some(text()), prop::collection::vec(text(), 0..3), properties());
+    let names = prop::collection::vec(text().prop_map(|name| (name, None)), 0..3);
+    let priors = properties()
+        .prop_map(|all| all.into_iter().map(|(name, prior)| (name, Some(prior))).collect::<Vec<_>>());
+    let limits =
+        (some((text(), text())), some(text()), some(text()), some(text()), some(text()), some(text()));
+    let scaling = (some(text()), some(text()), some(text()), some(text()), some(text()), some(text()));
+    (first, second, prop_oneof![names, priors], limits, scaling).prop_map(
+        |(
+            (variable, source, unit, rate, value_error),
+            (time_error, delay, timeout, derived_from, properties),
+            shares,
+            (range, max_rate, max_delay, mean_over, noise, frozen_after),
+            (scale, offset, hold, rests_at, rests_for, access),
+        )| {
+            let name = Text::default();
+            SignalDraft {
+                name,
+                variable,
+                source,
+                source_parts: SourceParts::default(),
+                unit,
+                scale,
+                offset,
+                rate,
+                value_error,
+                noise,
+                time_error,
+                delay,
+                mean_over,
+                timeout,
+                range,
+                max_rate,
+                max_delay,
+                frozen_after,
+                rests_at,
+                rests_for,
+                hold,
+                access,
+                derived_from,
+                shares,
+                properties,
+            }
+        },
+    )
+}
+
+fn need() -> impl Strategy<Value = NeedDraft> {
+    let first = (some(text()), some(text()), some(text()), some(text()));
+    let second = (some(text()), some(text()), some(text()), some(text()));
+    let third = (some(text()), some(text()), some(text()));
+    (first, second, third).prop_map(
+        |(
+            (signal, max_age, max_width, integrity),
+            (hold, probation, blend, hysteresis),
+            (isolation, min_rate, when_unsure),
+        )| {
+            let variable = Text::default();
+            NeedDraft {
+                variable,
+                signal,
+                max_age,
+                max_width,
+                integrity,
+                hold,
+                probation,
+                blend,
+                hysteresis,
+                isolation,
+                min_rate,
+                when_unsure,
+            }
+        },
+    )
+}
+
+fn utility() -> impl Strategy<Value = Option<UtilityDraft>> {
+    let at = Text::default();
+    let own = (some(text()), some(text()), some(text()), some(text()), properties()).prop_map(
+        move |(aggregate, relation, signal, way, defaults)| UtilityDraft::Own {
+            at: at.clone(),
+            aggregate,
+            relation,
+            signal,
+            way,
+            defaults,
+        },
+    );
+    some(prop_oneof![text().prop_map(UtilityDraft::Named), own])
+}
+
+/// Some, each with a name of its own.
+fn named<T: std::fmt::Debug + Clone>(
+    of: impl Strategy<Value = T>,
+    name: fn(&mut T, Text),
+) -> impl Strategy<Value = Vec<T>> {
+    let many = prop::collection::vec(of, 4);
+    (names(4), many).prop_map(move |(names, items)| {
+        names
+            .into_iter()
+            .zip(items)
+            .map(|(text, mut item)| {
+                name(&mut item, text);
+                item
+            })
+            .collect()
+    })
+}
+
+fn draft() -> impl Strategy<Value = Draft> {
+    let pairs = named((Just(Text::default()), bounds()), |(name, _), text| *name = text);
+    let functions = named((Just(Text::default()), text()), |(name, _), text| *name = text);
+    let parts = (
+        named(variable(), |variable, text| variable.name = text),
+        pairs,
+        functions,
+        named(relation(), |relation, text| relation.name = text),
+        named(signal(), |signal, text| {
+            let source = signal.source.as_ref().map(|source| source.text.as_str());
+            signal.source_parts = parts(&text.text, source);
+            signal.name = text;
+        }),
+        named(need(), |need, text| need.variable = text),
+        named(contract(), |contract, text| contract.name = text),
+        utility(),
+    );
+    parts.prop_map(|(variables, constants, functions, relations, signals, needs, contracts, utility)| Draft {
+        variables,
+        constants,
+        functions,
+        relations,
+        signals,
+        fusions: Vec::new(),
+        needs,
+        platform: contracts.iter().cloned().map(|it| ContractDraft { policy: None, ..it }).collect(),
+        contracts,
+        utility,
+    })
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig::with_cases(96))]
+
+    #[test]
+    fn any_draft_is_read_as_it_was_written(draft in draft()) {
+        check_draft(&draft);
+    }
+}
