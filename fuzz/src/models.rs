@@ -1,8 +1,9 @@
 //! Models: any text becomes a knowledge base or a report in bounded time, and a valid model can be planned.
 
 use shsa_core::plan::{Graph, Limits, Options, best};
-use shsa_model::thesis::prolog;
-use shsa_model::{Form, load, read, write};
+use shsa_foreign::thesis::prolog;
+use shsa_foreign::{Form, load, read};
+use shsa_model::write;
 
 /// Shipped model files.
 pub(crate) const CAR: &str = include_str!("../../models/car.yaml");
@@ -84,7 +85,7 @@ pub fn run(bytes: &[u8]) {
 /// A converted model is a model of ours, and can be written as facts again.
 fn converted(text: &str, form: Form) {
     let Ok(source) = read(text, "m", Some(form)) else { return };
-    let written = write::yaml(&source.draft);
+    let written = write::yaml(source.draft());
     let loaded = source.build(text, "m");
     for found in &loaded.report.diagnostics {
         assert!(found.source_line.get(found.span.clone()).is_some(), "no such place: {found:?}");

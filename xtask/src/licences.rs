@@ -12,13 +12,14 @@ use std::fs;
 const SHIPPED: [&str; 3] = ["shsa", "shsa-c", "shsa-python"];
 
 /// The crates that other programs depend on, where `[patch]` has no effect.
-const LIBRARIES: [&str; 12] = [
+const LIBRARIES: [&str; 13] = [
     "shsa-core",
     "shsa-message",
     "shsa-model",
     "shsa-recording",
     "shsa-format",
     "shsa-drawing",
+    "shsa-foreign",
     "shsa-bridge",
     "shsa-lab",
     "shsa-report",

@@ -7,7 +7,6 @@ pub mod learned;
 pub mod measurements;
 pub mod event;
 pub mod drive;
-pub mod conserts;
 pub mod moment;
 pub mod fault;
 pub mod journal;

@@ -26,7 +26,7 @@ const BETWEEN: [char; 4] = [' ', '\t', ':', ','];
 /// assert_eq!(laid_out, "shsa: 1\nvariables:\n  speed: { unit: m/s }  # of the car\n");
 /// ```
 pub fn laid_out(model: Written<'_>) -> Result<String, Report> {
-    super::read(model.text, model.name, None)?;
+    super::read(model.text, model.name)?;
     // YAML reads every line break as a line feed.
     let spaced = spaced(&model.text.replace("\r\n", "\n"));
     let text = indented(&spaced);

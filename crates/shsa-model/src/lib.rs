@@ -1,7 +1,6 @@
 //! Knowledge bases as YAML or JSON: the text becomes a tree, the tree a draft, and the core checks the draft.
 //!
-//! All problems are reported together, with file, line, column and help. Files of the thesis's public programs (YAML and Prolog)
-//! become drafts too; [`mod@write`] makes text of drafts again.
+//! All problems are reported together, with file, line, column and help; [`mod@write`] makes text of drafts again.
 
 mod cursor;
 mod cut;
@@ -16,7 +15,6 @@ mod specification;
 pub mod shape;
 pub mod tree;
 pub mod schema;
-pub mod thesis;
 pub mod write;
 
 pub mod live;
@@ -51,33 +49,16 @@ pub struct Loaded {
     pub report: Report,
 }
 
-/// The form of the text of a model.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Form {
-    /// YAML, which includes JSON.
-    Yaml,
-    /// The YAML of the thesis's public programs: `relations` or `graph`, and `properties`.
-    Thesis,
-    /// The Prolog facts of these programs: `function/3`, `implementation/2`, `itomsOf/2`, `itomOf/2`.
-    Prolog,
-    /// An ontology of the vocabularies SOSA and SSN in Turtle, with the feature `ontology`.
-    Turtle,
-}
-
-/// A model before its check, and the parts of its text that the draft lacks.
+/// A model before its check.
 #[derive(Clone, Debug)]
 pub struct Source {
     /// The draft.
     pub draft: Draft,
-    /// The form of the text.
-    pub form: Form,
-    /// The number of elements of another form that were not converted; each has a warning.
-    pub losses: usize,
     problems: Vec<Diagnostic>,
     rewritten: BTreeSet<u32>,
 }
 
-/// Reads and checks a model in any form; `name` is the file name in the report.
+/// Reads and checks a model; `name` is the file name in the report.
 ///
 /// Never fails: the report holds the problems. Time: linear in the text, except for sorting and names.
 ///
@@ -109,71 +90,46 @@ pub struct Source {
 /// ```
 #[must_use]
 pub fn load(text: &str, name: &str) -> Loaded {
-    let mut reader = Reader::default();
-    let (knowledge, problems, rewritten) = match open(text, name, None) {
-        Err(report) => return Loaded { knowledge: KnowledgeBase::default(), report },
-        Ok(Opened::Json(root, mut json)) => {
-            let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
-            let found = fusion::checked(&knowledge, found);
-            (knowledge, [json.problems, reader.problems, found].concat(), json.rewritten)
-        }
-        Ok(Opened::Yaml(root, tree)) => {
-            let (knowledge, found) = shape::build(&mut reader, &root);
-            let found = fusion::checked(&knowledge, found);
-            (knowledge, [tree.problems, reader.problems, found].concat(), tree.rewritten)
-        }
-        Ok(Opened::Other(source)) => return source.build(text, name),
-    };
-    Loaded { knowledge, report: Report::locate(name, text, problems, &rewritten) }
+    match open(text, name) {
+        Err(report) => Loaded { knowledge: KnowledgeBase::default(), report },
+        Ok(opened) => opened.load(text, name),
+    }
 }
 
-/// Reads a model without checking it; a missing `form` is detected.
+/// Reads a model without checking it.
 ///
 /// # Errors
 /// A text that is too large, broken or empty.
-pub fn read(text: &str, name: &str, form: Option<Form>) -> Result<Source, Report> {
-    let mut reader = Reader::default();
-    let (draft, problems, rewritten) = match open(text, name, form)? {
-        Opened::Json(root, mut json) => {
-            let draft = Draft::of(&mut Model::new(&mut reader, &root, Some(&mut json)));
-            (draft, [json.problems, reader.problems].concat(), json.rewritten)
-        }
-        Opened::Yaml(root, tree) => {
-            let draft = shape::draft(&mut reader, &root);
-            (draft, [tree.problems, reader.problems].concat(), tree.rewritten)
-        }
-        Opened::Other(source) => return Ok(*source),
-    };
-    Ok(Source { draft, form: Form::Yaml, losses: 0, problems, rewritten })
+pub fn read(text: &str, name: &str) -> Result<Source, Report> {
+    Ok(open(text, name)?.read())
 }
 
-/// A text of a known form.
-enum Opened<'t> {
+/// A text that is JSON or YAML, before it is read as a model.
+pub struct Opened<'t>(Content<'t>);
+
+enum Content<'t> {
     /// JSON, whose pieces are read from the text when they are needed.
     Json(Node, Json<'t>),
     Yaml(Node, Tree),
-    /// A form of the thesis.
-    Other(Box<Source>),
 }
 
-fn open<'t>(text: &'t str, name: &str, form: Option<Form>) -> Result<Opened<'t>, Report> {
-    let refused = |message: String, help| Report::whole(name, message, help);
+/// Opens a text as JSON or YAML; [`load`] and [`read`] go on from there.
+///
+/// # Errors
+/// A text that is too large, broken or empty.
+pub fn open<'t>(text: &'t str, name: &str) -> Result<Opened<'t>, Report> {
     if text.len() > MAX_BYTES {
-        return Err(refused(format!("a model has at most {} MiB", MAX_BYTES >> 20), "is this a model?"));
+        let message = format!("a model has at most {} MiB", MAX_BYTES >> 20);
+        return Err(Report::whole(name, message, "is this a model?"));
     }
-    if form == Some(Form::Prolog) || form.is_none() && thesis::is_prolog(text) {
-        return Ok(Opened::Other(Box::new(Source::taken(thesis::from_prolog(text), Form::Prolog))));
+    match open_json(text, name)? {
+        Some((root, json)) => Ok(Opened(Content::Json(root, json))),
+        None => open_yaml(text, name).map(|(root, tree)| Opened(Content::Yaml(root, tree))),
     }
-    if form == Some(Form::Turtle) || form.is_none() && thesis::is_turtle(text) {
-        #[cfg(feature = "ontology")]
-        return Ok(Opened::Other(Box::new(Source::taken(thesis::from_ontology(text), Form::Turtle))));
-        #[cfg(not(feature = "ontology"))]
-        return Err(refused("this is an ontology in Turtle".to_owned(), "build with the feature `ontology`"));
-    }
-    let is_thesis = |root: &Node| form == Some(Form::Thesis) || form.is_none() && thesis::is_thesis(root);
-    if let Some((root, json)) = open_json(text, name)?.filter(|(root, _)| !is_thesis(root)) {
-        return Ok(Opened::Json(root, json));
-    }
+}
+
+fn open_yaml(text: &str, name: &str) -> Result<(Node, Tree), Report> {
+    let refused = |message: String, help| Report::whole(name, message, help);
     if text.len() > MAX_YAML_BYTES {
         let message = format!("a model in YAML has at most {} MiB", MAX_YAML_BYTES >> 20);
         return Err(refused(message, "write it as JSON, whose keys stand in quotes"));
@@ -185,13 +141,63 @@ fn open<'t>(text: &'t str, name: &str, form: Option<Form>) -> Result<Opened<'t>,
         }
         return Err(Report::locate(name, text, tree.problems, &tree.rewritten));
     };
-    if !is_thesis(&root) {
-        return Ok(Opened::Yaml(root, tree));
+    Ok((root, tree))
+}
+
+impl Opened<'_> {
+    /// The value of the text. Mappings within that of a JSON text may be unread.
+    #[must_use]
+    pub fn root(&self) -> &Node {
+        match &self.0 {
+            Content::Json(root, _) | Content::Yaml(root, _) => root,
+        }
     }
-    let mut source = Source::taken(thesis::from_yaml(&root), Form::Thesis);
-    source.problems = [tree.problems, source.problems].concat();
-    source.rewritten.extend(tree.rewritten);
-    Ok(Opened::Other(Box::new(source)))
+
+    /// The value of the text with all that is in it, and the problems of the text; `text` and `name` are those that were opened.
+    ///
+    /// # Errors
+    /// A JSON text that is too large or broken as YAML.
+    pub fn into_tree(self, text: &str, name: &str) -> Result<(Node, Tree), Report> {
+        match self.0 {
+            Content::Json(..) => open_yaml(text, name),
+            Content::Yaml(root, tree) => Ok((root, tree)),
+        }
+    }
+
+    /// Reads the text as a model and checks it; `text` and `name` are those that were opened.
+    #[must_use]
+    pub fn load(self, text: &str, name: &str) -> Loaded {
+        let mut reader = Reader::default();
+        let (knowledge, problems, rewritten) = match self.0 {
+            Content::Json(root, mut json) => {
+                let (knowledge, found) = build_from(&mut Model::new(&mut reader, &root, Some(&mut json)));
+                let found = fusion::checked(&knowledge, found);
+                (knowledge, [json.problems, reader.problems, found].concat(), json.rewritten)
+            }
+            Content::Yaml(root, tree) => {
+                let (knowledge, found) = shape::build(&mut reader, &root);
+                let found = fusion::checked(&knowledge, found);
+                (knowledge, [tree.problems, reader.problems, found].concat(), tree.rewritten)
+            }
+        };
+        Loaded { knowledge, report: Report::locate(name, text, problems, &rewritten) }
+    }
+
+    /// Reads the text as a model without checking it.
+    #[must_use]
+    pub fn read(self) -> Source {
+        let mut reader = Reader::default();
+        match self.0 {
+            Content::Json(root, mut json) => {
+                let draft = Draft::of(&mut Model::new(&mut reader, &root, Some(&mut json)));
+                Source::new(draft, [json.problems, reader.problems].concat(), json.rewritten)
+            }
+            Content::Yaml(root, tree) => {
+                let draft = shape::draft(&mut reader, &root);
+                Source::new(draft, [tree.problems, reader.problems].concat(), tree.rewritten)
+            }
+        }
+    }
 }
 
 /// Reads a text as JSON; `None` when the text may be YAML, which has braces and quotes, too.
@@ -211,10 +217,10 @@ fn open_json<'t>(text: &'t str, name: &str) -> Result<Option<(Node, Json<'t>)>, 
 }
 
 impl Source {
-    fn taken(taken: thesis::Taken, form: Form) -> Source {
-        let thesis::Taken { draft, problems, rewritten } = taken;
-        let losses = problems.iter().filter(|problem| problem.severity == Severity::Warning).count();
-        Source { draft, form, losses, problems, rewritten }
+    /// A draft of a text, with the problems of its reading; scalars that start at `rewritten` differ from the text and get no spans.
+    #[must_use]
+    pub fn new(draft: Draft, problems: Vec<Diagnostic>, rewritten: BTreeSet<u32>) -> Source {
+        Source { draft, problems, rewritten }
     }
 
     /// Checks the draft; `text` and `name` are its source.

@@ -51,7 +51,7 @@ fn is_nothing(change: &str) -> bool {
 /// Whether a text gives the expected draft, in any order.
 fn says(text: &str, name: &str, expected: &Draft) -> bool {
     let value = |draft: &Draft| serde_json::from_str::<serde_json::Value>(&write::json(draft)).ok();
-    let is_same = super::read(text, name, None).is_ok_and(|read| value(&read.draft) == value(expected));
+    let is_same = super::read(text, name).is_ok_and(|read| value(&read.draft) == value(expected));
     is_same && super::load(text, name).report.ok()
 }
 

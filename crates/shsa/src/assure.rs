@@ -10,7 +10,6 @@ use crate::written::ensure_free;
 use anyhow::{Context, bail};
 use shsa_core::assurance::Certificates;
 use shsa_drawing::case::gsn::INDEX;
-use shsa_format::conserts;
 use shsa_model::read_text;
 use shsa_report::assurance::{CertificateReport, Claim, ModelReport, WrittenMoment, modules};
 use shsa_report::replay::CasesOverTime;
@@ -155,7 +154,9 @@ fn cases(arguments: &Arguments, format: Format, claims: &[Claim<'_>], index: Str
 }
 
 /// Reads certificates, and composes them.
+#[cfg(feature = "foreign")]
 fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
+    use shsa_foreign::conserts;
     let mut files: Vec<Certificates> = Vec::new();
     for path in paths {
         let name = path.display().to_string();
@@ -167,6 +168,12 @@ fn certificates(paths: &[PathBuf]) -> anyhow::Result<Certificates> {
         files.push(certificates);
     }
     Ok(conserts::compose(files))
+}
+
+/// As a program without the reader of certificates does.
+#[cfg(not(feature = "foreign"))]
+fn certificates(_: &[PathBuf]) -> anyhow::Result<Certificates> {
+    bail!("these are certificates of another program: this one is built without the feature `foreign`")
 }
 
 /// A text for each claim, with the name of its module.

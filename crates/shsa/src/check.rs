@@ -57,7 +57,7 @@ pub(crate) struct Arguments {
 
 /// Checks a model; a model with errors is bad input.
 pub(crate) fn run(arguments: &Arguments) -> anyhow::Result<Outcome> {
-    let mut loaded = shsa_model::load_file(&arguments.model);
+    let mut loaded = show::load_file(&arguments.model);
     let knowledge = &loaded.knowledge;
     if loaded.report.ok() {
         let mut warnings = unwatched(knowledge, WatchBudget::default());

@@ -6,8 +6,8 @@ use shsa_bridge::Address;
 use shsa_core::knowledge::KnowledgeBase;
 use shsa_core::unit::nearest;
 use shsa_format::text;
-use shsa_model::Report;
 use shsa_model::live::{Live, Written};
+use shsa_model::{Loaded, Report};
 use shsa_recording::Recording;
 use shsa_report::{ReportError, Style};
 use std::fmt;
@@ -23,9 +23,21 @@ const MOST_NAMES: usize = 20;
 /// # Errors
 /// When the model has errors.
 pub(crate) fn load_model(path: &Path) -> anyhow::Result<KnowledgeBase> {
-    let loaded = shsa_model::load_file(path);
+    let loaded = load_file(path);
     print_report(&loaded.report);
     if loaded.report.ok() { Ok(loaded.knowledge) } else { Err(AlreadyReported.into()) }
+}
+
+/// Reads and checks a model in any form.
+#[cfg(feature = "foreign")]
+pub(crate) fn load_file(path: &Path) -> Loaded {
+    shsa_foreign::load_file(path)
+}
+
+/// Reads and checks a model; other forms than ours need the feature `foreign`.
+#[cfg(not(feature = "foreign"))]
+pub(crate) fn load_file(path: &Path) -> Loaded {
+    shsa_model::load_file(path)
 }
 
 /// As [`load_model`], for a model that can be changed.

@@ -256,7 +256,7 @@ needs: { v: { max_age: 1 s, integrity: B } }
 
 #[test]
 fn contracts_are_written_as_they_are_read() {
-    let source = read(ROBOT, "m.yaml", None).unwrap();
+    let source = read(ROBOT, "m.yaml").unwrap();
     for text in [write::yaml(&source.draft), write::json(&source.draft)] {
         let again = load(&text, "again");
         assert!(again.report.ok(), "{}", again.report.render(false));

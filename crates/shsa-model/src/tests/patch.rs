@@ -133,7 +133,7 @@ proptest! {
         let (mut live, _) = Live::load(written(MODEL)).unwrap();
         live.change(written(&change)).unwrap();
         let text = after(&change);
-        prop_assert_eq!(meant(&read(&text, "again", None).unwrap().draft), meant(live.draft()));
+        prop_assert_eq!(meant(&read(&text, "again").unwrap().draft), meant(live.draft()));
         for comment in ["# What is known.", "# Measured last year.", "# exact, as yet"] {
             prop_assert!(text.contains(comment), "{}", text);
         }

@@ -44,7 +44,7 @@ fn a_specification_is_a_verdict_that_is_computed_and_required() {
 
 #[test]
 fn specifications_are_written_as_they_were_read() {
-    let written = write::yaml(&read(&format!("shsa: 1\n{PLANT}"), "plant", None).unwrap().draft);
+    let written = write::yaml(&read(&format!("shsa: 1\n{PLANT}"), "plant").unwrap().draft);
     assert!(written.contains("when: command > 50 %, eventually: flow > 1 l/s, within: 2 s"), "{written}");
     assert!(!written.contains("is required"), "{written}");
 }

@@ -14,6 +14,5 @@ mod fusion_chains;
 mod fusion_uniqueness;
 mod round_trip;
 mod published_structures;
-mod prolog;
 
 mod live;

@@ -1,7 +1,6 @@
-//! Written drafts load to the same drafts: as YAML and JSON, and their formulas by way of Prolog.
+//! Written drafts load to the same drafts, as YAML and JSON.
 
 mod contracts;
-mod prolog;
 
 use contracts::contract;
 use proptest::prelude::*;
@@ -32,7 +31,7 @@ fn shown(draft: &Draft) -> String {
 #[track_caller]
 fn check_draft(draft: &Draft) {
     for text in [write::yaml(draft), write::json(draft)] {
-        let again = read(&text, "again", None).unwrap();
+        let again = read(&text, "again").unwrap();
         let (expected, found) = (shown(draft), shown(&again.draft));
         let same = expected.bytes().zip(found.bytes()).take_while(|(one, other)| one == other).count();
         let from = |text: &str| text.chars().skip(same.saturating_sub(60)).take(160).collect::<String>();
@@ -47,7 +46,7 @@ fn check_draft(draft: &Draft) {
 
 #[track_caller]
 fn check_model(name: &str, text: &str) {
-    let draft = read(text, name, None).unwrap().draft;
+    let draft = read(text, name).unwrap().draft;
     check_draft(&draft);
     let expected = load(text, name);
     assert!(expected.report.ok(), "{name}: {}", expected.report.render(false));
@@ -65,63 +64,7 @@ fn every_model_loads_to_the_same_again() {
     models.iter().for_each(|(name, text)| check_model(name, text));
 }
 
-const EVERYTHING: &str = r##"
-shsa: 1
-variables:
-  distances: { unit: m, shape: vector }
-  dmin:      { unit: m, shape: scalar }
-  speed:     { unit: m/s, range: [-3, 3 m/s], max_rate: 12 }
-  heavy:     { properties: { accuracy: 0.90, odd key: 1e-3, "a: b": 2 } }
-  humidity:  { unit: "%", range: [-.inf, 100] }
-constants: { wheel_base: 2.67 m, slip: [0.9, 1.1] }
-functions: { "clamp01(x)": "min(max(x, 0), 1)" }
-relations:
-  nearest: dmin = min(distances)
-  turn:
-    equation: speed = (clamp01(heavy) * slip + humidity) * 1 m/s
-    for: [speed]
-    when: abs(speed) > 0.2 m/s and heavy >= 0
-    error: 0.1 m/s + 2 %
-    properties: { cost: 2 }
-  travelled: { equation: "dmin = previous(dmin) - speed * dt * slip + wheel_base * 0", for: [dmin], error: [-1 cm, 2 cm] }
-  "#opaque, [odd] : name": { output: heavy, inputs: [distances, speed] }
-  nothing: { output: heavy, inputs: [] }
-  either: { outputs: [dmin, heavy], inputs: [dmin, heavy, speed] }
-specifications:
-  calm: speed < 50 m/s
-  follows: { when: speed > 1 m/s, eventually: dmin > 1 m, within: 2 s }
-  rests: { when: speed < 1 m/s, always: dmin > 0.5 m, for: 1 s, properties: { prior: 1e-4 } }
-signals:
-  /scan:
-    { variable: distances, source: "scan#ranges[0]", unit: cm, rate: 10 Hz, value_error: [-10, 15 cm],
-      time_error: [-100 ms, 0 ms], delay: 0 ms, timeout: 1 s, max_delay: 50 ms, frozen_after: 2 s, properties: { accuracy: 0.99, prior: 1 % } }
-  /odom/speed:
-    { variable: speed, rate: 20 Hz, value_error: 2 %, noise: 1 cm/s, mean_over: 250 ms, range: [-2, 2 m/s], max_rate: none, frozen_after: 3 s, rests_at: 0, rests_for: 1 min, access: both, derived_from: [/scan],
-      shares: { base: 0.002, supply: 1 % } }
-  "null": { variable: heavy, time_error: 5 ms, timeout: none, derived_from: [/scan, /odom/speed], shares: [base, "two words"] }
-  "- \"quoted\" \\ \u2028 \u00e4": { variable: humidity }
-  "true": { variable: heavy }
-fusion:
-  motion:
-    method: particle
-    states: { speed: { unit: m/s, initial: 1 km/h, spread: 2, noise: 0.1 m/s + 1 % * abs(speed), transition: speed + push * dt * 1 m/s^2 } }
-    controls: { push: "true" }
-    inputs: { /odom/speed: { measures: speed, noise: 0.3 } }
-    outputs: { fused/speed: speed, other: { value: 2 * speed, variable: speed, confidence: 95 %, properties: { accuracy: 1 } } }
-    period: 50 ms
-    horizon: 1 s
-    unknown_after: 3 s
-    gate: none
-    witnesses: none
-    faulty: 0
-    window: 3
-    particles: 50
-    seed: 9
-needs:
-  dmin: { signal: /stop, max_age: 250 ms, max_width: 50 cm, integrity: B, hold: 0 s, probation: 1 min, blend: 10 ms, hysteresis: 5 %, isolation: process }
-  speed:
-utility: { aggregate: product, relation: "1 / cost", signal: "accuracy", defaults: { cost: 1, accuracy: 0.9 } }
-"##;
+const EVERYTHING: &str = include_str!("everything.yaml");
 
 #[test]
 fn everything_loads_to_the_same_again() {

@@ -20,7 +20,7 @@ const MOST_EVALUATIONS: usize = 2_000;
 ///
 /// # Example
 /// ```
-/// use shsa_format::conserts;
+/// use shsa_foreign::conserts;
 /// use shsa_report::{Style, assurance::CertificateReport};
 ///
 /// let text = "name: brake\nguarantees:\n  - id: stops\n    description: it stops\n    dimensions: []\n";

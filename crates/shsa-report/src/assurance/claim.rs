@@ -3,7 +3,7 @@
 use shsa_core::assurance::{Evaluation, EvidenceId, GuaranteeId, System};
 use shsa_drawing::case::Argument;
 use shsa_drawing::case::gsn::{self, Listed};
-use shsa_format::conserts::prolog;
+use shsa_drawing::case::prolog;
 
 /// A guarantee for which a case is made.
 pub struct Claim<'a> {

@@ -7,10 +7,7 @@ use anyhow::{Context, bail};
 use shsa_core::knowledge::{Draft, KnowledgeBase, SignalSet};
 use shsa_core::plan::{Graph, Limits, Options, best};
 use shsa_drawing::Marks;
-#[cfg(feature = "ontology")]
-use shsa_model::thesis::ontology;
-use shsa_model::thesis::prolog::{self, Written};
-use shsa_model::{Form, Loaded, Report, write};
+use shsa_model::{Loaded, Report, write};
 use std::fs;
 use std::io::{Write, stdout};
 use std::path::PathBuf;
@@ -95,8 +92,10 @@ enum Origin {
     Turtle,
 }
 
+#[cfg(feature = "foreign")]
 impl Origin {
-    fn form(self) -> Form {
+    fn form(self) -> shsa_foreign::Form {
+        use shsa_foreign::Form;
         match self {
             Origin::Yaml | Origin::Json => Form::Yaml,
             Origin::Thesis => Form::Thesis,
@@ -104,6 +103,13 @@ impl Origin {
             Origin::Turtle => Form::Turtle,
         }
     }
+}
+
+/// A model in another form.
+struct Written {
+    text: String,
+    /// The elements that the form cannot express.
+    losses: Vec<String>,
 }
 
 /// Converts; degraded if something is lost, bad input if the knowledge base has errors.
@@ -153,11 +159,25 @@ fn target(arguments: &Arguments) -> anyhow::Result<Target> {
 fn read(arguments: &Arguments) -> anyhow::Result<(Draft, Loaded, usize)> {
     let name = arguments.file.display().to_string();
     let text = or_report(shsa_model::read_text(&arguments.file, "model"))?;
-    let source = or_report(shsa_model::read(&text, &name, arguments.from.map(Origin::form)))?;
-    let (draft, losses) = (source.draft.clone(), source.losses);
-    let loaded = source.build(&text, &name);
+    let (draft, loaded, losses) = read_text(&text, &name, arguments.from)?;
     show::print_report(&loaded.report);
     if loaded.report.ok() { Ok((draft, loaded, losses)) } else { Err(AlreadyReported.into()) }
+}
+
+#[cfg(feature = "foreign")]
+fn read_text(text: &str, name: &str, from: Option<Origin>) -> anyhow::Result<(Draft, Loaded, usize)> {
+    let source = or_report(shsa_foreign::read(text, name, from.map(Origin::form)))?;
+    let (draft, losses) = (source.draft().clone(), source.losses);
+    Ok((draft, source.build(text, name), losses))
+}
+
+#[cfg(not(feature = "foreign"))]
+fn read_text(text: &str, name: &str, from: Option<Origin>) -> anyhow::Result<(Draft, Loaded, usize)> {
+    if matches!(from, Some(Origin::Thesis | Origin::Prolog | Origin::Turtle)) {
+        bail!("this program is built without the feature `foreign`");
+    }
+    let source = or_report(shsa_model::read(text, name))?;
+    Ok((source.draft.clone(), source.build(text, name), 0))
 }
 
 fn or_report<T>(read: Result<T, Report>) -> anyhow::Result<T> {
@@ -176,16 +196,30 @@ fn written(
     let text = match target {
         Target::Yaml => write::yaml(draft),
         Target::Json => write::json(draft),
-        Target::Prolog => return Ok(prolog::write(knowledge)),
-        #[cfg(feature = "ontology")]
-        Target::Turtle => return Ok(ontology::write(knowledge)?),
-        #[cfg(not(feature = "ontology"))]
-        Target::Turtle => bail!("this program is built without the feature `ontology`"),
+        Target::Prolog | Target::Turtle => return foreign(target, knowledge),
         Target::Dot => shsa_drawing::dot(knowledge, &marks(arguments, knowledge)?),
         Target::Svg => shsa_drawing::svg(knowledge, &marks(arguments, knowledge)?)?,
     };
     let text = if text.ends_with('\n') { text } else { text + "\n" };
     Ok(Written { text, losses: Vec::new() })
+}
+
+/// A model as the facts of the thesis's programs, or as an ontology.
+#[cfg(feature = "foreign")]
+fn foreign(target: Target, knowledge: &KnowledgeBase) -> anyhow::Result<Written> {
+    let written = match target {
+        #[cfg(feature = "ontology")]
+        Target::Turtle => shsa_foreign::thesis::ontology::write(knowledge)?,
+        #[cfg(not(feature = "ontology"))]
+        Target::Turtle => bail!("this program is built without the feature `ontology`"),
+        _ => shsa_foreign::thesis::prolog::write(knowledge),
+    };
+    Ok(Written { text: written.text, losses: written.losses })
+}
+
+#[cfg(not(feature = "foreign"))]
+fn foreign(_: Target, _: &KnowledgeBase) -> anyhow::Result<Written> {
+    bail!("this program is built without the feature `foreign`")
 }
 
 /// The marks of a drawing: the best substitution without the lost signals, and the lost signals.

@@ -71,7 +71,7 @@ fn every_key_stands_in_an_example_and_is_read_from_it() {
         let examples = page().section(&format!("`{section}`")).blocks("yaml");
         let mut written = String::new();
         for example in &examples {
-            let draft = read(example, section, None).expect("the example is a model").draft;
+            let draft = read(example, section).expect("the example is a model").draft;
             let model: serde_json::Value = serde_json::from_str(&write::json(&draft)).unwrap();
             written += &model[section].to_string();
         }

@@ -2,8 +2,8 @@
 
 use super::Reader;
 use crate::thesis::sketch::{Direction, Sketched};
-use crate::tree::{Node, Value};
 use shsa_core::knowledge::Text;
+use shsa_model::tree::{Node, Value};
 use std::collections::{BTreeMap, BTreeSet};
 
 impl Reader<'_> {

@@ -9,7 +9,6 @@ mod raw;
 mod yaml;
 mod xml;
 mod xmi;
-pub mod prolog;
 
 use raw::Raw;
 use shsa_core::assurance::{Certificates, DemandId, EvidenceId, ServiceId, Tree};

@@ -32,8 +32,8 @@ pub(super) use yaml::is_thesis;
 use shsa_core::knowledge::{Diagnostic, Draft};
 use std::collections::BTreeSet;
 
-use super::tree::Node;
 use notes::Notes;
+use shsa_model::tree::Node;
 
 /// The draft of a file of the thesis.
 pub(super) struct Taken {

@@ -5,8 +5,8 @@
 use serde_json::Value;
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::plan::{Limits, Options, StopReason, exhaustive};
-use shsa_model::load;
-use shsa_model::thesis::prolog;
+use shsa_foreign::load;
+use shsa_foreign::thesis::prolog;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fmt::Write as _;
 use std::fs;

@@ -21,9 +21,9 @@ mod graph;
 use shsa_core::knowledge::Text;
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::super::tree::{Node, Value};
 use super::notes::Notes;
 use super::sketch::{Direction, Sketch, Sketched};
+use shsa_model::tree::{Node, Value};
 
 /// Whether a tree has the thesis's form: `properties` beside its structure, or relations by outputs.
 pub(in super::super) fn is_thesis(root: &Node) -> bool {

@@ -1,10 +1,12 @@
-//! Formulas go to Prolog and come back.
+//! Formulas of models go to Prolog and come back.
 
-use super::EVERYTHING;
 use shsa_core::expression::Symbol;
 use shsa_core::knowledge::{Id, KnowledgeBase, VariableId};
-use shsa_model::load;
-use shsa_model::thesis::prolog;
+use shsa_foreign::load;
+use shsa_foreign::thesis::prolog;
+
+/// A model with every kind of element.
+const EVERYTHING: &str = include_str!("../../../shsa-model/tests/all/everything.yaml");
 
 /// The formulas of a knowledge base, by output.
 fn formulas(knowledge: &KnowledgeBase) -> Vec<(String, String)> {

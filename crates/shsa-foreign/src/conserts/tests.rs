@@ -1,6 +1,6 @@
 //! Small certificates of our own, and the public ones where they are available.
 
-use super::{compose, prolog, read};
+use super::{compose, read};
 use shsa_core::assurance::{
     Certificates, Demand, Evaluation, Evidence, EvidenceId, Guarantee, Quantifier, Service, ServiceId,
     ServiceKind, System, Tree, Verdict,
@@ -8,6 +8,7 @@ use shsa_core::assurance::{
 use shsa_core::interval::{Interval, Truth};
 use shsa_core::knowledge::Id;
 use shsa_core::statement::{Content, FailureMode, Statement};
+use shsa_drawing::case::prolog;
 use std::collections::{BTreeMap, BTreeSet};
 use std::io::Write as _;
 use std::path::Path;

@@ -5,10 +5,11 @@ mod ontology;
 mod python;
 
 use super::clauses::is_prolog;
-use crate::{Form, load, read, write};
+use crate::{Form, load, read};
 use proptest::prelude::*;
 use python::translated;
 use shsa_core::knowledge::Severity;
+use shsa_model::write;
 
 /// The draft as YAML, and the problems of the loaded model, one per line.
 fn taken(text: &str) -> (String, String) {
@@ -19,7 +20,7 @@ fn taken(text: &str) -> (String, String) {
         let severity = if found.severity == Severity::Error { "error" } else { "warning" };
         format!("{}:{} {severity}: {}", found.line, found.column, found.message)
     });
-    (write::yaml(&source.draft), brief.collect::<Vec<_>>().join("\n"))
+    (write::yaml(source.draft()), brief.collect::<Vec<_>>().join("\n"))
 }
 
 #[track_caller]
