@@ -22,7 +22,7 @@ fn run(command: &mut Command) -> String {
     format!("{printed}{problems}")
 }
 
-/// The Python with the packages of `xtask/python.txt`.
+/// The Python with the packages of `workshop/xtask/python.txt`.
 fn with_packages() -> PathBuf {
     here().join("../target/python/bin/python")
 }
@@ -46,7 +46,7 @@ fn clean() -> &'static Path {
     })
 }
 
-/// Runs a program with the wheel, and with the packages of `xtask/python.txt` behind it.
+/// Runs a program with the wheel, and with the packages of `workshop/xtask/python.txt` behind it.
 #[track_caller]
 fn with_tables(arguments: &[&str]) -> String {
     let packages = run(Command::new(with_packages())

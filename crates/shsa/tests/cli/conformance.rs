@@ -1,4 +1,4 @@
-//! The suite of `conformance/`: this program answers every case rightly, the judge rejects wrong answers of every kind, and the
+//! The suite of `workshop/conformance/`: this program answers every case rightly, the judge rejects wrong answers of every kind, and the
 //! cases are those that their scripts write.
 //!
 //! Without `python3` these tests print SKIPPED.
@@ -6,7 +6,7 @@
 use std::io::Write as _;
 use std::process::{Command, Output};
 
-const SUITE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../conformance");
+const SUITE: &str = concat!(env!("CARGO_MANIFEST_DIR"), "/../../workshop/conformance");
 
 /// One case of each kind, and the topics in which a wrong answer is easily taken for a right one.
 const SAMPLE: [&str; 9] = [

@@ -259,22 +259,27 @@ fn every_row_about_the_thesis_is_shown_by_a_command_that_runs() {
 fn is_there(words: &[String]) -> bool {
     let mut words = words.iter().map(String::as_str).skip_while(|word| word.contains('='));
     match (words.next(), words.next(), words.collect::<Vec<_>>().as_slice()) {
-        (Some("shsa-bench"), Some(name), _) => is_source("crates/shsa-bench/src", is_named(name)),
-        (Some("cargo"), Some("xtask"), [name]) => is_source("xtask/src", is_named(name)),
+        (Some("shsa-bench"), Some(name), _) => is_source("workshop/shsa-bench/src", is_named(name)),
+        (Some("cargo"), Some("xtask"), [name]) => is_source("workshop/xtask/src", is_named(name)),
         (Some("cargo"), Some("test"), ["-p", package]) => {
-            // Of the packages of the project, some are not below `crates`.
-            let folders = [format!("crates/{package}"), package.trim_start_matches("shsa-").to_owned()];
-            let is_folder = |folder: &&String| Path::new(ROOT).join(folder).is_dir();
-            folders.iter().filter(is_folder).any(|folder| is_source(folder, is_tested("")))
+            folder_of(package).is_some_and(|folder| is_source(&folder, is_tested("")))
         }
         (Some("cargo"), Some("test"), ["-p", package, .., name]) => {
-            is_source(&format!("crates/{package}"), is_tested(name))
+            folder_of(package).is_some_and(|folder| is_source(&folder, is_tested(name)))
         }
         (Some("cargo"), Some("bench"), ["-p", package, .., name]) => {
             is_source(&format!("crates/{package}/benches"), is_named(name))
         }
         _ => false,
     }
+}
+
+/// The folder of a package of the project; some are not below `crates`.
+fn folder_of(package: &str) -> Option<String> {
+    let short = package.trim_start_matches("shsa-");
+    let folders =
+        ["crates/", "workshop/", ""].map(|above| [package, short].map(|name| format!("{above}{name}")));
+    folders.into_iter().flatten().find(|folder| Path::new(ROOT).join(folder).join("Cargo.toml").is_file())
 }
 
 /// Whether a source file has a name in its path, or in its text.
