@@ -27,6 +27,7 @@ pub mod alignment;
 pub mod parameter;
 pub mod computation;
 pub mod monitor;
+pub mod trust;
 pub mod diagnosis;
 pub mod plan;
 pub mod residual_selection;

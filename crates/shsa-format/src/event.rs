@@ -2,10 +2,10 @@
 
 use crate::words;
 use serde_json::{Map, Value, json};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::Event;
 use shsa_core::knowledge::{KnowledgeBase, NeedId};
 use shsa_core::monitor::{Absence, Symptom};
+use shsa_core::trust::Verdict;
 
 /// The content of an event without its time; its ids belong to `known`.
 #[must_use]

@@ -20,13 +20,13 @@ use super::undelivered::Backlog;
 use super::wiring::{Patterns, Takeover};
 use crate::error::{Context, RuntimeError};
 use shsa_bridge::{Bridge, Clock, Inbox, Message};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{
     self, Engine, Event, EventKind, Input, Order, Output, Publication, Snapshot, Subject, Ticks,
 };
 use shsa_core::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use shsa_core::observation::RawValue;
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 use shsa_format::drive::Given;
 use shsa_format::words;
 use shsa_model::live::Live;

@@ -9,12 +9,12 @@ use crate::error::{Context, RuntimeError};
 use crate::healer::Healer;
 use crate::ownership::{hash, instance};
 use shsa_bridge::{Attendance, Bridge, BridgeError, Presence};
-use shsa_core::diagnosis::{Record, Verdict};
-use shsa_core::engine::{Accusation, Engine, Remembered, Snapshot};
+use shsa_core::engine::{Engine, Remembered, Snapshot};
 use shsa_core::knowledge::{Signal, SignalId};
 use shsa_core::order::Subject;
 use shsa_core::reason::Reason;
 use shsa_core::time::Time;
+use shsa_core::trust::{Accusation, Record, Verdict};
 use std::collections::{BTreeMap, BTreeSet};
 
 /// The prefix of the tokens.

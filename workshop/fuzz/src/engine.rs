@@ -6,13 +6,13 @@ mod seeds;
 use crate::models::{CAR, HUSKY, QUAD, ROVER};
 use contracts::{CERTIFIED, Known, changed};
 pub use seeds::seeds;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options, Order, Output, Publication, PublishedValue, Subject, Ticks};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::ServedBy;
 use shsa_core::time::{Span, Time};
+use shsa_core::trust::Verdict;
 use shsa_model::load;
 use std::sync::LazyLock;
 

@@ -1,9 +1,9 @@
 //! Detectability and isolability of faults.
 
 use super::comparisons::Comparisons;
-use crate::diagnosis::Component;
 use crate::knowledge::{Id, KnowledgeBase, RelationId, SignalId, SignalSet};
 use crate::residual_selection::{Findings, Isolability};
+use crate::trust::Component;
 use alloc::vec::Vec;
 
 /// The comparisons' reactions to a fault of each signal and relation.

@@ -7,10 +7,10 @@
 use super::basis::Basis;
 use super::faults::Faults;
 use super::structure::{EquationId, EquationSet, Isolability, Origin, Solving, Structure};
-use crate::diagnosis::Component;
 use crate::expression::Formula;
 use crate::knowledge::{KnowledgeBase, NEGLIGIBLE, RelationId, SignalId, VariableId};
 use crate::plan::{Limits, StopReason};
+use crate::trust::Component;
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 

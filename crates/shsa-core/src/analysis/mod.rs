@@ -30,10 +30,10 @@ pub use partly::{Partly, Reservation};
 pub use prospect::{Candidacy, Failure, Prospect, Serving};
 pub use watch::{Hidden, Watch};
 
-use crate::diagnosis::Component;
 use crate::knowledge::{Id, IdVec, KnowledgeBase, NeedId, Relation, RelationId, SignalId, SignalSet};
 use crate::plan::Graph;
 use crate::residual_selection::WatchBudget;
+use crate::trust::Component;
 use additions::Extensible;
 use alloc::vec::Vec;
 use budget::Budget;

@@ -1,11 +1,11 @@
 //! Faults that comparisons show only in part: beside several inverses, or as long as a derivative sees them change.
 
 use super::comparisons::{Comparison, Comparisons};
-use crate::diagnosis::Component;
 use crate::expression::Formula;
 use crate::knowledge::{IdVec, KnowledgeBase, Relation, RelationId, SignalId, VariableId};
 use crate::residual_selection::{Findings, Isolability};
 use crate::substitution::{Step, Way};
+use crate::trust::Component;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::vec::Vec;
 

@@ -13,6 +13,7 @@ use crate::knowledge::{
 };
 use crate::substitution::Way;
 use crate::time::{Span, Time};
+use crate::trust::Trust;
 use alloc::boxed::Box;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -33,19 +34,6 @@ pub struct Override {
     pub until: Time,
     /// The operator's reason, in the operator's words.
     pub because: String,
-}
-
-/// How far the diagnosis trusts a way, whatever contracts say; the best first.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Trust {
-    /// All that the way rests on is trusted.
-    Trusted,
-    /// Signals of the way have just come back.
-    Returning,
-    /// No evidence accuses the way any more, and none supports it.
-    Unproven,
-    /// The way may be wrong, or is considered only because of an order.
-    Doubted,
 }
 
 /// The demands of a need, and the ways that may meet them.

@@ -21,7 +21,7 @@ mod assured;
 mod assessments;
 mod search;
 
-pub use assessments::{Assessments, Override, Refused, Trust};
+pub use assessments::{Assessments, Override, Refused};
 pub use assured::{Admitted, Assured, Ground};
 pub use certificate::{
     Certificates, Demand, DemandId, Evidence, EvidenceId, Guarantee, GuaranteeId, MAX_DEPTH, Problem,

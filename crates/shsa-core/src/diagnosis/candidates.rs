@@ -20,21 +20,11 @@
 //!
 //! Conflicts that share components, directly or through others, form one [`Part`]; components without a conflict count as sound.
 
-use crate::knowledge::{CauseId, Id, IdSet, RelationId, SignalId};
+use crate::knowledge::{Id, IdSet};
+use crate::trust::Component;
 use alloc::collections::{BTreeMap, BTreeSet, BinaryHeap};
 use alloc::vec::Vec;
 use core::cmp::Ordering;
-
-/// A component that can be faulty.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord, Hash)]
-pub enum Component {
-    /// The signal gives wrong values.
-    Signal(SignalId),
-    /// A common cause has failed: all its signals may give wrong values.
-    Cause(CauseId),
-    /// The relation does not hold (a fault of the plant).
-    Relation(RelationId),
-}
 
 /// A comparison of two ways: the components that they rest on, and whether they agree.
 #[derive(Clone, Debug, PartialEq)]

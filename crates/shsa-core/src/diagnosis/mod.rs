@@ -3,5 +3,6 @@
 pub mod candidates;
 mod judge;
 
-pub use candidates::Component;
-pub use judge::{Blame, Decision, EvidenceView, Judge, JudgeOptions, Proof, Record, Verdict, rests_on};
+pub use judge::{
+    Blame, Decision, EvidenceView, Judge, JudgeOptions, Proof, rests_on, speaks_against, stands_still,
+};

@@ -53,13 +53,14 @@ impl Contracts {
 impl Engine {
     /// Reads the evidence that may have changed; returns whether other sources may be admissible now.
     pub(super) fn follow_evidence(&mut self, now: Time) -> bool {
-        let Engine { contracts, knowledge, monitor, judge, providers, outputs, .. } = self;
+        let Engine { contracts, knowledge, monitor, judge, ledger, providers, outputs, .. } = self;
         let Some(contracts) = contracts else { return false };
         let is_updated = |signal| contracts.is_updated[signal];
+        let attested = Some(&contracts.attested);
+        let instruments = Instruments { knowledge, monitor, judge, ledger, attested, now };
         let mut has_changed = false;
         for provider in providers.iter_mut() {
-            let (is_changed, event) =
-                provider.follow_evidence(&is_updated, knowledge, monitor, judge, &contracts.attested, now);
+            let (is_changed, event) = provider.follow_evidence(&is_updated, &instruments);
             has_changed |= is_changed;
             outputs.extend(event.map(Output::Event));
         }
@@ -162,10 +163,10 @@ impl Engine {
     /// of its variable.
     #[must_use]
     pub fn observed(&self, contract: ContractId, watched: &Watched, way: &Way) -> Truth {
-        let Engine { knowledge, monitor, judge, contracts, .. } = self;
+        let Engine { knowledge, monitor, judge, ledger, contracts, .. } = self;
         let attested = contracts.as_ref().map(|contracts| &contracts.attested);
         let now = self.now.unwrap_or_default();
-        Instruments { knowledge, monitor, judge, attested, now }.read(contract, watched, way).truth
+        Instruments { knowledge, monitor, judge, ledger, attested, now }.read(contract, watched, way).truth
     }
 
     /// The orders of operators about contracts that are in force.

@@ -1,9 +1,8 @@
 //! Decisions as events, with their reasons: which values disagreed, which alternatives there were, which limit was reached.
 
 use super::message::{Event, EventKind};
-use super::snapshot::Accusation;
 use crate::alignment::{Defect, Misdated, Still};
-use crate::diagnosis::{Blame, Component, Decision, Judge, Proof, rests_on};
+use crate::diagnosis::{Blame, Decision, Proof, rests_on, speaks_against};
 use crate::interval::Interval;
 use crate::knowledge::{Cause, CauseId, KnowledgeBase, SignalId, SignalSet, VariableId};
 use crate::monitor::{
@@ -12,6 +11,7 @@ use crate::monitor::{
 use crate::order::Subject;
 use crate::reason::{Amount, Joint, Probability, Range, Reason, Reasons};
 use crate::time::{Span, Time};
+use crate::trust::{Accusation, Component, Ledger};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -130,7 +130,7 @@ pub(super) fn returned(knowledge: &KnowledgeBase, signal: SignalId, probation: S
 pub(super) struct Scene<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) monitor: &'a Monitor,
-    pub(super) judge: &'a Judge,
+    pub(super) ledger: &'a Ledger,
     pub(super) now: Time,
 }
 
@@ -138,7 +138,7 @@ impl Scene<'_> {
     /// Whether a pair is in conflict, and accuses a component.
     fn is_against(&self, pair: &Residual, about: Component) -> bool {
         pair.residual_state(self.now) == ResidualState::Conflict
-            && self.judge.speaks_against(self.monitor, pair, about)
+            && speaks_against(self.ledger, self.monitor, pair, about)
     }
 
     /// The pairs that speak against a component; where failures explain each of them, all its pairs in conflict.

@@ -1,12 +1,13 @@
 //! The evidence about a signal at a moment: what accuses the signal, what supports it, and what is silent.
 
 use super::{Engine, NeedStatus};
-use crate::diagnosis::{Component, Verdict};
+use crate::diagnosis::stands_still;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, NeedId, SignalId, SignalSet, VariableId};
 use crate::monitor::{Absence, Residual, ResidualState, Tendency, WatchedWay, WayIndex};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
+use crate::trust::{Component, Verdict};
 use alloc::vec::Vec;
 
 /// All that the engine knows about the trust in one signal; ids are those of the engine's knowledge base.
@@ -134,14 +135,15 @@ impl Engine {
         let without = |comparison: &Comparison| {
             comparison.signals.iter().filter(|other| *other != signal).collect::<SignalSet>()
         };
+        let about = Component::Signal(signal);
         Evidence {
             signal,
             time: at,
-            verdict: self.judge.verdict(signal, &self.monitor, at),
+            verdict: self.judge.verdict(&self.ledger, signal, &self.monitor, at),
             absence: self.absence(signal),
-            clean_since: self.judge.clean_since(signal),
-            probation: self.judge.probation_of(signal),
-            stands_still: self.judge.stands_still(Component::Signal(signal), &self.monitor, at),
+            clean_since: self.ledger.accused(about).and_then(|it| it.support.clean_since()),
+            probation: self.ledger.probation_of(about),
+            stands_still: stands_still(&self.ledger, about, &self.monitor, at),
             otherwise: conflicts().map(without).collect(),
             rivals,
             comparisons,
@@ -175,7 +177,9 @@ impl Engine {
         let (slow_side, fast_side) = (self.side(pair.way, slow), self.side(pair.other, fast));
         let (own, other) = if is_slow { (slow_side, fast_side) } else { (fast_side, slow_side) };
         let is_sized = if is_slow { slow } else { fast }.is_sized_by(signal);
-        let failed = |other: &SignalId| *other != signal && self.judge.is_discounted(*other);
+        let failed = |other: &SignalId| {
+            *other != signal && self.ledger.discounted().contains(&Component::Signal(*other))
+        };
         let residual_state = pair.residual_state(at);
         let counts = pair.window.counts();
         let disagrees = counts.0 > 0 && residual_state != ResidualState::Unknown;
@@ -229,7 +233,7 @@ impl Engine {
         let is_without_result = |comparison: &Comparison| comparison.residual_state == ResidualState::Unknown;
         Rival {
             signal: rival,
-            verdict: self.judge.verdict(rival, &self.monitor, at),
+            verdict: self.judge.verdict(&self.ledger, rival, &self.monitor, at),
             not_in: comparisons.iter().enumerate().filter(not_in).map(|(number, _)| number).collect(),
             supported,
             without_result: others.into_iter().filter(is_without_result).collect(),

@@ -91,7 +91,7 @@ impl Engine {
     #[inline(never)]
     pub(super) fn feed(&mut self, observation: &Observation, observed: Observed, now: Time) {
         let is_trusted =
-            self.knowledge.is_available(observation.signal) && self.judge.trusts(observation.signal);
+            self.knowledge.is_available(observation.signal) && self.ledger.trusts(observation.signal);
         if let Some(estimators) = &mut self.estimators {
             let Observed { kept: is_kept, repeated: is_repeated, .. } = observed;
             estimators.observe(FusionInput { observation, is_kept, is_repeated, is_trusted }, now);

@@ -5,13 +5,14 @@
 //! too.
 
 use crate::assurance::Reading;
-use crate::diagnosis::{Judge, Verdict};
+use crate::diagnosis::Judge;
 use crate::interval::{Interval, Truth};
 use crate::knowledge::{ContractId, EvidenceSource, KnowledgeBase, Measure, SignalId, VariableId, Watched};
 use crate::monitor::{Figures, Monitor, WayIndex};
 use crate::statement;
 use crate::substitution::Way;
 use crate::time::{Span, Time, Validity};
+use crate::trust::{Ledger, Verdict};
 use alloc::collections::BTreeMap;
 use alloc::string::String;
 
@@ -26,6 +27,7 @@ pub(super) struct Instruments<'a> {
     pub(super) knowledge: &'a KnowledgeBase,
     pub(super) monitor: &'a Monitor,
     pub(super) judge: &'a Judge,
+    pub(super) ledger: &'a Ledger,
     /// Evidence from operators, where there are contracts.
     pub(super) attested: Option<&'a Attested>,
     pub(super) now: Time,
@@ -120,7 +122,7 @@ impl Instruments<'_> {
         if self.monitor.timeouts().absence(signal).is_some() {
             return Truth::False;
         }
-        match self.judge.verdict(self.knowledge.witness(signal), self.monitor, self.now) {
+        match self.judge.verdict(self.ledger, self.knowledge.witness(signal), self.monitor, self.now) {
             Verdict::Healthy => Truth::True,
             Verdict::Unknown => Truth::Unknown,
             Verdict::Suspect | Verdict::Failed => Truth::False,

@@ -8,7 +8,6 @@ use super::Engine;
 use super::message::{Event, EventKind, Output};
 use super::snapshot::Recollection;
 use crate::computation::{Computation, Settled};
-use crate::diagnosis::Component;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, Learned, Lineage, RelationId, SignalId, SignalSet, VariableId};
 use crate::monitor::rests_on;
@@ -17,6 +16,7 @@ use crate::plan;
 use crate::reason::{Range, Reason};
 use crate::residual_selection::{can_be_watched, witnesses};
 use crate::time::{Span, Time, Validity};
+use crate::trust::{Component, Trust};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -185,8 +185,9 @@ impl Engine {
     }
 
     fn fit(&mut self, fitted: &mut Fitted, now: Time) -> bool {
-        let trusts = |relation: &RelationId| self.judge.trusts_relation(*relation);
-        let is_frozen = fitted.rests_on.iter().any(|signal| !self.judge.trusts(signal))
+        let trusts =
+            |relation: &RelationId| self.ledger.trust(Component::Relation(*relation)) <= Trust::Returning;
+        let is_frozen = fitted.rests_on.iter().any(|signal| !self.ledger.trusts(signal))
             || !fitted.relations.iter().all(|(relation, _)| trusts(relation));
         if is_frozen != fitted.is_frozen {
             fitted.witness = is_frozen.then(|| fitted.parameter.clone());
@@ -211,8 +212,7 @@ impl Engine {
     /// What an estimate gives for the moment that is open, and the begin of that moment; notes the newest moment.
     fn estimated(&self, estimate: &mut Estimate, is_frozen: bool) -> Option<(Interval, Time)> {
         let is_missing = |signal: SignalId| {
-            self.monitor.timeouts().absence(signal).is_some()
-                || self.returning.iter().any(|it| it.signal == signal && !it.is_first)
+            self.monitor.timeouts().absence(signal).is_some() || self.ledger.is_returning(signal)
         };
         if is_frozen || estimate.rests_on.iter().any(is_missing) {
             estimate.open = None;

@@ -32,9 +32,7 @@ pub use message::{Event, EventKind, Input, Output, Publication, PublishedValue, 
 pub use operator::Refusal;
 pub use options::{Options, Ties};
 pub use provider::{Delegation, NeedAssurance, NeedStatus};
-pub use snapshot::{
-    Accusation, Compared, Missing, Published, Recollection, Remembered, Served, Snapshot, Trending,
-};
+pub use snapshot::{Compared, Missing, Published, Recollection, Remembered, Served, Snapshot, Trending};
 pub use ticks::Ticks;
 pub use what_if::WhatIf;
 
@@ -42,20 +40,20 @@ pub use crate::order::{Order, Subject};
 pub use crate::residual_selection::{Isolability, WatchBudget, can_be_watched, to_watch, witnesses};
 
 use crate::computation::Task;
-use crate::diagnosis::{Component, Judge, Verdict};
+use crate::diagnosis::Judge;
 use crate::knowledge::{IdVec, KnowledgeBase, NeedId, SignalId};
 use crate::monitor::{Absence, Change, Monitor, Symptom};
 use crate::observation::Observation;
 use crate::plan;
 use crate::reason::Reason;
 use crate::substitution::Way;
-use crate::time::{Span, Time, Validity};
+use crate::time::{Time, Validity};
+use crate::trust::{Accusation, Component, Ledger, Trust, Verdict};
 use alloc::boxed::Box;
-use alloc::collections::{BTreeMap, VecDeque};
+use alloc::collections::VecDeque;
 use alloc::vec::Vec;
 use contracts::Contracts;
 use learning::Fitted;
-use news::Return;
 use provider::{Provider, Situation};
 use ready_sources::ReadySources;
 use ways::Lost;
@@ -68,6 +66,7 @@ pub struct Engine {
     ready_sources: ReadySources,
     monitor: Monitor,
     judge: Judge,
+    ledger: Ledger,
     /// Where a need demands anything.
     contracts: Option<Box<Contracts>>,
     providers: IdVec<NeedId, Provider>,
@@ -77,13 +76,6 @@ pub struct Engine {
     waiting: bool,
     /// Silences and returns since the last settling.
     changes: Vec<Change>,
-    /// Signals that give values again after a silence, until the end of their probation.
-    returning: Vec<Return>,
-    probation: Span,
-    /// Signals that were accused before a restart and have given no value since: their first one is news to the judge.
-    awaited_after_restart: Vec<SignalId>,
-    /// The accusations in force, as events have reported them.
-    accusations: BTreeMap<Component, Accusation>,
     options: Options,
     /// Who computes the signals that are fused.
     estimators: Option<Box<dyn Fuse>>,
@@ -111,7 +103,7 @@ impl Engine {
         let graph = plan::Graph::new(&knowledge);
         let ways = to_watch(&knowledge, &graph, options.watch);
         let monitor = Monitor::new(&knowledge, ways, options.monitor);
-        let probation = judge.probation;
+        let ledger = Ledger::new(&knowledge, judge.probation);
         let judge = Judge::new(&knowledge, judge);
         let ready_sources = plan_ahead(&knowledge, &graph);
         let contracts = Contracts::of(&knowledge);
@@ -128,16 +120,13 @@ impl Engine {
             ready_sources,
             monitor,
             judge,
+            ledger,
             contracts,
             providers,
             outputs: VecDeque::with_capacity(64),
             now: None,
             waiting: false,
             changes: Vec::with_capacity(8),
-            returning: Vec::new(),
-            probation,
-            awaited_after_restart: Vec::new(),
-            accusations: BTreeMap::new(),
             options,
             estimators: None,
             has_fusions,
@@ -186,7 +175,7 @@ impl Engine {
         let mut take = |due: Option<Time>| first = due.filter(|it| *it > now).unwrap_or(first).min(first);
         take(self.monitor.timeouts().next_deadline());
         take(self.judge.next_review());
-        self.returning.iter().for_each(|it| take(Some(it.since + self.probation)));
+        self.ledger.returns().for_each(|(_, at)| take(Some(at)));
         self.providers.iter().for_each(|provider| take(provider.next_deadline(now)));
         take(self.estimators.as_ref().filter(|_| self.has_fusions).and_then(|it| it.next_deadline()));
         (first < Time::MAX).then_some(first)
@@ -207,7 +196,8 @@ impl Engine {
     /// What is thought of a signal now; signals from the same source share one verdict.
     #[must_use]
     pub fn verdict(&self, signal: SignalId) -> Verdict {
-        self.judge.verdict(self.knowledge.witness(signal), &self.monitor, self.now.unwrap_or_default())
+        let witness = self.knowledge.witness(signal);
+        self.judge.verdict(&self.ledger, witness, &self.monitor, self.now.unwrap_or_default())
     }
 
     /// Why a signal gives no usable value now; `None` when it does.
@@ -225,7 +215,8 @@ impl Engine {
     /// The accusation of a signal now, as an event has reported it.
     #[must_use]
     pub fn accusation(&self, signal: SignalId) -> Option<&Accusation> {
-        self.accusations.get(&Component::Signal(self.knowledge.witness(signal)))
+        let accused = self.ledger.accused(Component::Signal(self.knowledge.witness(signal)));
+        accused.and_then(|it| it.reported.as_ref())
     }
 
     /// How a need is served now.
@@ -301,8 +292,8 @@ impl Engine {
         for provider in self.providers.iter_mut() {
             provider.observe(&self.knowledge, observation);
         }
-        if !self.awaited_after_restart.is_empty() {
-            self.observe_first(observation.signal, now);
+        if self.ledger.note_value(self.knowledge.witness(observation.signal)) {
+            self.judge.look_again(now);
         }
     }
 
@@ -333,21 +324,17 @@ impl Engine {
         self.provide(now);
     }
 
-    /// What may not be used now: relations that are not trusted; signals that are not available, not trusted, or absent.
-    /// `proven` leaves out those, too, that have only just come back.
-    fn lost(&self, proven: bool, trusts: impl Fn(SignalId) -> bool) -> Lost {
-        let present = |signal: SignalId| {
-            self.monitor.timeouts().absence(signal).is_none()
-                && !(proven && self.returning.iter().any(|it| it.signal == signal && !it.is_first))
-        };
+    /// What may not be used now where nothing below this trust is: relations; signals that are not available or absent.
+    fn lost(&self, least: Trust) -> Lost {
+        let is_present = |signal: SignalId| self.monitor.timeouts().absence(signal).is_none();
         let usable = |signal: SignalId| {
             self.knowledge.is_available(signal)
-                && trusts(signal)
-                && self.knowledge.foundations(signal).iter().all(present)
+                && self.ledger.trust_in(signal) <= least
+                && self.knowledge.foundations(signal).iter().all(is_present)
         };
         Lost {
             signals: self.knowledge.signals().ids().filter(|signal| !usable(*signal)).collect(),
-            relations: self.with_aged(self.judge.distrusted_relations(false)),
+            relations: self.with_aged(self.ledger.relations_below(least)),
         }
     }
 
@@ -365,25 +352,17 @@ impl Engine {
         now: Time,
         order: Option<Reason>,
     ) -> (&mut IdVec<NeedId, Provider>, &mut VecDeque<Output>, Situation<'_>) {
-        let usable = |signal| self.judge.trusts(signal);
-        let unproven = |signal| self.judge.tolerates(signal);
-        let tolerated = self.with_aged(self.judge.distrusted_relations(true));
-        let tolerated = Lost { relations: tolerated, ..self.lost(false, unproven) };
-        let lost = [self.lost(true, usable), self.lost(false, usable), tolerated];
-        let doubted = Lost {
-            relations: self.with_aged(self.judge.refuted_relations()),
-            ..self.lost(false, |signal| self.judge.may_be_right(signal))
-        };
-        let Engine { knowledge, graph, ready_sources, monitor, judge, providers, outputs, contracts, .. } =
-            self;
+        let lost = Trust::RUNGS.map(|least| self.lost(least));
+        let Engine { knowledge, graph, ready_sources, monitor, judge, ledger, .. } = self;
+        let Engine { providers, outputs, contracts, .. } = self;
         let situation = Situation {
             knowledge,
             graph,
             ready_sources,
             monitor,
             judge,
+            ledger,
             lost,
-            doubted,
             now,
             contracts: contracts.as_ref().map(|contracts| (&contracts.assurance, &contracts.attested)),
             is_about_contracts: false,
@@ -394,7 +373,7 @@ impl Engine {
 
     fn provide(&mut self, now: Time) {
         for provider in self.providers.iter_mut() {
-            provider.provide(&self.knowledge, &self.monitor, &self.judge, now, &mut self.outputs);
+            provider.provide(&self.knowledge, &self.monitor, &self.ledger, now, &mut self.outputs);
         }
     }
 }

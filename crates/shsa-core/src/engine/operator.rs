@@ -1,9 +1,9 @@
 //! Resolves the names of an order, and explains a refusal.
 
-use crate::diagnosis::Component;
 use crate::knowledge::{KnowledgeBase, NeedId};
 use crate::order::{Order, Subject};
 use crate::reason::{Joint, Reason, Reasons};
+use crate::trust::Component;
 use crate::unit::nearest;
 use alloc::borrow::ToOwned;
 use alloc::string::String;

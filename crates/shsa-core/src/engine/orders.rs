@@ -4,13 +4,14 @@ use super::message::Output;
 use super::operator::{Refusal, already, find_need};
 use super::ways::{Lost, ways};
 use super::{Engine, events};
-use crate::diagnosis::{Component, rests_on};
+use crate::diagnosis::rests_on;
 use crate::knowledge::NeedId;
 use crate::order::{Order, Subject};
 use crate::plan::Requirements;
 use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
+use crate::trust::Component;
 use alloc::borrow::ToOwned;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -44,7 +45,7 @@ impl Engine {
     #[must_use]
     pub fn standing_orders(&self) -> Vec<Order> {
         let knowledge = &self.knowledge;
-        let forbidden = self.judge.forbidden().map(|it| Order::Forbid(Subject::of(knowledge, it)));
+        let forbidden = self.ledger.forbidden().map(|it| Order::Forbid(Subject::of(knowledge, it)));
         let about_contracts = self.orders_about_contracts();
         let forced = self.providers.enumerate().filter_map(|(need, provider)| {
             let source = provider.forced()?.describe(knowledge);
@@ -56,11 +57,11 @@ impl Engine {
     /// Carries out an order, and returns the reason for its consequences.
     fn obey(&mut self, order: &Order, now: Time) -> Result<Option<Reason>, Refusal> {
         match order {
-            Order::Forbid(subject) => match self.judge.forbid(self.usable(subject)?) {
+            Order::Forbid(subject) => match self.ledger.forbid(self.usable(subject)?) {
                 true => Ok(Some(Reason::MustNotBeUsed { subject: subject.clone() })),
                 false => Err(already(order)),
             },
-            Order::Allow(subject) => match self.judge.allow(self.usable(subject)?) {
+            Order::Allow(subject) => match self.ledger.allow(self.usable(subject)?) {
                 true => Ok(Some(Reason::MayBeUsed { subject: subject.clone() })),
                 false => {
                     let reason = Reason::NotForbidden { subject: subject.clone() };
@@ -196,13 +197,10 @@ impl Engine {
         if signal.is_some_and(|signal| self.absence(signal).is_some()) {
             return false;
         }
-        let count = self.returning.len();
-        self.returning.retain(|it| Some(it.signal) != signal);
         let is_forgotten = self.forget_learned(component);
-        if !self.judge.clear_by_operator(component) && self.returning.len() == count && !is_forgotten {
+        if !self.ledger.clear_by_operator(component) && !is_forgotten {
             return false;
         }
-        self.accusations.remove(&component);
         let pairs = self.monitor.residuals().iter().enumerate();
         let about = pairs.filter(|(_, pair)| rests_on(&self.monitor, pair, component));
         let about: Vec<usize> = about.map(|(place, _)| place).collect();
@@ -227,7 +225,7 @@ impl Engine {
         for order in orders {
             let kept = match order {
                 Order::Forbid(subject) => {
-                    self.usable(subject).map(|component| _ = self.judge.forbid(component))
+                    self.usable(subject).map(|component| _ = self.ledger.forbid(component))
                 }
                 Order::Force { need, source } => find_need(&self.knowledge, need).and_then(|need| {
                     let way = self.source(need, source)?;

@@ -2,12 +2,12 @@
 
 use super::message::{Event, EventKind, Output};
 use super::{Engine, events};
-use crate::diagnosis::Component;
 use crate::interval::Interval;
 use crate::knowledge::{KnowledgeBase, SignalId};
 use crate::monitor::{Evidence, Monitor, Outlier, Symptom, WayIndex};
 use crate::reason::{Joint, Range, Reason, Reasons};
 use crate::time::Time;
+use crate::trust::Component;
 
 impl Engine {
     /// Reports a refused reading of a signal that is trusted.
@@ -18,7 +18,7 @@ impl Engine {
         evidence: Evidence,
         now: Time,
     ) {
-        if self.judge.trusts(signal) && self.monitor.note_outlier(signal, now) {
+        if self.ledger.trusts(signal) && self.monitor.note_outlier(signal, now) {
             let event = refused_event(&self.knowledge, signal, symptom, evidence, now);
             self.outputs.push_back(Output::Event(event));
         }
@@ -27,7 +27,7 @@ impl Engine {
     /// Reports readings that comparisons prove wrong, of signals that are trusted.
     pub(super) fn report_outliers(&mut self, now: Time) {
         loop {
-            let found = self.monitor.outliers(now).find(|it| self.judge.trusts(it.signal));
+            let found = self.monitor.outliers(now).find(|it| self.ledger.trusts(it.signal));
             let Some(outlier) = found else { return };
             if self.monitor.note_outlier(outlier.signal, outlier.sample.validity.to) {
                 let event = outlier_event(&self.knowledge, &self.monitor, &outlier, now);

@@ -6,14 +6,10 @@
 //! the old knowledge base stays, and nothing grows with the number of changes.
 
 use super::message::Output;
-use super::news::Return;
 use super::provider::Succession;
-use super::snapshot::Accusation;
 use super::{Engine, events};
-use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, Lineage, NeedId};
 use crate::time::{Span, Time};
-use alloc::collections::BTreeMap;
 
 impl Engine {
     /// Replaces the knowledge base at a moment, after all earlier inputs.
@@ -46,18 +42,15 @@ impl Engine {
         self.inherit_learned(&old, lineage);
         self.outputs.append(&mut old.outputs);
         self.outputs.push_back(Output::Reloaded(now));
-        let source = |it: &Return| Some(Return { signal: lineage.source(it.signal)?, ..*it });
-        self.returning = old.returning.iter().filter_map(source).collect();
-        self.awaited_after_restart =
-            old.awaited_after_restart.iter().filter_map(|signal| lineage.signal(*signal)).collect();
+        self.ledger.inherit_returns(&old.ledger, lineage);
         let orders = old.standing_orders();
         let inheritance = self.monitor.inherit(old.monitor, lineage, now);
-        let dropped = self.judge.inherit(&old.judge, &self.monitor, lineage, &inheritance);
+        let ledgers = (&old.ledger, &mut self.ledger);
+        let dropped = self.judge.inherit(&old.judge, ledgers, &self.monitor, lineage, &inheritance);
         for (component, is_described_anew) in dropped {
             let event = events::judged_anew(&self.knowledge, component, is_described_anew, now);
             self.outputs.push_back(Output::Event(event));
         }
-        self.inherit_accusations(old.accusations, lineage);
         self.keep_orders(&orders, Span::ZERO, now);
         let (providers, outputs, situation) = self.situation(now, None);
         let change = Succession { old: &old.knowledge, lineage, inheritance: &inheritance, situation };
@@ -72,15 +65,5 @@ impl Engine {
         for (provider, _) in providers.iter_mut().zip(&is_new).filter(|(_, is_new)| **is_new) {
             provider.begin(&change);
         }
-    }
-    /// An accusation remains as long as its verdict.
-    fn inherit_accusations(&mut self, old: BTreeMap<Component, Accusation>, lineage: &Lineage) {
-        let same = |component: Component| match component {
-            Component::Signal(signal) => lineage.signal(signal).map(Component::Signal),
-            Component::Relation(relation) => lineage.relation(relation).map(Component::Relation),
-            Component::Cause(_) => None,
-        };
-        let accusations = old.into_iter().filter_map(|(it, accusation)| Some((same(it)?, accusation)));
-        self.accusations = accusations.filter(|(component, _)| self.judge.accuses(*component)).collect();
     }
 }

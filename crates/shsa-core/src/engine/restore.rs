@@ -5,18 +5,17 @@
 
 use super::Engine;
 use super::message::Output;
-use super::news::Return;
 use super::operator::find_need;
 use super::provider::Resumption;
 use super::snapshot::{Compared, Missing, Published, Remembered, Served, Snapshot, Trending};
 use crate::alignment::Sample;
-use crate::diagnosis::{Component, Record};
 use crate::interval::Interval;
-use crate::knowledge::{NeedId, SignalId};
+use crate::knowledge::NeedId;
 use crate::monitor::{Absence, Residual, WatchedWay, WayIndex};
 use crate::order::Subject;
 use crate::reason::Reason;
 use crate::time::{Span, Time};
+use crate::trust::{Component, Record};
 use alloc::collections::BTreeMap;
 use alloc::vec::Vec;
 
@@ -29,21 +28,18 @@ impl Engine {
     pub fn snapshot(&self) -> Snapshot {
         let subject = |component| Subject::of(&self.knowledge, component);
         let verdicts =
-            self.judge.records().filter(|(_, record)| is_worth(record)).map(|(component, mut record)| {
+            self.ledger.standings().filter(|(_, it)| is_worth(&it.record())).map(|(component, standing)| {
+                let mut record = standing.record();
                 // The snapshot has no readings from before the jump, so a return cannot be recognised later.
                 record.contradicted |= record.failed_by_detector && !self.has_returned(component);
-                let accusation = self.accusations.get(&component).cloned();
-                let conflicts = self
-                    .judge
-                    .conflicts_of(component)
-                    .filter_map(|(way, other)| self.compared(way, other))
-                    .collect();
+                let accusation = standing.accused().and_then(|it| it.reported.clone());
+                let conflicts = standing.accused().into_iter().flat_map(|it| &it.conflicts);
+                let conflicts = conflicts.filter_map(|(way, other)| self.compared(*way, *other)).collect();
                 Remembered { subject: subject(component), record, accusation, conflicts }
             });
         let missing = self.knowledge.signals().enumerate().filter_map(|(id, signal)| {
             let absence = self.absence(id);
-            let is_missing =
-                absence.is_some() || self.returning.iter().any(|it| it.signal == id && !it.is_first);
+            let is_missing = absence.is_some() || self.ledger.is_returning(id);
             is_missing.then(|| Missing { signal: signal.name.clone(), absence })
         });
         Snapshot {
@@ -132,12 +128,11 @@ impl Engine {
         match subject.find(&self.knowledge) {
             Ok(component @ (Component::Signal(_) | Component::Relation(_))) => {
                 let cleared = record.cleared.map(|at| at.min(now));
-                self.judge.recall(component, Record { cleared, ..*record });
-                if record.verdict.is_some() {
-                    let conflicts = conflicts.iter().filter_map(|it| compared.get(it).copied());
-                    self.judge.recall_conflicts(component, conflicts);
-                    self.awaited_after_restart.extend(signal_of(component));
-                    self.accusations.extend(accusation.clone().map(|accusation| (component, accusation)));
+                self.ledger.recall(component, Record { cleared, ..*record });
+                let conflicts = conflicts.iter().filter_map(|it| compared.get(it).copied());
+                self.ledger.recall_conflicts(component, conflicts.collect());
+                if let Some(accusation) = accusation {
+                    self.ledger.note_report(component, accusation.clone());
                 }
             }
             Ok(Component::Cause(_)) => {}
@@ -164,15 +159,6 @@ impl Engine {
         self.monitor.recall_trends(&found, now);
     }
 
-    /// A signal has given a value while some that were accused before a restart have not.
-    pub(super) fn observe_first(&mut self, signal: SignalId, now: Time) {
-        let witness = self.knowledge.witness(signal);
-        let is_first = self.awaited_after_restart.iter().position(|signal| *signal == witness);
-        if is_first.map(|at| self.awaited_after_restart.swap_remove(at)).is_some() {
-            self.judge.look_again(now);
-        }
-    }
-
     fn miss(&mut self, missing: &Missing, now: Time) {
         // Nothing depends on a signal that is not in the knowledge base any more.
         let Some(signal) = self.knowledge.signal(&missing.signal) else { return };
@@ -180,15 +166,8 @@ impl Engine {
             // Without a timeout, nothing would end the silence.
             Some(Absence::Silent) if self.knowledge.signals()[signal].timeout.is_none() => {}
             Some(absence) => self.monitor.expect_absent(signal, absence),
-            None => self.returning.push(Return { signal, since: now, is_first: false }),
+            None => self.ledger.come_back(signal, now, false),
         }
-    }
-}
-
-fn signal_of(component: Component) -> Option<SignalId> {
-    match component {
-        Component::Signal(signal) => Some(signal),
-        Component::Relation(_) | Component::Cause(_) => None,
     }
 }
 

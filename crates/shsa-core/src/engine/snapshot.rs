@@ -1,12 +1,11 @@
 //! The state that outlasts the process, by names, so that a changed knowledge base can go on with unchanged elements.
 
-use crate::diagnosis::Record;
 use crate::interval::Interval;
-use crate::monitor::{Absence, Symptom, TrendRecord};
+use crate::monitor::{Absence, TrendRecord};
 use crate::order::{Order, Subject};
 use crate::parameter::Memory;
-use crate::reason::Reasons;
 use crate::time::{Time, Validity};
+use crate::trust::{Accusation, Record};
 use alloc::string::String;
 use alloc::vec::Vec;
 
@@ -53,21 +52,6 @@ pub struct Compared {
     pub way: String,
     /// The other way, in words.
     pub other: String,
-}
-
-/// An accusation that stands.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Accusation {
-    /// When the accusation was reported.
-    pub since: Time,
-    /// How the signal misbehaves, as far as that is known.
-    pub symptom: Option<Symptom>,
-    /// The common cause that is blamed, by name.
-    pub cause: Option<String>,
-    /// How probable the accusation is, where that could be computed.
-    pub probability: Option<f64>,
-    /// The evidence.
-    pub because: Reasons,
 }
 
 /// A signal without a usable value, or with one only since shortly before.

@@ -1,8 +1,8 @@
 //! The reactions of comparisons to a fault of each signal and relation: detectability and isolability.
 
 use super::fault_signature::FaultSignature;
-use crate::diagnosis::Component;
 use crate::knowledge::{IdVec, KnowledgeBase, NEGLIGIBLE, RelationId, RelationSet, SignalId, SignalSet};
+use crate::trust::Component;
 
 /// The findings about a fault of one component.
 ///

@@ -2,13 +2,14 @@
 
 use crate::plan_support::{KINDS, Random, knowledge, random};
 use shsa_core::analysis::{Analysis, Candidate, Limited, Options, Tolerance, analyze};
-use shsa_core::diagnosis::candidates::{Comparison, Component, explain};
+use shsa_core::diagnosis::candidates::{Comparison, explain};
 use shsa_core::engine::{self, Engine, WatchBudget};
 use shsa_core::knowledge::{
     Id, IdVec, KnowledgeBase, Need, Properties, Relation, Signal, SignalId, SignalSet, Switching, VariableId,
     WhenUnsure,
 };
 use shsa_core::time::Span;
+use shsa_core::trust::Component;
 use std::collections::BTreeSet;
 
 pub(crate) const WITHOUT_ADDITIONS: Options =

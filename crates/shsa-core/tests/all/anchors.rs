@@ -3,10 +3,10 @@
 
 use super::detectors::{ERROR, MAX_RATE, PERIOD, Reading, Run, regular};
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{EventKind, Quality};
 use shsa_core::knowledge::{Id, SignalId};
 use shsa_core::reason::Reason;
+use shsa_core::trust::Verdict;
 
 /// More than a sound signal can move in a period, errors of value and time included.
 const TOO_FAR: f64 = MAX_RATE * 0.22 + 2.0 * ERROR + 0.01;

@@ -3,7 +3,6 @@
 
 use proptest::prelude::*;
 use shsa_core::alignment::Counts;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
@@ -13,6 +12,7 @@ use shsa_core::monitor::Symptom;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Amount, Joint, Range, Reason, Reasons};
 use shsa_core::time::{Span, Time};
+use shsa_core::trust::Verdict;
 
 /// 5 Hz, hence 2 of 4 readings; -50..50 within +-0.1, 2 a second; stamps within 10 ms, at most 300 ms late.
 pub(super) const PERIOD: i64 = 200_000_000;

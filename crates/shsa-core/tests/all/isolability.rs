@@ -5,13 +5,13 @@
 
 use crate::plan_support::Random;
 use shsa_core::analysis::{Analysis, Gap, Obstacle, Options, analyze};
-use shsa_core::diagnosis::Component;
 use shsa_core::engine::{Engine, WatchBudget};
 use shsa_core::knowledge::{
     BodyDraft, Draft, Id, KnowledgeBase, RelationDraft, RelationId, Severity, SignalDraft, SignalId,
     SignalSet, Text, VariableDraft, VariableId, build,
 };
 use shsa_core::substitution::Way;
+use shsa_core::trust::Component;
 use std::collections::BTreeSet;
 
 const OPTIONS: Options = Options {

@@ -226,6 +226,6 @@ proptest! {
         let low = Some(SignalId::from_index(0));
         let wrong = restored.iter().find(|it| it.signal == low && it.time > Time::from_seconds(from + size / slope));
         prop_assert!(wrong.is_none(), "{wrong:?}");
-        prop_assert!(engine.verdict(SignalId::from_index(0)) > shsa_core::diagnosis::Verdict::Healthy);
+        prop_assert!(engine.verdict(SignalId::from_index(0)) > shsa_core::trust::Verdict::Healthy);
     }
 }

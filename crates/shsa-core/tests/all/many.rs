@@ -1,11 +1,11 @@
 //! Many sensors of one variable: comparing each with some others isolates faulty sensors as well as comparing all pairs.
 
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options};
 use shsa_core::knowledge::{Bounds, Draft, Id, SignalDraft, SignalId, Text, VariableDraft, build};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 
 fn text(of: &str) -> Text {
     Text { text: of.to_owned(), ..Text::default() }

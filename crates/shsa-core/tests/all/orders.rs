@@ -3,12 +3,12 @@
 
 use crate::models::System;
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, EventKind, Input, Options, Order, Output, Subject};
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Reason, ServedBy};
 use shsa_core::time::{Span, Time};
+use shsa_core::trust::Verdict;
 
 /// An event in a second of a run.
 #[derive(Clone, Debug)]

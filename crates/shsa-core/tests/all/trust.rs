@@ -2,7 +2,6 @@
 //! derivations; and wrong time stamps.
 
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Output, PublishedValue, Quality};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{
@@ -11,6 +10,7 @@ use shsa_core::knowledge::{
 use shsa_core::monitor::Symptom;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 
 const PERIOD: i64 = 500_000_000;
 const SECOND: i64 = 1_000_000_000;

@@ -1,7 +1,6 @@
 //! The ways of knowing that an engine watches: bounded, chosen, within a cost, and one for each measurement.
 
 use shsa_core::analysis::{self, Analysis, analyze};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Input, Options, WatchBudget};
 use shsa_core::knowledge::{
     BodyDraft, Bounds, Draft, Id, KnowledgeBase, RelationDraft, Severity, SignalDraft, SignalId, SignalSet,
@@ -10,6 +9,7 @@ use shsa_core::knowledge::{
 use shsa_core::monitor::Residual;
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::time::{Span, Time};
+use shsa_core::trust::Verdict;
 use std::collections::BTreeSet;
 
 fn text(text: &str) -> Text {

@@ -4,10 +4,10 @@ use super::because;
 use super::{Bounds, StateError, bounds, interval, name_of, named};
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
-use shsa_core::diagnosis::{Record, Verdict};
-use shsa_core::engine::{Accusation, Compared, Remembered, Subject};
+use shsa_core::engine::{Compared, Remembered, Subject};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
+use shsa_core::trust::{Accusation, Record, Verdict};
 
 /// The verdicts that accuse.
 const ACCUSING: [(&str, Verdict); 2] = [("suspect", Verdict::Suspect), ("failed", Verdict::Failed)];

@@ -5,12 +5,12 @@ use super::curve::Curve;
 use crate::drive::Run;
 use crate::words;
 use shsa_core::assurance::Ground;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Publication, PublishedValue, Quality};
 use shsa_core::knowledge::{KnowledgeBase, NeedId, SignalId, Variable, VariableId};
 use shsa_core::monitor::Symptom;
 use shsa_core::statement::{Level, Scales};
 use shsa_core::time::{Span, Time};
+use shsa_core::trust::Verdict;
 use shsa_core::unit::Unit;
 
 /// A stretch of time, both ends included.

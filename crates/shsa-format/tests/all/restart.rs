@@ -1,7 +1,6 @@
 //! A run that is killed and continues from its state: the restart makes no signal trusted or accused.
 
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{
     Engine, Event, EventKind, Input, Options, Order, Output, PublishedValue, Report, Snapshot, Subject,
 };
@@ -10,6 +9,7 @@ use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Clause, Reason, Reasons};
 use shsa_core::time::{Span, Time, Validity};
+use shsa_core::trust::Verdict;
 use shsa_format::drive::Given;
 use shsa_format::journal::{JournalWriter, read_journal};
 use shsa_format::state::{read_state, write_state};

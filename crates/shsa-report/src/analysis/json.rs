@@ -4,8 +4,8 @@ use super::Report;
 use serde::ser::{Serialize, SerializeMap, Serializer};
 use serde_json::{Map, Value, json};
 use shsa_core::analysis::{Addition, Candidate, Gap, Hidden, Limited, Obstacle, Survives, Tolerance, Watch};
-use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{RelationId, SignalId};
+use shsa_core::trust::Component;
 
 /// A number of losses is `null` where no loss can take the variable away, or nothing knows it anyway.
 ///

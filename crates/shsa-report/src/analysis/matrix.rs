@@ -1,9 +1,9 @@
 //! The isolability matrix as a table for the browser.
 
 use super::Report;
-use shsa_core::diagnosis::Component;
 use shsa_core::engine::Isolability;
 use shsa_core::knowledge::{SignalId, SignalSet};
+use shsa_core::trust::Component;
 use shsa_drawing::escaped;
 use shsa_format::text::counted;
 use std::fmt::Write;

@@ -19,9 +19,9 @@ use serde::Serialize;
 use shsa_core::analysis::{
     Addition, Analysis, Candidate, Hidden, Limited, Obstacle, Options, Tolerance, Watch,
 };
-use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::{KnowledgeBase, NeedId, Relation, SignalId, SignalSet, VariableId};
+use shsa_core::trust::Component;
 use shsa_format::text::counted;
 use std::collections::BTreeSet;
 

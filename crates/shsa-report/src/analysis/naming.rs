@@ -1,8 +1,8 @@
 //! The names of a model's elements, and the reasons why comparisons isolate fewer faults than the structure.
 
 use shsa_core::analysis::{Gap, Obstacle, Watch};
-use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{KnowledgeBase, RelationId, SignalId, VariableId};
+use shsa_core::trust::Component;
 
 /// A component, and the components that its fault is not isolable from.
 type Apart = (Component, Vec<Component>);

@@ -2,7 +2,7 @@
 
 use super::Report;
 use shsa_core::analysis::Reservation;
-use shsa_core::diagnosis::Component;
+use shsa_core::trust::Component;
 use std::collections::BTreeMap;
 
 impl Report<'_> {

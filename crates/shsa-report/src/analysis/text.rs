@@ -3,8 +3,8 @@
 use super::{Report, losses};
 use crate::style::{Paint, Style};
 use shsa_core::analysis::{Addition, Watch};
-use shsa_core::diagnosis::Component;
 use shsa_core::knowledge::{Fusion, RelationId, SignalId};
+use shsa_core::trust::Component;
 use shsa_estimate::node::observability;
 
 /// The most signals that are named for a variable whose faults further ways would detect or isolate.

@@ -2,9 +2,9 @@
 
 use super::naming::{Names, ways};
 use shsa_core::analysis::{Gap, Held, Hidden, Obstacle, Options, Unwatched, Watch};
-use shsa_core::diagnosis::Component;
 use shsa_core::engine::WatchBudget;
 use shsa_core::knowledge::KnowledgeBase;
+use shsa_core::trust::Component;
 
 /// The most steps for this search at a start.
 const STEPS: u64 = 300_000;

@@ -3,11 +3,11 @@
 use super::inquiry::is_about;
 use super::{Explanation, Item, MOST_LISTED, item};
 use crate::events::is_accusation;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind};
 use shsa_core::knowledge::{KnowledgeBase, VariableId};
 use shsa_core::monitor::ResidualState;
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 use shsa_format::event;
 use shsa_format::text::counted;
 use shsa_format::words;

@@ -2,12 +2,12 @@
 
 use super::wording::listed;
 use super::{EvidenceInWords, Item, MOST_LISTED, item};
-use shsa_core::diagnosis::Component;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::diagnosis::candidates as diagnosis;
 use shsa_core::engine::{Comparison, Rival};
 use shsa_core::knowledge::SignalSet;
 use shsa_core::monitor::{ResidualState, Symptom};
+use shsa_core::trust::Component;
+use shsa_core::trust::Verdict;
 use shsa_format::text::counted;
 use shsa_format::words;
 use std::collections::BTreeSet;

@@ -7,11 +7,11 @@ use serde_json::{Value, json};
 use shsa_bridge::Clock;
 use shsa_bridge::{Bridge, BridgeError, Quality};
 use shsa_core::assurance::{self, Admitted, Lacking};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{self, NeedAssurance, NeedStatus, Order, Publication, Subject};
 use shsa_core::knowledge::{NeedId, SignalId};
 use shsa_core::monitor::Symptom;
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 use shsa_format::event;
 
 /// The result of serving a value.

@@ -2,7 +2,7 @@
 
 use super::Settings;
 use shsa_core::alignment::Sample;
-use shsa_core::diagnosis::{Judge, JudgeOptions, Verdict};
+use shsa_core::diagnosis::{Judge, JudgeOptions};
 use shsa_core::interval::Interval;
 use shsa_core::knowledge::{KnowledgeBase, SignalId};
 use shsa_core::monitor::thesis::{ThesisOptions, ThesisOutput, ThesisRun};
@@ -10,6 +10,7 @@ use shsa_core::monitor::{self, Monitor, WatchedWay, WayIndex};
 use shsa_core::observation::Observation;
 use shsa_core::substitution::Way;
 use shsa_core::time::{Time, Validity};
+use shsa_core::trust::{Ledger, Verdict};
 use shsa_format::event;
 use std::num::NonZeroUsize;
 
@@ -88,6 +89,7 @@ pub(super) struct Watching<'a> {
     knowledge: &'a KnowledgeBase,
     monitor: Monitor,
     judge: Judge,
+    ledger: Ledger,
     outputs: Vec<Output>,
     now: Option<Time>,
 }
@@ -95,14 +97,15 @@ pub(super) struct Watching<'a> {
 impl<'a> Watching<'a> {
     pub(super) fn new(knowledge: &'a KnowledgeBase, ways: Vec<Way>) -> Watching<'a> {
         let monitor = Monitor::new(knowledge, ways, monitor::Options::default());
-        let judge = Judge::new(knowledge, JudgeOptions::default());
-        Watching { knowledge, monitor, judge, outputs: Vec::new(), now: None }
+        let options = JudgeOptions::default();
+        let (judge, ledger) = (Judge::new(knowledge, options), Ledger::new(knowledge, options.probation));
+        Watching { knowledge, monitor, judge, ledger, outputs: Vec::new(), now: None }
     }
 
     fn settle(&mut self, now: Time) {
         let changed = self.monitor.settle(now);
         if changed || self.judge.next_review().is_some_and(|due| due <= now) {
-            self.judge.review(&self.monitor, now);
+            self.judge.review(&mut self.ledger, &self.monitor, now);
         }
         let output = |(WayIndex(way), sample): (WayIndex, Sample)| Output {
             way: way as usize,
@@ -113,7 +116,7 @@ impl<'a> Watching<'a> {
     }
 
     fn verdicts(&self, time: Time) -> Vec<(SignalId, Verdict)> {
-        let verdict = |signal| (signal, self.judge.verdict(signal, &self.monitor, time));
+        let verdict = |signal| (signal, self.judge.verdict(&self.ledger, signal, &self.monitor, time));
         self.knowledge.signals().ids().map(verdict).collect()
     }
 }

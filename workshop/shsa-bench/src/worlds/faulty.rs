@@ -7,10 +7,10 @@ use super::watch::{Finding, ORIGIN, Run, Watched, Wrong, about_value, is_by_rule
 use super::world::World;
 use super::written::Names;
 use shsa_core::analysis::{self, Analysis};
-use shsa_core::diagnosis::{Component, Verdict};
 use shsa_core::engine::{EventKind, Quality};
 use shsa_core::knowledge::{Id, KnowledgeBase, SignalId};
 use shsa_core::monitor::Absence;
+use shsa_core::trust::{Component, Verdict};
 use shsa_lab::calibration::Chance;
 
 /// How many sensors lie, and when.

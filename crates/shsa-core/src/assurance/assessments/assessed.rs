@@ -1,9 +1,10 @@
 //! One way with its composed certificates and their assessment.
 
-use super::{MOST_EVALUATIONS, Refused, Trust};
+use super::{MOST_EVALUATIONS, Refused};
 use crate::assurance::{Admitted, Assessment, Composition, Evaluation, Verdict};
 use crate::substitution::Way;
 use crate::time::{Span, Time};
+use crate::trust::Trust;
 
 /// One way.
 #[derive(Debug)]

@@ -1,11 +1,12 @@
 //! Which ways are admitted now: evidence is read, certificates are assessed, and the policy decides.
 
-use super::{Assessed, Demanded, Piece, Read, Reading, Trust};
+use super::{Assessed, Demanded, Piece, Read, Reading};
 use crate::assurance::{Admitted, Assessment, Ground, Verdict};
 use crate::knowledge::{EvidenceSource, KnowledgeBase, Policy, SignalId};
 use crate::statement::Level;
 use crate::substitution::Way;
 use crate::time::{Span, Time};
+use crate::trust::Trust;
 use alloc::vec::Vec;
 
 impl Demanded {

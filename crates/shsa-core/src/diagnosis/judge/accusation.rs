@@ -3,14 +3,14 @@
 //! their time.
 
 use super::case::{Case, Conflicts};
-use super::evidence::{Dispute, rests_on, rests_on_any, tells_apart};
+use super::evidence::{Dispute, is_claimed, is_explained, open_pairs, rests_on, rests_on_any, tells_apart};
 use super::evidence_view::EvidenceView;
-use super::recovery::MOST_CONFLICTS;
-use super::verdict::{Blame, Decision, Verdict};
-use super::{Awaited, ComponentState, ConflictPair, Record, Review, latest_value};
-use crate::diagnosis::candidates::{Component, explain};
+use super::verdict::{Blame, Decision};
+use super::{Awaited, Review, latest_value};
+use crate::diagnosis::candidates::explain;
 use crate::monitor::{Residual, ResidualState};
 use crate::time::Span;
+use crate::trust::{Accused, By, Component, ConflictPair, MOST_CONFLICTS, Verdict};
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 
@@ -18,13 +18,14 @@ impl<T: EvidenceView> Review<'_, T> {
     /// Accuses the components that the conflicts blame.
     pub(super) fn accuse(&mut self) {
         let Review { evidence, now, .. } = *self;
-        let open = |residual_state| self.judge.open_pairs(evidence, now, residual_state);
+        let ledger = &*self.ledger;
+        let open = |residual_state| open_pairs(ledger, evidence, now, residual_state);
         let conflicts: Vec<&Residual> = open(ResidualState::Conflict).collect();
         if conflicts.is_empty() {
             return;
         }
-        let beliefs = self.judge.beliefs(now, &conflicts);
-        let comparisons = self.judge.comparisons(evidence, now, &conflicts, &beliefs);
+        let beliefs = self.judge.beliefs(ledger, now, &conflicts);
+        let comparisons = self.judge.comparisons(ledger, evidence, now, &conflicts, &beliefs);
         let parts = explain(&comparisons, |component| beliefs.of(component));
         let mut disputed = conflicts.clone();
         disputed.extend(open(ResidualState::Undecided));
@@ -36,7 +37,7 @@ impl<T: EvidenceView> Review<'_, T> {
         let rivals = match disputed.len() == conflicts.len() {
             true => parts.clone(),
             false => {
-                let comparisons = self.judge.comparisons(evidence, now, &disputed, &beliefs);
+                let comparisons = self.judge.comparisons(ledger, evidence, now, &disputed, &beliefs);
                 let rivals = explain(&comparisons, |it| beliefs.of(it));
                 // In a very large part, too many pairs only just agree for a decision. Then the conflicts alone decide.
                 if rivals.iter().any(|part| part.is_cut_off) { parts.clone() } else { rivals }
@@ -89,15 +90,7 @@ impl<T: EvidenceView> Review<'_, T> {
         let Component::Signal(signal) = component else { return false };
         case.cause_of(component).is_some()
             && !case.conflicts.pairs.iter().any(|pair| rests_on(self.evidence, pair, component))
-            && self.judge.verdict(signal, self.evidence, self.now) == Verdict::Healthy
-    }
-
-    /// Stores which comparisons accuse a component.
-    fn note_conflicts(&mut self, component: Component, conflicts: &[&Residual]) {
-        let against = conflicts.iter().filter(|pair| rests_on(self.evidence, pair, component));
-        let accusing: BTreeSet<ConflictPair> =
-            against.map(|pair| (pair.way, pair.other)).take(MOST_CONFLICTS).collect();
-        self.judge.conflicts.insert(component, accusing);
+            && self.judge.verdict(self.ledger, signal, self.evidence, self.now) == Verdict::Healthy
     }
 
     fn suspect(&mut self, case: &Case<'_>) {
@@ -140,7 +133,7 @@ impl<T: EvidenceView> Review<'_, T> {
             may_decide
                 && rests_on_any(evidence, pair, accused)
                 && tells_apart(evidence, now, pair, accused)
-                && !self.judge.is_explained(evidence, pair, None)
+                && !is_explained(self.ledger, evidence, pair, None)
         };
         let open = || evidence.pairs().iter().enumerate().filter(|(_, pair)| is_open(pair));
         let Some(latency) = open().map(|(_, pair)| latency(pair)).max() else { return true };
@@ -162,29 +155,21 @@ impl<T: EvidenceView> Review<'_, T> {
     /// conflicts may be chance.
     fn set(&mut self, component: Component, case: &Case<'_>, choice: Option<&[Component]>) {
         let verdict = if choice.is_none() { Verdict::Failed } else { Verdict::Suspect };
-        let before = self.judge.state_of(component);
-        if before.record.verdict >= Some(verdict) {
+        if self.ledger.accused(component).is_some_and(|before| before.verdict >= verdict) {
             return;
         }
-        let relapses = self.judge.relapses(component, self.now);
-        let latest_value =
-            latest_value(self.evidence, component).filter(|_| has_moved(self.evidence, component));
-        let record = Record {
-            verdict: Some(verdict),
-            alone: choice.is_none_or(|choice| choice.len() <= 1),
-            latest_value,
-            relapses,
-            cleared: before.record.cleared,
-            ..Record::default()
-        };
-        let state = ComponentState {
-            record,
-            accused: Some(self.now),
+        let relapses = self.ledger.relapses(component, self.now);
+        let against = case.conflicts.pairs.iter().filter(|pair| rests_on(self.evidence, pair, component));
+        let conflicts = against.map(|pair| (pair.way, pair.other)).take(MOST_CONFLICTS);
+        let latest_value = latest_value(self.evidence, component);
+        let accused = Accused {
+            is_alone: choice.is_none_or(|choice| choice.len() <= 1),
             cause: case.cause_of(component),
-            ..ComponentState::default()
+            latest_value: latest_value.filter(|_| has_moved(self.evidence, component)),
+            conflicts: conflicts.collect::<BTreeSet<ConflictPair>>(),
+            ..Accused::new(verdict, By::Comparisons)
         };
-        self.judge.put(component, state);
-        self.note_conflicts(component, case.conflicts.pairs);
+        self.ledger.accuse(component, accused, self.now);
         let blame = Blame { relapses, ..case.blame(component) };
         self.decisions.push(match choice {
             None => Decision::Failed(blame),
@@ -195,7 +180,8 @@ impl<T: EvidenceView> Review<'_, T> {
     /// Whether a component is in a conflict that no component accused alone explains.
     fn disagrees_otherwise(&self, component: Component, conflicts: &[&Residual]) -> bool {
         let is_open = |pair: &&Residual| {
-            rests_on(self.evidence, pair, component) && !self.judge.is_claimed(self.evidence, pair, component)
+            rests_on(self.evidence, pair, component)
+                && !is_claimed(self.ledger, self.evidence, pair, component)
         };
         conflicts.iter().any(is_open)
     }

@@ -2,9 +2,10 @@
 
 use super::evidence::Beliefs;
 use super::verdict::Blame;
-use crate::diagnosis::candidates::{Comparison, Component, Part, probabilities};
+use crate::diagnosis::candidates::{Comparison, Part, probabilities};
 use crate::knowledge::CauseId;
 use crate::monitor::Residual;
+use crate::trust::Component;
 use alloc::collections::BTreeSet;
 use alloc::vec::Vec;
 use core::cell::OnceCell;

@@ -1,11 +1,12 @@
 //! The residuals of a monitor as comparisons of components, with prior probabilities of their faults.
 
 use super::power::{common_ancestors, has_power, reach, shows_a_step};
-use super::{Component, ComponentState, EvidenceView, Judge, JudgeOptions, Record, latest_value};
+use super::{Component, EvidenceView, Judge, JudgeOptions, latest_value};
 use crate::diagnosis::candidates::Comparison;
 use crate::knowledge::{CauseId, IdVec, KnowledgeBase, PRIOR, RelationId, SignalId, SignalSet};
 use crate::monitor::{Residual, ResidualState, WatchedWay, WayIndex};
 use crate::time::{Span, Time};
+use crate::trust::Ledger;
 use alloc::collections::{BTreeMap, BTreeSet};
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -147,9 +148,9 @@ impl core::ops::Deref for Beliefs {
 impl Judge {
     /// The beliefs about the components of some conflicts. A failed signal makes its common causes more probable, less so the
     /// longer ago it failed: the other signals of the cause would have failed since.
-    pub(super) fn beliefs(&self, now: Time, conflicts: &[&Residual]) -> Beliefs {
+    pub(super) fn beliefs(&self, ledger: &Ledger, now: Time, conflicts: &[&Residual]) -> Beliefs {
         let mut beliefs = Beliefs { priors: self.priors.clone(), shown: BTreeMap::new(), failed: Vec::new() };
-        let has_failed = |signal: &&SignalId| self.has_failed(**signal);
+        let has_failed = |signal: &&SignalId| ledger.has_failed(**signal);
         let mut onsets: BTreeMap<CauseId, Time> = BTreeMap::new();
         for pair in conflicts {
             let onset = pair.onset(now);
@@ -161,7 +162,9 @@ impl Judge {
         for (cause, onset) in onsets {
             let failed = self.priors.sharing(cause).iter().filter(has_failed);
             beliefs.failed.extend(failed.clone());
-            let accused = failed.map(|signal| self.state_of(Component::Signal(*signal)).accused);
+            let since =
+                |signal: &SignalId| ledger.accused(Component::Signal(*signal)).and_then(|it| it.since);
+            let accused = failed.map(since);
             let Some(last) = accused.max() else { continue };
             let ago = last.map_or(Span::MAX, |last| (onset - last).max(COINCIDENCE));
             beliefs.shown.insert(cause, COINCIDES * (COINCIDENCE.seconds() / ago.seconds()));
@@ -174,6 +177,7 @@ impl Judge {
     /// The conflicts, with the agreements about the components in them.
     pub(super) fn comparisons(
         &self,
+        ledger: &Ledger,
         evidence: &impl EvidenceView,
         now: Time,
         conflicts: &[&Residual],
@@ -189,8 +193,7 @@ impl Judge {
         // Some of the conflicts may still agree: they are not taken twice.
         let is_taken =
             |pair: &Residual| conflicts.iter().any(|it| (it.way, it.other) == (pair.way, pair.other));
-        let agreements = self
-            .open_pairs(evidence, now, ResidualState::Agree)
+        let agreements = open_pairs(ledger, evidence, now, ResidualState::Agree)
             .filter(|pair| !is_taken(pair))
             .filter(|pair| !(gradual && pair.is_building()) && pair.signals.meets(&disputed))
             .filter(|pair| !looks_at_changes(pair.way) && !looks_at_changes(pair.other));
@@ -211,56 +214,16 @@ impl Judge {
         compared.chain(failed).collect()
     }
 
-    /// Whether a pair in conflict accuses a component: no other failed component, and none suspected alone, explains the
-    /// conflict.
-    #[must_use]
-    pub fn speaks_against(
-        &self,
-        evidence: &impl EvidenceView,
-        pair: &Residual,
-        component: Component,
-    ) -> bool {
-        !self.is_explained(evidence, pair, Some(component)) && !self.is_claimed(evidence, pair, component)
-    }
-
-    /// The pairs in a state that no failed component explains. O(restless pairs) for pairs that do not agree.
-    pub(super) fn open_pairs<'s, 'm: 's>(
-        &'s self,
-        evidence: &'m impl EvidenceView,
-        now: Time,
-        residual_state: ResidualState,
-    ) -> impl Iterator<Item = &'m Residual> + 's {
-        let disagree = matches!(residual_state, ResidualState::Conflict | ResidualState::Undecided);
-        let restless = disagree.then(|| evidence.restless());
-        let all = (!disagree).then(|| evidence.pairs());
-        let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
-        pairs.filter(move |pair| {
-            pair.residual_state(now) == residual_state
-                && !self.is_explained(evidence, pair, None)
-                && !(disagree && self.is_of_the_past(evidence, pair, now))
-        })
-    }
-
-    /// Whether another component that was accused alone is in a pair.
-    pub(super) fn is_claimed(
-        &self,
-        evidence: &impl EvidenceView,
-        pair: &Residual,
-        component: Component,
-    ) -> bool {
-        let mut alone = self.states.iter().filter(|(other, it)| it.record.alone && **other != component);
-        alone.any(|(other, _)| rests_on(evidence, pair, *other))
-    }
-
     /// Whether one way of a pair is computed from the signal, the other way rests on none of its origins, and no failed component
     /// is in the pair. For a relation: whether the pair rests on it.
     pub(super) fn bears_witness(
         &self,
+        ledger: &Ledger,
         evidence: &impl EvidenceView,
         pair: &Residual,
         component: Component,
     ) -> bool {
-        if self.is_explained(evidence, pair, Some(component)) {
+        if is_explained(ledger, evidence, pair, Some(component)) {
             return false;
         }
         let Component::Signal(signal) = component else { return rests_on(evidence, pair, component) };
@@ -275,39 +238,77 @@ impl Judge {
             |own: &WatchedWay, other: &WatchedWay| own.is_sized_by(signal) && !other.rests_on.meets(origins);
         beside(one, other) || beside(other, one)
     }
+}
 
-    /// Whether a signal that is suspect or failed, and usually moves, has repeated its value since it was accused.
-    #[must_use]
-    pub fn stands_still(&self, component: Component, evidence: &impl EvidenceView, now: Time) -> bool {
-        let ComponentState { record: Record { latest_value: before, .. }, accused, .. } =
-            self.state_of(component);
-        let is_still = |signal| evidence.frozen(signal).is_still_since(accused.unwrap_or(Time::MAX), now);
-        before.is_some()
-            && before == latest_value(evidence, component)
-            && matches!(component, Component::Signal(signal) if is_still(signal))
-    }
+/// Whether a pair in conflict accuses a component: no other failed component, and none suspected alone, explains the conflict.
+#[must_use]
+pub fn speaks_against(
+    ledger: &Ledger,
+    evidence: &impl EvidenceView,
+    pair: &Residual,
+    component: Component,
+) -> bool {
+    !is_explained(ledger, evidence, pair, Some(component)) && !is_claimed(ledger, evidence, pair, component)
+}
 
-    /// Whether a pair still holds values of a component from before it was sound again: these are no evidence about others.
-    pub(super) fn is_of_the_past(&self, evidence: &impl EvidenceView, pair: &Residual, now: Time) -> bool {
-        let mut recovered = self.states.iter().filter(|(_, state)| state.sound_since.is_some()).peekable();
-        if recovered.peek().is_none() {
-            return false;
-        }
-        let reach = reach(evidence, pair);
-        recovered.any(|(component, state)| {
-            state.sound_since.is_some_and(|since| now - since < reach) && rests_on(evidence, pair, *component)
-        })
-    }
+/// The pairs in a state that no failed component explains. O(restless pairs) for pairs that do not agree.
+pub(super) fn open_pairs<'s, 'm: 's>(
+    ledger: &'s Ledger,
+    evidence: &'m impl EvidenceView,
+    now: Time,
+    residual_state: ResidualState,
+) -> impl Iterator<Item = &'m Residual> + 's {
+    let disagree = matches!(residual_state, ResidualState::Conflict | ResidualState::Undecided);
+    let restless = disagree.then(|| evidence.restless());
+    let all = (!disagree).then(|| evidence.pairs());
+    let pairs = restless.into_iter().flatten().chain(all.into_iter().flatten());
+    pairs.filter(move |pair| {
+        pair.residual_state(now) == residual_state
+            && !is_explained(ledger, evidence, pair, None)
+            && !(disagree && is_of_the_past(ledger, evidence, pair, now))
+    })
+}
 
-    /// Whether a component other than `except` that has failed, or is forbidden, is in the pair.
-    pub(super) fn is_explained(
-        &self,
-        evidence: &impl EvidenceView,
-        pair: &Residual,
-        except: Option<Component>,
-    ) -> bool {
-        self.discounted.iter().any(|&it| Some(it) != except && rests_on(evidence, pair, it))
+/// Whether another component that was accused alone is in a pair.
+pub(super) fn is_claimed(
+    ledger: &Ledger,
+    evidence: &impl EvidenceView,
+    pair: &Residual,
+    component: Component,
+) -> bool {
+    let mut alone = ledger.all_accused().filter(|(other, it)| it.is_alone && *other != component);
+    alone.any(|(other, _)| rests_on(evidence, pair, other))
+}
+
+/// Whether a signal that is suspect or failed, and usually moves, has repeated its value since it was accused.
+#[must_use]
+pub fn stands_still(ledger: &Ledger, component: Component, evidence: &impl EvidenceView, now: Time) -> bool {
+    let (Some(accused), Component::Signal(signal)) = (ledger.accused(component), component) else {
+        return false;
+    };
+    accused.latest_value.is_some()
+        && accused.latest_value == latest_value(evidence, component)
+        && evidence.frozen(signal).is_still_since(accused.since.unwrap_or(Time::MAX), now)
+}
+
+/// Whether a pair still holds values of a component from before it was sound again: these are no evidence about others.
+fn is_of_the_past(ledger: &Ledger, evidence: &impl EvidenceView, pair: &Residual, now: Time) -> bool {
+    let mut recovered = ledger.recovered().peekable();
+    if recovered.peek().is_none() {
+        return false;
     }
+    let reach = reach(evidence, pair);
+    recovered.any(|(component, since)| now - since < reach && rests_on(evidence, pair, component))
+}
+
+/// Whether a component other than `except` that has failed, or is forbidden, is in the pair.
+pub(super) fn is_explained(
+    ledger: &Ledger,
+    evidence: &impl EvidenceView,
+    pair: &Residual,
+    except: Option<Component>,
+) -> bool {
+    ledger.discounted().iter().any(|&it| Some(it) != except && rests_on(evidence, pair, it))
 }
 
 /// Whether one of the ways of a pair rests on a signal or a relation.

@@ -12,17 +12,12 @@
 //! A signal that usually moves stays suspect while it repeats the value with which it was accused: a frozen value is right now
 //! and then.
 
-use super::evidence::{rests_on, rests_on_any};
-use super::{
-    Component, ComponentState, ConflictPair, Decision, EvidenceView, Proof, Record, Review, Verdict,
-};
+use super::evidence::{is_explained, rests_on, rests_on_any, stands_still};
+use super::{Decision, EvidenceView, Proof, Review};
 use crate::knowledge::SignalId;
 use crate::monitor::{Residual, ResidualState};
+use crate::trust::{Accused, Component, ConflictPair, Support, Verdict};
 use alloc::collections::BTreeSet;
-use core::ops::Bound;
-
-/// How many comparisons that accuse one component are stored at most.
-pub(super) const MOST_CONFLICTS: usize = 64;
 
 /// The outcome of weighing the evidence about an accused component.
 enum Weighed {
@@ -56,15 +51,10 @@ impl<T: EvidenceView> Review<'_, T> {
             Decision::Failed(blame) => Some(blame.component),
             _ => None,
         };
-        let mut culprits = core::mem::take(&mut self.judge.failed_by_detector);
+        let mut culprits = self.ledger.take_newly_failed();
         culprits.extend(self.decisions.iter().filter_map(culprit));
-        let mut next = self.judge.states.keys().next().copied();
+        let mut next = self.ledger.next_accused(None);
         while let Some(component) = next {
-            let after = (Bound::Excluded(component), Bound::Unbounded);
-            next = self.judge.states.range(after).next().map(|(component, _)| *component);
-            if self.judge.accusation(component).is_none() {
-                continue;
-            }
             let decision = match self.weigh(component) {
                 Weighed::Against(conflict) => self.take_conflict(component, conflict),
                 Weighed::Silent { is_appeased } => self.take_silence(component, is_appeased),
@@ -72,44 +62,30 @@ impl<T: EvidenceView> Review<'_, T> {
                 Weighed::Explained => Some(self.acquit(component)),
             };
             self.decisions.extend(decision);
+            next = self.ledger.next_accused(Some(component));
         }
     }
 
     fn take_conflict(&mut self, component: Component, conflict: Option<ConflictPair>) -> Option<Decision> {
         self.await_staleness(component);
-        let state = self.judge.states.get_mut(&component)?;
-        (state.clean_since, state.quiet_since) = (None, None);
-        let conflict = conflict?;
-        // While the reading cannot be reached from the last sound one, a contradiction shows nothing new.
-        state.record.contradicted |=
-            state.record.failed_by_detector && has_returned(self.evidence, component);
-        let was_unproven = core::mem::take(&mut state.record.unproven);
-        let conflicts = self.judge.conflicts.entry(component).or_default();
-        if conflicts.len() < MOST_CONFLICTS {
-            conflicts.insert(conflict);
-        }
-        was_unproven.then_some(Decision::Contradicted(component))
+        let is_back = has_returned(self.evidence, component);
+        self.ledger.contradict(component, conflict, is_back).then_some(Decision::Contradicted(component))
     }
 
     fn take_silence(&mut self, component: Component, is_appeased: bool) -> Option<Decision> {
-        let conflicts = self.judge.conflicts.get(&component);
-        let is_contradicted = !is_appeased && conflicts.is_some_and(|conflicts| !conflicts.is_empty());
-        let state = self.judge.states.get_mut(&component)?;
-        state.clean_since = None;
-        let since = *state.quiet_since.get_or_insert(self.now);
-        let may_serve = match state.record.verdict {
-            Some(Verdict::Failed) => state.record.failed_by_detector && !is_contradicted,
-            _ => true,
-        };
-        if state.record.unproven || !may_serve {
+        let since = self.ledger.fall_silent(component, self.now);
+        let accused = self.ledger.accused(component)?;
+        let is_contradicted = !is_appeased && !accused.conflicts.is_empty();
+        let may_serve = accused.verdict != Verdict::Failed || accused.is_by_readings() && !is_contradicted;
+        if matches!(accused.support, Support::Unproven(_)) || !may_serve {
             return None;
         }
-        let probation = self.judge.probation(self.judge.state_of(component).record.relapses);
+        let probation = self.ledger.probation_of(component);
         if self.now < since + probation {
             self.judge.look_again(since + probation);
             return None;
         }
-        self.judge.states.get_mut(&component)?.record.unproven = true;
+        self.ledger.leave_unproven(component);
         Some(Decision::Unproven(component, probation))
     }
 
@@ -120,37 +96,28 @@ impl<T: EvidenceView> Review<'_, T> {
         culprits: &BTreeSet<Component>,
     ) -> Option<Decision> {
         let evidence = self.evidence;
-        let before = self.judge.state_of(component);
-        let since = before.clean_since.unwrap_or(self.now);
+        let accused = self.ledger.accused(component)?;
+        let (is_suspect, is_by_readings) = (accused.verdict == Verdict::Suspect, accused.is_by_readings());
+        let since = accused.support.clean_since().unwrap_or(self.now);
         // A culprit explains the suspicion only where the component was compared with it.
         let compared =
             |pair: &Residual| rests_on(evidence, pair, component) && rests_on_any(evidence, pair, culprits);
-        let explained =
-            before.record.verdict == Some(Verdict::Suspect) && evidence.pairs().iter().any(compared);
-        let probation = self.judge.probation(before.record.relapses);
+        let explained = is_suspect && evidence.pairs().iter().any(compared);
+        let probation = self.ledger.probation_of(component);
         if !explained && self.now < since + probation {
-            if let Some(state) = self.judge.states.get_mut(&component) {
-                state.clean_since = Some(since);
-                state.quiet_since.get_or_insert(since);
-            }
+            self.ledger.support(component, since);
             self.judge.look_again(since + probation);
             return None;
         }
         Some(match (component, self.acquit(component)) {
-            (Component::Signal(signal), _) if before.record.failed_by_detector => {
-                Decision::Recovered(signal, probation, proof)
-            }
+            (Component::Signal(signal), _) if is_by_readings => Decision::Recovered(signal, probation, proof),
             (_, cleared) => cleared,
         })
     }
 
     /// Makes a component trusted again.
     fn acquit(&mut self, component: Component) -> Decision {
-        let before = self.judge.state_of(component);
-        let record =
-            Record { cleared: Some(self.now), relapses: before.record.relapses, ..Record::default() };
-        let sound_since = before.clean_since;
-        self.judge.put(component, ComponentState { record, sound_since, ..ComponentState::default() });
+        self.ledger.acquit(component, self.now);
         Decision::Cleared(component)
     }
 
@@ -164,19 +131,16 @@ impl<T: EvidenceView> Review<'_, T> {
             Ok(counts) => counts,
             Err(against) => return Weighed::Against(against),
         };
-        let state = self.judge.state_of(component);
-        if !state.record.failed_by_detector && self.is_explained_away(component, &counts) {
+        let by_readings = self.ledger.accused(component).filter(|it| it.is_by_readings());
+        if by_readings.is_none() && self.is_explained_away(component, &counts) {
             return Weighed::Explained;
         }
-        if self.judge.stands_still(component, evidence, now) {
+        if stands_still(self.ledger, component, evidence, now) {
             return Weighed::Against(None);
         }
         let is_met = counts.agree > 0 || (counts.witnessed && counts.silent == 0);
-        let return_is_proof = || {
-            state.record.failed_by_detector
-                && !state.record.contradicted
-                && has_returned(self.evidence, component)
-        };
+        let return_is_proof =
+            || by_readings.is_some_and(|it| !it.is_contradicted()) && has_returned(self.evidence, component);
         match () {
             () if is_met => Weighed::For(Proof::Witness),
             () if return_is_proof() => Weighed::For(self.proof_of_return(component)),
@@ -195,15 +159,15 @@ impl<T: EvidenceView> Review<'_, T> {
     /// Counts the comparisons with a component; a comparison that disagrees, or may still, is the error.
     fn count(&self, component: Component) -> Result<Counts, Option<ConflictPair>> {
         let Review { evidence, now, .. } = *self;
-        let known = self.judge.conflicts.get(&component);
+        let accused = self.ledger.accused(component);
         // A value of a witness from before the fault is no evidence about the fault.
-        let accused = self.judge.state_of(component).accused;
-        let has_seen = |pair: &Residual| accused.is_none_or(|accused| pair.window.confirmed_since(accused));
+        let since = accused.and_then(|it| it.since);
+        let has_seen = |pair: &Residual| since.is_none_or(|since| pair.window.confirmed_since(since));
         // A signal that has jumped stays wrong by the size of the jump, although its changes are right.
         let has_returned = has_returned(evidence, component);
         // Nor does one that has failed come back by changes that are right, unless those that were wrong cancel each other.
-        let failed_by_comparisons = !self.judge.state_of(component).record.failed_by_detector
-            && self.judge.accusation(component) == Some(Verdict::Failed);
+        let failed_by_comparisons =
+            accused.is_some_and(|it| !it.is_by_readings() && it.verdict == Verdict::Failed);
         let bears_on = |pair: &Residual| match failed_by_comparisons {
             true => pair.has_moved_back() || shows_size(evidence, pair, component),
             false => has_returned || shows_size(evidence, pair, component),
@@ -212,11 +176,11 @@ impl<T: EvidenceView> Review<'_, T> {
         let mut undecided = false;
         for pair in pairs_of(evidence, component) {
             let ways = (pair.way, pair.other);
-            let has_accused = known.is_some_and(|known| known.contains(&ways));
+            let has_accused = accused.is_some_and(|it| it.conflicts.contains(&ways));
             if !has_accused && !is_about(evidence, pair, component) {
                 continue;
             }
-            if self.judge.is_explained(evidence, pair, Some(component)) {
+            if is_explained(self.ledger, evidence, pair, Some(component)) {
                 found.explained += usize::from(has_accused);
                 continue;
             }
@@ -227,7 +191,7 @@ impl<T: EvidenceView> Review<'_, T> {
                 ResidualState::Agree => {
                     found.witnessed |= has_seen(pair)
                         && bears_on(pair)
-                        && self.judge.bears_witness(evidence, pair, component);
+                        && self.judge.bears_witness(self.ledger, evidence, pair, component);
                 }
                 ResidualState::Undecided => undecided = true,
                 ResidualState::Conflict => return Err(Some(ways)),
@@ -239,15 +203,13 @@ impl<T: EvidenceView> Review<'_, T> {
     /// Whether no evidence accuses a component any more: other failed components explain all conflicts with it, or it was blamed
     /// for a common cause of which no other signal is accused any more.
     fn is_explained_away(&self, component: Component, counts: &Counts) -> bool {
-        let known = self.judge.conflicts.get(&component).map_or(0, BTreeSet::len);
-        match (known, self.judge.state_of(component).cause) {
+        let Some(accused) = self.ledger.accused(component) else { return false };
+        match (accused.conflicts.len(), accused.cause) {
             (0, Some(cause)) => {
                 let others = self.judge.priors.sharing(cause).iter().map(|signal| Component::Signal(*signal));
-                let stands = |other: Component| {
-                    self.judge.accuses(other)
-                        && (self.judge.state_of(other).record.failed_by_detector
-                            || self.judge.conflicts.contains_key(&other))
-                };
+                let known_by =
+                    |it: &Accused| it.is_by_readings() || it.since.is_some() || !it.conflicts.is_empty();
+                let stands = |other: Component| self.ledger.accused(other).is_some_and(known_by);
                 !others.filter(|other| *other != component).any(stands)
             }
             (0, None) => false,

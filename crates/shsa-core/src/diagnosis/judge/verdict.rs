@@ -1,22 +1,9 @@
-//! Verdicts on signals and relations, the decisions that change them, and the settings of the judge.
+//! The decisions that change verdicts on signals and relations, and the settings of the judge.
 
-use crate::diagnosis::candidates::Component;
 use crate::knowledge::{CauseId, SignalId};
 use crate::time::Span;
+use crate::trust::Component;
 use alloc::vec::Vec;
-
-/// The verdict on a signal.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub enum Verdict {
-    /// No independent witness has evidence about the signal.
-    Unknown,
-    /// An independent witness agrees with the signal.
-    Healthy,
-    /// The signal may be faulty, or others are.
-    Suspect,
-    /// The signal is faulty.
-    Failed,
-}
 
 /// Why a component is accused.
 #[derive(Clone, Debug, PartialEq)]

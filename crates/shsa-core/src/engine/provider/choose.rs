@@ -294,12 +294,12 @@ impl Provider {
 
     /// Checks whether the source that the need is tied to can serve it, and reports a change of that.
     pub(super) fn stay_forced(&mut self, situation: &Situation<'_>) -> Option<Event> {
-        let Situation { knowledge, monitor, judge, now, .. } = *situation;
+        let Situation { knowledge, monitor, ledger, now, .. } = *situation;
         let forced = self.forced.as_mut()?;
         forced.is_doubted = !self.sources.contain(&forced.way);
         let way = forced.way.clone();
         let only = Reasons::from(Reason::OnlyByOrder { source: way.describe(knowledge) });
-        let forbidden = judge.forbidden_in(knowledge, &way);
+        let forbidden = ledger.forbidden_in(knowledge, &way);
         if !forbidden.is_empty() {
             self.take_over(knowledge, None);
             let subjects = forbidden.into_iter().map(|component| Subject::of(knowledge, component));

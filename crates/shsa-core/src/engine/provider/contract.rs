@@ -1,17 +1,17 @@
 //! Asks contracts which sources may serve a need, and reports their refusals.
 
-use super::super::instruments::{Attested, Instruments};
+use super::super::instruments::Instruments;
 use super::super::message::{Event, EventKind};
 use super::situation::{Situation, Succession};
 use super::sources::MOST_NAMED;
 use super::{Forced, Provider};
-use crate::assurance::{Admitted, Assurance, Ground, Lacking, Override, Refused, Trust, Verdict};
-use crate::diagnosis::Judge;
+use crate::assurance::{Admitted, Assurance, Ground, Lacking, Override, Refused, Verdict};
 use crate::knowledge::{KnowledgeBase, SignalId, Watched};
 use crate::monitor::{Monitor, WayIndex};
 use crate::reason::{Joint, Reason, Reasons};
 use crate::substitution::Way;
 use crate::time::Time;
+use crate::trust::Trust;
 use alloc::format;
 use alloc::string::String;
 use alloc::vec::Vec;
@@ -65,16 +65,12 @@ impl Provider {
     pub(in super::super) fn follow_evidence(
         &mut self,
         is_updated: &dyn Fn(SignalId) -> bool,
-        knowledge: &KnowledgeBase,
-        monitor: &Monitor,
-        judge: &Judge,
-        attested: &Attested,
-        now: Time,
+        instruments: &Instruments<'_>,
     ) -> (bool, Option<Event>) {
         if !self.contracts.is_demanding() {
             return (false, None);
         }
-        let instruments = Instruments { knowledge, monitor, judge, attested: Some(attested), now };
+        let &Instruments { knowledge, now, .. } = instruments;
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
         let was_overridden = self.contracts.overridden().is_some();
         let has_changed = self.contracts.follow(is_updated, &read, now);

@@ -322,9 +322,9 @@ impl Provider {
 
     /// Whether the source in use before the change may go on.
     fn may_go_on(&self, way: &Way, change: &Succession<'_>) -> bool {
-        let Situation { knowledge, judge, .. } = change.situation;
+        let Situation { knowledge, ledger, .. } = change.situation;
         match self.forced() {
-            Some(forced) => forced == way && judge.forbidden_in(knowledge, way).is_empty(),
+            Some(forced) => forced == way && ledger.forbidden_in(knowledge, way).is_empty(),
             None => self.sources.contain(way),
         }
     }

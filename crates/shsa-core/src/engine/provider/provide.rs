@@ -9,13 +9,13 @@ use super::{Provider, Server};
 use crate::alignment::Sample;
 use crate::assurance::Admitted;
 use crate::circle;
-use crate::diagnosis::Judge;
 use crate::interval::Interval;
 use crate::knowledge::KnowledgeBase;
 use crate::monitor::{Monitor, WatchedWay, WayIndex};
 use crate::reason::{Joint, Reason, Reasons, ServedBy};
 use crate::substitution::Way;
 use crate::time::Time;
+use crate::trust::Ledger;
 use alloc::collections::VecDeque;
 
 /// Reports an event where there is one. Most often there is none, and extending a list by nothing costs more.
@@ -32,7 +32,7 @@ impl Provider {
         &mut self,
         knowledge: &KnowledgeBase,
         monitor: &Monitor,
-        judge: &Judge,
+        ledger: &Ledger,
         now: Time,
         outputs: &mut VecDeque<Output>,
     ) {
@@ -55,7 +55,7 @@ impl Provider {
             !self.sources.is_unrivalled || self.better().is_none(),
             "what was found of the sources is out of date"
         );
-        let trusts = |way: &WatchedWay| judge.trusts_way(way);
+        let trusts = |way: &WatchedWay| ledger.trusts_way(way);
         let mut doubted = None;
         let given = self.given(knowledge, monitor, now, outputs);
         let given = self.in_turn(given, now);

@@ -4,7 +4,7 @@ use super::super::instruments::{Attested, Instruments};
 use super::super::ready_sources::ReadySources;
 use super::super::ways::{Lost, MOST, Source};
 use crate::alignment::Sample;
-use crate::assurance::{Assessments, Assurance, Ground, Search, Trust};
+use crate::assurance::{Assessments, Assurance, Ground, Search};
 use crate::diagnosis::Judge;
 use crate::knowledge::{KnowledgeBase, Lineage, NeedId, SignalId, Watched};
 use crate::monitor::{Inheritance, Monitor};
@@ -12,6 +12,7 @@ use crate::plan::Graph;
 use crate::reason::Reason;
 use crate::substitution::Way;
 use crate::time::Time;
+use crate::trust::{Ledger, Trust};
 use alloc::string::String;
 use alloc::sync::Arc;
 use alloc::vec::Vec;
@@ -23,11 +24,10 @@ pub(in super::super) struct Situation<'a> {
     pub(in super::super) ready_sources: &'a ReadySources,
     pub(in super::super) monitor: &'a Monitor,
     pub(in super::super) judge: &'a Judge,
-    /// Three sets of excluded signals and relations, the strictest first: the first set under which a need can be served counts.
-    /// A source that only the last set allows is uncertain.
-    pub(in super::super) lost: [Lost; 3],
-    /// What even uncertain values may not rest on: what has failed, is forbidden or absent.
-    pub(in super::super) doubted: Lost,
+    pub(in super::super) ledger: &'a Ledger,
+    /// What may not be used on each rung of trust, the strictest first: the first rung on which a need has a source counts. The
+    /// last rung serves uncertain values only.
+    pub(in super::super) lost: [Lost; Trust::RUNGS.len()],
     pub(in super::super) now: Time,
     /// The composition of contracts and the evidence from operators, where there are contracts.
     pub(in super::super) contracts: Option<(&'a Assurance, &'a Attested)>,
@@ -38,21 +38,30 @@ pub(in super::super) struct Situation<'a> {
 }
 
 impl Situation<'_> {
+    /// What even uncertain values may not rest on.
+    pub(super) fn possible(&self) -> &Lost {
+        let [.., last] = &self.lost;
+        last
+    }
+
     /// The sources of a need without the excluded elements, whatever contracts say, best first.
     pub(super) fn sources(&self, need: NeedId, lost: &Lost) -> Arc<[Source]> {
         self.ready_sources.sources(self.knowledge, self.graph, need, lost)
     }
 
-    /// The sources of a need with a contract, for each of the three exclusions: the best that contracts admit now.
+    /// The sources of a need with a contract, for each rung: the best that contracts admit now.
     ///
     /// Where the list of ready sources may be incomplete and some are refused, a search with the contracts inside finds more.
-    pub(super) fn assess(&self, need: NeedId, contracts: &mut Assessments) -> [Arc<[Source]>; 3] {
+    pub(super) fn assess(
+        &self,
+        need: NeedId,
+        contracts: &mut Assessments,
+    ) -> [Arc<[Source]>; Trust::RUNGS.len()] {
         let Situation { knowledge, now, .. } = *self;
         let instruments = self.instruments();
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
         let mut lists = self.lost.each_ref().map(|lost| self.sources(need, lost));
-        let doubted = self.sources(need, &self.doubted);
-        self.consider(contracts, &lists, &doubted);
+        self.consider(contracts, &lists);
         contracts.forget();
         contracts.settle(knowledge, &read, now);
         let is_met = |contracts: &Assessments, source: &Source| {
@@ -63,7 +72,7 @@ impl Situation<'_> {
             None => Vec::new(),
         };
         let mut is_searched = false;
-        for (list, lost) in lists.iter_mut().zip(&self.lost) {
+        for (list, lost) in lists.iter_mut().zip(&self.lost).take(Trust::RUNGS.len() - 1) {
             let is_full = list.len() >= MOST && !list.iter().all(|source| is_met(contracts, source));
             if let Some((assurance, _)) = self.contracts.filter(|_| is_full)
                 && let Some(bounds) = contracts.bounds(knowledge, assurance, &read)
@@ -76,7 +85,7 @@ impl Situation<'_> {
             }
         }
         if is_searched {
-            self.consider(contracts, &lists, &doubted);
+            self.consider(contracts, &lists);
             contracts.settle(knowledge, &read, now);
         }
         contracts.prefer(&preferred);
@@ -86,20 +95,17 @@ impl Situation<'_> {
         })
     }
 
-    fn consider(&self, contracts: &mut Assessments, lists: &[Arc<[Source]>; 3], doubted: &[Source]) {
-        let trusts = [Trust::Trusted, Trust::Returning, Trust::Unproven];
-        let trusted = lists.iter().zip(trusts);
-        let of = |(list, trust): (&[Source], Trust)| {
+    fn consider(&self, contracts: &mut Assessments, lists: &[Arc<[Source]>]) {
+        for (list, trust) in lists.iter().zip(Trust::RUNGS) {
             contracts.consider(self.knowledge, self.assurance(), list.iter().map(|it| (&it.way, trust)));
-        };
-        trusted.map(|(list, trust)| (&**list, trust)).chain([(doubted, Trust::Doubted)]).for_each(of);
+        }
     }
 
     /// Assesses one more way, which may serve by order only.
     pub(super) fn assess_one(&self, contracts: &mut Assessments, way: &Way) {
         let instruments = self.instruments();
         let read = |contract, watched: &Watched, way: &Way| instruments.read(contract, watched, way);
-        contracts.consider(self.knowledge, self.assurance(), core::iter::once((way, Trust::Doubted)));
+        contracts.consider(self.knowledge, self.assurance(), core::iter::once((way, Trust::Suspect)));
         contracts.run(Some(way));
         contracts.settle(self.knowledge, &read, self.now);
     }
@@ -111,8 +117,9 @@ impl Situation<'_> {
 
     /// The instruments that read evidence.
     pub(in super::super) fn instruments(&self) -> Instruments<'_> {
-        let Situation { knowledge, monitor, judge, now, .. } = *self;
-        Instruments { knowledge, monitor, judge, attested: self.contracts.map(|(_, attested)| attested), now }
+        let Situation { knowledge, monitor, judge, ledger, now, .. } = *self;
+        let attested = self.contracts.map(|(_, attested)| attested);
+        Instruments { knowledge, monitor, judge, ledger, attested, now }
     }
 }
 

@@ -86,13 +86,14 @@ impl Sources {
         situation: &'s Situation<'_>,
         contracts: &mut Assessments,
     ) -> &'s Lost {
-        let [proven, returning, unproven] = &situation.lost;
+        let [trusted, returning, unproven, suspect] = &situation.lost;
         let admitted = contracts.is_demanding().then(|| situation.assess(need, contracts));
         let find = |at: usize, lost| match &admitted {
             Some(lists) => lists.get(at).cloned().unwrap_or_default(),
             None => situation.sources(need, lost),
         };
-        let tried = [proven, returning, unproven].into_iter().take(if withholds { 2 } else { 3 }).enumerate();
+        let tried =
+            [trusted, returning, unproven].into_iter().take(if withholds { 2 } else { 3 }).enumerate();
         let mut tried = tried.map(|(at, lost)| (lost, find(at, lost)));
         let found = tried.find(|(_, sources)| !sources.is_empty());
         let (lost, sources) = found.unwrap_or_else(|| (returning, Arc::default()));
@@ -101,7 +102,7 @@ impl Sources {
         let is_returning = !sources.is_empty() && core::ptr::eq(lost, returning) && self.has_others;
         self.returning_since = is_returning.then(|| self.returning_since.unwrap_or(situation.now));
         self.found = sources;
-        self.possible = if withholds { Arc::default() } else { situation.sources(need, &situation.doubted) };
+        self.possible = if withholds { Arc::default() } else { situation.sources(need, suspect) };
         self.is_alone = false;
         self.is_unrivalled = false;
         lost

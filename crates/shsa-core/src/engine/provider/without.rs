@@ -54,7 +54,7 @@ impl Provider {
         if self.settings.is_vector {
             return None;
         }
-        let sources = ready_sources.sources(knowledge, graph, self.settings.need, &situation.doubted);
+        let sources = ready_sources.sources(knowledge, graph, self.settings.need, situation.possible());
         let mut ways = independent(knowledge, &sources);
         ways.retain(|way| self.contracts.admit(way).is_some());
         Some(ways).filter(|ways| ways.len() >= least)

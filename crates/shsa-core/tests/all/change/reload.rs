@@ -2,13 +2,13 @@
 
 use super::drafts::{need, relation, remove, signal, two_patient_systems, two_systems, variable};
 use proptest::prelude::*;
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Engine, Event, EventKind, Input, Options, Order, Output, Subject};
 use shsa_core::knowledge::{Bounds, Draft, Edit, KnowledgeBase, Model, Section, SignalDraft};
 use shsa_core::monitor::{WatchedWay, WayIndex};
 use shsa_core::observation::{Observation, RawValue};
 use shsa_core::reason::{Joint, Reason, Reasons, ServedBy};
 use shsa_core::time::Time;
+use shsa_core::trust::Verdict;
 
 /// A value on the bus: its sensor, time and value.
 type Row = (&'static str, f64, f64);

@@ -1,10 +1,10 @@
 //! `docs/events.md` against the kinds of the core; the stories that it names show what it describes.
 
 use super::document::{Document, code};
-use shsa_core::diagnosis::Verdict;
 use shsa_core::engine::{Event, EventKind, Quality};
 use shsa_core::monitor::{Absence, Symptom};
 use shsa_core::reason::{Joint, Kind, Reason};
+use shsa_core::trust::Verdict;
 use shsa_format::{event, story, words};
 use std::collections::{BTreeMap, BTreeSet};
 use std::path::Path;
